@@ -1,0 +1,26 @@
+// Which of the three builds of the kernels this process runs.
+#pragma once
+
+#include <string_view>
+
+namespace motes::simd {
+
+enum class Isa { sse2, avx2, avx512 };
+
+/// The widest set that the processor and the operating system offer, or the one named by MOTES_SIMD.
+/// Decided once a process. Throws std::invalid_argument where MOTES_SIMD names none, or one this machine lacks.
+Isa isa();
+
+std::string_view name(Isa isa);
+
+/// Picks the build that belongs to isa().
+template <class Table>
+const Table& choose(const Table& sse2, const Table& avx2, const Table& avx512) {
+  switch (isa()) {
+    case Isa::avx512: return avx512;
+    case Isa::avx2: return avx2;
+    default: return sse2;
+  }
+}
+
+}  // namespace motes::simd

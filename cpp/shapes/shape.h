@@ -1,7 +1,6 @@
 // A region of space as a plain value (API: motes.shapes).
 #pragma once
 
-#include <array>
 #include <cstdint>
 #include <string>
 
@@ -18,7 +17,7 @@ inline constexpr int kNumbers = 9;
 ///   | box low high | sphere center radius inner_radius
 struct Shape {
   Kind kind = Kind::point;
-  std::array<float, kNumbers> number{};
+  float number[kNumbers] = {};
 
   bool operator==(const Shape&) const = default;
 };
@@ -32,7 +31,7 @@ double measure(const Shape& shape);
 /// How many numbers a shape of this kind has.
 int count(Kind kind);
 
-/// The name in API.md, lower case.
+/// The name of the Python class.
 std::string name(Kind kind);
 
 }  // namespace motes::shapes

@@ -1,0 +1,60 @@
+// An action over particles as a plain value (paper 3.1.5), and what is known about each kind.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "shapes/shape.h"
+
+namespace motes::actions {
+
+enum class Kind : std::uint8_t {
+  gravity,
+  damping,
+  random_acceleration,
+  random_velocity,
+  bounce,
+  sink,
+  kill_old,
+  kill_expired,
+  move
+};
+inline constexpr int kKinds = 9;
+
+/// What a script recorded: the kind, its numbers in the order of Facts::numbers, its shapes.
+struct Action {
+  Kind kind = Kind::move;
+  std::vector<double> numbers;
+  std::vector<shapes::Shape> shapes;
+
+  bool operator==(const Action&) const = default;
+};
+
+/// One number of an action: its name in API.md and the values that it may have.
+struct Number {
+  const char* name;
+  double low;
+  double high;
+};
+
+/// What the recorder, the checks and the compiler of programs need to know of a kind. Attributes are indices of
+/// particles::Builtin; a bit mask each.
+struct Facts {
+  const char* name;
+  std::vector<Number> numbers;
+  int shapes;
+  std::uint32_t reads;
+  std::uint32_t writes;
+  bool kills;
+};
+
+const Facts& facts(Kind kind);
+
+/// The kind of that name; throws std::invalid_argument for a name that no action has.
+Kind kind_of(const std::string& name);
+
+/// Throws std::invalid_argument, naming the argument, its value and what is allowed.
+void check(const Action& action);
+
+}  // namespace motes::actions

@@ -1,0 +1,73 @@
+// What newborn particles get: draws of an attribute from its distribution, and births spread over the step.
+#pragma once
+
+#include "actions/kernels.h"
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+/// Two standard normal numbers from two words (Box and Muller).
+MOTES_INLINE void normal_pair(Words a, Words b, Floats& first, Floats& second) {
+  const Floats u = (to_floats((Ints)(a >> 8)) + 1.0f) * 0x1p-24f;  // (0, 1]: the logarithm is finite
+  const Floats r = sqrt(max(-2.0f * log(u), Floats{}));
+  Floats cosine, sine;
+  cos_sin_turn(unit(b), cosine, sine);
+  first = r * cosine;
+  second = r * sine;
+}
+
+MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
+  const Floats3 first = all3(d.first);
+  const Floats3 second = all3(d.second);
+  const Words4 w = draws.words();
+  if (d.kind == actions::Distribution::Kind::uniform) {
+    const Floats3 range = second - first;
+    return first + Floats3{range.x * unit(w.a), range.y * unit(w.b), range.z * unit(w.c)};
+  }
+  Floats3 n{};
+  Floats unused;
+  normal_pair(w.a, w.b, n.x, n.y);
+  normal_pair(w.c, w.d, n.z, unused);
+  return first + Floats3{second.x * n.x, second.y * n.y, second.z * n.z};
+}
+
+template <class Sample>
+MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::size_t count, float* const* planes,
+                       int width, const Sample& sample) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    Draws draws{Words{}, Words{}, s.step, s.stream, s.key};
+    load_ids(ids + i, draws.id_low, draws.id_high);
+    const Floats3 v = sample(draws);
+    store(planes[0] + i, v.x);
+    if (width == 1) continue;
+    store(planes[1] + i, v.y);
+    store(planes[2] + i, v.z);
+  }
+}
+
+inline void draw(const actions::Distribution& d, const actions::Step& s, const std::uint64_t* ids, std::size_t count,
+                 float* const* planes, int width) {
+  using Kind = actions::Distribution::Kind;
+  if (d.kind == Kind::value) {
+    fill(s, ids, count, planes, width, [&](Draws&) __attribute__((always_inline)) { return all3(d.first); });
+  } else if (d.kind == Kind::shape) {
+    visit(d.shape, [&](const auto& shape) __attribute__((always_inline)) {
+      fill(s, ids, count, planes, width,
+           [&](Draws& draws) __attribute__((always_inline)) { return shape.sample(draws); });
+    });
+  } else {
+    fill(s, ids, count, planes, width,
+         [&](Draws& draws) __attribute__((always_inline)) { return draw_one(d, draws); });
+  }
+}
+
+inline void jitter(const actions::Block& b, const actions::Step& s) {
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    Draws draws = draws_of(b, s, i);
+    const Floats passed = unit(draws.words().a) * s.dt;
+    store3(b, kPositionAt, i, load3(b, kPositionAt, i) + load3(b, kVelocityAt, i) * passed);
+    store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + passed);
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,38 @@
+// What a kernel sees: one block of particles and the facts of the step. Plain values only.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "particles/streams.h"
+#include "shapes/shape.h"
+
+namespace motes::actions {
+
+/// Up to particles::kBlock particles. Kernels process whole vectors: the planes are readable and writable up to the
+/// next multiple of particles::kPadding.
+struct Block {
+  std::size_t count;
+  float* const* component;   // one plane a component of the schema, at the block's first particle
+  const std::uint64_t* ids;
+  std::int32_t* dead;        // all bits set where a particle was killed
+};
+
+/// A (sub)step of one action.
+struct Step {
+  float dt;                  // seconds
+  std::uint32_t step;        // frame * substeps + substep
+  std::uint32_t stream;      // particles::action + the action's place in the list
+  particles::Key key;
+};
+
+/// The recorded numbers and shapes of the action.
+struct Parameters {
+  const double* number;
+  const shapes::Shape* shape;
+  bool flag;                 // move: whether orientations turn
+};
+
+using Kernel = void (*)(const Parameters&, const Block&, const Step&);
+
+}  // namespace motes::actions

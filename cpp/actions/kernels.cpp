@@ -1,0 +1,22 @@
+#include "actions/kernels.h"
+
+#include "simd/isa.h"
+
+namespace motes {
+
+namespace sse2 {
+extern const actions::Kernels action_kernels;
+}
+namespace avx2 {
+extern const actions::Kernels action_kernels;
+}
+namespace avx512 {
+extern const actions::Kernels action_kernels;
+}
+
+const actions::Kernels& actions::kernels() {
+  static const Kernels& chosen = simd::choose(sse2::action_kernels, avx2::action_kernels, avx512::action_kernels);
+  return chosen;
+}
+
+}  // namespace motes

@@ -1,0 +1,45 @@
+// The kernels of all actions and births, in the build that suits this processor.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "actions/action.h"
+#include "actions/block.h"
+
+namespace motes::actions {
+
+/// How newborn particles get an attribute (API: System.configure): a value, a shape, Uniform or Normal.
+struct Distribution {
+  enum class Kind : std::uint8_t { value, shape, uniform, normal };
+  Kind kind = Kind::value;
+  float first[3] = {};   // the value | lo | mean
+  float second[3] = {};  //           | hi | sigma
+  shapes::Shape shape;   // kind shape: attributes of three numbers only
+
+  bool operator==(const Distribution&) const = default;
+};
+
+struct Kernels {
+  Kernel action[kKinds];
+
+  /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
+  /// step.stream says which stream.
+  void (*draw)(const Distribution&, const Step&, const std::uint64_t* ids, std::size_t count, float* const* planes,
+               int width);
+
+  /// Jittered births: for each particle a part u of the step has passed: x += v u dt, age += u dt.
+  void (*jitter)(const Block&, const Step&);
+
+  /// inside[i] = shape contains particle i.
+  void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);
+
+  /// Writes the indices of particles that are dead or, where `axis` is a plane, not in low <= x < high; those which
+  /// are dead to `dead`, the others to `left`. Indices count from `base`.
+  void (*collect)(const Block&, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
+                  std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
+};
+
+const Kernels& kernels();
+
+}  // namespace motes::actions

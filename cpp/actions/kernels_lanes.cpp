@@ -1,0 +1,55 @@
+// Compiled once for each instruction set: the table of kernels. A new action adds one line.
+#include "actions/births.h"
+#include "actions/bounce.h"
+#include "actions/damping.h"
+#include "actions/gravity.h"
+#include "actions/kernels.h"
+#include "actions/kill.h"
+#include "actions/move.h"
+#include "actions/random_velocity.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+void contains(const shapes::Shape& shape, const float* const* position, std::size_t count, std::uint8_t* inside) {
+  visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < count; i += kLanes) {
+      const Mask mask = lanes.contains({load(position[0] + i), load(position[1] + i), load(position[2] + i)});
+      for (std::size_t k = 0; k < kLanes && i + k < count; ++k) inside[i + k] = mask[k] != 0;
+    }
+  });
+}
+
+void collect(const actions::Block& b, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
+             std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Mask killed = load_mask(b.dead + i);
+    Mask away = Mask{};
+    if (axis != nullptr) {
+      const Floats x = load(axis + i);
+      away = ~((x >= low) & (x < high));
+    }
+    if (!any(killed | away)) continue;
+    for (std::size_t k = 0; k < kLanes && i + k < b.count; ++k) {
+      const auto index = static_cast<std::uint32_t>(base + i + k);
+      if (killed[k] != 0) {
+        dead[dead_count++] = index;
+      } else if (away[k] != 0) {
+        left[left_count++] = index;
+      }
+    }
+  }
+}
+
+}  // namespace
+
+extern const actions::Kernels action_kernels;
+const actions::Kernels action_kernels = {
+    {gravity, damping, random_acceleration, random_velocity, bounce, sink, kill_old, kill_expired, move},
+    draw,
+    jitter,
+    contains,
+    collect,
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,31 @@
+// Words that the kernels share: planes of a block as vectors.
+#pragma once
+
+#include "actions/block.h"
+#include "particles/schema.h"
+#include "shapes/visit.h"
+
+namespace motes::MOTES_ISA {
+
+// First components of the built-in attributes (the order of particles::Schema's constructor).
+inline constexpr int kPositionAt = 0, kVelocityAt = 3, kUpAt = 6, kSpinAt = 9, kAgeAt = 20, kLifetimeAt = 21;
+
+MOTES_INLINE Floats3 load3(const actions::Block& b, int at, std::size_t i) {
+  return {load(b.component[at] + i), load(b.component[at + 1] + i), load(b.component[at + 2] + i)};
+}
+MOTES_INLINE void store3(const actions::Block& b, int at, std::size_t i, Floats3 v) {
+  store(b.component[at] + i, v.x);
+  store(b.component[at + 1] + i, v.y);
+  store(b.component[at + 2] + i, v.z);
+}
+MOTES_INLINE Draws draws_of(const actions::Block& b, const actions::Step& s, std::size_t i) {
+  Draws draws{Words{}, Words{}, s.step, s.stream, s.key};
+  load_ids(b.ids + i, draws.id_low, draws.id_high);
+  return draws;
+}
+MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
+  store_mask(b.dead + i, load_mask(b.dead + i) | mask);
+}
+MOTES_INLINE float number(const actions::Parameters& p, int i) { return static_cast<float>(p.number[i]); }
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,24 @@
+// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move).
+#pragma once
+
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+inline void move(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const Floats dt = all(s.dt);
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    store3(b, kPositionAt, i, load3(b, kPositionAt, i) + load3(b, kVelocityAt, i) * dt);
+    store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + dt);
+  }
+  if (!p.flag) return;
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats3 up = load3(b, kUpAt, i);
+    const Floats3 spin = load3(b, kSpinAt, i);
+    // No spin leaves the bits alone, so a rank whose particles all have none may skip the column.
+    const Mask turns = (spin.x != 0.0f) | (spin.y != 0.0f) | (spin.z != 0.0f);
+    store3(b, kUpAt, i, select(turns, up + spin * dt, up));
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,46 @@
+// Large memory that is written front to back, frame after frame.
+#pragma once
+
+#include <cstddef>
+#include <memory>
+
+namespace motes::image {
+
+/// A growing array of bytes, aligned to a cache line. Unlike a vector it does not clear memory that is about to be
+/// overwritten; from a few megabytes on it asks for huge pages, and it keeps its memory when it shrinks, so that
+/// frames after the first cause no page faults.
+class Buffer {
+ public:
+  Buffer() = default;
+
+  std::size_t size() const { return size_; }
+  std::byte* data() { return data_.get(); }
+  const std::byte* data() const { return data_.get(); }
+
+  /// Keeps what is there; new bytes are undefined. Pointers are void where the capacity was too small.
+  void resize(std::size_t size);
+
+ private:
+  struct Free {
+    void operator()(std::byte* memory) const;
+  };
+
+  std::unique_ptr<std::byte[], Free> data_;
+  std::size_t size_ = 0;
+  std::size_t capacity_ = 0;
+};
+
+/// The same as an array of T, for the few places that want one.
+template <class T>
+class BufferOf {
+ public:
+  void resize(std::size_t count) { bytes_.resize(count * sizeof(T)); }
+  std::size_t size() const { return bytes_.size() / sizeof(T); }
+  T* data() { return reinterpret_cast<T*>(bytes_.data()); }
+  const T* data() const { return reinterpret_cast<const T*>(bytes_.data()); }
+
+ private:
+  Buffer bytes_;
+};
+
+}  // namespace motes::image

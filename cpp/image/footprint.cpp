@@ -1,0 +1,110 @@
+#include "image/footprint.h"
+
+#include <algorithm>
+#include <array>
+#include <numeric>
+
+#include "image/grid.h"
+
+namespace motes::image {
+namespace {
+
+// The greatest weight: one below 255 leaves room for rounding up.
+constexpr double kPeak = 254;
+
+bool is_point(const Sprite& sprite) { return sprite.kind == Sprite::Kind::point || sprite.pixels <= 1; }
+
+// Light at (x, y) pixels from the centre of a disc of this diameter: flat in the middle, soft at the edge.
+double disc_profile(double x, double y, int diameter) {
+  const double radius = 0.5 * diameter;
+  const double q = (x * x + y * y) / (radius * radius);
+  return q < 1 ? (1 - q) * (1 - q) : 0;
+}
+
+double point_profile(double x, double y) {
+  const double across = x < 0 ? 1 + x : 1 - x;
+  const double down = y < 0 ? 1 + y : 1 - y;
+  return across > 0 && down > 0 ? across * down : 0;
+}
+
+// The profile at the footprint's pixels for one phase, row by row.
+std::vector<double> sampled(const Sprite& sprite, int size, double phase_x, double phase_y) {
+  std::vector<double> values;
+  for (int row = 0; row < size; ++row) {
+    for (int column = 0; column < size; ++column) {
+      const double x = column + 1 - phase_x - 0.5 * size;
+      const double y = row + 1 - phase_y - 0.5 * size;
+      values.push_back(is_point(sprite) ? point_profile(x, y) : disc_profile(x, y, size));
+    }
+  }
+  return values;
+}
+
+double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
+
+// Integers that add up to `total`, in proportion to the values: largest remainders are rounded up.
+std::vector<int> apportion(const std::vector<double>& values, int total) {
+  const double scale = total / sum(values);
+  std::vector<int> shares;
+  for (const double v : values) shares.push_back(static_cast<int>(v * scale));
+  std::vector<std::size_t> order(values.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
+    return values[a] * scale - shares[a] > values[b] * scale - shares[b];
+  });
+  const int missing = total - std::accumulate(shares.begin(), shares.end(), 0);
+  for (int i = 0; i < missing; ++i) ++shares[order[static_cast<std::size_t>(i)]];
+  return shares;
+}
+
+Footprint build(const Sprite& sprite) {
+  Footprint f;
+  f.size = footprint_size(sprite);
+  // Fine phases for small footprints; a large soft disc shows no steps of a quarter pixel, and its table stays small.
+  f.phase_bits = is_point(sprite) ? 4 : f.size <= 7 ? 3 : 2;
+  f.row_bytes = (3 * f.size + 15) / 16 * 16;
+  const int phases = 1 << f.phase_bits;
+
+  std::vector<std::vector<double>> profile;
+  double mean = 0;
+  for (int y = 0; y < phases; ++y) {
+    for (int x = 0; x < phases; ++x) {
+      profile.push_back(sampled(sprite, f.size, (x + 0.5) / phases, (y + 0.5) / phases));
+      mean += sum(profile.back()) / (phases * phases);
+    }
+  }
+  double highest = 0;
+  for (const auto& values : profile) {
+    highest = std::max(highest, *std::max_element(values.begin(), values.end()) * (mean / sum(values)));
+  }
+  const int total = static_cast<int>(mean * (kPeak / highest));
+
+  f.weights.assign(static_cast<std::size_t>(phases * phases * f.size * f.row_bytes), 0);
+  std::uint8_t* row = f.weights.data();
+  for (const auto& values : profile) {
+    const std::vector<int> shares = apportion(values, total);
+    for (int r = 0; r < f.size; ++r, row += f.row_bytes) {
+      for (int lane = 0; lane < 3 * f.size; ++lane) {
+        row[lane] = static_cast<std::uint8_t>(shares[static_cast<std::size_t>(r * f.size + lane / 3)]);
+      }
+    }
+  }
+  return f;
+}
+
+}  // namespace
+
+int footprint_size(const Sprite& sprite) { return is_point(sprite) ? 2 : sprite.pixels; }
+
+const Footprint& footprint(const Sprite& sprite) {
+  static const auto all = [] {
+    std::array<Footprint, kMaxFootprint + 1> built;
+    for (int pixels = 1; pixels <= kMaxFootprint; ++pixels) {
+      built[static_cast<std::size_t>(pixels)] = build({Sprite::Kind::disc, pixels});
+    }
+    return built;
+  }();
+  return all[static_cast<std::size_t>(is_point(sprite) ? 1 : sprite.pixels)];
+}
+
+}  // namespace motes::image

@@ -1,0 +1,14 @@
+// Which build of the lanes this process runs.
+#include "image/project_lanes.h"
+#include "image/splat_lanes.h"
+#include "simd/isa.h"
+
+namespace motes::image {
+
+const ProjectLanes& project_lanes() {
+  return simd::choose(sse2::project_lanes, avx2::project_lanes, avx512::project_lanes);
+}
+
+const SplatLanes& splat_lanes() { return simd::choose(sse2::splat_lanes, avx2::splat_lanes, avx512::splat_lanes); }
+
+}  // namespace motes::image

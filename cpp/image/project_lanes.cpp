@@ -1,0 +1,160 @@
+// Compiled once for each instruction set: see simd/simd.h for the rules.
+#include "image/project_lanes.h"
+
+#include "image/grid.h"
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+constexpr float kLargest = 3.402823466e38f;
+
+// Rounds down; |v| < 2^24.
+MOTES_INLINE Ints floor_to_ints(Floats v) {
+  const Ints towards_zero = to_ints(v);
+  return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
+}
+
+MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
+MOTES_INLINE Ints max_ints(Ints a, Ints b) {
+  const Mask first = a > b;
+  return (a & first) | (b & ~first);
+}
+MOTES_INLINE Ints min_ints(Ints a, Ints b) {
+  const Mask first = a < b;
+  return (a & first) | (b & ~first);
+}
+
+// 0..1 to 0..255, rounded to nearest; NaN to 0.
+MOTES_INLINE Words to_byte(Floats v) {
+  const Floats clamped = min(max(v, all(0.0f)), all(1.0f));
+  return (Words)to_ints(clamped * all(255.0f) + all(0.5f));
+}
+
+struct Projected {
+  Mask visible;
+  Words position, depth, tile;
+};
+
+// The tiles that a footprint starting at fixed-point `start` touches along one axis.
+struct Span {
+  Mask inside, two;
+  Ints first;
+};
+MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
+  const Ints first = start >> sub_bits;
+  const Ints last = first + (footprint - 1);
+  const Ints first_tile = max_ints(first, Ints{}) >> image::kTileBits;
+  const Ints last_tile = min_ints(last, all_ints(pixels - 1)) >> image::kTileBits;
+  return {(last >= 0) & (first < pixels), first_tile != last_tile, first_tile};
+}
+
+MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i) {
+  const Floats x = load(t.position[0] + i) - all(t.eye[0]);
+  const Floats y = load(t.position[1] + i) - all(t.eye[1]);
+  const Floats z = load(t.position[2] + i) - all(t.eye[2]);
+  const Floats depth = x * all(t.forward[0]) + y * all(t.forward[1]) + z * all(t.forward[2]);
+  const Floats across = x * all(t.right[0]) + y * all(t.right[1]) + z * all(t.right[2]);
+  const Floats upward = x * all(t.up[0]) + y * all(t.up[1]) + z * all(t.up[2]);
+  const Floats k = all(t.scale) / depth;
+  const Floats screen_x = across * k;
+  const Floats screen_y = -(upward * k);
+  // Comparisons are false for NaN, so nothing that is not finite gets as far as the conversion to integers.
+  const Mask sane = (depth >= all(t.near)) & (depth <= all(kLargest)) & (abs(screen_x) <= all(t.limit_x)) &
+                    (abs(screen_y) <= all(t.limit_y));
+  const Ints fixed_x = floor_to_ints(select(sane, screen_x, Floats{}));
+  const Ints fixed_y = floor_to_ints(select(sane, screen_y, Floats{}));
+  const int half = 1 << (t.sub_bits - 1);
+  const Span over_x = span(fixed_x + (t.width + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.width);
+  const Span over_y = span(fixed_y + (t.height + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.height);
+  Projected p;
+  p.visible = sane & over_x.inside & over_y.inside;
+  p.position = ((Words)fixed_x & 0xffffu) | ((Words)fixed_y << 16);
+  p.depth = (Words)depth;
+  p.tile = (Words)(over_y.first * t.columns + over_x.first) | ((Words)over_x.two & image::kNextColumn) |
+           ((Words)over_y.two & image::kNextRow);
+  return p;
+}
+
+MOTES_INLINE Words color_vector(const image::ProjectTask& t, std::size_t i) {
+  Words word = to_byte(t.alpha != nullptr ? load(t.alpha + i) : all(t.alpha_of_all)) << 24;
+  for (int c = 0; c < 3; ++c) {
+    word |= to_byte(t.color[c] != nullptr ? load(t.color[c] + i) : all(t.color_of_all[c])) << (8 * c);
+  }
+  return word;
+}
+
+MOTES_INLINE Mask lanes_below(std::size_t count) {
+  Ints numbers;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::int32_t>(lane);
+  return numbers < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
+}
+
+#if MOTES_WIDTH == 512
+using Kept = __mmask16;
+MOTES_INLINE Kept kept(Mask visible) { return _mm512_movepi32_mask((__m512i)visible); }
+MOTES_INLINE std::size_t number_of(Kept k) { return static_cast<std::size_t>(__builtin_popcount(k)); }
+MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Words v) {
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
+}
+#else
+// Where the visible lanes go: the others are overwritten by the next one.
+struct Kept {
+  std::uint32_t offset[kLanes];
+  std::size_t number;
+};
+MOTES_INLINE Kept kept(Mask visible) {
+  Kept k;
+  std::uint32_t n = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    k.offset[lane] = n;
+    n -= static_cast<std::uint32_t>(visible[lane]);
+  }
+  k.number = n;
+  return k;
+}
+MOTES_INLINE std::size_t number_of(const Kept& k) { return k.number; }
+MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Words v) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) to[k.offset[lane]] = v[lane];
+}
+#endif
+
+template <bool kOneColor, bool kDepth>
+std::size_t project(const image::ProjectTask& task, std::size_t first, std::size_t last,
+                    const image::ProjectedBatch& out) {
+  const image::ProjectTask t = task;  // a copy whose members the stores below cannot change
+  const Words color_of_all = color_vector(t, 0);
+  std::size_t n = 0;
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const Projected p = project_vector(t, i);
+    Mask visible = p.visible;
+    if (last - i < kLanes) visible &= lanes_below(last - i);
+    const Words color = kOneColor ? color_of_all : color_vector(t, i);
+    // What gives no light is not sent.
+    visible &= ((color & 0xffffffu) != 0u) & ((color >> 24) != 0u);
+    if (!any(visible)) continue;
+    const Kept k = kept(visible);
+    store_kept(out.position + n, k, p.position);
+    store_kept(out.color + n, k, color);
+    store_kept(out.tile + n, k, p.tile);
+    if (kDepth) store_kept(out.depth + n, k, p.depth);
+    n += number_of(k);
+  }
+  return n;
+}
+
+std::size_t project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
+                        const image::ProjectedBatch& out) {
+  const bool one_color =
+      t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
+  if (one_color) {
+    return out.depth != nullptr ? project<true, true>(t, first, last, out) : project<true, false>(t, first, last, out);
+  }
+  return out.depth != nullptr ? project<false, true>(t, first, last, out) : project<false, false>(t, first, last, out);
+}
+
+}  // namespace
+
+extern const image::ProjectLanes project_lanes = {project_any};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,59 @@
+// Particles to screen positions, a vector at a time: the values that plain code and the per-ISA builds share.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace motes::image {
+
+/// Flags beside the tile's number in ProjectedBatch::tile: the footprint also touches the next column, the next row.
+inline constexpr std::uint32_t kNextColumn = std::uint32_t{1} << 30;
+inline constexpr std::uint32_t kNextRow = std::uint32_t{1} << 31;
+inline constexpr std::uint32_t kTileNumber = kNextColumn - 1;
+
+struct ProjectTask {
+  // Planes of floats; null: the value beside it holds for all particles.
+  const float* position[3];
+  const float* color[3];
+  float color_of_all[3];
+  const float* alpha;
+  float alpha_of_all;
+
+  // The camera: see Lens. scale = focal length in fixed-point units.
+  float eye[3], right[3], up[3], forward[3];
+  float scale;
+  float near;
+
+  // The image: see Grid. Fixed-point positions beyond limit_x, limit_y touch no pixel.
+  int width, height, columns, sub_bits, footprint;
+  float limit_x, limit_y;
+};
+
+/// Words of the visible particles, in the order of the particles. Each array has room for the particles asked for
+/// and one vector more.
+struct ProjectedBatch {
+  std::uint32_t* position;  // i16 x | i16 y << 16
+  std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24
+  std::uint32_t* depth;     // bits of the float view depth
+  std::uint32_t* tile;      // number of the first tile touched, and flags
+};
+
+struct ProjectLanes {
+  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many are visible.
+  std::size_t (*project)(const ProjectTask& task, std::size_t first, std::size_t last, const ProjectedBatch& out);
+};
+
+/// The build that suits this processor.
+const ProjectLanes& project_lanes();
+
+}  // namespace motes::image
+
+namespace motes::sse2 {
+extern const image::ProjectLanes project_lanes;
+}
+namespace motes::avx2 {
+extern const image::ProjectLanes project_lanes;
+}
+namespace motes::avx512 {
+extern const image::ProjectLanes project_lanes;
+}

@@ -1,0 +1,88 @@
+// What calculators send to the image generator: the visible particles of one system as screen-space records.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "image/buffer.h"
+#include "image/grid.h"
+#include "image/project_lanes.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// A message. Little-endian, no pointers: it can be sent, kept or written to a file as it is.
+///   header  magic u32, sprite kind u8, sprite pixels u8, with_depth u8, zero u8, width i32, height i32,
+///           batches u32, zero u32, records u64
+///   batch   offsets u32[tiles + 1], then offsets[tiles] records: those of tile t are offsets[t] .. offsets[t+1]-1
+///   record  x i16, y i16 (see Grid::sub_bits), r g b alpha u8; with_depth: bits of the positive float view depth u32
+/// A record stands in every tile that its footprint touches. Batches keep the sorting inside the second cache; their
+/// order, and that of the records of a tile, means nothing.
+class Records {
+ public:
+  std::span<const std::byte> bytes() const { return {buffer_.data(), buffer_.size()}; }
+  bool empty() const { return buffer_.size() == 0; }
+
+ private:
+  friend class Projector;
+  Buffer buffer_;
+};
+
+/// Projects and culls particles. Keeps its working memory from frame to frame.
+class Projector {
+ public:
+  explicit Projector(const ProjectLanes& lanes = project_lanes()) : lanes_(&lanes) {}
+
+  /// Replaces `records` by those of `particles`; reuses its memory. Depth is part of them where the view has objects.
+  /// Particles that are not finite, nearer than the camera's `near`, outside the image or without light are left out.
+  /// Throws std::invalid_argument where view or sprite is not valid.
+  void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records);
+
+ private:
+  void append_batch(const ProjectTask& task, std::size_t first, std::size_t last, bool with_depth, int tiles,
+                    Records& records);
+
+  const ProjectLanes* lanes_;
+  BufferOf<std::uint32_t> words_;
+  std::vector<std::uint32_t> cursor_;
+};
+
+/// Records in memory that somebody else keeps, of any alignment.
+class RecordsView {
+ public:
+  struct Batch {
+    const std::byte* offsets;
+    const std::byte* records;
+  };
+  struct Piece {
+    const std::byte* records;
+    std::size_t count;
+  };
+
+  /// Throws std::runtime_error where the bytes are not a whole, consistent message.
+  explicit RecordsView(std::span<const std::byte> bytes);
+
+  const Sprite& sprite() const { return sprite_; }
+  const Grid& grid() const { return grid_; }
+  bool with_depth() const { return with_depth_; }
+  std::size_t record_bytes() const { return with_depth_ ? 12 : 8; }
+
+  /// Records in all batches; a particle on a tile's edge counts once a tile.
+  std::size_t count() const { return count_; }
+
+  const std::vector<Batch>& batches() const { return batches_; }
+  Piece piece(const Batch& batch, int tile) const;
+
+ private:
+  Batch take_batch(std::span<const std::byte>& rest);
+
+  Sprite sprite_;
+  Grid grid_;
+  bool with_depth_ = false;
+  std::size_t count_ = 0;
+  std::vector<Batch> batches_;
+};
+
+}  // namespace motes::image

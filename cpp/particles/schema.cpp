@@ -1,0 +1,54 @@
+#include "particles/schema.h"
+
+#include <limits>
+#include <stdexcept>
+
+namespace motes::particles {
+namespace {
+
+bool identifier(std::string_view name) {
+  if (name.empty() || (name[0] >= '0' && name[0] <= '9')) return false;
+  for (const char c : name) {
+    const bool word = (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_';
+    if (!word) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Schema::Schema() {
+  const float forever = std::numeric_limits<float>::infinity();
+  add("position", 3, {0, 0, 0});
+  add("velocity", 3, {0, 0, 0});
+  add("up", 3, {0, 1, 0});
+  add("rotational_velocity", 3, {0, 0, 0});
+  add("color", 3, {1, 1, 1});
+  add("alpha", 1, {1, 0, 0});
+  add("size", 3, {1, 1, 1});
+  add("mass", 1, {1, 0, 0});
+  add("age", 1, {0, 0, 0});
+  add("lifetime", 1, {forever, 0, 0});
+}
+
+int Schema::add(const std::string& name, int width, std::array<float, 3> initial) {
+  if (!identifier(name) || name == "id") {
+    throw std::invalid_argument("attribute name must be an identifier other than id, got '" + name + "'");
+  }
+  if (find(name) >= 0) throw std::invalid_argument("attribute '" + name + "' exists already");
+  if (width != 1 && width != 3) {
+    throw std::invalid_argument("attribute '" + name + "' must have 1 or 3 numbers, got " + std::to_string(width));
+  }
+  attributes_.push_back({name, width, initial, components_});
+  components_ += width;
+  return size() - 1;
+}
+
+int Schema::find(std::string_view name) const {
+  for (int i = 0; i < size(); ++i) {
+    if (attributes_[static_cast<std::size_t>(i)].name == name) return i;
+  }
+  return -1;
+}
+
+}  // namespace motes::particles

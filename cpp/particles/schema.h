@@ -1,0 +1,61 @@
+// Which columns a system's particles have.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace motes::particles {
+
+/// Indices of the built-in attributes in every schema (paper 3.1.2 and API: System.configure).
+enum Builtin : int {
+  position,
+  velocity,
+  up,
+  rotational_velocity,
+  color,
+  alpha,
+  size,
+  mass,
+  age,
+  lifetime,
+  builtin_count
+};
+
+/// A named column of 1 or 3 floats a particle.
+struct Attribute {
+  std::string name;
+  int width = 1;                      // 1 or 3
+  std::array<float, 3> initial{};     // what a newborn gets unless the script configures it
+  int first_component = 0;            // its place among all components of the schema
+
+  bool operator==(const Attribute&) const = default;
+};
+
+/// The attributes of one system: the built-in ones, then the user's own.
+class Schema {
+ public:
+  Schema();
+
+  /// Adds a user's attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or
+  /// no identifier, and for a width other than 1 or 3.
+  int add(const std::string& name, int width, std::array<float, 3> initial);
+
+  const std::vector<Attribute>& attributes() const { return attributes_; }
+  const Attribute& operator[](int index) const { return attributes_[static_cast<std::size_t>(index)]; }
+  int size() const { return static_cast<int>(attributes_.size()); }
+  int components() const { return components_; }
+
+  /// The attribute's index, or -1.
+  int find(std::string_view name) const;
+
+  bool operator==(const Schema&) const = default;
+
+ private:
+  std::vector<Attribute> attributes_;
+  int components_ = 0;
+};
+
+}  // namespace motes::particles

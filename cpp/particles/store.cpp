@@ -1,0 +1,197 @@
+#include "particles/store.h"
+
+#include <sys/mman.h>
+
+#include <cstdlib>
+#include <cstring>
+#include <new>
+#include <stdexcept>
+
+namespace motes::particles {
+namespace {
+
+constexpr std::size_t kHugePage = std::size_t{2} << 20;
+
+bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
+  return std::memcmp(a.data(), b.data(), sizeof(float) * static_cast<std::size_t>(width)) == 0;
+}
+
+}  // namespace
+
+template <class T>
+std::shared_ptr<T[]> allocate_plane(std::size_t count) {
+  const std::size_t bytes = count * sizeof(T);
+  const bool large = bytes >= 2 * kHugePage;
+  const std::size_t align = large ? kHugePage : 64;
+  const std::size_t rounded = (bytes + align - 1) / align * align;
+  void* memory = std::aligned_alloc(align, rounded == 0 ? align : rounded);
+  if (memory == nullptr) throw std::bad_alloc();
+  if (large) {
+    madvise(memory, rounded, MADV_HUGEPAGE);  // a hint: a kernel without huge pages ignores it
+  } else {
+    std::memset(memory, 0, rounded);
+  }
+  return std::shared_ptr<T[]>(static_cast<T*>(memory), [](T* p) { std::free(p); });
+}
+template std::shared_ptr<float[]> allocate_plane<float>(std::size_t);
+template std::shared_ptr<std::uint64_t[]> allocate_plane<std::uint64_t>(std::size_t);
+
+Store::Store(const Schema& schema) : schema_(&schema), columns_(static_cast<std::size_t>(schema.size())) {
+  for (int a = 0; a < schema.size(); ++a) columns_[index(a)].value = schema[a].initial;
+}
+
+const float* Store::plane(int attribute, int component) const {
+  const Column& column = columns_[index(attribute)];
+  return column.planes ? column.planes.get() + static_cast<std::size_t>(component) * capacity_ : nullptr;
+}
+
+float* Store::writable_plane(int attribute, int component) {
+  materialize(attribute);
+  return columns_[index(attribute)].planes.get() + static_cast<std::size_t>(component) * capacity_;
+}
+
+void Store::materialize(int attribute) {
+  Column& column = columns_[index(attribute)];
+  if (column.planes) return;
+  if (capacity_ == 0) reserve(kBlock);
+  const auto components = static_cast<std::size_t>(width(attribute));
+  column.planes = allocate_plane<float>(components * capacity_);
+  const std::size_t filled = (size_ + kPadding - 1) / kPadding * kPadding;
+  for (std::size_t c = 0; c < components; ++c) {
+    float* plane = column.planes.get() + c * capacity_;
+    for (std::size_t i = 0; i < filled; ++i) plane[i] = column.value[c];
+  }
+}
+
+void Store::reserve(std::size_t capacity) {
+  // Whole blocks, so that planes start on a cache line, and room for whole vectors behind the last particle.
+  if (capacity_ != 0 && capacity + kPadding <= capacity_) return;
+  const std::size_t rounded = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
+  auto ids = allocate_plane<std::uint64_t>(rounded);
+  if (size_ != 0) std::memcpy(ids.get(), ids_.get(), size_ * sizeof(std::uint64_t));
+  std::vector<std::shared_ptr<float[]>> wider(columns_.size());
+  for (int a = 0; a < schema_->size(); ++a) {
+    const Column& column = columns_[index(a)];
+    if (!column.planes) continue;
+    const auto components = static_cast<std::size_t>(width(a));
+    wider[index(a)] = allocate_plane<float>(components * rounded);
+    for (std::size_t c = 0; c < components && size_ != 0; ++c) {
+      std::memcpy(wider[index(a)].get() + c * rounded, column.planes.get() + c * capacity_, size_ * sizeof(float));
+    }
+  }
+  for (std::size_t a = 0; a < columns_.size(); ++a) {
+    if (wider[a]) columns_[a].planes = std::move(wider[a]);
+  }
+  ids_ = std::move(ids);
+  capacity_ = rounded;
+}
+
+std::size_t Store::grow(std::size_t count) {
+  const std::size_t first = size_;
+  if (first + count > UINT32_MAX) throw std::length_error("more than 2^32 - 1 particles of one system on one rank");
+  if (first + count + kPadding > capacity_) {
+    const std::size_t half_more = capacity_ + capacity_ / 2;
+    reserve(first + count > half_more ? first + count : half_more);
+  }
+  size_ = first + count;
+  return first;
+}
+
+void Store::set_uniform(int attribute, std::array<float, 3> value) {
+  Column& column = columns_[index(attribute)];
+  if (size_ != 0 || column.planes) throw std::logic_error("set_uniform needs an empty store");
+  column.value = value;
+}
+
+void Store::remove(std::span<const std::uint32_t> indices) {
+  // Holes below the new size are filled by the survivors above it, each taken once, in order.
+  const std::size_t left = size_ - indices.size();
+  std::vector<std::uint32_t> from;
+  std::size_t holes = 0;
+  while (holes < indices.size() && indices[holes] < left) ++holes;
+  from.reserve(holes);
+  std::size_t next = holes;
+  for (std::size_t i = left; i < size_; ++i) {
+    if (next < indices.size() && indices[next] == i) {
+      ++next;
+    } else {
+      from.push_back(static_cast<std::uint32_t>(i));
+    }
+  }
+  for (int a = 0; a < schema_->size(); ++a) {
+    const Column& column = columns_[index(a)];
+    for (int c = 0; column.planes && c < width(a); ++c) {
+      float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
+      for (std::size_t h = 0; h < holes; ++h) plane[indices[h]] = plane[from[h]];
+    }
+  }
+  for (std::size_t h = 0; h < holes; ++h) ids_[indices[h]] = ids_[from[h]];
+  size_ = left;
+}
+
+void Store::pack(std::span<const std::uint32_t> indices, Bytes& out) const {
+  out.put(static_cast<std::uint64_t>(indices.size()));
+  if (indices.empty()) return;
+  auto* ids = out.extend(indices.size() * sizeof(std::uint64_t));
+  for (std::size_t i = 0; i < indices.size(); ++i) std::memcpy(ids + 8 * i, &ids_[indices[i]], 8);
+  for (int a = 0; a < schema_->size(); ++a) {
+    const Column& column = columns_[index(a)];
+    out.put(static_cast<std::uint8_t>(column.planes != nullptr));
+    for (int c = 0; c < width(a); ++c) {
+      if (!column.planes) {
+        out.put(column.value[static_cast<std::size_t>(c)]);
+        continue;
+      }
+      const float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
+      auto* to = out.extend(indices.size() * sizeof(float));
+      for (std::size_t i = 0; i < indices.size(); ++i) std::memcpy(to + 4 * i, &plane[indices[i]], 4);
+    }
+  }
+}
+
+bool Store::adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before) {
+  Column& column = columns_[index(attribute)];
+  if (column.planes) return false;
+  if (before == 0) column.value = value;
+  return same_bits(column.value, value, width(attribute));
+}
+
+void Store::unpack(Reader& in) {
+  const auto count = in.get<std::uint64_t>();
+  if (count == 0) return;
+  const auto id_bytes = in.take(count * sizeof(std::uint64_t));
+  const std::size_t first = grow(count);
+  std::memcpy(ids_.get() + first, id_bytes.data(), id_bytes.size());
+  for (int a = 0; a < schema_->size(); ++a) {
+    const int components = width(a);
+    if (in.get<std::uint8_t>() != 0) {
+      if (uniform(a)) {
+        size_ = first;  // only the particles that were here have the uniform value
+        materialize(a);
+        size_ = first + count;
+      }
+      for (int c = 0; c < components; ++c) {
+        const auto bytes = in.take(count * sizeof(float));
+        std::memcpy(writable_plane(a, c) + first, bytes.data(), bytes.size());
+      }
+      continue;
+    }
+    std::array<float, 3> value{};
+    for (int c = 0; c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
+    if (adopt_uniform(a, value, first)) continue;
+    for (int c = 0; c < components; ++c) {
+      float* plane = writable_plane(a, c) + first;
+      for (std::size_t i = 0; i < count; ++i) plane[i] = value[static_cast<std::size_t>(c)];
+    }
+  }
+}
+
+std::size_t Store::memory_bytes() const {
+  std::size_t total = ids_ ? capacity_ * sizeof(std::uint64_t) : 0;
+  for (int a = 0; a < schema_->size(); ++a) {
+    if (!uniform(a)) total += capacity_ * sizeof(float) * static_cast<std::size_t>(width(a));
+  }
+  return total;
+}
+
+}  // namespace motes::particles

@@ -1,0 +1,120 @@
+#include "recording/births.h"
+
+#include <cmath>
+#include <stdexcept>
+
+namespace motes::recording {
+namespace {
+
+using actions::Distribution;
+using particles::Store;
+
+constexpr double kMostAtOnce = 4.0e9;
+
+void check_distribution(const Given& given, const particles::Schema& schema) {
+  const particles::Attribute& attribute = schema[given.attribute];
+  const Distribution& d = given.distribution;
+  const auto refuse = [&](const std::string& what) { throw std::invalid_argument(attribute.name + " " + what); };
+  const bool drawn = d.kind == Distribution::Kind::uniform || d.kind == Distribution::Kind::normal;
+  for (int i = 0; i < attribute.width; ++i) {
+    const bool endless = given.attribute == particles::lifetime && d.kind == Distribution::Kind::value;
+    if (!std::isfinite(d.first[i]) && !(endless && d.first[i] > 0)) refuse("must be finite");
+    if (drawn && !std::isfinite(d.second[i])) refuse("must be finite");
+    if (d.kind == Distribution::Kind::uniform && d.first[i] > d.second[i]) {
+      refuse("must be drawn from lo <= hi, got " + std::to_string(d.first[i]) + " > " + std::to_string(d.second[i]));
+    }
+    if (d.kind == Distribution::Kind::normal && d.second[i] < 0) {
+      refuse("must have sigma >= 0, got " + std::to_string(d.second[i]));
+    }
+  }
+  if (d.kind == Distribution::Kind::shape) {
+    if (attribute.width != 3) refuse("has one number: it cannot be drawn from a shape");
+    shapes::check(d.shape);
+  }
+}
+
+void draw_attribute(const Given& given, particles::Key key, Store& into) {
+  const Distribution& d = given.distribution;
+  const int width = into.schema()[given.attribute].width;
+  float* planes[3] = {};
+  for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
+  const auto stream = particles::birth_attribute + static_cast<std::uint32_t>(given.attribute);
+  actions::kernels().draw(d, {0, 0, stream, key}, into.ids(), into.size(), planes, width);
+}
+
+void copy_column(const Emitted& column, Store& into) {
+  const auto width = static_cast<std::size_t>(into.schema()[column.attribute].width);
+  for (std::size_t c = 0; c < width; ++c) {
+    float* plane = into.writable_plane(column.attribute, static_cast<int>(c));
+    for (std::size_t i = 0; i < into.size(); ++i) plane[i] = column.values[i * width + c];
+  }
+}
+
+void jitter(particles::Key key, float dt, Store& into) {
+  std::vector<float*> components(static_cast<std::size_t>(into.schema().components()), nullptr);
+  for (const int a : {particles::position, particles::velocity, particles::age}) {
+    for (int c = 0; c < into.schema()[a].width; ++c) {
+      const auto at = static_cast<std::size_t>(into.schema()[a].first_component + c);
+      components[at] = into.writable_plane(a, c);
+    }
+  }
+  const actions::Block block{into.size(), components.data(), into.ids(), nullptr};
+  actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key});
+}
+
+}  // namespace
+
+void check(const Birth& birth, const particles::Schema& schema) {
+  if (birth.kind != Birth::Kind::emit) shapes::check(birth.shape);
+  if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
+    throw std::invalid_argument("rate must be 0..1e12 particles a second, got " + std::to_string(birth.rate));
+  }
+  if (static_cast<double>(birth.amount) > kMostAtOnce) {
+    throw std::invalid_argument("count must be 0..4000000000, got " + std::to_string(birth.amount));
+  }
+  for (const Given& given : birth.state) check_distribution(given, schema);
+  for (const Emitted& column : birth.columns) {
+    const auto width = static_cast<std::size_t>(schema[column.attribute].width);
+    if (column.values.size() != birth.amount * width) {
+      throw std::invalid_argument(schema[column.attribute].name + " must have one row a particle");
+    }
+  }
+}
+
+std::uint64_t births_between(const Birth& birth, double from, double to) {
+  if (birth.kind != Birth::Kind::source) return birth.amount;
+  return static_cast<std::uint64_t>(std::floor(birth.rate * to) - std::floor(birth.rate * from));
+}
+
+Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
+           std::uint64_t count, float dt) {
+  Store newborn(schema);
+  if (count == 0) return newborn;
+  std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
+  for (const Emitted& column : birth.columns) emitted[static_cast<std::size_t>(column.attribute)] = true;
+  std::vector<const Given*> drawn;
+  for (const Given& given : birth.state) {
+    if (emitted[static_cast<std::size_t>(given.attribute)]) continue;
+    const float* v = given.distribution.first;
+    if (given.distribution.kind == Distribution::Kind::value) {
+      newborn.set_uniform(given.attribute, {v[0], v[1], v[2]});  // one value for all: no memory is needed
+    } else {
+      drawn.push_back(&given);
+    }
+  }
+  newborn.reserve(count);
+  newborn.grow(count);
+  for (std::size_t i = 0; i < count; ++i) newborn.ids()[i] = first_id + i;
+  if (birth.kind != Birth::Kind::emit) {
+    Given place{particles::position, {}};
+    place.distribution.kind = Distribution::Kind::shape;
+    place.distribution.shape = birth.shape;
+    draw_attribute(place, key, newborn);
+  }
+  for (const Given* given : drawn) draw_attribute(*given, key, newborn);
+  for (const Emitted& column : birth.columns) copy_column(column, newborn);
+  if (birth.jitter) jitter(key, dt, newborn);
+  return newborn;
+}
+
+}  // namespace motes::recording

@@ -1,0 +1,56 @@
+// Births as the script recorded them (paper 3.2.1), and how many particles they make.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "actions/kernels.h"
+#include "particles/schema.h"
+#include "particles/store.h"
+#include "shapes/shape.h"
+
+namespace motes::recording {
+
+/// What newborn particles get in one attribute.
+struct Given {
+  int attribute = 0;
+  actions::Distribution distribution;
+
+  bool operator==(const Given&) const = default;
+};
+
+/// One column of an emit() call: count * width floats, particle by particle.
+struct Emitted {
+  int attribute = 0;
+  std::vector<float> values;
+
+  bool operator==(const Emitted&) const = default;
+};
+
+struct Birth {
+  enum class Kind : std::uint8_t { source, burst, emit };
+  Kind kind = Kind::burst;
+  shapes::Shape shape;           // source, burst: where
+  double rate = 0;               // source: particles a second
+  std::uint64_t amount = 0;      // burst, emit: particles
+  bool jitter = false;           // source: spread over the step
+  std::vector<Given> state;      // the source state (API: System.configure) when the call was recorded
+  std::vector<Emitted> columns;  // emit: the arrays, each of `amount` particles
+
+  bool operator==(const Birth&) const = default;
+};
+
+/// Throws std::invalid_argument, naming argument, value and what is allowed.
+void check(const Birth& birth, const particles::Schema& schema);
+
+/// How many particles the call makes in the step from time `from` to time `to` (seconds since the run's start):
+/// a source floor(rate to) - floor(rate from). A burst, vertex or emit makes its number in each (sub)step.
+std::uint64_t births_between(const Birth& birth, double from, double to);
+
+/// Makes particles first_id .. first_id + count - 1 of the call: they depend on the arguments alone, so any rank may
+/// make them. dt: the step's length in seconds, for jitter.
+particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
+                      std::uint64_t count, float dt);
+
+}  // namespace motes::recording

@@ -1,0 +1,68 @@
+// A recorded list of actions, compiled: one pass over blocks that stay in the first cache.
+#pragma once
+
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "actions/action.h"
+#include "actions/kernels.h"
+#include "particles/store.h"
+
+namespace motes::recording {
+
+/// The time that a run of the program covers: sub-steps `first`.. `substeps` - 1 of a frame.
+struct Span {
+  std::uint64_t frame = 0;
+  int substeps = 1;
+  double dt = 0;  // seconds a frame
+  int first = 0;
+};
+
+/// The part of space whose particles stay: low <= x < high along the axis (0..2).
+struct Slice {
+  int axis = 0;
+  float low = -std::numeric_limits<float>::infinity();
+  float high = std::numeric_limits<float>::infinity();
+};
+
+/// Indices of particles, ascending.
+struct Outcome {
+  std::vector<std::uint32_t> dead;
+  std::vector<std::uint32_t> left;
+
+  void clear() {
+    dead.clear();
+    left.clear();
+  }
+};
+
+class Program {
+ public:
+  /// `place`: where in the frame's list the first action stands (random streams are keyed by it).
+  explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0);
+
+  /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first of them from action
+  /// `entry` on, the others whole. Adds the dead and those outside the slice to `outcome`; removes none.
+  void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
+           const Slice& slice, Outcome& outcome) const;
+
+  std::size_t size() const { return list_.size(); }
+
+  /// Adds the particles outside the slice to outcome.left.
+  static void find_leavers(const particles::Store& store, std::size_t begin, const Slice& slice, Outcome& outcome);
+
+ private:
+  struct Operation {
+    actions::Kernel kernel;
+    actions::Parameters parameters;
+    std::uint32_t stream;
+  };
+
+  std::vector<Operation> bind(particles::Store& store) const;
+
+  std::vector<actions::Action> list_;
+  std::uint32_t place_;
+};
+
+}  // namespace motes::recording

@@ -1,0 +1,84 @@
+// What a script recorded in a frame: one plain value that serialises to bytes. All ranks hash it and agree; written
+// to a file it can be replayed without Python.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "actions/action.h"
+#include "domains/domains.h"
+#include "image/scene.h"
+#include "particles/bytes.h"
+#include "recording/births.h"
+
+namespace motes::recording {
+
+/// A user's own column (API: World.system, attributes).
+struct UserAttribute {
+  std::string name;
+  int width = 1;
+  std::array<float, 3> initial{};
+
+  bool operator==(const UserAttribute&) const = default;
+};
+
+/// A particle system as the script defined it.
+struct SystemDefinition {
+  std::string name;
+  std::uint64_t capacity = UINT64_MAX;  // most particles alive at once
+  int axis = 0;                         // 0..2: x, y, z
+  domains::Space space;
+  image::Sprite sprite;
+  std::vector<UserAttribute> attributes;
+
+  bool operator==(const SystemDefinition&) const = default;
+};
+
+/// The script read or wrote particles here: what stands before runs before what stands behind.
+struct Read {
+  bool operator==(const Read&) const = default;
+};
+
+using Item = std::variant<Birth, actions::Action, Read>;
+
+/// What all ranks were asked to do.
+enum class Verb : std::uint8_t { start, render, step, digest, gather, finish };
+std::string name(Verb verb);
+
+/// One frame's list.
+struct Record {
+  Verb verb = Verb::step;
+  std::uint64_t frame = 0;
+  std::uint64_t seed = 0;
+  double dt = 0;
+  int substeps = 1;
+  std::vector<SystemDefinition> systems;  // all that the world has by now
+  std::vector<std::vector<Item>> lists;   // one a system
+  std::vector<image::Sprite> sprites;     // one a system
+  std::optional<image::View> view;        // verb render
+  std::string argument;                   // verb gather: the system and where to
+
+  bool operator==(const Record&) const = default;
+};
+
+void write(const Record& record, particles::Bytes& out);
+/// Throws std::runtime_error where the bytes are no record.
+Record read(particles::Reader& in);
+
+/// 128 bits that differ where two records differ.
+struct Hash {
+  std::uint64_t low = 0;
+  std::uint64_t high = 0;
+
+  bool operator==(const Hash&) const = default;
+};
+Hash hash(std::span<const std::byte> bytes);
+
+/// One sentence about the first thing in which two records differ.
+std::string first_difference(const Record& ours, const Record& theirs);
+
+}  // namespace motes::recording

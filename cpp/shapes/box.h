@@ -1,0 +1,63 @@
+// An axis-aligned box.
+#pragma once
+
+#include "shapes/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+struct BoxLanes {
+  Float3 low, high;
+
+  static MOTES_INLINE BoxLanes from(const shapes::Shape& s) { return {of(s.number), of(s.number + 3)}; }
+  MOTES_INLINE Mask contains(Floats3 p) const {
+    return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z);
+  }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    const Float3 size = minus(high, low);
+    return {low.x + size.x * unit(words.a), low.y + size.y * unit(words.b), low.z + size.z * unit(words.c)};
+  }
+
+  /// From outside: where the path enters; from inside: where it leaves.
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+    const Mask inside = contains(p);
+    Floats enter = all(-1.0f), leave = all(2.0f);
+    Floats3 enter_normal{Floats{}, Floats{}, Floats{}}, leave_normal = enter_normal;
+    Mask apart = Mask{};
+    slab(p.x, path.x, low.x, high.x, enter, leave, apart, enter_normal, leave_normal, 0);
+    slab(p.y, path.y, low.y, high.y, enter, leave, apart, enter_normal, leave_normal, 1);
+    slab(p.z, path.z, low.z, high.z, enter, leave, apart, enter_normal, leave_normal, 2);
+    const Mask from_outside = ~inside & ~apart & (enter <= leave) & (enter >= 0.0f) & (enter <= 1.0f);
+    const Mask from_inside = inside & (leave < 1.0f);
+    const Mask mask = from_outside | from_inside;
+    const Floats part = max(select(inside, leave, enter), Floats{});
+    return {mask, select(mask, part, Floats{}), select(inside, leave_normal, enter_normal)};
+  }
+
+ private:
+  static MOTES_INLINE void set_axis(Floats3& v, Mask where, int axis, Floats value) {
+    v = {select(where, axis == 0 ? value : Floats{}, v.x), select(where, axis == 1 ? value : Floats{}, v.y),
+         select(where, axis == 2 ? value : Floats{}, v.z)};
+  }
+
+  static MOTES_INLINE void slab(Floats p, Floats d, float lo, float hi, Floats& enter, Floats& leave, Mask& apart,
+                                Floats3& enter_normal, Floats3& leave_normal, int axis) {
+    const Mask still = d == 0.0f;
+    apart |= still & ((p < lo) | (p > hi));
+    const Floats inverse = all(1.0f) / select(still, all(1.0f), d);
+    const Mask rising = d > 0.0f;
+    const Floats to_low = (lo - p) * inverse;
+    const Floats to_high = (hi - p) * inverse;
+    const Floats near = select(rising, to_low, to_high);
+    const Floats far = select(rising, to_high, to_low);
+    const Floats back = select(rising, all(-1.0f), all(1.0f));
+    const Mask later = ~still & (near > enter);
+    enter = select(later, near, enter);
+    set_axis(enter_normal, later, axis, back);
+    const Mask sooner = ~still & (far < leave);
+    leave = select(sooner, far, leave);
+    set_axis(leave_normal, sooner, axis, back);
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,38 @@
+// A flat ring: the points of a plane between two distances from a centre.
+#pragma once
+
+#include "shapes/plane.h"
+
+namespace motes::MOTES_ISA {
+
+struct DiscLanes {
+  Float3 center, normal, u, v;
+  float radius, inner;
+
+  static MOTES_INLINE DiscLanes from(const shapes::Shape& s) {
+    const Float3 n = unit(of(s.number + 3));
+    // Any axis that is not nearly parallel to the normal gives a basis of the plane.
+    const Float3 axis = n.x * n.x < 0.5f ? Float3{1, 0, 0} : Float3{0, 1, 0};
+    const Float3 u = unit(cross(n, axis));
+    return {of(s.number), n, u, cross(n, u), s.number[6], s.number[7]};
+  }
+  MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    Floats cosine, sine;
+    cos_sin_turn(unit(words.a), cosine, sine);
+    // Uniform by area: the squared distance is uniform.
+    const float inner2 = inner * inner;
+    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
+    return all3(center) + all3(u) * (r * cosine) + all3(v) * (r * sine);
+  }
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+    const Crossing c = cross_plane(center, normal, p, path);
+    const Floats3 from_center = c.at - all3(center);
+    const Floats distance2 = dot(from_center, from_center);
+    const Mask within = (distance2 <= radius * radius) & (distance2 >= inner * inner);
+    return {c.mask & within, c.part, c.normal};
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,19 @@
+// The segment between two points.
+#pragma once
+
+#include "shapes/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+struct LineLanes {
+  Float3 start, along;
+
+  static MOTES_INLINE LineLanes from(const shapes::Shape& s) {
+    return {of(s.number), minus(of(s.number + 3), of(s.number))};
+  }
+  MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
+  MOTES_INLINE Floats3 sample(Draws& draws) const { return all3(start) + all3(along) * unit(draws.words().a); }
+  MOTES_INLINE Hit hit(Floats3, Floats3) const { return no_hit(); }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,49 @@
+// A ball, or a thick shell where the inner radius is above 0.
+#pragma once
+
+#include "shapes/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+struct SphereLanes {
+  Float3 center;
+  float radius, inner;
+
+  static MOTES_INLINE SphereLanes from(const shapes::Shape& s) { return {of(s.number), s.number[3], s.number[4]}; }
+  MOTES_INLINE Mask contains(Floats3 p) const {
+    const Floats3 d = p - all3(center);
+    const Floats distance2 = dot(d, d);
+    return (distance2 <= radius * radius) & (distance2 >= inner * inner);
+  }
+
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    // A direction by Archimedes: the height on a sphere is uniform.
+    const Floats z = 1.0f - 2.0f * unit(words.a);
+    Floats cosine, sine;
+    cos_sin_turn(unit(words.b), cosine, sine);
+    const Floats across = sqrt(max(1.0f - z * z, Floats{}));
+    // Uniform by volume: the cubed distance is uniform.
+    const float inner3 = inner * inner * inner;
+    const Floats r = cube_root(all(inner3) + unit(words.c) * (radius * radius * radius - inner3));
+    return all3(center) + Floats3{across * cosine, across * sine, z} * r;
+  }
+
+  /// From outside: where the path enters the outer surface; from inside: where it leaves.
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+    const Floats3 d = p - all3(center);
+    const Floats a = dot(path, path);
+    const Floats b = dot(d, path);
+    const Floats c = dot(d, d) - radius * radius;
+    const Mask inside = c < 0.0f;
+    const Floats discriminant = b * b - a * c;
+    const Floats root = sqrt(max(discriminant, Floats{}));
+    const Floats part = select(inside, root - b, -root - b) / select(a > 0.0f, a, all(1.0f));
+    const Mask toward = inside | (b < 0.0f);
+    const Mask mask = toward & (a > 0.0f) & (discriminant > 0.0f) & (part <= 1.0f) & (part >= 0.0f);
+    const Floats3 out = (d + path * part) * (1.0f / radius);
+    return {mask, select(mask, part, Floats{}), out * select(inside, all(-1.0f), all(1.0f))};
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,30 @@
+// The floating-point mode that equal bits need: a library built with -ffast-math, loaded into the same process, may
+// have switched denormal numbers off for everybody.
+#pragma once
+
+#if defined(__x86_64__)
+#include <xmmintrin.h>
+#endif
+
+namespace motes::simd {
+
+/// Rounds to nearest and keeps denormal numbers while it lives; then restores the caller's mode.
+class FloatMode {
+ public:
+#if defined(__x86_64__)
+  FloatMode() : before_(_mm_getcsr()) { _mm_setcsr(0x1F80); }
+  ~FloatMode() { _mm_setcsr(before_); }
+#else
+  FloatMode() = default;
+  ~FloatMode() = default;
+#endif
+  FloatMode(const FloatMode&) = delete;
+  FloatMode& operator=(const FloatMode&) = delete;
+
+ private:
+#if defined(__x86_64__)
+  unsigned before_;
+#endif
+};
+
+}  // namespace motes::simd

@@ -6,7 +6,7 @@
 
 #include "image/curves.h"
 #include "image/grid.h"
-#include "image/scenery.h"
+#include "image/solids.h"
 #include "image/vectors.h"
 
 namespace motes::image {
@@ -22,7 +22,11 @@ std::string text(double value) {
   std::snprintf(digits, sizeof digits, "%g", value);
   return digits;
 }
-std::string text(const Vector& v) { return "(" + text(v[0]) + ", " + text(v[1]) + ", " + text(v[2]) + ")"; }
+std::string text(const Vector& v) {
+  char digits[96];
+  std::snprintf(digits, sizeof digits, "(%g, %g, %g)", v[0], v[1], v[2]);
+  return digits;
+}
 
 [[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
   throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);

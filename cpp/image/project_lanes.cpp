@@ -145,8 +145,7 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
 
 std::size_t project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
                         const image::ProjectedBatch& out) {
-  const bool one_color =
-      t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
+  const bool one_color = t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
   if (one_color) {
     return out.depth != nullptr ? project<true, true>(t, first, last, out) : project<true, false>(t, first, last, out);
   }

@@ -74,39 +74,55 @@ ProjectTask task_of(const Drawn& particles, const Sprite& sprite, const View& vi
   return t;
 }
 
-// Number of records in each tile, at counts[tile + 1].
-void count_tiles(const std::uint32_t* words, std::size_t count, int columns, std::uint32_t* counts) {
+// Counts the records of each tile at counts[tile + 1], and lists the particles that touch several tiles. Without
+// branches: which particles do is chance, and a wrong guess costs more than the work.
+std::size_t count_tiles(const ProjectedBatch& b, std::size_t count, std::size_t columns, std::uint32_t* counts,
+                        std::uint32_t* several) {
+  std::size_t listed = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    std::uint32_t* tile = counts + (words[i] & kTileNumber) + 1;
-    ++tile[0];
-    if ((words[i] & ~kTileNumber) == 0) continue;
-    const bool column = (words[i] & kNextColumn) != 0;
-    const bool row = (words[i] & kNextRow) != 0;
-    if (column) ++tile[1];
-    if (row) ++tile[columns];
-    if (column && row) ++tile[columns + 1];
+    ++counts[(b.tile[i] & kTileNumber) + 1];
+    several[listed] = static_cast<std::uint32_t>(i);
+    listed += b.tile[i] > kTileNumber;
   }
+  for (std::size_t k = 0; k < listed; ++k) {
+    const std::uint32_t word = b.tile[several[k]];
+    const std::uint32_t column = word >> 30 & 1, row = word >> 31;
+    std::uint32_t* tile = counts + (word & kTileNumber) + 1;
+    tile[1] += column;
+    tile[columns] += row;
+    tile[columns + 1] += column & row;
+  }
+  return listed;
 }
 
-// Writes record i to the next place of each of its tiles.
+// Fetches memory that is about to be written in random order.
+void prefetch_for_write(std::byte* from, std::size_t count) {
+  for (std::size_t i = 0; i < count; i += 64) __builtin_prefetch(from + i, 1);
+}
+
+// Writes each record to the next place of each of its tiles.
 template <bool kDepth>
-void scatter(const ProjectedBatch& b, std::size_t count, int columns, std::uint32_t* cursor, std::byte* records) {
-  const auto put = [&](std::size_t i, std::uint32_t tile) {
-    std::byte* to = records + static_cast<std::size_t>(cursor[tile]++) * (kDepth ? 12 : 8);
+void scatter(const ProjectedBatch& b, std::size_t count, std::size_t columns, std::uint32_t* cursor,
+             const std::uint32_t* several, std::size_t listed, std::byte* records) {
+  constexpr std::size_t kBytes = kDepth ? 12 : 8;
+  const auto put = [&](std::size_t i, std::byte* to) {
     std::memcpy(to, b.position + i, 4);
     std::memcpy(to + 4, b.color + i, 4);
     if (kDepth) std::memcpy(to + 8, b.depth + i, 4);
   };
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t tile = b.tile[i] & kTileNumber;
-    put(i, tile);
-    if ((b.tile[i] & ~kTileNumber) == 0) continue;
-    const bool column = (b.tile[i] & kNextColumn) != 0;
-    const bool row = (b.tile[i] & kNextRow) != 0;
-    const auto below = tile + static_cast<std::uint32_t>(columns);
-    if (column) put(i, tile + 1);
-    if (row) put(i, below);
-    if (column && row) put(i, below + 1);
+  for (std::size_t i = 0; i < count; ++i) put(i, records + cursor[b.tile[i] & kTileNumber]++ * kBytes);
+  std::byte nowhere[kBytes];
+  const auto put_if = [&](std::size_t i, std::size_t tile, std::uint32_t wanted) {
+    put(i, wanted != 0 ? records + cursor[tile] * kBytes : nowhere);
+    cursor[tile] += wanted;
+  };
+  for (std::size_t k = 0; k < listed; ++k) {
+    const std::uint32_t i = several[k];
+    const std::uint32_t column = b.tile[i] >> 30 & 1, row = b.tile[i] >> 31;
+    const std::size_t tile = b.tile[i] & kTileNumber;
+    put_if(i, tile + 1, column);
+    put_if(i, tile + columns, row);
+    put_if(i, tile + columns + 1, column & row);
   }
 }
 
@@ -116,27 +132,32 @@ void Projector::append_batch(const ProjectTask& task, std::size_t first, std::si
                              Records& records) {
   constexpr std::size_t kSlack = 32;  // one vector that is stored whole, and a cache line between the arrays
   const std::size_t room = last - first + kSlack;
-  words_.resize(4 * room);
+  words_.resize(5 * room);
   std::uint32_t* words = words_.data();
   const ProjectedBatch batch{words, words + room, with_depth ? words + 2 * room : nullptr, words + 3 * room};
+  std::uint32_t* several = words + 4 * room;
   const std::size_t visible = lanes_->project(task, first, last, batch);
   if (visible == 0) return;
 
   const auto tile_count = static_cast<std::size_t>(tiles);
-  cursor_.assign(tile_count + 1, 0);
-  count_tiles(batch.tile, visible, task.columns, cursor_.data());
+  const auto columns = static_cast<std::size_t>(task.columns);
+  cursor_.assign(tile_count + columns + 3, 0);  // increments by 0 reach over the end
+  const std::size_t listed = count_tiles(batch, visible, columns, cursor_.data(), several);
   for (std::size_t t = 0; t < tile_count; ++t) cursor_[t + 1] += cursor_[t];
   const std::size_t total = cursor_[tile_count];
 
   const std::size_t offset_bytes = 4 * (tile_count + 1);
+  const std::size_t record_bytes = total * (with_depth ? 12 : 8);
   const std::size_t at = records.buffer_.size();
-  records.buffer_.resize(at + offset_bytes + total * (with_depth ? 12 : 8));
+  records.buffer_.resize(at + offset_bytes + record_bytes);
   std::byte* to = records.buffer_.data() + at;
   std::memcpy(to, cursor_.data(), offset_bytes);
+  to += offset_bytes;
+  prefetch_for_write(to, record_bytes);
   if (with_depth) {
-    scatter<true>(batch, visible, task.columns, cursor_.data(), to + offset_bytes);
+    scatter<true>(batch, visible, columns, cursor_.data(), several, listed, to);
   } else {
-    scatter<false>(batch, visible, task.columns, cursor_.data(), to + offset_bytes);
+    scatter<false>(batch, visible, columns, cursor_.data(), several, listed, to);
   }
   Header header;
   std::memcpy(&header, records.buffer_.data(), sizeof header);

@@ -1,5 +1,7 @@
 #include "image/tone.h"
 
+#include <cmath>
+
 #include "image/curves.h"
 #include "image/splat_lanes.h"
 
@@ -13,7 +15,7 @@ constexpr double kKnee = 0.5;
 double roll_off(double light) {
   if (light <= kKnee) return light;
   const double over = (light - kKnee) / (1 - kKnee);
-  return kKnee + (1 - kKnee) * (over / (1 + over));  // slope 1 at the knee
+  return kKnee + (1 - kKnee) * (1 - 1 / std::sqrt(1 + 2 * over));  // slope 1 at the knee
 }
 
 std::vector<std::uint8_t> tone_table(double exposure) {

@@ -1,0 +1,165 @@
+#include "bindings/bindings.h"
+#include "comm/last_words.h"
+#include "frame/engine.h"
+
+namespace motes::bindings {
+namespace {
+
+using frame::Engine;
+using Release = py::call_guard<py::gil_scoped_release>;
+
+// What the engine's waits ask of Python: interrupts, and whether the process waited for still lives.
+comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s) {
+  comm::Watch watch;
+  watch.while_waiting = [call = std::make_shared<py::function>(std::move(while_waiting))](int rank) {
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw py::error_already_set();
+    (*call)(rank);
+  };
+  watch.describe = [call = std::make_shared<py::function>(std::move(describe))](int rank) {
+    const py::gil_scoped_acquire gil;
+    return (*call)(rank).cast<std::string>();
+  };
+  watch.stall_s = stall_s;
+  return watch;
+}
+
+std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles, std::uint64_t seed,
+                                    double dt, int substeps, bool digest, const std::string& log,
+                                    std::vector<std::string> hosts, py::function while_waiting, py::function describe,
+                                    double stall_s) {
+  auto [manager, image_generator, calculators] = roles;
+  roles::Cast cast{manager, image_generator, std::move(calculators)};
+  comm::Watch watch = make_watch(std::move(while_waiting), std::move(describe), stall_s);
+  const py::gil_scoped_release release;
+  auto communicator = std::make_unique<comm::Communicator>(comm, std::move(watch));
+  roles::check(cast, communicator->size());
+  frame::Options options{seed, dt, substeps, digest, log, std::move(hosts)};
+  return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(options));
+}
+
+int add_system(Engine& engine, const std::string& name, std::optional<std::uint64_t> capacity, int axis,
+               const py::object& space, const image::Sprite& sprite,
+               const std::vector<std::tuple<std::string, int, std::array<float, 3>>>& attributes) {
+  recording::SystemDefinition definition;
+  definition.name = name;
+  if (capacity) definition.capacity = *capacity;
+  definition.axis = axis;
+  definition.sprite = sprite;
+  if (py::isinstance<py::str>(space)) {
+    definition.space.kind = domains::Space::Kind::fit;
+  } else if (!space.is_none()) {
+    const auto [low, high] = space.cast<std::pair<double, double>>();
+    definition.space = {domains::Space::Kind::finite, low, high};
+  }
+  for (const auto& [attribute, width, initial] : attributes) definition.attributes.push_back({attribute, width, initial});
+  return engine.add_system(std::move(definition));
+}
+
+py::dict times(const frame::PhaseTimes& t) {
+  py::dict d;
+  d["t_create_s"] = t.create;
+  d["t_act_s"] = t.act;
+  d["t_report_s"] = t.report;
+  d["t_exchange_s"] = t.exchange;
+  d["t_balance_s"] = t.balance;
+  d["t_render_s"] = t.render;
+  d["t_wait_s"] = t.wait;
+  d["t_frame_s"] = t.frame;
+  return d;
+}
+
+py::object last_row(const Engine& engine) {
+  if (!engine.last_row()) return py::none();
+  const frame::FrameRow& row = *engine.last_row();
+  py::dict d = times(row.times);
+  d["frame"] = row.frame;
+  d["particles"] = row.particles;
+  d["exchanged"] = row.exchanged;
+  d["exchanged_bytes"] = row.exchanged_bytes;
+  d["dropped"] = row.dropped;
+  d["imbalance"] = row.imbalance;
+  d["slowest_rank"] = row.slowest_rank;
+  return d;
+}
+
+py::object gather(Engine& engine, int system, bool to_all) {
+  std::unique_ptr<particles::Store> store;
+  {
+    const py::gil_scoped_release release;
+    store = engine.gather(system, to_all);
+  }
+  if (!store) return py::none();
+  py::dict columns;
+  for (int a = 0; a < store->schema().size(); ++a) columns[store->schema()[a].name.c_str()] = column_copy(*store, a);
+  columns["id"] = id_view(*store);
+  return columns;
+}
+
+std::string combined(const std::vector<particles::Digest>& systems) { return particles::combine(systems).text(); }
+
+}  // namespace
+
+void bind_engine(py::module_& m) {
+  py::class_<Engine>(m, "Engine")
+      .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("seed"), py::arg("dt"),
+           py::arg("substeps"), py::arg("digest"), py::arg("log"), py::arg("hosts"), py::arg("while_waiting"),
+           py::arg("describe"), py::arg("stall_s"))
+      .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
+           py::arg("sprite"), py::arg("attributes"))
+      .def("record_action",
+           [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
+      .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
+      .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
+      .def("start", &Engine::start, Release())
+      .def("finish", &Engine::finish, Release())
+      .def("run_frame", &Engine::run_frame, py::arg("view"), Release())
+      .def("digest", [](Engine& e) { return combined(e.digest()); }, Release())
+      .def("gather", &gather, py::arg("system"), py::arg("to_all"))
+      .def("run_pending", [](Engine& e, int system) { e.local(system); }, Release())
+      .def("touched", &Engine::touched)
+      .def("local_column", [](Engine& e, int system,
+                              int attribute) { return column_view(*e.system(system).store, attribute); })
+      .def("local_ids", [](Engine& e, int system) { return id_view(*e.system(system).store); })
+      .def("local_size", [](Engine& e, int system) { return e.system(system).store->size(); })
+      .def("memory_bytes", [](Engine& e, int system) { return e.system(system).store->memory_bytes(); })
+      .def("count", [](Engine& e, int system) { return e.system(system).alive; })
+      .def("born", [](Engine& e, int system) { return e.system(system).born; })
+      .def("dropped", [](Engine& e, int system) { return e.system(system).dropped; })
+      .def("cuts", [](Engine& e, int system) { return e.system(system).domains.cuts(); })
+      .def("take_pixels",
+           [](Engine& e, int width, int height) {
+             return owned_array(e.take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
+           })
+      .def("set_image_sha256", &Engine::set_image_sha256)
+      .def("linear", [](Engine& e) {
+             std::vector<float> light = e.linear();
+             const auto n = static_cast<py::ssize_t>(light.size());
+             return owned_array(std::move(light), {n});
+           })
+      .def_property("keep_linear", &Engine::keeps_linear, &Engine::keep_linear)
+      .def_property_readonly("frame", &Engine::frame)
+      .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
+      .def_property_readonly("last_row", &last_row);
+  m.def("builtin_attributes", [] {
+    std::vector<std::pair<std::string, int>> names;
+    const particles::Schema schema;
+    for (const particles::Attribute& a : schema.attributes()) names.emplace_back(a.name, a.width);
+    return names;
+  });
+  m.def("cast", [](const std::string& kind, int size) {
+    const roles::Cast cast = kind == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
+    return std::make_tuple(cast.manager, cast.image_generator, cast.calculators);
+  });
+  m.def("check_roles", [](const std::tuple<int, int, std::vector<int>>& roles, int size) {
+    roles::check({std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}, size);
+  });
+  m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
+    return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
+  });
+  m.def("name_crashes", &comm::name_crashes, py::arg("mark"));
+  m.def("set_place", &comm::set_place, py::arg("place"));
+  m.def("mpi_version", &comm::library_version);
+}
+
+}  // namespace motes::bindings

@@ -1,0 +1,42 @@
+#include "bindings/bindings.h"
+#include "image/camera.h"
+#include "image/footprint.h"
+#include "image/scene.h"
+#include "image/scenery.h"
+
+namespace motes::bindings {
+namespace {
+
+image::Sprite make_sprite(const std::string& kind, int pixels) {
+  image::Sprite sprite;
+  if (kind != "point" && kind != "disc") throw std::invalid_argument("kind must be point or disc, got '" + kind + "'");
+  sprite.kind = kind == "point" ? image::Sprite::Kind::point : image::Sprite::Kind::disc;
+  sprite.pixels = pixels;
+  image::check(sprite);
+  return sprite;
+}
+
+image::View make_view(int width, int height, const std::vector<image::Vector>& camera, double fov_deg, double near,
+                      image::Color background, float exposure,
+                      const std::vector<std::pair<shapes::Shape, image::Color>>& objects) {
+  image::View view;
+  view.width = width;
+  view.height = height;
+  view.camera = {camera.at(0), camera.at(1), camera.at(2), fov_deg, near};
+  view.background = background;
+  view.exposure = exposure;
+  for (const auto& [shape, color] : objects) view.objects.push_back({shape, color});
+  image::check(view);
+  return view;
+}
+
+}  // namespace
+
+void bind_image(py::module_& m) {
+  py::class_<image::Sprite>(m, "Sprite").def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"));
+  py::class_<image::View>(m, "View").def(py::init(&make_view), py::arg("width"), py::arg("height"), py::arg("camera"),
+                                         py::arg("fov_deg"), py::arg("near"), py::arg("background"),
+                                         py::arg("exposure"), py::arg("objects"));
+}
+
+}  // namespace motes::bindings

@@ -1,0 +1,96 @@
+#include "bindings/bindings.h"
+#include "recording/births.h"
+#include "recording/record.h"
+
+namespace motes::bindings {
+namespace {
+
+using actions::Action;
+using actions::Distribution;
+using recording::Birth;
+using State = std::vector<std::pair<int, Distribution>>;
+
+Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second) {
+  Distribution d;
+  d.kind = kind;
+  for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);
+  for (std::size_t i = 0; i < second.size() && i < 3; ++i) d.second[i] = static_cast<float>(second[i]);
+  return d;
+}
+
+Distribution in_shape(const shapes::Shape& shape) {
+  Distribution d;
+  d.kind = Distribution::Kind::shape;
+  d.shape = shape;
+  return d;
+}
+
+std::vector<recording::Given> given(const State& state) {
+  std::vector<recording::Given> all;
+  for (const auto& [attribute, distribution] : state) all.push_back({attribute, distribution});
+  return all;
+}
+
+Birth source(const shapes::Shape& shape, double rate, bool jitter, const State& state) {
+  Birth birth;
+  birth.kind = Birth::Kind::source;
+  birth.shape = shape;
+  birth.rate = rate;
+  birth.jitter = jitter;
+  birth.state = given(state);
+  return birth;
+}
+
+Birth burst(const shapes::Shape& shape, std::uint64_t count, const State& state) {
+  Birth birth;
+  birth.shape = shape;
+  birth.amount = count;
+  birth.state = given(state);
+  return birth;
+}
+
+Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& columns, const State& state) {
+  Birth birth;
+  birth.kind = Birth::Kind::emit;
+  birth.amount = count;
+  birth.state = given(state);
+  for (const auto& [attribute, values] : columns) {
+    birth.columns.push_back({attribute, {values.data(), values.data() + values.size()}});
+  }
+  return birth;
+}
+
+Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes) {
+  Action action{actions::kind_of(name), std::move(numbers), std::move(shapes)};
+  actions::check(action);
+  return action;
+}
+
+}  // namespace
+
+void bind_recording(py::module_& m) {
+  py::class_<Action>(m, "Action")
+      .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"))
+      .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
+      .def_readonly("numbers", &Action::numbers)
+      .def("__eq__", [](const Action& a, const Action& b) { return a == b; });
+  py::class_<Distribution>(m, "Distribution")
+      .def_static("value", [](const std::vector<double>& v) { return pair_of(Distribution::Kind::value, v, {}); })
+      .def_static("shape", &in_shape)
+      .def_static("uniform", [](const std::vector<double>& lo,
+                                const std::vector<double>& hi) { return pair_of(Distribution::Kind::uniform, lo, hi); })
+      .def_static("normal", [](const std::vector<double>& mean, const std::vector<double>& sigma) {
+        return pair_of(Distribution::Kind::normal, mean, sigma);
+      });
+  py::class_<Birth>(m, "Birth")
+      .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"))
+      .def_static("burst", &burst, py::arg("shape"), py::arg("count"), py::arg("state"))
+      .def_static("emit", &emit, py::arg("count"), py::arg("columns"), py::arg("state"));
+  m.def("action_names", [] {
+    std::vector<std::string> names;
+    for (int k = 0; k < actions::kKinds; ++k) names.emplace_back(actions::facts(static_cast<actions::Kind>(k)).name);
+    return names;
+  });
+}
+
+}  // namespace motes::bindings

@@ -1,0 +1,79 @@
+#include <cmath>
+
+#include "actions/kernels.h"
+#include "bindings/bindings.h"
+#include "particles/streams.h"
+#include "simd/isa.h"
+
+namespace motes::bindings {
+namespace {
+
+using shapes::Shape;
+
+Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
+  for (int k = 0; k < shapes::kKinds; ++k) {
+    if (shapes::name(static_cast<shapes::Kind>(k)) != kind) continue;
+    Shape shape;
+    shape.kind = static_cast<shapes::Kind>(k);
+    if (static_cast<int>(numbers.size()) != shapes::count(shape.kind)) {
+      throw std::invalid_argument(kind + " has " + std::to_string(shapes::count(shape.kind)) + " numbers");
+    }
+    for (std::size_t i = 0; i < numbers.size(); ++i) shape.number[i] = static_cast<float>(numbers[i]);
+    shapes::check(shape);
+    return shape;
+  }
+  throw std::invalid_argument("no shape is called '" + kind + "'");
+}
+
+// The points as three planes with room for whole vectors.
+std::vector<std::vector<float>> planes_of(const FloatArray& points) {
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding, 0.0f));
+  const auto view = points.unchecked<2>();
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) planes[c][i] = view(static_cast<py::ssize_t>(i), static_cast<py::ssize_t>(c));
+  }
+  return planes;
+}
+
+py::array contains(const Shape& shape, const FloatArray& points) {
+  const auto n = static_cast<std::size_t>(points.shape(0));
+  const auto planes = planes_of(points);
+  const float* position[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
+  std::vector<std::uint8_t> inside(n);
+  actions::kernels().contains(shape, position, n, inside.data());
+  return owned_array(std::move(inside), {static_cast<py::ssize_t>(n)}).view("?");
+}
+
+py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
+  std::vector<std::uint64_t> ids(n + particles::kPadding);
+  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = i;
+  std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding));
+  float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
+  actions::Distribution d;
+  d.kind = actions::Distribution::Kind::shape;
+  d.shape = shape;
+  actions::kernels().draw(d, {0, 0, particles::user_sample, particles::system_key(seed, 0)}, ids.data(), n, into, 3);
+  std::vector<float> rows(3 * n);
+  for (std::size_t i = 0; i < n; ++i) {
+    for (std::size_t c = 0; c < 3; ++c) rows[3 * i + c] = planes[c][i];
+  }
+  return owned_array(std::move(rows), {static_cast<py::ssize_t>(n), 3});
+}
+
+}  // namespace
+
+void bind_shapes(py::module_& m) {
+  py::class_<Shape>(m, "Shape")
+      .def(py::init(&make_shape), py::arg("kind"), py::arg("numbers"))
+      .def_property_readonly("kind", [](const Shape& s) { return shapes::name(s.kind); })
+      .def_property_readonly(
+          "numbers", [](const Shape& s) { return std::vector<float>(s.number, s.number + shapes::count(s.kind)); })
+      .def("measure", [](const Shape& s) { return shapes::measure(s); })
+      .def("contains", &contains, py::arg("points"))
+      .def("sample", &sample, py::arg("n"), py::arg("seed"))
+      .def("__eq__", [](const Shape& a, const Shape& b) { return a == b; });
+  m.def("simd", [] { return std::string(simd::name(simd::isa())); });
+}
+
+}  // namespace motes::bindings

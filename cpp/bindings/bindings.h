@@ -1,0 +1,43 @@
+// The only place that includes pybind11. One bind_* a folder of the engine.
+#pragma once
+
+#include <pybind11/functional.h>
+#include <pybind11/numpy.h>
+#include <pybind11/pybind11.h>
+#include <pybind11/stl.h>
+
+#include <memory>
+#include <vector>
+
+#include "particles/store.h"
+
+namespace motes::bindings {
+
+namespace py = pybind11;
+
+using FloatArray = py::array_t<float, py::array::c_style | py::array::forcecast>;
+
+void bind_errors(py::module_& m);
+void bind_shapes(py::module_& m);
+void bind_recording(py::module_& m);
+void bind_image(py::module_& m);
+void bind_engine(py::module_& m);
+void bind_bench(py::module_& m);
+
+/// An array over memory that a moved vector owns: no copy.
+template <class T>
+py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_t>& shape) {
+  auto* held = new std::vector<T>(std::move(values));
+  const py::capsule owner(held, [](void* p) { delete static_cast<std::vector<T>*>(p); });
+  return py::array_t<T>(shape, held->data(), owner);
+}
+
+/// A writable view of an attribute's planes, (n,) or (n, 3). It keeps the memory alive, not its meaning: the store may
+/// move its particles elsewhere.
+py::array column_view(particles::Store& store, int attribute);
+py::array id_view(particles::Store& store);
+
+/// A copy, without giving a uniform attribute memory.
+py::array column_copy(const particles::Store& store, int attribute);
+
+}  // namespace motes::bindings

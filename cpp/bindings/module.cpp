@@ -1,0 +1,11 @@
+#include "bindings/bindings.h"
+
+PYBIND11_MODULE(_core, m) {
+  m.doc() = "The engine of motes. Scripts use the package motes, which gives it defaults, types and prose.";
+  motes::bindings::bind_errors(m);
+  motes::bindings::bind_shapes(m);
+  motes::bindings::bind_recording(m);
+  motes::bindings::bind_image(m);
+  motes::bindings::bind_engine(m);
+  motes::bindings::bind_bench(m);
+}

@@ -1,0 +1,230 @@
+#include "comm/communicator.h"
+
+#define OMPI_SKIP_MPICXX
+#define MPICH_SKIP_MPICXX
+#include <mpi.h>
+#include <sched.h>
+#include <time.h>
+
+#include <algorithm>
+#include <deque>
+#include <list>
+#include <vector>
+
+#include "comm/clock.h"
+
+namespace motes::comm {
+namespace {
+
+// MPI counts bytes in an int: larger messages travel in pieces, which MPI keeps in order.
+constexpr std::size_t kPiece = std::size_t{1} << 30;
+constexpr double kWatchEvery = 0.05;
+
+void check(int code, const char* what) {
+  if (code == MPI_SUCCESS) return;
+  char text[MPI_MAX_ERROR_STRING] = "";
+  int length = 0;
+  MPI_Error_string(code, text, &length);
+  throw CommError(std::string(what) + ": " + std::string(text, static_cast<std::size_t>(length)));
+}
+
+int tag(Phase phase) { return 100 + static_cast<int>(phase); }
+
+struct Posted {
+  Message message;
+  std::vector<MPI_Request> requests;
+};
+
+struct Mailed {
+  Phase phase;
+  Message message;
+};
+
+// First busy, then polite: with more ranks than cores the one waited for needs this one's core.
+void back_off(int round) {
+  if (round < 50) return;
+  if (round < 200) {
+    sched_yield();
+    return;
+  }
+  const timespec nap{0, round < 1000 ? 20000 : 200000};
+  nanosleep(&nap, nullptr);
+}
+
+}  // namespace
+
+const char* name(Phase phase) {
+  constexpr const char* kNames[] = {"begin", "report", "verdict", "exchange", "records", "gather", "particles"};
+  return kNames[static_cast<std::size_t>(phase)];
+}
+
+struct Communicator::State {
+  MPI_Comm comm = MPI_COMM_NULL;
+  int rank = 0;
+  int size = 1;
+  Watch watch;
+  std::list<Posted> posted;
+  std::deque<Mailed> mailbox;
+  double waited_s = 0;
+  std::uint64_t bytes_sent = 0;
+
+  // Calls `done` until it says true.
+  template <class Done>
+  void wait(int for_rank, const std::string& purpose, const Done& done) {
+    if (done()) return;
+    const double start = wall_seconds();
+    double next_watch = start + kWatchEvery;
+    for (int round = 0; !done(); ++round) {
+      progress();
+      back_off(round);
+      const double now = wall_seconds();
+      if (now < next_watch) continue;
+      next_watch = now + kWatchEvery;
+      if (watch.while_waiting) watch.while_waiting(for_rank);
+      if (now - start > watch.stall_s) stalled(for_rank, purpose, now - start);
+    }
+    waited_s += wall_seconds() - start;
+  }
+
+  [[noreturn]] void stalled(int for_rank, const std::string& purpose, double seconds) const {
+    const std::string whom = for_rank < 0 ? "other ranks" : describe(for_rank);
+    throw Stalled(for_rank, describe(rank) + " waited " + std::to_string(static_cast<int>(seconds)) + " s for " + whom +
+                                ": " + purpose);
+  }
+
+  std::string describe(int of) const {
+    return watch.describe ? watch.describe(of) : "rank " + std::to_string(of);
+  }
+
+  void progress() {
+    for (auto it = posted.begin(); it != posted.end();) {
+      int all_done = 0;
+      check(MPI_Testall(static_cast<int>(it->requests.size()), it->requests.data(), &all_done, MPI_STATUSES_IGNORE),
+            "sending a message");
+      it = all_done != 0 ? posted.erase(it) : std::next(it);
+    }
+  }
+
+  void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string& purpose) {
+    MPI_Message arriving = MPI_MESSAGE_NULL;
+    MPI_Status status;
+    wait(from, purpose, [&] {
+      int here = 0;
+      check(MPI_Improbe(from, tag(phase), comm, &here, &arriving, &status), "waiting for a message");
+      return here != 0;
+    });
+    int bytes = 0;
+    check(MPI_Get_count(&status, MPI_BYTE, &bytes), "reading a message");
+    MPI_Request request = MPI_REQUEST_NULL;
+    check(MPI_Imrecv(into.extend(static_cast<std::size_t>(bytes)), bytes, MPI_BYTE, &arriving, &request),
+          "receiving a message");
+    wait(from, purpose, [&] {
+      int done = 0;
+      check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "receiving a message");
+      return done != 0;
+    });
+  }
+
+  Message receive(int from, Phase phase, const std::string& purpose) {
+    particles::Bytes bytes;
+    receive_piece(from, phase, bytes, purpose);
+    const std::size_t whole = sizeof(Header) + particles::Reader(bytes.view()).get<Header>().payload_bytes;
+    while (bytes.size() < whole) receive_piece(from, phase, bytes, purpose);
+    return Message(std::move(bytes));
+  }
+
+  Message take_own(Phase phase) {
+    const auto found = std::find_if(mailbox.begin(), mailbox.end(), [&](const Mailed& m) { return m.phase == phase; });
+    if (found == mailbox.end()) throw CommError(describe(rank) + " waits for a message of its own that it never sent");
+    Message message = std::move(found->message);
+    mailbox.erase(found);
+    return message;
+  }
+};
+
+Communicator::Communicator(int handle, Watch watch) : state_(std::make_unique<State>()) {
+  State& s = *state_;
+  s.watch = std::move(watch);
+  const MPI_Comm users = MPI_Comm_f2c(handle);
+  if (users == MPI_COMM_NULL) throw CommError("comm must be a live communicator");
+  MPI_Comm_rank(users, &s.rank);
+  MPI_Comm_size(users, &s.size);
+  MPI_Request request = MPI_REQUEST_NULL;
+  check(MPI_Comm_idup(users, &s.comm, &request), "duplicating the communicator");
+  s.wait(-1, "to enter the world", [&] {
+    int done = 0;
+    check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "duplicating the communicator");
+    return done != 0;
+  });
+  // Errors come back as codes that check() turns into exceptions; whatever handler the user has is not inherited.
+  check(MPI_Comm_set_errhandler(s.comm, MPI_ERRORS_RETURN), "setting the error handler");
+}
+
+Communicator::~Communicator() {
+  int finalized = 0;
+  MPI_Finalized(&finalized);
+  // With messages under way the job is being given up: freeing would wait for ranks that are gone.
+  if (finalized == 0 && state_->posted.empty() && state_->comm != MPI_COMM_NULL) MPI_Comm_free(&state_->comm);
+}
+
+int Communicator::rank() const { return state_->rank; }
+int Communicator::size() const { return state_->size; }
+double Communicator::waited_s() const { return state_->waited_s; }
+std::uint64_t Communicator::bytes_sent() const { return state_->bytes_sent; }
+
+void Communicator::post(int to, Phase phase, std::uint64_t frame, Message message, std::uint64_t count, bool failed) {
+  State& s = *state_;
+  Header header;
+  header.phase = phase;
+  header.failed = failed ? 1 : 0;
+  header.frame = frame;
+  header.count = count;
+  message.set_header(header);
+  if (to == s.rank) {
+    s.mailbox.push_back({phase, std::move(message)});
+    return;
+  }
+  s.progress();
+  s.posted.push_back({std::move(message), {}});
+  Posted& posted = s.posted.back();
+  const particles::Bytes& bytes = posted.message.bytes();
+  for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
+    const std::size_t length = std::min(kPiece, bytes.size() - at);
+    posted.requests.push_back(MPI_REQUEST_NULL);
+    check(MPI_Isend(bytes.data() + at, static_cast<int>(length), MPI_BYTE, to, tag(phase), s.comm,
+                    &posted.requests.back()),
+          "sending a message");
+  }
+  s.bytes_sent += bytes.size();
+}
+
+Message Communicator::expect(int from, Phase phase, std::uint64_t frame) {
+  State& s = *state_;
+  const std::string purpose = std::string("frame ") + std::to_string(frame) + ", phase " + name(phase);
+  Message message = from == s.rank ? s.take_own(phase) : s.receive(from, phase, purpose);
+  const Header header = message.header();
+  if (header.magic != Header{}.magic || header.phase != phase || header.frame != frame ||
+      header.payload_bytes != message.payload().size()) {
+    throw CommError(s.describe(from) + " sent a message of frame " + std::to_string(header.frame) + ", phase " +
+                    name(header.phase) + " where " + s.describe(s.rank) + " expected " + purpose);
+  }
+  return message;
+}
+
+void Communicator::flush() {
+  State& s = *state_;
+  s.wait(-1, "to take its messages", [&] {
+    s.progress();
+    return s.posted.empty();
+  });
+}
+
+std::string library_version() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  const std::string whole(text, static_cast<std::size_t>(length));
+  return whole.substr(0, whole.find(','));
+}
+
+}  // namespace motes::comm

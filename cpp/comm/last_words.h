@@ -1,0 +1,16 @@
+// When a rank crashes, one message says which and when, before the process ends.
+#pragma once
+
+#include <string>
+
+namespace motes::comm {
+
+/// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) prints "*** motes: rank 2 (calculator 0), frame 7:
+/// segmentation fault", then the handlers that were installed before run. `mark`: a file that whoever reports a failed
+/// job makes first; a crash is silent where it exists. Empty: no such file.
+void name_crashes(const std::string& mark);
+
+/// Who and when, for that text: kept in a buffer that a signal handler can read.
+void set_place(const std::string& place);
+
+}  // namespace motes::comm

@@ -1,0 +1,157 @@
+// agree: all ranks report to the manager, which answers all: loads and counts, who sends particles to whom, and
+// whether a rank failed or recorded another list. Whatever the answer is, all ranks do the same thing next.
+#include <algorithm>
+#include <map>
+
+#include "comm/clock.h"
+#include "frame/engine.h"
+#include "frame/work.h"
+
+namespace motes::frame {
+
+using comm::Message;
+using comm::Phase;
+
+void Engine::agree() {
+  const double start = comm::wall_seconds();
+  Message message;
+  write(own_report(), message.bytes());
+  comm_->post(cast_.manager, Phase::report, turn_, std::move(message), 0, failure_.failed());
+  if (manages()) judge();
+  const Message answer = comm_->expect(cast_.manager, Phase::verdict, turn_);
+  particles::Reader in = answer.reader();
+  Verdict verdict = read_verdict(in);
+  times_.report = comm::wall_seconds() - start;
+  obey(std::move(verdict));
+}
+
+Report Engine::own_report() {
+  Report report;
+  report.failure = failure_;
+  if (failure_.kind == Failure::Kind::mismatch) {
+    report.record.put_raw(record_bytes_.data(), record_bytes_.size());
+  }
+  for (std::size_t i = 0; calculator() >= 0 && i < systems_.size(); ++i) {
+    const System& s = *systems_[i];
+    SystemReport row;
+    row.at_start = s.tally.at_start;
+    row.created = s.tally.created;
+    row.killed = s.tally.killed;
+    row.kept = s.store->size();
+    row.compute_s = s.tally.compute_s;
+    row.sent = sent_[i];
+    row.digest = digests_[i];
+    report.systems.push_back(std::move(row));
+  }
+  report.tail = std::move(tail_);
+  tail_ = {};
+  return report;
+}
+
+void Engine::judge() {
+  std::vector<Report> reports;
+  for (int from = 0; from < comm_->size(); ++from) {
+    const Message message = comm_->expect(from, Phase::report, turn_);
+    particles::Reader in = message.reader();
+    reports.push_back(read_report(in));
+  }
+  Verdict verdict = compare(reports);
+  std::vector<std::vector<std::int32_t>> sources(cast_.calculators.size());
+  if (!verdict.failure.failed()) {
+    note_tails(reports);
+    verdict.alive.assign(systems_.size(), 0);
+    verdict.digests.assign(systems_.size(), {});
+    for (const int rank : cast_.calculators) {
+      const Report& report = reports[static_cast<std::size_t>(rank)];
+      for (std::size_t i = 0; i < report.systems.size(); ++i) {
+        verdict.alive[i] += report.systems[i].kept;
+        verdict.digests[i] += report.systems[i].digest;
+        for (const Sent& sent : report.systems[i].sent) {
+          verdict.alive[i] += sent.count;
+          std::vector<std::int32_t>& from = sources[static_cast<std::size_t>(sent.domain)];
+          if (from.empty() || from.back() != rank) from.push_back(rank);
+        }
+      }
+    }
+    note_frame(reports, verdict);
+  }
+  for (int to = 0; to < comm_->size(); ++to) {
+    const int calculator = cast_.calculator_of(to);
+    verdict.sources = calculator >= 0 ? sources[static_cast<std::size_t>(calculator)] : std::vector<std::int32_t>{};
+    Message message;
+    write(verdict, message.bytes());
+    comm_->post(to, Phase::verdict, turn_, std::move(message), 0, verdict.failure.failed());
+  }
+}
+
+// A rank whose script differs says nothing reliable about computing, so mismatches are told first.
+Verdict Engine::compare(std::vector<Report>& reports) const {
+  const auto differs = [](const Report& r) { return r.failure.kind == Failure::Kind::mismatch; };
+  if (std::any_of(reports.begin(), reports.end(), differs)) return mismatch(reports);
+  Verdict verdict;
+  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
+    if (!reports[rank].failure.failed()) continue;
+    verdict.failure = reports[rank].failure;
+    verdict.failed_rank = static_cast<std::int32_t>(rank);
+    break;
+  }
+  return verdict;
+}
+
+// The ranks outside the largest group that recorded the same list; the lowest rank's group wins a tie.
+Verdict Engine::mismatch(std::vector<Report>& reports) const {
+  std::vector<std::span<const std::byte>> lists;
+  for (Report& report : reports) {
+    lists.push_back(report.failure.kind == Failure::Kind::mismatch ? report.record.view() : record_bytes_.view());
+  }
+  std::size_t most = 0;
+  std::size_t model = 0;
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    const auto same = std::count_if(lists.begin(), lists.end(), [&](auto other) {
+      return std::equal(other.begin(), other.end(), lists[i].begin(), lists[i].end());
+    });
+    if (static_cast<std::size_t>(same) > most) {
+      most = static_cast<std::size_t>(same);
+      model = i;
+    }
+  }
+  Verdict verdict;
+  std::string difference;
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    if (std::equal(lists[i].begin(), lists[i].end(), lists[model].begin(), lists[model].end())) continue;
+    verdict.ranks.push_back(static_cast<std::int32_t>(i));
+    if (!difference.empty()) continue;
+    particles::Reader ours(lists[i]);
+    particles::Reader theirs(lists[model]);
+    difference = recording::first_difference(recording::read(ours), recording::read(theirs));
+  }
+  verdict.failed_rank = verdict.ranks.front();
+  verdict.failure = {Failure::Kind::mismatch, recording::name(record_.verb),
+                     difference + " (here: rank " + std::to_string(verdict.failed_rank) + ", there: rank " +
+                         std::to_string(model) + ")"};
+  return verdict;
+}
+
+void Engine::obey(Verdict verdict) {
+  if (verdict.failure.failed()) {
+    const std::exception_ptr own = own_exception_;
+    const bool mine = verdict.failed_rank == rank() && failure_.kind == Failure::Kind::compute;
+    failure_ = {};
+    own_exception_ = nullptr;
+    leaving_.clear();
+    if (mine && own) std::rethrow_exception(own);
+    const std::string role = cast_.describe(verdict.failed_rank);
+    const std::string who =
+        "rank " + std::to_string(verdict.failed_rank) + " (" + role + "), frame " +
+        std::to_string(frame_);
+    const std::string text = verdict.failure.kind == Failure::Kind::mismatch
+                                 ? who + ": its script differs from the other ranks': " + verdict.failure.text
+                                 : who + ", " + verdict.failure.action + ": " + verdict.failure.text;
+    throw Agreed(std::move(verdict), frame_, role, text);
+  }
+  for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->alive = verdict.alive[i];
+  digests_ = verdict.digests;
+  verdict_ = std::move(verdict);
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,97 @@
+// create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
+// its message is also the notice that transmission has ended, and says what it was asked to do.
+#include "comm/clock.h"
+#include "frame/engine.h"
+#include "frame/work.h"
+
+namespace motes::frame {
+
+using comm::Message;
+using comm::Phase;
+
+void Engine::create() {
+  const double start = comm::wall_seconds();
+  for (std::size_t i = 0; i < systems_.size(); ++i) {
+    if (record_.verb == recording::Verb::render || record_.verb == recording::Verb::step) {
+      groups_[i] = systems_[i]->count_births(frame_, options_.dt, options_.substeps);
+    }
+  }
+  if (manages()) deal();
+  Message births = receive_births();
+  times_.create = comm::wall_seconds() - start;
+  act(std::move(births));
+}
+
+void Engine::deal() {
+  const recording::Hash hash = recording::hash(record_bytes_.view());
+  particles::Bytes cuts;
+  std::vector<particles::Bytes> parts(cast_.calculators.size());
+  std::uint64_t made = 0;
+  work("create", [&] {
+    for (std::size_t i = 0; i < systems_.size(); ++i) {
+      System& system = *systems_[i];
+      const Stores newborn = make_births(system, groups_[i]);
+      cuts.put(system.new_cuts);
+      if (system.new_cuts) {
+        cuts.put(static_cast<std::uint32_t>(system.domains.cuts().size()));
+        cuts.put_raw(system.domains.cuts().data(), system.domains.cuts().size() * sizeof(float));
+      }
+      system.new_cuts = false;
+      for (const particles::Store& store : newborn) {
+        made += store.size();
+        std::vector<std::vector<std::uint32_t>> owned(parts.size());
+        const float* x = store.plane(particles::position, system.definition.axis);
+        for (std::size_t p = 0; p < store.size(); ++p) {
+          owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
+        }
+        for (std::size_t c = 0; c < parts.size(); ++c) store.pack(owned[c], parts[c]);
+      }
+    }
+  });
+  for (int to = 0; to < comm_->size(); ++to) {
+    Message message;
+    message.bytes().put(hash);
+    const int calculator = cast_.calculator_of(to);
+    if (!failure_.failed()) {
+      message.bytes().put_raw(cuts.data(), cuts.size());
+      if (calculator >= 0) {
+        particles::Bytes& part = parts[static_cast<std::size_t>(calculator)];
+        message.bytes().put_raw(part.data(), part.size());
+        part = {};
+      }
+    }
+    comm_->post(to, Phase::begin, turn_, std::move(message), made, failure_.failed());
+  }
+}
+
+Message Engine::receive_births() {
+  Message message = comm_->expect(cast_.manager, Phase::begin, turn_);
+  particles::Reader in = message.reader();
+  if (in.get<recording::Hash>() != recording::hash(record_bytes_.view())) {
+    failure_ = {Failure::Kind::mismatch, recording::name(record_.verb), "another list than the manager's"};
+  }
+  return message;
+}
+
+Engine::Stores Engine::make_births(System& system, const std::vector<BirthGroup>& groups) {
+  Stores newborn;
+  newborn.reserve(groups.size());
+  for (const BirthGroup& group : groups) newborn.push_back(system.make(group, options_.dt, options_.substeps));
+  fit(system, newborn);
+  return newborn;
+}
+
+// space "fit": the first births decide where the domains lie.
+void Engine::fit(System& system, const Stores& newborn) {
+  if (!system.waits_for_fit || newborn.empty()) return;
+  std::vector<float> coordinates;
+  for (const particles::Store& store : newborn) {
+    const float* x = store.plane(particles::position, system.definition.axis);
+    coordinates.insert(coordinates.end(), x, x + store.size());
+  }
+  system.domains = domains::quantiles(coordinates, static_cast<int>(cast_.calculators.size()));
+  system.waits_for_fit = false;
+  system.new_cuts = true;
+}
+
+}  // namespace motes::frame

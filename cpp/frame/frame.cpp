@@ -1,0 +1,108 @@
+#include "frame/engine.h"
+
+#include "comm/clock.h"
+#include "comm/last_words.h"
+#include "frame/work.h"
+
+namespace motes::frame {
+
+using recording::Verb;
+
+Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Options options)
+    : comm_(std::move(communicator)), cast_(std::move(cast)), options_(std::move(options)) {}
+
+// The paper's Algorithm 1 and section 3.2, from a recorded list on.
+void Engine::run_frame(const std::optional<image::View>& view) {
+  begin_frame(view ? Verb::render : Verb::step, view, "");
+  create();    // manager -> calculators, which act, move and set leavers aside
+  agree();     // all -> manager -> all: loads, failures, who sends to whom
+  exchange();  // calculators <-> calculators
+  render();    // calculators -> image generator
+  end_frame();
+}
+
+void Engine::start() {
+  frame_start_s_ = comm::wall_seconds();
+  converse(Verb::start, "");
+  if (manages() && !options_.log.empty()) {
+    work("log", [&] { log_ = std::make_unique<Log>(options_.log, options_.hosts); });
+    if (log_) log_->event("start", frame_, "");
+  }
+  converse(Verb::start, "log");  // all know now whether the manager can write its log
+}
+
+void Engine::finish() {
+  converse(Verb::finish, "");  // brings the last frame's tails, so its row is whole
+  if (log_) log_->event("end", frame_, "");
+  comm_->flush();
+}
+
+std::vector<particles::Digest> Engine::digest() {
+  converse(Verb::digest, "");
+  return verdict_.digests;
+}
+
+int Engine::add_system(recording::SystemDefinition definition) {
+  const auto index = static_cast<std::uint32_t>(systems_.size());
+  const int calculators = static_cast<int>(cast_.calculators.size());
+  systems_.push_back(std::make_unique<System>(std::move(definition), options_.seed, index, calculators));
+  return static_cast<int>(index);
+}
+
+void Engine::record(int index, recording::Item item) {
+  System& s = system(index);
+  if (const auto* action = std::get_if<actions::Action>(&item)) actions::check(*action);
+  if (const auto* birth = std::get_if<recording::Birth>(&item)) recording::check(*birth, s.schema);
+  s.list.push_back(std::move(item));
+}
+
+void Engine::begin_frame(Verb verb, const std::optional<image::View>& view, const std::string& argument) {
+  ++turn_;
+  waited_before_s_ = comm_->waited_s();
+  record_ = {};
+  record_.verb = verb;
+  record_.frame = frame_;
+  record_.seed = options_.seed;
+  record_.dt = options_.dt;
+  record_.substeps = options_.substeps;
+  for (const auto& s : systems_) {
+    record_.systems.push_back(s->definition);
+    record_.lists.push_back(std::move(s->list));  // lent: moved back below
+    record_.sprites.push_back(s->sprite);
+  }
+  record_.view = view;
+  record_.argument = argument;
+  record_bytes_.clear();
+  recording::write(record_, record_bytes_);
+  for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->list = std::move(record_.lists[i]);
+  record_.lists.clear();
+  digests_.assign(systems_.size(), {});
+  groups_.assign(systems_.size(), {});
+}
+
+void Engine::end_frame() {
+  const double now = comm::wall_seconds();
+  times_.wait = comm_->waited_s() - waited_before_s_;
+  times_.frame = now - frame_start_s_;
+  frame_start_s_ = now;
+  tail_.valid = true;
+  tail_.frame = frame_;
+  tail_.times = times_;
+  tail_.bytes_sent = exchange_bytes_;
+  ++frame_;
+  for (const auto& s : systems_) s->start_frame();
+  comm::set_place("rank " + std::to_string(rank()) + " (" + cast_.describe(rank()) + "), frame " +
+                  std::to_string(frame_));
+}
+
+// A conversation outside the frame: all ranks are here and ask the same.
+void Engine::converse(Verb verb, const std::string& argument) {
+  for (int i = 0; i < system_count(); ++i) {
+    if (verb == Verb::digest || verb == Verb::gather) work("act", [&] { local(i); });
+  }
+  begin_frame(verb, std::nullopt, argument);
+  create();
+  agree();
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,59 @@
+// The run's log: small tables of JSON lines, one schema a file, written by the manager.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frame/report.h"
+
+namespace motes::frame {
+
+/// A row of load.jsonl: one system on one calculator in one frame.
+struct LoadRow {
+  std::string system;
+  int rank = 0;
+  std::uint64_t n_start = 0, n_end = 0, created = 0, killed = 0, sent = 0, received = 0, bytes_sent = 0;
+  double compute_s = 0, rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
+  double domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
+  double speed = 0;                     // particles a second
+};
+
+/// A row of frames.jsonl.
+struct FrameRow {
+  std::uint64_t frame = 0;
+  double time = 0;  // seconds of the animation
+  std::uint64_t particles = 0, exchanged = 0, exchanged_bytes = 0, dropped = 0;
+  double imbalance = 1;  // slowest calculator's compute seconds / their mean
+  int slowest_rank = 0;
+  PhaseTimes times;      // the slowest rank of each phase
+  std::string image_sha256, particles_digest;
+  std::vector<LoadRow> load;
+};
+
+/// Each row is one line, padded so that it never crosses a page, and one write: a killed run is readable to its last
+/// whole row. Numbers that are not finite become null.
+class Log {
+ public:
+  /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.
+  Log(const std::string& directory, std::vector<std::string> hosts);
+  ~Log();
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+
+  void add(const FrameRow& row);
+  /// kind: "start", "end", "births_dropped", ...
+  void event(const std::string& kind, std::uint64_t frame, const std::string& text);
+
+ private:
+  void write_line(int file, std::string line);
+
+  std::string directory_;
+  std::vector<std::string> hosts_;
+  int frames_ = -1;
+  int load_ = -1;
+  int events_ = -1;
+};
+
+}  // namespace motes::frame

@@ -1,0 +1,113 @@
+#include "frame/report.h"
+
+#include <stdexcept>
+
+namespace motes::frame {
+namespace {
+
+using particles::Bytes;
+using particles::Reader;
+
+template <class T>
+void put_list(Bytes& out, const std::vector<T>& list) {
+  out.put(static_cast<std::uint64_t>(list.size()));
+  out.put_raw(list.data(), list.size() * sizeof(T));
+}
+
+template <class T>
+std::vector<T> get_list(Reader& in) {
+  const auto count = in.get<std::uint64_t>();
+  if (count > in.left() / sizeof(T)) throw std::runtime_error("a report ends too early");
+  std::vector<T> list(count);
+  const auto bytes = in.take(count * sizeof(T));
+  if (count != 0) std::memcpy(list.data(), bytes.data(), bytes.size());
+  return list;
+}
+
+void put(Bytes& out, const Failure& failure) {
+  out.put(failure.kind);
+  out.put_text(failure.action);
+  out.put_text(failure.text);
+}
+
+Failure get_failure(Reader& in) {
+  Failure failure;
+  failure.kind = in.get<Failure::Kind>();
+  failure.action = in.get_text();
+  failure.text = in.get_text();
+  return failure;
+}
+
+void put(Bytes& out, const SystemReport& system) {
+  out.put(system.at_start);
+  out.put(system.created);
+  out.put(system.killed);
+  out.put(system.kept);
+  out.put(system.compute_s);
+  put_list(out, system.sent);
+  out.put(system.digest);
+}
+
+SystemReport get_system(Reader& in) {
+  SystemReport system;
+  system.at_start = in.get<std::uint64_t>();
+  system.created = in.get<std::uint64_t>();
+  system.killed = in.get<std::uint64_t>();
+  system.kept = in.get<std::uint64_t>();
+  system.compute_s = in.get<double>();
+  system.sent = get_list<Sent>(in);
+  system.digest = in.get<particles::Digest>();
+  return system;
+}
+
+}  // namespace
+
+void write(const Report& report, Bytes& out) {
+  put(out, report.failure);
+  out.put(static_cast<std::uint64_t>(report.record.size()));
+  out.put_raw(report.record.data(), report.record.size());
+  out.put(static_cast<std::uint32_t>(report.systems.size()));
+  for (const SystemReport& system : report.systems) put(out, system);
+  out.put(report.tail.valid);
+  out.put(report.tail.frame);
+  out.put(report.tail.times);
+  put_list(out, report.tail.bytes_sent);
+  out.put_text(report.tail.image_sha256);
+}
+
+Report read_report(Reader& in) {
+  Report report;
+  report.failure = get_failure(in);
+  const auto record = in.take(in.get<std::uint64_t>());
+  report.record.put_raw(record.data(), record.size());
+  const auto systems = in.get<std::uint32_t>();
+  for (std::uint32_t i = 0; i < systems; ++i) report.systems.push_back(get_system(in));
+  report.tail.valid = in.get<bool>();
+  report.tail.frame = in.get<std::uint64_t>();
+  report.tail.times = in.get<PhaseTimes>();
+  report.tail.bytes_sent = get_list<std::uint64_t>(in);
+  report.tail.image_sha256 = in.get_text();
+  return report;
+}
+
+void write(const Verdict& verdict, Bytes& out) {
+  put(out, verdict.failure);
+  out.put(verdict.failed_rank);
+  put_list(out, verdict.ranks);
+  put_list(out, verdict.sources);
+  put_list(out, verdict.alive);
+  put_list(out, verdict.digests);
+}
+
+Verdict read_verdict(Reader& in) {
+  Verdict verdict;
+  verdict.failure = get_failure(in);
+  verdict.failed_rank = in.get<std::int32_t>();
+  verdict.ranks = get_list<std::int32_t>(in);
+  verdict.sources = get_list<std::int32_t>(in);
+  verdict.alive = get_list<std::uint64_t>(in);
+  verdict.digests = get_list<particles::Digest>(in);
+  return verdict;
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,82 @@
+// What ranks tell each other about a frame: reports to the manager, its verdict to all. Plain values as bytes.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "particles/bytes.h"
+#include "particles/digest.h"
+
+namespace motes::frame {
+
+/// Seconds that a rank spent in each phase of a frame.
+struct PhaseTimes {
+  double create = 0;    // births made, dealt, received
+  double act = 0;       // the recorded list, fused
+  double report = 0;    // report and verdict, with the wait for the slowest
+  double exchange = 0;  // particles to their owners
+  double balance = 0;   // cuts moved
+  double render = 0;    // projected and sent; received, drawn
+  double wait = 0;      // of all these: waiting for messages
+  double frame = 0;     // the whole frame, the script's own part included
+};
+
+/// Why a rank could not compute its part.
+struct Failure {
+  enum class Kind : std::uint8_t { none, compute, mismatch };
+  Kind kind = Kind::none;
+  std::string action;  // what it was doing
+  std::string text;
+
+  bool failed() const { return kind != Kind::none; }
+};
+
+/// Particles on their way to one domain.
+struct Sent {
+  std::int32_t domain = 0;
+  std::uint64_t count = 0;
+};
+
+/// One system on one calculator: after its list ran, before the exchange.
+struct SystemReport {
+  std::uint64_t at_start = 0;
+  std::uint64_t created = 0;
+  std::uint64_t killed = 0;
+  std::uint64_t kept = 0;
+  double compute_s = 0;
+  std::vector<Sent> sent;
+  particles::Digest digest;
+};
+
+/// What became known too late for the report of its own frame: it travels with the next one.
+struct Tail {
+  bool valid = false;
+  std::uint64_t frame = 0;
+  PhaseTimes times;
+  std::vector<std::uint64_t> bytes_sent;  // exchange, one a system
+  std::string image_sha256;
+};
+
+struct Report {
+  Failure failure;
+  particles::Bytes record;  // the sender's recorded list, where it differs from the manager's
+  std::vector<SystemReport> systems;
+  Tail tail;
+};
+
+struct Verdict {
+  Failure failure;
+  std::int32_t failed_rank = -1;
+  std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
+  std::vector<std::int32_t> sources;    // ranks that will send this rank particles
+  std::vector<std::uint64_t> alive;     // one a system, over all ranks
+  std::vector<particles::Digest> digests;
+};
+
+void write(const Report& report, particles::Bytes& out);
+Report read_report(particles::Reader& in);
+void write(const Verdict& verdict, particles::Bytes& out);
+Verdict read_verdict(particles::Reader& in);
+
+}  // namespace motes::frame

@@ -1,0 +1,74 @@
+#include "frame/system.h"
+
+#include <algorithm>
+
+namespace motes::frame {
+
+using recording::Birth;
+using recording::Item;
+
+System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint32_t index, int calculators)
+    : definition(std::move(given)), key(particles::system_key(seed, index)), sprite(definition.sprite) {
+  for (const recording::UserAttribute& a : definition.attributes) schema.add(a.name, a.width, a.initial);
+  store = std::make_unique<particles::Store>(schema);
+  const domains::Space& space = definition.space;
+  const bool finite = space.kind == domains::Space::Kind::finite;
+  domains = domains::equal_slices(finite ? space.low : -domains::kInfinite, finite ? space.high : domains::kInfinite,
+                                  calculators);
+  waits_for_fit = space.kind == domains::Space::Kind::fit;
+}
+
+std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int substeps) {
+  std::vector<BirthGroup> groups;
+  for (int substep = 0; substep < substeps; ++substep) {
+    const double from = (static_cast<double>(frame) + static_cast<double>(substep) / substeps) * dt;
+    const double to = (static_cast<double>(frame) + static_cast<double>(substep + 1) / substeps) * dt;
+    std::size_t entry = 0;
+    for (std::size_t i = run_items; i < list.size(); ++i) {
+      if (std::holds_alternative<actions::Action>(list[i])) ++entry;
+      const auto* birth = std::get_if<Birth>(&list[i]);
+      if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
+      const std::uint64_t wanted = recording::births_between(*birth, from, to);
+      const std::uint64_t taken = alive + born_this_frame;
+      const std::uint64_t room = definition.capacity > taken ? definition.capacity - taken : 0;
+      const std::uint64_t count = std::min(wanted, room);
+      dropped += wanted - count;
+      if (count == 0) continue;
+      groups.push_back({i, entry, substep, born, count});
+      born += count;
+      born_this_frame += count;
+    }
+  }
+  return groups;
+}
+
+particles::Store System::make(const BirthGroup& group, double dt, int substeps) const {
+  const Birth& birth = std::get<Birth>(list[group.item]);
+  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps));
+}
+
+recording::Program System::pending_program() const {
+  std::vector<actions::Action> actions;
+  std::uint32_t place = 0;
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    const auto* action = std::get_if<actions::Action>(&list[i]);
+    if (action == nullptr) continue;
+    if (i < run_items) {
+      ++place;
+    } else {
+      actions.push_back(*action);
+    }
+  }
+  return recording::Program(std::move(actions), place);
+}
+
+void System::start_frame() {
+  list.clear();
+  run_items = 0;
+  born_this_frame = 0;
+  moved = false;
+  tally = {};
+  tally.at_start = store->size();
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,76 @@
+// One particle system on one rank: its definition, its domains, this rank's particles, what the script recorded.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "domains/domains.h"
+#include "particles/schema.h"
+#include "particles/store.h"
+#include "recording/program.h"
+#include "recording/record.h"
+
+namespace motes::frame {
+
+/// Particles that one call makes in one (sub)step. Every rank counts the same groups.
+struct BirthGroup {
+  std::size_t item = 0;        // place in the list
+  std::size_t entry = 0;       // actions before it in its segment: newborns start behind them
+  int substep = 0;
+  std::uint64_t first_id = 0;
+  std::uint64_t count = 0;
+};
+
+/// What happened to one system on one calculator in this frame.
+struct Tally {
+  std::uint64_t at_start = 0;
+  std::uint64_t created = 0;
+  std::uint64_t killed = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t bytes_sent = 0;
+  double compute_s = 0;
+};
+
+class System {
+ public:
+  System(recording::SystemDefinition definition, std::uint64_t seed, std::uint32_t index, int calculators);
+
+  /// The groups of the items recorded since the last run, in the order of their ids: a birth is counted in time
+  /// order, then list order. Births beyond the capacity are dropped and counted.
+  std::vector<BirthGroup> count_births(std::uint64_t frame, double dt, int substeps);
+
+  /// Makes a group's particles.
+  particles::Store make(const BirthGroup& group, double dt, int substeps) const;
+
+  /// Actions of the items that have not run yet.
+  recording::Program pending_program() const;
+
+  /// All items so far have run.
+  void mark_run() { run_items = list.size(); }
+  bool pending() const { return run_items < list.size(); }
+  void start_frame();
+
+  recording::SystemDefinition definition;
+  particles::Schema schema;
+  particles::Key key;
+  domains::Domains domains;
+  bool waits_for_fit = false;       // space "fit", and no birth yet
+  bool new_cuts = false;            // manager: the other ranks have not been told
+  std::unique_ptr<particles::Store> store;
+  image::Sprite sprite;
+
+  std::vector<recording::Item> list;  // this frame's
+  std::size_t run_items = 0;          // of which have run
+  bool moved = false;                 // positions may have changed since leavers were looked for
+
+  std::uint64_t born = 0;             // ids given so far
+  std::uint64_t alive = 0;            // last agreed global number
+  std::uint64_t born_this_frame = 0;
+  std::uint64_t dropped = 0;          // births above the capacity so far
+  recording::Outcome outcome;
+  Tally tally;
+};
+
+}  // namespace motes::frame

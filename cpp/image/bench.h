@@ -1,0 +1,27 @@
+// How fast frames are made: `python -m motes bench render`.
+#pragma once
+
+#include <cstddef>
+#include <string>
+
+namespace motes::image {
+
+/// Milliseconds on one core. A frame is everything from the particles' planes to sRGB pixels.
+struct RenderBench {
+  std::size_t particles = 0;
+  int width = 0, height = 0, pixels = 0, frames = 0;
+  std::string isa;
+  std::size_t records = 0;  // in all tiles of one frame
+  std::size_t bytes = 0;    // of all messages of one frame
+  double ms_per_frame = 0;  // median
+  double ms_per_frame_min = 0;
+  double ms_project = 0;  // median: project, cull, sort by tile
+  double ms_splat = 0;    // median: sum light, tone map
+};
+
+/// Snow: eight systems with `particles` in all, uniform in a box of which about 89 % is seen, in random order, as
+/// discs of `pixels` diameter; or the same as eight fountains. Throws std::invalid_argument where a number is not
+/// positive or too large for a view.
+RenderBench render_bench(std::size_t particles, int width, int height, int pixels, int frames, bool fountain = false);
+
+}  // namespace motes::image

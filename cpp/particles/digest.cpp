@@ -1,0 +1,96 @@
+#include "particles/digest.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <vector>
+
+namespace motes::particles {
+namespace {
+
+constexpr std::uint64_t kOdd = 0x9e3779b97f4a7c15u;
+
+std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Lea, Flood 2014)
+  x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+  x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+  return x ^ (x >> 31);
+}
+
+// One column more. The multiplication and the rotation make the result depend on the columns' order.
+std::uint64_t fold(std::uint64_t hash, float value) {
+  return std::rotl((hash ^ std::bit_cast<std::uint32_t>(value)) * kOdd, 29);
+}
+
+// `at(i)` gives the index of the i-th particle to count.
+template <class At>
+Digest sum(const Store& store, std::size_t count, const At& at) {
+  Digest result;
+  result.particles = count;
+  std::array<std::uint64_t, kBlock> hash;
+  for (std::size_t begin = 0; begin < count; begin += kBlock) {
+    const std::size_t length = std::min(kBlock, count - begin);
+    for (std::size_t i = 0; i < length; ++i) hash[i] = mix(store.ids()[at(begin + i)] + kOdd);
+    for (int a = 0; a < store.schema().size(); ++a) {
+      for (int c = 0; c < store.schema()[a].width; ++c) {
+        const float* plane = store.plane(a, c);
+        const float value = store.uniform_value(a)[static_cast<std::size_t>(c)];
+        for (std::size_t i = 0; i < length; ++i) hash[i] = fold(hash[i], plane ? plane[at(begin + i)] : value);
+      }
+    }
+    for (std::size_t i = 0; i < length; ++i) {
+      result.first += mix(hash[i]);
+      result.second += mix(hash[i] ^ 0xd6e8feb86659fd93u);
+    }
+  }
+  return result;
+}
+
+void put_hex(std::string& text, std::uint64_t value) {
+  constexpr const char* kDigits = "0123456789abcdef";
+  for (int shift = 60; shift >= 0; shift -= 4) text.push_back(kDigits[value >> shift & 15u]);
+}
+
+}  // namespace
+
+Digest& Digest::operator+=(const Digest& other) {
+  first += other.first;
+  second += other.second;
+  particles += other.particles;
+  return *this;
+}
+
+Digest& Digest::operator-=(const Digest& other) {
+  first -= other.first;
+  second -= other.second;
+  particles -= other.particles;
+  return *this;
+}
+
+std::string Digest::text() const {
+  std::string text;
+  put_hex(text, first);
+  put_hex(text, second);
+  put_hex(text, particles);
+  return text;
+}
+
+Digest digest(const Store& store) {
+  return sum(store, store.size(), [](std::size_t i) { return i; });
+}
+
+Digest digest(const Store& store, std::span<const std::uint32_t> indices) {
+  return sum(store, indices.size(), [&](std::size_t i) { return indices[i]; });
+}
+
+Digest combine(std::span<const Digest> systems) {
+  Digest all;
+  for (std::size_t i = 0; i < systems.size(); ++i) {
+    const std::uint64_t salt = mix(kOdd * (i + 1));
+    all.first += mix(systems[i].first ^ salt) + systems[i].particles * kOdd;
+    all.second += mix(systems[i].second + salt);
+    all.particles += systems[i].particles;
+  }
+  return all;
+}
+
+}  // namespace motes::particles

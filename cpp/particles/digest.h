@@ -1,0 +1,34 @@
+// A fingerprint of particles that knows neither their order nor where they are.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "particles/store.h"
+
+namespace motes::particles {
+
+/// Sums, modulo 2^64, of two hashes of each particle: its id and the bits of all its columns. Sums of parts add up.
+struct Digest {
+  std::uint64_t first = 0;
+  std::uint64_t second = 0;
+  std::uint64_t particles = 0;
+
+  Digest& operator+=(const Digest& other);
+  Digest& operator-=(const Digest& other);
+  bool operator==(const Digest&) const = default;
+
+  /// 48 hexadecimal digits.
+  std::string text() const;
+};
+
+Digest digest(const Store& store);
+
+/// The part of these particles (ascending indices).
+Digest digest(const Store& store, std::span<const std::uint32_t> indices);
+
+/// One fingerprint of several systems, in order.
+Digest combine(std::span<const Digest> systems);
+
+}  // namespace motes::particles

@@ -1,0 +1,59 @@
+#include "roles/cast.h"
+
+#include <algorithm>
+#include <stdexcept>
+
+namespace motes::roles {
+namespace {
+
+void check_rank(const std::string& role, int rank, int size) {
+  if (rank >= 0 && rank < size) return;
+  throw std::invalid_argument("roles: " + role + " must be a rank 0.." + std::to_string(size - 1) + ", got " +
+                              std::to_string(rank));
+}
+
+}  // namespace
+
+int Cast::calculator_of(int rank) const {
+  const auto found = std::find(calculators.begin(), calculators.end(), rank);
+  return found == calculators.end() ? -1 : static_cast<int>(found - calculators.begin());
+}
+
+std::string Cast::describe(int rank) const {
+  std::string text;
+  const auto add = [&](const std::string& role) { text += (text.empty() ? "" : ", ") + role; };
+  if (rank == image_generator) add("image generator");
+  if (rank == manager) add("manager");
+  if (calculator_of(rank) >= 0) add("calculator " + std::to_string(calculator_of(rank)));
+  return text.empty() ? "spectator" : text;
+}
+
+Cast cast_auto(int size) {
+  if (size == 1) return {};
+  if (size == 2) return {0, 0, {1}};
+  Cast cast{1, 0, {}};
+  for (int rank = 2; rank < size; ++rank) cast.calculators.push_back(rank);
+  return cast;
+}
+
+Cast cast_shared(int size) {
+  Cast cast{0, 0, {}};
+  for (int rank = 0; rank < size; ++rank) cast.calculators.push_back(rank);
+  return cast;
+}
+
+void check(const Cast& cast, int size) {
+  check_rank("manager", cast.manager, size);
+  check_rank("image_generator", cast.image_generator, size);
+  if (cast.calculators.empty()) throw std::invalid_argument("roles: calculators must name one rank at least");
+  std::vector<int> sorted = cast.calculators;
+  std::sort(sorted.begin(), sorted.end());
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    check_rank("calculators", sorted[i], size);
+    if (i > 0 && sorted[i] == sorted[i - 1]) {
+      throw std::invalid_argument("roles: calculators names rank " + std::to_string(sorted[i]) + " twice");
+    }
+  }
+}
+
+}  // namespace motes::roles

@@ -1,0 +1,49 @@
+"""motes: a scriptable engine for particle-system animations on clusters.
+
+A script issues the same calls on every rank; the engine gives each rank its role. See `World`.
+"""
+
+from __future__ import annotations
+
+from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
+
+from . import _last_resort, actions, balance, errors, launch, shapes
+from .balance import Balancer, Static
+from .distributions import Normal, Uniform
+from .errors import ArgumentError, MotesError, NotHere, RankError, ScriptMismatch
+from .frame import Frame
+from .movie import Movie
+from .particles import Particles
+from .roles import Roles
+from .scene import Camera, Renderer, Solid, Sprite
+from .system import System
+from .world import World
+
+__all__ = [
+    "ArgumentError",
+    "Balancer",
+    "Camera",
+    "Frame",
+    "MotesError",
+    "Movie",
+    "Normal",
+    "NotHere",
+    "Particles",
+    "RankError",
+    "Renderer",
+    "Roles",
+    "ScriptMismatch",
+    "Solid",
+    "Sprite",
+    "Static",
+    "System",
+    "Uniform",
+    "World",
+    "actions",
+    "balance",
+    "errors",
+    "shapes",
+]
+
+_last_resort.install()
+launch.warn_if_alone()

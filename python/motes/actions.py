@@ -1,0 +1,167 @@
+"""Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
+
+An action acts on each particle alone: v is its velocity in m/s, x its position in m, dt the (sub)step in
+seconds.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from . import _core, arguments
+from .shapes import Shape, as_shape
+
+__all__ = [
+    "Action",
+    "Bounce",
+    "Damping",
+    "Gravity",
+    "KillExpired",
+    "KillOld",
+    "Move",
+    "RandomAcceleration",
+    "RandomVelocity",
+    "Sink",
+]
+
+
+class Action:
+    """Base of all actions. `core` is the engine's value."""
+
+    core: _core.Action
+
+    def _set(self, name: str, numbers: list[float], *shapes: Shape) -> None:
+        object.__setattr__(self, "core", _core.Action(name, numbers, [shape.core for shape in shapes]))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gravity(Action):
+    """v += acceleration dt."""
+
+    acceleration: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("gravity", list(arguments.triple("acceleration", self.acceleration)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damping(Action):
+    """v *= 1 - (1 - damping) dt, axis by axis, where min_speed <= |v| <= max_speed (m/s).
+
+    `damping`: what is left of the velocity after a second, along each axis. After McAllister's Damping.
+    """
+
+    damping: ArrayLike
+    min_speed: float = 0
+    max_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        factors = arguments.triple("damping", self.damping, low=0)
+        low = arguments.number("min_speed", self.min_speed, low=0)
+        high = arguments.number("max_speed", self.max_speed, low=0, finite=False)
+        self._set("damping", [*factors, low, high])
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomAcceleration(Action):
+    """v += a dt, with a drawn uniformly from `shape` (m/s^2), anew for each particle and step."""
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_acceleration", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomVelocity(Action):
+    """v = u, with u drawn uniformly from `shape` (m/s), anew for each particle and step."""
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_velocity", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounce(Action):
+    """Particles that meet the surface of `shape` in this step leave it again.
+
+    With v split along (t) and across (n) the surface at the place of the hit, v becomes
+    (1 - friction) v_t - restitution v_n; there is no friction where |v_t| <= min_tangential_speed (m/s). The
+    hit's true place and time inside the step count: record it before `move`. Shapes: Plane (from above),
+    Rectangle and Disc (both sides), Box and Sphere (from outside and from inside).
+    """
+
+    shape: Shape
+    restitution: float = 1
+    friction: float = 0
+    min_tangential_speed: float = 0
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            arguments.number("restitution", self.restitution, low=0, high=1e15),
+            arguments.number("friction", self.friction, low=0, high=1),
+            arguments.number("min_tangential_speed", self.min_tangential_speed, low=0, finite=False),
+        ]
+        self._set("bounce", numbers, as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sink(Action):
+    """Kills particles inside `shape`, or with inside=False those outside it."""
+
+    shape: Shape
+    inside: bool = True
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("sink", [float(arguments.flag("inside", self.inside))], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class KillOld(Action):
+    """Kills particles whose age is `age_limit` (s) or more; with younger=True those below it."""
+
+    age_limit: float
+    younger: bool = False
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        limit = arguments.number("age_limit", self.age_limit, finite=False)
+        self._set("kill_old", [limit, float(arguments.flag("younger", self.younger))])
+
+
+@dataclass(frozen=True, kw_only=True)
+class KillExpired(Action):
+    """Kills particles whose age has reached their lifetime."""
+
+    def __post_init__(self) -> None:
+        """Hand to the engine."""
+        self._set("kill_expired", [])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move(Action):
+    """x += v dt, age += dt; with `rotational`, up += rotational_velocity dt. After McAllister's Move."""
+
+    rotational: bool = True
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("move", [float(arguments.flag("rotational", self.rotational))])
+
+
+def as_action(value: Any) -> Action:
+    """Return `value`, which must be an action."""
+    if not isinstance(value, Action):
+        raise arguments.ArgumentError("action", value, "an action of motes.actions, or a list of them")
+    return value

@@ -1,0 +1,82 @@
+"""Checks of what users pass: a value that fits, or an ArgumentError that names argument, value and what is allowed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from .errors import ArgumentError
+
+__all__ = ["choice", "flag", "integer", "number", "triple"]
+
+Triple = tuple[float, float, float]
+
+
+def number(
+    argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf, finite: bool = True
+) -> float:
+    """Return `value` as a float in low..high."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        raise ArgumentError(argument, value, "a number")
+    try:
+        result = float(value)
+    except OverflowError:
+        raise ArgumentError(argument, value, _range("a finite number", low, high)) from None
+    if math.isnan(result) or (finite and math.isinf(result)) or not low <= result <= high:
+        raise ArgumentError(argument, value, _range("a finite number" if finite else "a number", low, high))
+    return result
+
+
+def integer(argument: str, value: Any, *, low: int = 0, high: int | None = None) -> int:
+    """Return `value` as an int in low..high."""
+    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+        raise ArgumentError(argument, value, _range("an integer", low, math.inf if high is None else high))
+    result = int(value)
+    if result < low or (high is not None and result > high):
+        raise ArgumentError(argument, value, _range("an integer", low, math.inf if high is None else high))
+    return result
+
+
+def flag(argument: str, value: Any) -> bool:
+    """Return `value`, which must be a bool."""
+    if not isinstance(value, (bool, np.bool_)):
+        raise ArgumentError(argument, value, "True or False")
+    return bool(value)
+
+
+def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
+    """Return `value`, which must be one of the allowed words."""
+    if not isinstance(value, str) or value not in allowed:
+        raise ArgumentError(argument, value, " or ".join(repr(word) for word in allowed))
+    return value
+
+
+def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
+    """Return `value`, anything that NumPy turns into 3 finite numbers, as a tuple of floats."""
+    if type(value) is tuple and len(value) == 3 and all(type(v) in (int, float) for v in value):
+        result = (float(value[0]), float(value[1]), float(value[2]))
+    else:
+        try:
+            array = np.asarray(value, np.float64)
+        except (TypeError, ValueError):
+            raise ArgumentError(argument, value, "3 numbers") from None
+        if array.shape != (3,):
+            raise ArgumentError(argument, value, "3 numbers")
+        result = (float(array[0]), float(array[1]), float(array[2]))
+    for component in result:
+        if not math.isfinite(component) or component < low:
+            raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
+    return result
+
+
+def _range(kind: str, low: float, high: float) -> str:
+    if low > -math.inf and high < math.inf:
+        return f"{kind} in {low:g}..{high:g}"
+    if low > -math.inf:
+        return f"{kind} >= {low:g}"
+    if high < math.inf:
+        return f"{kind} <= {high:g}"
+    return kind

@@ -1,0 +1,163 @@
+"""What this installation is made of, and whether its parts fit: `python -m motes doctor`."""
+
+from __future__ import annotations
+
+import importlib.metadata
+import importlib.util
+import json
+import platform
+import re
+import subprocess
+import sys
+from dataclasses import dataclass, field
+from typing import Any
+
+from . import launch
+from .errors import MotesError
+
+__all__ = ["Report", "examine", "main"]
+
+HELLO_LIMIT_S = 30
+_HELLO = "from mpi4py import MPI; print(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.size}')"
+
+# In a process of its own: starting MPI or loading a broken core must not end the examination.
+_CORE = """
+import json, mpi4py
+mpi4py.rc.initialize = mpi4py.rc.finalize = False
+from mpi4py import MPI
+def mpi_libraries():
+    with open('/proc/self/maps') as maps:
+        return sorted({line.split()[-1] for line in maps if '/libmpi.so' in line or '/libmpich.so' in line})
+found = {'mpi4py': mpi_libraries()}
+from motes import _core
+found['both'] = mpi_libraries()
+found['simd'] = _core.simd()
+print('motes-core ' + json.dumps(found))
+"""
+
+
+@dataclass
+class Report:
+    """Figures by name, and one sentence a problem."""
+
+    figures: dict[str, Any] = field(default_factory=dict)
+    problems: list[str] = field(default_factory=list)
+
+    @property
+    def text(self) -> str:
+        """The report as a reader wants it."""
+        width = max(map(len, self.figures))
+        lines = [f"{name:<{width}}  {_shown(value)}" for name, value in self.figures.items()]
+        verdict = [f"problem: {problem}" for problem in self.problems] or ["all well"]
+        return "\n".join([*lines, "", *verdict])
+
+
+def main(*, as_json: bool = False) -> int:
+    """Print the report; 1 if there is a problem, else 0."""
+    report = examine()
+    if as_json:
+        print(json.dumps({**report.figures, "problems": report.problems}))
+    else:
+        print(report.text)
+    return 1 if report.problems else 0
+
+
+def examine() -> Report:
+    """Examine this installation."""
+    report = Report()
+    report.figures["python"] = f"{platform.python_version()} ({sys.executable})"
+    for name in ("motes", "numpy", "mpi4py"):
+        _package(report, name, needed=True)
+    _package(report, "av", needed=False)
+    if importlib.util.find_spec("mpi4py") is not None:
+        _mpi(report)
+        _core(report)
+    report.figures["roles"] = {f"n={ranks}": _roles(ranks) for ranks in (1, 2, 4)}
+    return report
+
+
+def _package(report: Report, name: str, *, needed: bool) -> None:
+    try:
+        report.figures[name] = importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        report.figures[name] = None
+        if needed:
+            report.problems.append(f"the package {name} is not installed")
+        elif name == "av":
+            report.figures[name] = 'not installed: no movies (pip install "motes[video]")'
+
+
+def _mpi(report: Report) -> None:
+    """Look for the launcher and start two ranks."""
+    try:
+        report.figures["mpi_library"] = str(launch.library())
+    except (ImportError, RuntimeError) as error:
+        report.problems.append(f"mpi4py finds no MPI library: {error}")
+        return
+    try:
+        mpirun = launch.find_mpirun()
+    except MotesError as error:
+        report.problems.append(str(error))
+        return
+    report.figures["mpirun"] = f"{mpirun.path} ({mpirun.version})"
+    if not mpirun.version.fits(launch.library()):
+        report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {launch.library()}")
+    words = launch.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
+    output, problem = _output(words)
+    hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
+    report.figures["hello"] = hello
+    if hello == ["rank 0 of 1"] * 2:
+        report.problems.append(f"{mpirun.path} starts ranks that do not see each other: it is of another MPI")
+    elif hello != ["rank 0 of 2", "rank 1 of 2"]:
+        report.problems.append(f"two ranks could not be started by `{' '.join(words[:-1])} ...`: {problem}")
+
+
+def _core(report: Report) -> None:
+    """Load the compiled core beside mpi4py and see which MPI library each of them brings."""
+    output, problem = _output([sys.executable, "-c", _CORE])
+    match = re.search(r"motes-core (.*)", output)
+    if match is None:
+        report.figures["simd"] = None
+        report.problems.append(f"the compiled core does not load: {problem}")
+        return
+    found = json.loads(match[1])
+    report.figures["simd"] = found["simd"]
+    report.figures["libmpi"] = found["both"]
+    if len(found["both"]) > 1:
+        others = ", ".join(sorted(set(found["both"]) - set(found["mpi4py"])))
+        report.problems.append(
+            f"the core is linked to another MPI library ({others}) than mpi4py, "
+            f"which uses {', '.join(found['mpi4py'])}"
+        )
+
+
+def _output(words: list[str]) -> tuple[str, str]:
+    """Run a program; its output, and its last words in case they tell why it failed."""
+    try:
+        answer = subprocess.run(
+            words, capture_output=True, text=True, timeout=HELLO_LIMIT_S, stdin=subprocess.DEVNULL
+        )
+    except subprocess.TimeoutExpired:
+        return "", f"no end within {HELLO_LIMIT_S} s"
+    except OSError as error:
+        return "", str(error)
+    lines = [line.strip() for line in answer.stderr.splitlines() if line.strip(" -\t")]
+    # Python's reason stands last, mpirun's first.
+    reason = "" if not lines else lines[-1] if "Traceback" in answer.stderr else lines[0]
+    return answer.stdout, reason or f"exit code {answer.returncode}"
+
+
+def _roles(ranks: int) -> list[str]:
+    """Tell what `roles="auto"` gives each rank."""
+    if ranks == 1:
+        return ["image generator, manager, calculator 0"]
+    first = ["image generator, manager"] if ranks == 2 else ["image generator", "manager"]
+    return first + [f"calculator {number}" for number in range(ranks - len(first))]
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, dict):
+        return "; ".join(f"{name}: {_shown(part)}" for name, part in value.items())
+    if isinstance(value, list):
+        return " | ".join(map(str, value))
+    return "-" if value is None else str(value)

@@ -1,0 +1,121 @@
+"""Every error that motes raises on purpose. `MotesError` stands above all of them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+__all__ = [
+    "ArgumentError",
+    "CheckpointError",
+    "LogError",
+    "MotesError",
+    "NotHere",
+    "RankError",
+    "ScriptMismatch",
+]
+
+
+class MotesError(Exception):
+    """Base of all errors of motes."""
+
+    speaker: int | None = None
+    """The one rank that prints, for an error that all ranks raise together by agreement; else None."""
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by attributes: ranks send errors to each other, and constructors take keywords."""
+        return _rebuild, (type(self), self.args, self.__dict__)
+
+
+def _rebuild(kind: type[MotesError], args: tuple[Any, ...], attributes: dict[str, Any]) -> MotesError:
+    error = kind.__new__(kind, *args)
+    error.args = args
+    error.__dict__.update(attributes)
+    return error
+
+
+class ArgumentError(MotesError, ValueError):
+    """A call got a value it cannot use; names the argument, the value and what is allowed."""
+
+    def __init__(self, argument: str, value: object, allowed: str) -> None:
+        """Say that `argument` must be `allowed` and is `value` instead."""
+        super().__init__(f"{argument} must be {allowed}, got {_short(value)}")
+        self.argument = argument
+        self.value = value
+        self.allowed = allowed
+
+
+class RankError(MotesError, RuntimeError):
+    """One rank failed; every rank raises this together at the end of the frame."""
+
+    def __init__(
+        self,
+        text: str,
+        *,
+        rank: int,
+        role: str = "",
+        frame: int | None = None,
+        action: str | None = None,
+        line: str | None = None,
+        speaker: int | None = None,
+    ) -> None:
+        """Name who failed, when and in which action; `line` is the script's line, as "snow.py:21"."""
+        where = place(rank, role=role, frame=frame)
+        if action is not None:
+            where += f", {action}"
+        if line is not None:
+            where += f" at {line}"
+        super().__init__(f"{where}: {text}")
+        self.text = text
+        self.rank = rank
+        self.role = role
+        self.frame = frame
+        self.action = action
+        self.line = line
+        self.speaker = speaker
+
+
+class ScriptMismatch(MotesError, RuntimeError):
+    """Ranks recorded different lists in the same frame: the script does not say the same on every rank."""
+
+    def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
+        """`text` names the first of the `ranks` that differ from most, the frame and the first difference."""
+        super().__init__(text)
+        self.text = text
+        self.frame = frame
+        self.ranks = ranks
+        self.speaker = speaker
+
+
+class NotHere(MotesError, AttributeError):
+    """What was asked for lives on another rank."""
+
+
+class CheckpointError(MotesError):
+    """A checkpoint cannot be written, or cannot be trusted."""
+
+
+class LogError(MotesError):
+    """A run's log cannot be written or read."""
+
+
+def argument_error(text: str) -> ArgumentError:
+    """Make the error of a sentence "x must be ..., got ..." that the engine wrote."""
+    head, _, value = text.rpartition(", got ")
+    argument, _, allowed = (head or text).partition(" must ")
+    error = ArgumentError.__new__(ArgumentError, text)
+    error.args = (text,)
+    error.argument = argument.rpartition(": ")[2]
+    error.value = value or None
+    error.allowed = allowed.removeprefix("be ")
+    return error
+
+
+def place(rank: int, *, role: str = "", frame: int | None = None) -> str:
+    """Name a rank the way every message does: "rank 2 (calculator 0), frame 7"."""
+    text = f"rank {rank} ({role})" if role else f"rank {rank}"
+    return text if frame is None else f"{text}, frame {frame}"
+
+
+def _short(value: object, *, limit: int = 200) -> str:
+    text = repr(value)
+    return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -1,0 +1,230 @@
+"""Starting a script on many ranks: the mpirun that fits Python's MPI library, with the flags it needs."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from .errors import ArgumentError, MotesError
+
+__all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "run", "warn_if_alone"]
+
+_LAUNCHER_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS")
+
+
+class Version(NamedTuple):
+    """Which MPI a library or a launcher belongs to."""
+
+    family: str
+    """"Open MPI", "MPICH", "Intel MPI" or "unknown"."""
+    number: str
+
+    def fits(self, other: Version) -> bool:
+        """Whether a launcher of one starts ranks of the other: the same MPI, up to the last number."""
+        return self.family == other.family and self.number.split(".")[:2] == other.number.split(".")[:2]
+
+    def __str__(self) -> str:
+        """Name both, as "Open MPI 5.0.11"."""
+        return f"{self.family} {self.number}".strip()
+
+
+class Mpirun(NamedTuple):
+    """A launcher on this machine."""
+
+    path: str
+    version: Version
+
+
+def library() -> Version:
+    """Tell which MPI library mpi4py loads, without starting MPI."""
+    if "mpi4py.MPI" not in sys.modules:
+        import mpi4py
+
+        mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    from mpi4py import MPI
+
+    return _version(MPI.Get_library_version())
+
+
+def find_mpirun() -> Mpirun:
+    """Find the launcher of the MPI library in use: `MOTES_MPIRUN`, this environment's own, or the site's.
+
+    Raises MotesError when there is none, naming those that belong to another MPI.
+    """
+    told = os.environ.get("MOTES_MPIRUN")
+    if told:
+        path = shutil.which(told)
+        if path is None:
+            raise MotesError(f"MOTES_MPIRUN={told} is not a program that can be started")
+        return Mpirun(path, _launcher_version(path))
+    wanted = library()
+    found = [Mpirun(path, _launcher_version(path)) for path in _launchers()]
+    for mpirun in found:
+        if mpirun.version.fits(wanted):
+            return mpirun
+    others = ", ".join(f"{mpirun.path} ({mpirun.version})" for mpirun in found) or "none at all"
+    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}")
+
+
+def command(
+    ranks: int,
+    program: Sequence[str],
+    *,
+    hosts: str | None = None,
+    hostfile: str | None = None,
+    options: Sequence[str] = (),
+    mpirun: Mpirun | None = None,
+) -> list[str]:
+    """Compose the command line that starts `program` on `ranks` ranks.
+
+    `hosts` is "h1,h2:2" with the number of ranks each may take (1 where none is told); `options` go to
+    mpirun.
+    """
+    if ranks < 1:
+        raise ArgumentError("n", ranks, "at least 1")
+    if hosts is not None and hostfile is not None:
+        raise MotesError("give either --hosts or --hostfile")
+    if hostfile is not None and not Path(hostfile).is_file():
+        raise MotesError(f"hostfile {hostfile} does not exist")
+    mpirun = mpirun or find_mpirun()
+    words = [mpirun.path, "-n", str(ranks)]
+    if mpirun.version.family == "Open MPI":
+        words += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
+    elif hosts is not None:
+        words += ["-hosts", hosts]
+    elif hostfile is not None:
+        words += ["-f", hostfile]
+    return [*words, *options, *program]
+
+
+def run(
+    ranks: int,
+    program: Sequence[str],
+    *,
+    hosts: str | None = None,
+    hostfile: str | None = None,
+    options: Sequence[str] = (),
+) -> int:
+    """Become `python program...` on `ranks` ranks. Returns only where a process cannot be replaced.
+
+    One rank on this host needs no launcher. Replacing the process hands Ctrl-C, signals and the exit code
+    through.
+    """
+    _check_program(program)
+    words = [sys.executable, *program]
+    if ranks != 1 or hosts or hostfile or options:
+        words = command(ranks, words, hosts=hosts, hostfile=hostfile, options=options)
+    _leave_mpi()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if os.name == "posix":
+        os.execve(words[0], words, os.environ)  # without what a started MPI added to the process's own
+    return subprocess.run(words).returncode
+
+
+def warn_if_alone() -> None:
+    """Say so when a launcher started several ranks, and each of them believes to be the only one.
+
+    That is a launcher of another MPI than the library's: every rank would compute the whole animation.
+    """
+    from mpi4py import MPI
+
+    if not MPI.Is_initialized() or MPI.Is_finalized() or MPI.COMM_WORLD.size > 1:
+        return
+    sizes = [int(text) for name in _LAUNCHER_SIZES if (text := os.environ.get(name, "")).isdigit()]
+    alone = os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) == "0"
+    if max(sizes, default=1) > 1 and alone:
+        print(
+            f"motes: warning: a launcher started {max(sizes)} ranks, but each is alone (rank 0 of 1): "
+            f"it is not the mpirun of {library()}, which mpi4py uses; `python -m motes run` finds that one",
+            file=sys.stderr,
+            flush=True,
+        )
+
+
+def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: str | None) -> list[str]:
+    flags = []
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        flags.append("--allow-run-as-root")  # as in a container; refused otherwise
+    if hosts is not None:
+        slots = _slots(host.partition(":")[2] or "1" for host in hosts.split(","))
+        flags += ["--host", ",".join(host if ":" in host else f"{host}:1" for host in hosts.split(","))]
+    elif hostfile is not None:
+        lines = [line.split("#")[0] for line in Path(hostfile).read_text().splitlines()]
+        found = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
+        slots = _slots(match[1] if match else "" for match in found)
+        flags += ["--hostfile", hostfile]
+    else:
+        slots = os.cpu_count() or 1
+        flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
+    if slots is not None and ranks > slots:
+        # Waiting ranks give their core to those that work.
+        flags += ["--mca", "mpi_yield_when_idle", "1"]
+        if hosts is not None or hostfile is not None:
+            # "node" deals the ranks out; without it all that do not fit land on the first host.
+            five = version.number.split(".")[0] >= "5"
+            flags += ["--map-by", "node:OVERSUBSCRIBE"] if five else ["--map-by", "node", "--oversubscribe"]
+    return flags
+
+
+def _slots(numbers: Iterable[str]) -> int | None:
+    """Sum up how many ranks the hosts take; None when one does not tell (Open MPI then counts its cores)."""
+    listed = list(numbers)
+    return sum(map(int, listed)) if all(number.isdigit() for number in listed) else None
+
+
+def _check_program(program: Sequence[str]) -> None:
+    if not program:
+        raise MotesError("no script given: python -m motes run -n 4 script.py")
+    if program[0].startswith("-"):
+        if len(program) < 2:
+            raise MotesError(f"{program[0]} needs a word after it")
+    elif not Path(program[0]).is_file():
+        raise MotesError(f"script {program[0]} does not exist")
+
+
+def _leave_mpi() -> None:
+    """Close MPI, if importing motes started it: the ranks to come must not inherit its session."""
+    module = sys.modules.get("mpi4py.MPI")
+    if module is not None and module.Is_initialized() and not module.Is_finalized():
+        module.Finalize()
+
+
+def _launchers() -> list[str]:
+    """List the launchers of this environment, then those on the PATH."""
+    names = ("mpirun", "mpirun.openmpi", "mpirun.mpich", "mpiexec")
+    own = [Path(sys.executable).parent, Path(sysconfig.get_path("scripts"))]
+    found = [shutil.which(name, path=str(folder)) for folder in own for name in names]
+    found += [shutil.which(name) for name in names]
+    return list(dict.fromkeys(path for path in found if path is not None))
+
+
+@cache
+def _launcher_version(path: str) -> Version:
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.SubprocessError):
+        return Version("unknown", "")
+    return _version(answer.stdout + answer.stderr)
+
+
+def _version(text: str) -> Version:
+    """Read what a library or a launcher says of itself."""
+    patterns = {
+        "Open MPI": r"Open MPI\)? v?(\d[\w.]*)",  # "Open MPI v5.0.11, ..." and "mpirun (Open MPI) 5.0.11"
+        "Intel MPI": r"Intel\(R\) MPI Library.*?(?:Version )?(\d{4}[\w.]*)",
+        "MPICH": r"(?:MPICH|HYDRA)[\s\S]*?Version:\s*(\d[\w.]*)",
+    }
+    for family, pattern in patterns.items():
+        match = re.search(pattern, text)
+        if match:
+            return Version(family, match[1])
+    return Version("unknown", "")

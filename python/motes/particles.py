@@ -1,0 +1,95 @@
+"""Particles as NumPy arrays: views of this rank's, copies of everybody's."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import _core
+from .errors import MotesError
+
+__all__ = ["LocalParticles", "Particles"]
+
+
+class LocalParticles:
+    """Views of this rank's particles of one system: `p.position` (n, 3), `p.age` (n,), `p.id` (n,), ...
+
+    Writing to a view changes the particles; ids are read-only. An attribute that had one value for all
+    particles gets memory when it is asked for. The order of particles means nothing.
+    """
+
+    def __init__(self, engine: _core.Engine, system: int, attributes: dict[str, tuple[int, int]]) -> None:
+        """Belong to `System.local`."""
+        self._engine: _core.Engine | None = engine
+        self._system = system
+        self._attributes = attributes
+        self._views: dict[str, NDArray[Any]] = {}
+
+    def __len__(self) -> int:
+        """Particles on this rank."""
+        return self._live().local_size(self._system)
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        """Return the view of an attribute."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        engine = self._live()
+        if name not in self._views:
+            if name == "id":
+                self._views[name] = engine.local_ids(self._system)
+            elif name in self._attributes:
+                self._views[name] = engine.local_column(self._system, self._attributes[name][0])
+            else:
+                known = ", ".join(["id", *self._attributes])
+                raise AttributeError(f"no attribute {name!r}; there are {known}")
+        return self._views[name]
+
+    def _live(self) -> _core.Engine:
+        if self._engine is None:
+            raise MotesError("views of particles are valid inside `with system.local() as p:` only")
+        return self._engine
+
+    def _close(self) -> None:
+        for view in self._views.values():
+            view.flags.writeable = False  # a view that was kept must not change particles any more
+        self._views.clear()
+        self._engine = None
+
+
+class Particles:
+    """Copies of all particles of a system, sorted by id; falsy on ranks that did not get them."""
+
+    def __init__(self, columns: dict[str, NDArray[Any]] | None) -> None:
+        """Take the engine's columns in any order of particles."""
+        self._here = columns is not None
+        self._columns: dict[str, NDArray[Any]] = {}
+        if columns is not None:
+            order = np.argsort(columns["id"], kind="stable")
+            self._columns = {name: column[order] for name, column in columns.items()}
+
+    def __bool__(self) -> bool:
+        """Whether this rank got the particles, be there any or none."""
+        return self._here
+
+    def __len__(self) -> int:
+        """How many particles."""
+        return len(self._columns["id"]) if self._here else 0
+
+    def __getattr__(self, name: str) -> NDArray[Any]:
+        """Return a column: (n, 3) or (n,)."""
+        columns = self.__dict__.get("_columns", {})
+        if name in columns:
+            return columns[name]  # type: ignore[no-any-return]
+        if not name.startswith("_") and not self.__dict__.get("_here", True):
+            raise AttributeError(f"{name!r}: the particles were gathered on another rank")
+        raise AttributeError(f"no attribute {name!r}; there are {', '.join(columns)}")
+
+    def __dir__(self) -> list[str]:
+        """List the columns."""
+        return [*super().__dir__(), *self._columns]
+
+    def __repr__(self) -> str:
+        """Show how many there are."""
+        return f"<{len(self)} particles>" if self._here else "<particles gathered elsewhere>"

@@ -1,0 +1,90 @@
+"""What a run shows of itself: whole lines on the manager's standard error, at most one a second.
+
+Launchers forward output by whole lines and lie about terminals, so a line at a time is what arrives everywhere.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from .errors import ArgumentError
+
+__all__ = ["Progress", "line"]
+
+EVERY_S = 1.0
+WORDS = ("lines", "bar", "off")
+
+
+def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
+    """Tell of a frame: `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`."""
+    done = row["frame"] + 1
+    words = [f"frame {done}/{total}" if total else f"frame {done}"]
+    if total:
+        words.append(f"{100 * done // total}%")
+    words.append(f"{fps:.1f} fps")
+    if total and fps > 0:
+        left = round((total - done) / fps)
+        words.append(f"eta {left // 60}:{left % 60:02d}")
+    words.append(f"{_count(row['particles'])} particles")
+    words.append(f"LB {1 / row['imbalance']:.2f}")
+    words.append(f"slowest r{row['slowest_rank']}" + (f"({host})" if host else ""))
+    words.append("moved " + f"{row['exchanged']:,}".replace(",", " "))
+    if row["dropped"]:
+        words.append(f"dropped {row['dropped']}")
+    return "  ".join(words)
+
+
+def _count(n: int) -> str:
+    return f"{n / 1e6:.2f} M" if n >= 1_000_000 else str(n)
+
+
+class Progress:
+    """Shows the manager's rows by the chosen way: "lines", "bar", "off" or the user's function(row)."""
+
+    def __init__(self, way: str | Callable[[dict[str, Any]], None], hosts: Sequence[str] = ()) -> None:
+        """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a word."""
+        self.way = check(way)
+        self.hosts = hosts if len(set(hosts)) > 1 else ()
+        self._shown = -EVERY_S
+        self._clock = time.monotonic()
+        self._frames = 0
+        self._last = -1
+        self._open_bar = False
+
+    def update(self, row: dict[str, Any] | None, *, total: int, last: bool = False) -> None:
+        """Show a row if it is new and its time has come, or if it is the last."""
+        if row is None or self.way == "off" or row["frame"] == self._last:
+            return
+        self._last = row["frame"]
+        self._frames += 1
+        if callable(self.way):
+            self.way(row)
+            return
+        now = time.monotonic()
+        if not last and now - self._shown < EVERY_S:
+            return
+        self._shown = now
+        host = self.hosts[row["slowest_rank"]] if self.hosts else ""
+        fps = self._frames / max(now - self._clock, 1e-9)
+        text = line(row, total=total, fps=fps, host=host)
+        if self.way == "bar":
+            self._open_bar = not last
+            print("\r\x1b[K" + text, end="\n" if last else "", file=sys.stderr, flush=True)
+        else:
+            print(text, file=sys.stderr, flush=True)
+
+
+def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
+    """Return the way to show progress, after the environment's wish."""
+    wish = os.environ.get("MOTES_PROGRESS")
+    if wish:
+        if wish not in WORDS:
+            raise ArgumentError("MOTES_PROGRESS", wish, "lines, bar or off")
+        return wish
+    if callable(way) or (isinstance(way, str) and way in WORDS):
+        return way
+    raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row")

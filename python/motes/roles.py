@@ -1,0 +1,41 @@
+"""Who plays what (paper 3.1.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from . import _core, arguments
+from .errors import ArgumentError
+
+__all__ = ["Roles"]
+
+Core = tuple[int, int, list[int]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roles:
+    """Ranks by role: one may play several; a rank in none looks on."""
+
+    manager: int
+    image_generator: int
+    calculators: Sequence[int]
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the number of ranks is known."""
+        arguments.integer("manager", self.manager)
+        arguments.integer("image_generator", self.image_generator)
+        for rank in self.calculators:
+            arguments.integer("calculators", rank)
+
+
+def cast(roles: Any, size: int) -> Core:
+    """Turn World's `roles` into manager, image generator and calculators among `size` ranks."""
+    if isinstance(roles, Roles):
+        chosen = (roles.manager, roles.image_generator, list(roles.calculators))
+        _core.check_roles(chosen, size)
+        return chosen
+    if roles not in ("auto", "shared"):
+        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
+    return _core.cast(roles, size)

@@ -1,0 +1,52 @@
+"""run.json: what was run, by whom and on what; written whole when the run starts."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import sys
+import time
+from collections.abc import Sequence
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import Any
+
+import mpi4py
+
+from . import _core, files
+
+__all__ = ["write_run"]
+
+SCHEMA = 1
+
+
+def write_run(directory: str | os.PathLike[str], facts: dict[str, Any], ranks: Sequence[dict[str, Any]]) -> None:
+    """Write `directory`/run.json from the world's facts and a row a rank."""
+    script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
+    text = script.read_text(errors="replace") if script is not None and script.is_file() else ""
+    run = {
+        "schema": SCHEMA,
+        "started_unix_s": time.time(),
+        "argv": sys.argv,
+        "script": text,
+        "script_sha256": hashlib.sha256(text.encode()).hexdigest(),
+        **facts,
+        "ranks": list(ranks),
+        "motes": _version("motes"),
+        "mpi": _core.mpi_version(),
+        "mpi4py": mpi4py.__version__,
+        "python": platform.python_version(),
+        "simd": _core.simd(),
+        "machine": platform.machine(),
+        "cores": os.cpu_count(),
+    }
+    files.write_whole(Path(directory) / "run.json", (json.dumps(run, indent=1) + "\n").encode())
+
+
+def _version(package: str) -> str:
+    try:
+        return version(package)
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,242 @@
+"""System: all particles that act by the same script lines (paper 3.1.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import _core, actions, arguments
+from .distributions import distribution
+from .errors import ArgumentError, MotesError
+from .particles import LocalParticles, Particles
+from .scene import Sprite
+from .shapes import Shape, as_shape
+
+if TYPE_CHECKING:
+    from .world import World
+
+__all__ = ["System"]
+
+
+class System:
+    """A particle system; made by `World.system`. Calls record, and run when the frame ends.
+
+    Every rank makes the same calls in the same order; each does its role's part of them. None of the
+    recording methods communicates.
+    """
+
+    def __init__(self, world: World, index: int, name: str, definition: dict[str, Any]) -> None:
+        """Belong to a world; scripts call `World.system`."""
+        self.world = world
+        self.name = name
+        self._index = index
+        self._definition = definition
+        self._sprite: Sprite = definition["sprite"]
+        names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
+        self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
+        self._given: dict[int, _core.Distribution] = {}
+        self._state: list[tuple[int, _core.Distribution]] = []
+        self._list: list[Any] = []
+
+    # --- what newborn particles get, and births
+
+    def configure(self, **state: Any) -> None:
+        """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
+
+        Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
+        Calls add up.
+        """
+        made = {}
+        for attribute, value in state.items():
+            if attribute not in self._attributes or attribute == "position":
+                known = ", ".join(name for name in self._attributes if name != "position")
+                raise ArgumentError("configure", attribute, f"an attribute of '{self.name}': {known}")
+            index, width = self._attributes[attribute]
+            made[index] = distribution(attribute, width, value)
+        self._given.update(made)
+        self._state = sorted(self._given.items(), key=lambda pair: pair[0])
+
+    def source(self, shape: Shape | ArrayLike, *, rate: float, jitter: bool = False) -> None:
+        """Bear `rate` particles a second in `shape`: frame k bears floor(rate t(k+1)) - floor(rate t(k)).
+
+        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it. Paper
+        3.2.1.
+        """
+        where = as_shape("shape", shape).core
+        rate = arguments.number("rate", rate, low=0, high=1e12)
+        self._bear(_core.Birth.source(where, rate, arguments.flag("jitter", jitter), self._state), "source")
+
+    def burst(self, shape: Shape | ArrayLike, *, count: int) -> None:
+        """Bear `count` particles in `shape`, once in this frame."""
+        where = as_shape("shape", shape).core
+        count = arguments.integer("count", count, high=4_000_000_000)
+        self._bear(_core.Birth.burst(where, count, self._state), "burst")
+
+    def vertex(self, position: ArrayLike) -> None:
+        """Bear one particle at `position`."""
+        self.burst(arguments.triple("position", position), count=1)
+
+    def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
+        """Bear the particles of these arrays: `position` (n, 3), others (n, 3) or (n,), one row a particle.
+
+        Attributes that are not given come from `configure`. The arrays must be the same on every rank.
+        """
+        given = {"position": position, **columns}
+        arrays: list[tuple[int, NDArray[np.float32]]] = []
+        count: int | None = None
+        for attribute, values in given.items():
+            if attribute not in self._attributes:
+                raise ArgumentError("emit", attribute, f"an attribute of '{self.name}'")
+            index, width = self._attributes[attribute]
+            array = _rows(attribute, values, width, count)
+            count = len(array)
+            arrays.append((index, array))
+        self._bear(_core.Birth.emit(count or 0, arrays, self._state), "emit")
+
+    def _bear(self, birth: _core.Birth, name: str) -> None:
+        self.world._engine_for(name).record_birth(self._index, birth)
+        self._list.append(birth)
+
+    # --- actions
+
+    def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
+        """Record an action, or each of a list."""
+        for one in action if isinstance(action, (list, tuple)) else [action]:
+            value = actions.as_action(one)
+            self.world._engine_for(type(value).__name__).record_action(self._index, value.core)
+            self._list.append(value)
+
+    def gravity(self, acceleration: ArrayLike) -> None:
+        """Record `actions.Gravity`."""
+        self.apply(actions.Gravity(acceleration=acceleration))
+
+    def damping(self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = float("inf")) -> None:
+        """Record `actions.Damping`."""
+        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed))
+
+    def random_acceleration(self, shape: Shape | ArrayLike) -> None:
+        """Record `actions.RandomAcceleration`."""
+        self.apply(actions.RandomAcceleration(shape=shape))
+
+    def random_velocity(self, shape: Shape | ArrayLike) -> None:
+        """Record `actions.RandomVelocity`."""
+        self.apply(actions.RandomVelocity(shape=shape))
+
+    def bounce(
+        self, shape: Shape, *, restitution: float = 1, friction: float = 0, min_tangential_speed: float = 0
+    ) -> None:
+        """Record `actions.Bounce`."""
+        self.apply(
+            actions.Bounce(
+                shape=shape,
+                restitution=restitution,
+                friction=friction,
+                min_tangential_speed=min_tangential_speed,
+            )
+        )
+
+    def sink(self, shape: Shape, *, inside: bool = True) -> None:
+        """Record `actions.Sink`."""
+        self.apply(actions.Sink(shape=shape, inside=inside))
+
+    def kill_old(self, age_limit: float, *, younger: bool = False) -> None:
+        """Record `actions.KillOld`."""
+        self.apply(actions.KillOld(age_limit=age_limit, younger=younger))
+
+    def kill_expired(self) -> None:
+        """Record `actions.KillExpired`."""
+        self.apply(actions.KillExpired())
+
+    def move(self, *, rotational: bool = True) -> None:
+        """Record `actions.Move`."""
+        self.apply(actions.Move(rotational=rotational))
+
+    @property
+    def recorded(self) -> list[Any]:
+        """This frame's list so far: actions and births in order."""
+        return list(self._list)
+
+    # --- reading
+
+    @contextmanager
+    def local(self) -> Iterator[LocalParticles]:
+        """Give zero-copy views of this rank's particles, where the script stands; valid inside only.
+
+        Does not communicate, but runs what was recorded so far. With sub-steps that part runs all of them
+        first. Positions that are written take their particles to their owners when the frame ends.
+        """
+        engine = self.world._engine_for("local")
+        engine.run_pending(self._index)
+        view = LocalParticles(engine, self._index, self._attributes)
+        try:
+            yield view
+        finally:
+            view._close()
+            engine.touched(self._index)
+
+    def gather(self, *, to: int | str = 0) -> Particles:
+        """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
+
+        Elsewhere the result is falsy and empty.
+        """
+        if to not in (0, "all") or isinstance(to, bool):
+            raise ArgumentError("to", to, "0 or 'all'")
+        return Particles(self.world._engine_for("gather").gather(self._index, to == "all"))
+
+    @property
+    def sprite(self) -> Sprite:
+        """How the particles are drawn; may change between frames."""
+        return self._sprite
+
+    @sprite.setter
+    def sprite(self, value: Sprite) -> None:
+        if not isinstance(value, Sprite):
+            raise ArgumentError("sprite", value, "a motes.Sprite")
+        self._sprite = value
+        if self.world._engine is not None:
+            self.world._engine.set_sprite(self._index, value.core)
+
+    @property
+    def count(self) -> int:
+        """Particles on all ranks, as last agreed."""
+        return 0 if self.world._engine is None else self.world._engine.count(self._index)
+
+    @property
+    def born(self) -> int:
+        """Particles born so far: the next id."""
+        return 0 if self.world._engine is None else self.world._engine.born(self._index)
+
+    @property
+    def dropped(self) -> int:
+        """Births that the capacity has dropped so far."""
+        return 0 if self.world._engine is None else self.world._engine.dropped(self._index)
+
+    @property
+    def cuts(self) -> NDArray[np.float32]:
+        """The numbers between the calculators' domains (m), as last agreed; one fewer than calculators."""
+        if self.world._engine is None:
+            raise MotesError("cuts exist inside `with world:` only")
+        return np.asarray(self.world._engine.cuts(self._index), np.float32)
+
+    def __repr__(self) -> str:
+        """Show name and size."""
+        return f"<System {self.name!r}, {self.count} particles>"
+
+
+def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
+    allowed = f"finite numbers of shape (n, {width})" if width > 1 else "finite numbers of shape (n,)"
+    try:
+        array = np.ascontiguousarray(values, np.float32)
+    except (TypeError, ValueError):
+        raise ArgumentError(attribute, values, allowed) from None
+    fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
+    endless = attribute == "lifetime" and not np.isnan(array).any()
+    if not fits or not (np.isfinite(array).all() or endless):
+        raise ArgumentError(attribute, values, allowed)
+    if count is not None and len(array) != count:
+        raise ArgumentError(attribute, values, f"of {count} rows, as the position")
+    return array

@@ -1,0 +1,440 @@
+"""World: one run of an animation, from its first frame to its last."""
+
+from __future__ import annotations
+
+import os
+import re
+import secrets
+import socket
+import struct
+import sys
+import time as _time
+from collections.abc import Callable, Iterator, Mapping
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from . import _core, _last_resort, arguments, runfile
+from . import roles as _roles
+from .balance import Balancer, Static
+from .errors import ArgumentError, MotesError
+from .frame import Frame
+from .progress import Progress
+from .progress import check as check_progress
+from .scene import Renderer, Sprite
+from .system import System
+
+__all__ = ["World"]
+
+AXES = {"x": 0, "y": 1, "z": 2}
+STALL_S = 60.0
+
+
+class World:
+    """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
+
+    Every rank makes the same calls; the engine gives each its role. A frame goes
+    create -> act -> move -> agree -> exchange -> render::
+
+        with world:
+            for frame in world.frames(100):
+                ...                          # births and actions of the systems, recorded
+                world.render().save(...)     # the manager deals out births, calculators act and
+                                             # move, particles go to their owners, a picture comes back
+    """
+
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        dt: float = 1 / 24,
+        substeps: int = 1,
+        axis: str = "x",
+        space: tuple[float, float] | str | None = None,
+        roles: str | _roles.Roles = "auto",
+        balancer: Balancer | None = None,
+        renderer: Renderer | None = None,
+        combine: str = "together",
+        log: str | os.PathLike[str] | None = None,
+        digest: bool = False,
+        checkpoint: None = None,
+        progress: str | Callable[[dict[str, Any]], None] = "lines",
+        comm: MPI.Intracomm | None = None,
+    ) -> None:
+        """Take the run's facts; nothing is started before `with world:`.
+
+        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds a frame, in which the recorded
+        list runs `substeps` times. `axis` and `space`: what the domains cut, and the interval (m) they share
+        at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the first
+        births. `roles`: "auto", "shared" or Roles(...). `log`: a directory. `digest`: also log fingerprints
+        of particles and pictures, a frame. `progress`: "lines", "bar", "off" or a function of a row.
+        `comm`: an mpi4py communicator.
+        """
+        self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
+        self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)
+        self._substeps = arguments.integer("substeps", substeps, low=1, high=10_000)
+        self._axis = arguments.choice("axis", axis, tuple(AXES))
+        self._space = _space(space)
+        if balancer is not None and not isinstance(balancer, Static):
+            raise ArgumentError("balancer", balancer, "None or Static()")
+        if renderer is not None and not isinstance(renderer, Renderer):
+            raise ArgumentError("renderer", renderer, "None or a motes.Renderer")
+        if checkpoint is not None:
+            raise ArgumentError("checkpoint", checkpoint, "None")
+        arguments.choice("combine", combine, ("together",))
+        if comm is not None and not isinstance(comm, MPI.Intracomm):
+            raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+        if log is not None and not isinstance(log, (str, os.PathLike)):
+            raise ArgumentError("log", log, "None or a directory's path")
+        self.renderer = renderer
+        self._log = None if log is None else os.fspath(log)
+        self._digest = arguments.flag("digest", digest)
+        self._progress_way = check_progress(progress)
+        self._stall_s = _stall_s()
+        self._comm: MPI.Intracomm = MPI.COMM_WORLD if comm is None else comm
+        self._cast = _roles.cast(roles, self._comm.size)
+        self._systems: list[System] = []
+        self._engine: _core.Engine | None = None
+        self._progress: Progress | None = None
+        self._watch: _last_resort.PeerWatch | None = None
+        self._total = 0
+        self._ended = False
+
+    # --- facts that never communicate
+
+    @property
+    def rank(self) -> int:
+        """This process among the world's ranks."""
+        return self._comm.rank
+
+    @property
+    def size(self) -> int:
+        """How many ranks the world has."""
+        return self._comm.size
+
+    @property
+    def role(self) -> set[str]:
+        """What this rank plays: of "manager", "image generator" and "calculator"."""
+        manager, image_generator, calculators = self._cast
+        played = {"manager": [manager], "image generator": [image_generator], "calculator": calculators}
+        return {name for name, ranks in played.items() if self.rank in ranks}
+
+    @property
+    def calculators(self) -> tuple[int, ...]:
+        """The calculators' ranks, in the order of their domains."""
+        return tuple(self._cast[2])
+
+    @property
+    def frame(self) -> int:
+        """The frame that is being recorded."""
+        return 0 if self._engine is None else self._engine.frame
+
+    @property
+    def time(self) -> float:
+        """Seconds of the animation at the frame's start."""
+        return self.frame * self._dt
+
+    @property
+    def dt(self) -> float:
+        """Seconds a frame."""
+        return self._dt
+
+    @property
+    def seed(self) -> int | None:
+        """The seed; None before a run that draws its own."""
+        return self._seed
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """All systems in the order of their making."""
+        return tuple(self._systems)
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Seconds that this rank spent in each phase of the last frame."""
+        return {} if self._engine is None else self._engine.times
+
+    def say(self, text: object) -> None:
+        """Print once, on the manager."""
+        if self.rank == self._cast[0]:
+            print(text, flush=True)
+
+    # --- systems
+
+    def system(
+        self,
+        name: str,
+        *,
+        capacity: int | None = None,
+        sprite: Sprite | None = None,
+        axis: str | None = None,
+        space: tuple[float, float] | str | None = None,
+        attributes: Mapping[str, Any] | None = None,
+    ) -> System:
+        """Make a particle system; the same calls in the same order on every rank.
+
+        `capacity`: most particles alive at once; births above it are dropped and counted. `attributes`:
+        extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
+        `space` override the world's.
+        """
+        if not isinstance(name, str) or not name or any(s.name == name for s in self._systems):
+            raise ArgumentError("name", name, "a new, non-empty text")
+        if capacity is not None:
+            capacity = arguments.integer("capacity", capacity, high=2**62)
+        if sprite is not None and not isinstance(sprite, Sprite):
+            raise ArgumentError("sprite", sprite, "None or a motes.Sprite")
+        definition = {
+            "capacity": capacity,
+            "axis": AXES[self._axis if axis is None else arguments.choice("axis", axis, tuple(AXES))],
+            "space": self._space if space is None else _space(space),
+            "sprite": sprite if sprite is not None else Sprite(),
+            "attributes": _user_attributes(attributes or {}),
+        }
+        made = System(self, len(self._systems), name, definition)
+        if self._ended:
+            raise MotesError("this world has ended; make a new one")
+        self._systems.append(made)
+        if self._engine is not None:
+            self._define(made)
+        return made
+
+    def _define(self, system: System) -> None:
+        assert self._engine is not None
+        definition = dict(system._definition, sprite=system._sprite.core)
+        self._engine.add_system(name=system.name, **definition)
+
+    # --- the run
+
+    def __enter__(self) -> World:
+        """Start the run: communicator, roles, log. Collective."""
+        if self._engine is not None or self._ended:
+            raise MotesError("a world runs once; make a new one")
+        try:
+            _last_resort.begin(self._comm)
+            self._start()
+        except BaseException as error:
+            _last_resort.stop_job(error)
+            raise
+        return self
+
+    def _start(self) -> None:
+        role = _core.describe_role(self._cast, self.rank)
+        state = _last_resort.state
+        state.role, state.frame = role, 0
+        peers, drawn = _introduce(self._comm, _last_resort.Peer.here(rank=state.rank, role=role), self._wish())
+        self._watch = _last_resort.PeerWatch(peers, rank=state.rank)
+        _core.name_crashes(_last_resort.mark() or "")
+        _core.set_place(state.describe())
+        announce = self._seed is None
+        if self._seed is None:
+            self._seed = drawn
+        hosts = [peer.host for peer in peers]
+        self._engine = _core.Engine(
+            comm=self._comm.py2f(),
+            roles=self._cast,
+            seed=self._seed,
+            dt=self._dt,
+            substeps=self._substeps,
+            digest=self._digest,
+            log=self._log or "",
+            hosts=hosts,
+            while_waiting=self._while_waiting,
+            describe=lambda rank: f"rank {rank} ({_core.describe_role(self._cast, rank)})",
+            stall_s=self._stall_s,
+        )
+        for system in self._systems:
+            self._define(system)
+        self._engine.keep_linear = self.renderer is not None and self.renderer.linear
+        self._progress = Progress(self._progress_way, hosts)
+        self._engine.start()
+        if announce and self._progress_way != "off":
+            self._tell(f"seed {self._seed}")
+        if self._log is not None and self.rank == self._cast[0]:
+            runfile.write_run(self._log, self._facts(), [{"rank": i, "host": h} for i, h in enumerate(hosts)])
+
+    def _wish(self) -> int:
+        return secrets.randbits(64) if self._seed is None else self._seed
+
+    def _facts(self) -> dict[str, Any]:
+        manager, image_generator, calculators = self._cast
+        return {
+            "seed": self._seed,
+            "dt_s": self._dt,
+            "substeps": self._substeps,
+            "axis": self._axis,
+            "space": self._space,
+            "balancer": "Static()",
+            "combine": "together",
+            "manager": manager,
+            "image_generator": image_generator,
+            "calculators": calculators,
+            "systems": [system.name for system in self._systems],
+        }
+
+    def _tell(self, text: str) -> None:
+        if self.rank == self._cast[0]:
+            print(text, file=sys.stderr, flush=True)
+
+    def _while_waiting(self, _: int) -> None:
+        lost = self._watch.check() if self._watch is not None else None
+        if lost is not None and self._watch is not None:
+            _last_resort.report_lost(lost, self._watch.peers[lost].role, self.frame)
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the run. Collective; after an exception the whole job ends."""
+        try:
+            if error is not None:
+                _last_resort.stop_job(error)  # returns where this is the only rank
+                return
+            self._engine_for("the end").finish()
+            self._show(last=True)
+        except BaseException as failure:
+            _last_resort.stop_job(failure)
+            raise
+        finally:
+            self._ended = True
+            _last_resort.end()
+        if self._watch is not None:
+            self._watch.close()
+
+    def frames(self, n: int) -> Iterator[int]:
+        """Yield the frame numbers still to do: 0..n-1. Each turn of the loop ends with `render` or `step`."""
+        n = arguments.integer("n", n)
+        self._total = n
+        while self.frame < n:
+            frame = self.frame
+            yield frame
+            if self.frame != frame + 1:
+                raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
+
+    def render(self) -> Frame:
+        """End the frame with a picture. Collective. Off the image generator the result is falsy."""
+        if self.renderer is None:
+            raise ArgumentError("renderer", None, "given to World(renderer=...) before render(); step() needs none")
+        engine = self._engine_for("render")
+        index = engine.frame
+        self._run(self.renderer.view())
+        home = self._cast[1]
+        time = (index + 1) * self._dt
+        if self.rank != home:
+            return Frame(index, time, None, home=home, rank=self.rank)
+        pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
+        size = (self.renderer.height, self.renderer.width, 3)
+        linear = (lambda: engine.linear().reshape(size)) if self.renderer.linear else None
+        frame = Frame(index, time, pixels, linear=linear, home=home, rank=self.rank)
+        if self._digest:
+            engine.set_image_sha256(frame.digest())
+        return frame
+
+    def step(self) -> None:
+        """End the frame without a picture. Collective."""
+        self._engine_for("step")
+        self._run(None)
+
+    def _run(self, view: _core.View | None) -> None:
+        assert self._engine is not None
+        self._engine.run_frame(view)
+        for system in self._systems:
+            system._list.clear()
+        _last_resort.state.frame = self._engine.frame
+        self._show()
+
+    def _show(self, *, last: bool = False) -> None:
+        if self.rank == self._cast[0] and self._progress is not None and self._engine is not None:
+            self._progress.update(self._engine.last_row, total=self._total, last=last)
+
+    def digest(self) -> str:
+        """Hash every particle of every system, all columns. Collective.
+
+        Equal particles give equal text, whatever the number of ranks and the order in memory.
+        """
+        return self._engine_for("digest").digest()
+
+    def _engine_for(self, what: str) -> _core.Engine:
+        if self._engine is None or self._ended:
+            raise MotesError(f"{what}: only inside `with world:`")
+        return self._engine
+
+
+# --- checks
+
+
+def _space(space: Any) -> tuple[float, float] | str | None:
+    if space is None or space == "fit":
+        return space
+    if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
+        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
+    low = arguments.number("space", space[0], low=-1e15, high=1e15)
+    high = arguments.number("space", space[1], low=-1e15, high=1e15)
+    if not low < high:
+        raise ArgumentError("space", space, "(lo, hi) with lo < hi")
+    return low, high
+
+
+def _user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple[float, float, float]]]:
+    if not isinstance(attributes, Mapping):
+        raise ArgumentError("attributes", attributes, "a dict of names and initial values")
+    taken = {"id", *(name for name, _ in _core.builtin_attributes())}
+    made = []
+    for name, value in attributes.items():
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
+            raise ArgumentError("attributes", name, "new names of letters, digits and _, from a letter on")
+        if isinstance(value, (int, float, np.integer, np.floating)):
+            made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
+        else:
+            made.append((name, 3, arguments.triple(name, value)))
+    return made
+
+
+def _stall_s() -> float:
+    text = os.environ.get("MOTES_STALL_S", "")
+    if not text:
+        return STALL_S
+    try:
+        seconds = float(text)
+    except ValueError:
+        seconds = -1.0
+    if not 0 < seconds < float("inf"):
+        raise ArgumentError("MOTES_STALL_S", text, "a number of seconds > 0")
+    return seconds
+
+
+# --- before the engine exists
+
+_CARD = struct.Struct("<i64s64siqQ96s")
+
+
+def _introduce(
+    comm: MPI.Intracomm, me: _last_resort.Peer, wish: int
+) -> tuple[list[_last_resort.Peer], int]:
+    """Tell every rank of every other: host, process, and rank 0's wish for the seed. Collective, never stuck."""
+    card = _CARD.pack(
+        me.rank,
+        me.role.encode()[:64],
+        me.host.encode()[:64],
+        me.pid,
+        me.started,
+        wish,
+        me.space.encode()[:96],
+    )
+    cards = bytearray(_CARD.size * comm.size)
+    request = comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE])
+    start, pause = _time.monotonic(), 0.0
+    limit = _stall_s()
+    while not request.Test():
+        if _time.monotonic() - start > limit:
+            raise MotesError(f"waited {limit:.0f} s for other ranks of {socket.gethostname()} to enter the world")
+        _time.sleep(pause)
+        pause = min(pause + 1e-4, 5e-3)
+    peers = []
+    seed = 0
+    for i, (rank, role, host, pid, started, wished, space) in enumerate(_CARD.iter_unpack(bytes(cards))):
+        text = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
+        peers.append(_last_resort.Peer(rank, text[0], text[1], pid, started, text[2]))
+        seed = wished if i == 0 else seed
+    return peers, seed
+

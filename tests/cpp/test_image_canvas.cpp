@@ -1,0 +1,257 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <stdexcept>
+
+#include "check.h"
+#include "image/bench.h"
+#include "image/curves.h"
+#include "image/footprint.h"
+#include "image/tone.h"
+#include "test_image_scene.h"
+
+using namespace image_test;
+
+namespace {
+
+Cloud part_of(const Cloud& cloud, std::size_t first, std::size_t step) {
+  std::vector<std::size_t> chosen;
+  for (std::size_t i = first; i < cloud.count; i += step) chosen.push_back(i);
+  Cloud part(chosen.size(), cloud.colored);
+  for (std::size_t i = 0; i < chosen.size(); ++i) {
+    for (std::size_t c = 0; c < 3; ++c) {
+      part.plane[c][i] = cloud.plane[c][chosen[i]];
+      part.color[c][i] = cloud.color[c][chosen[i]];
+    }
+    part.alpha[i] = cloud.alpha[chosen[i]];
+  }
+  return part;
+}
+
+std::vector<float> linear_picture(const View& view, const std::vector<std::byte>& records) {
+  Canvas canvas;
+  canvas.begin(view, true);
+  canvas.add(records);
+  canvas.finish();
+  return canvas.linear();
+}
+
+Solid sphere_at_origin(float radius) {
+  Solid solid;
+  solid.shape.kind = motes::shapes::Kind::sphere;
+  solid.shape.number[3] = radius;
+  return solid;
+}
+
+}  // namespace
+
+TEST(image_pixels_do_not_depend_on_order_grouping_or_isa) {
+  const Cloud cloud = random_cloud(70000, 1);
+  View solid = small_view(130, 100);
+  solid.objects = {sphere_at_origin(2)};
+  for (const View& view : {small_view(), solid}) {
+    for (const Sprite sprite : {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 2},
+                                Sprite{Sprite::Kind::disc, 5}, Sprite{Sprite::Kind::disc, 15}}) {
+      const auto reference = picture(view, {message(cloud, sprite, view)});
+      for (const std::size_t ranks : {2u, 3u, 7u}) {
+        std::vector<std::vector<std::byte>> messages;
+        for (std::size_t r = ranks; r-- > 0;) messages.push_back(message(part_of(cloud, r, ranks), sprite, view));
+        CHECK(picture(view, messages) == reference);
+      }
+      for (const auto* lanes : usable_splat_lanes()) {
+        CHECK(picture(view, {message(cloud, sprite, view)}, *lanes) == reference);
+      }
+    }
+  }
+}
+
+// A golden digest: other compilers, optimisation levels and machines must agree on it too.
+TEST(image_pixels_are_the_same_everywhere) {
+  View view = small_view(197, 131);
+  Solid ground;
+  ground.shape.kind = motes::shapes::Kind::plane;
+  ground.shape.number[1] = -2;
+  ground.shape.number[4] = 1;
+  view.objects = {sphere_at_origin(1), ground};
+  view.camera.position = {1, 2, 9};
+  std::uint64_t digest = 0xcbf29ce484222325u;  // FNV-1a
+  const auto take = [&](const std::vector<std::uint8_t>& pixels) {
+    for (const std::uint8_t p : pixels) digest = (digest ^ p) * 0x100000001b3u;
+  };
+  take(picture(view, {message(random_cloud(5000, 2), {Sprite::Kind::disc, 5}, view)}));
+  view.objects.clear();
+  take(picture(view, {message(random_cloud(90000, 3), {Sprite::Kind::point, 1}, view)}));
+  constexpr std::uint64_t kGolden = 0x6be2efd89385c751u;
+  CHECK(digest == kGolden);
+  if (digest != kGolden) std::printf("digest %#llx\n", static_cast<unsigned long long>(digest));
+}
+
+TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
+  // 9000 particles of full light on one pixel overflow a sum; the plain path must notice.
+  const View view = small_view(70, 70);
+  for (const std::size_t count : {4000u, 4144u, 4145u, 9000u}) {
+    const auto records = message(Cloud(count), {Sprite::Kind::disc, 3}, view);
+    const RecordsView seen(records);
+    const Footprint& f = footprint({Sprite::Kind::disc, 3});
+    const Splat splat{f.weights.data(), f.size, f.phase_bits, f.row_bytes, 4, -8 * 68, -8 * 68, false, true};
+    const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
+    for (const auto* lanes : usable_splat_lanes()) {
+      std::vector<std::uint32_t> light(200 * 110);
+      const TileSums sums{light.data() + 20 * 200 + 60, nullptr, 200, 0, 0};
+      lanes->splat(sums, splat, reinterpret_cast<const unsigned char*>(piece.records), piece.count);
+      View dark = view;
+      dark.background = {0, 0, 0};
+      Canvas canvas(*lanes);
+      canvas.begin(dark, true);
+      canvas.add(records);
+      canvas.finish();
+      const auto linear = canvas.linear();
+      bool same = true;
+      for (std::size_t y = 0; y < 64; ++y) {
+        for (std::size_t i = 0; i < 192; ++i) {
+          same &= linear[y * 210 + i] == static_cast<float>(sums.light[y * 200 + i] / double{kUnit});
+        }
+      }
+      CHECK(same);
+      const double brightest = *std::max_element(linear.begin(), linear.end());
+      CHECK(brightest <= static_cast<float>(4294967295.0 / kUnit));
+      CHECK((count == 9000) == (brightest > 4144));
+    }
+  }
+}
+
+TEST(image_light_of_a_disc_does_not_depend_on_its_position) {
+  View view = small_view(64, 64);
+  view.background = {0, 0, 0};
+  for (int pixels = 1; pixels <= 15; ++pixels) {
+    double first = 0;
+    for (int step = 0; step < 40; ++step) {
+      Cloud one(1);
+      one.place(0, 0.017f * static_cast<float>(step), 0.0093f * static_cast<float>(step), 0);
+      const auto linear = linear_picture(view, message(one, {Sprite::Kind::disc, pixels}, view));
+      const double sum = std::accumulate(linear.begin(), linear.end(), 0.0);
+      if (step == 0) first = sum;
+      CHECK(sum > 0.9);
+      CHECK_NEAR(sum / first, 1, 1e-6);
+    }
+  }
+}
+
+TEST(image_the_centre_of_light_follows_the_particle) {
+  View view = small_view(64, 64);
+  view.background = {0, 0, 0};
+  const double focal = 32 / std::tan(20 * 3.14159265358979323846 / 180);
+  for (const int pixels : {1, 2, 3, 4, 5, 9, 12}) {
+    for (int step = 0; step < 40; ++step) {
+      const float x = 0.0171f * static_cast<float>(step);
+      Cloud one(1);
+      one.place(0, x, 0, 0);
+      const auto linear = linear_picture(view, message(one, {Sprite::Kind::disc, pixels}, view));
+      double sum = 0, moment = 0;
+      for (std::size_t i = 0; i < linear.size(); i += 3) {
+        sum += linear[i];
+        moment += linear[i] * (static_cast<double>(i / 3 % 64) + 0.5);
+      }
+      CHECK_NEAR(moment / sum, 32 + focal * x / 10, pixels == 2 || pixels == 3 ? 0.3 : 0.15);
+    }
+  }
+}
+
+TEST(image_solids_hide_what_is_behind_them) {
+  View view = small_view();
+  view.objects = {sphere_at_origin(1)};
+  const auto bare = picture(view, {});
+  Cloud behind(1), before(1), beside(1), resting(1);
+  behind.place(0, 0.1f, 0.1f, -2);
+  before.place(0, 0.1f, 0.1f, 2);
+  beside.place(0, 2, 0, -2);
+  resting.place(0, 0, 0, 1);
+  CHECK(picture(view, {message(behind, {}, view)}) == bare);
+  CHECK(picture(view, {message(before, {}, view)}) != bare);
+  CHECK(picture(view, {message(beside, {}, view)}) != bare);
+  CHECK(picture(view, {message(resting, {}, view)}) != bare);
+  // By pixel: one that is half hidden loses a part of its light only.
+  const auto light = [&](float x) {
+    Cloud edge(1);
+    edge.place(0, x, 0, -3);
+    const auto linear = linear_picture(view, message(edge, {Sprite::Kind::disc, 15}, view));
+    Canvas canvas;
+    canvas.begin(view, true);
+    canvas.finish();
+    const auto alone = canvas.linear();
+    return std::accumulate(linear.begin(), linear.end(), 0.0) - std::accumulate(alone.begin(), alone.end(), 0.0);
+  };
+  const double seen = light(2.5f), half = light(1.31f);
+  CHECK(half > 0.2 * seen && half < 0.8 * seen);
+}
+
+TEST(image_sizes_that_fit_no_tile) {
+  for (const auto& [width, height] :
+       {std::pair{1, 1}, {1, 300}, {300, 1}, {64, 64}, {65, 63}, {4096, 8}, {9000, 3}, {16384, 2}}) {
+    View view = small_view(width, height);
+    view.camera.fov_deg = 20;
+    const auto records = message(random_cloud(3000, 9), {Sprite::Kind::disc, 15}, view);
+    const auto pixels = picture(view, {records});
+    CHECK(pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
+    Cloud center(1);
+    const auto lit = picture(view, {message(center, {Sprite::Kind::disc, 5}, view)});
+    const std::size_t middle = 3 * (static_cast<std::size_t>(height / 2) * static_cast<std::size_t>(width) +
+                                    static_cast<std::size_t>(width / 2));
+    CHECK(lit[middle] > 100);
+  }
+}
+
+TEST(image_particles_on_the_edge_light_what_is_inside) {
+  View view = small_view(64, 64);
+  view.background = {0, 0, 0};
+  const double reach = std::tan(20 * 3.14159265358979323846 / 180) * 10;
+  Cloud corner(1);
+  corner.place(0, static_cast<float>(reach), static_cast<float>(reach), 0);
+  const auto linear = linear_picture(view, message(corner, {Sprite::Kind::disc, 8}, view));
+  const auto whole = linear_picture(view, message(Cloud(1), {Sprite::Kind::disc, 8}, view));
+  const double part = std::accumulate(linear.begin(), linear.end(), 0.0);
+  CHECK_NEAR(part / std::accumulate(whole.begin(), whole.end(), 0.0), 0.25, 0.03);
+  CHECK(linear[63 * 3] > 0 && linear[0] == 0);
+}
+
+TEST(image_tone_is_smooth_and_within_half_a_step) {
+  const auto table = tone_table(1);
+  const auto shown = [&](std::uint32_t sum) {
+    std::uint8_t byte = 0;
+    splat_lanes().tone(&sum, 1, table.data(), &byte);
+    return byte;
+  };
+  int before = 0;
+  for (double light = 1e-5; light < 4000; light *= 1.01) {
+    const int byte = shown(static_cast<std::uint32_t>(light * kUnit));
+    CHECK(byte >= before && byte - before <= 2);
+    CHECK_NEAR(byte, srgb(roll_off(light)) * 255, 1.0);
+    before = byte;
+  }
+  CHECK(shown(0) == 0 && shown(0xffffffffu) == 255);
+}
+
+TEST(image_background_and_exposure) {
+  View view = small_view(10, 10);
+  view.background = {0.25f, 0.04f, 0};
+  const auto pixels = picture(view, {});
+  CHECK_NEAR(pixels[0], srgb(0.25) * 255, 0.8);
+  CHECK_NEAR(pixels[1], srgb(0.04) * 255, 0.8);
+  CHECK(pixels[2] == 0);
+  view.exposure = 0.5f;
+  CHECK_NEAR(picture(view, {})[0], srgb(0.125) * 255, 0.8);
+  Canvas canvas;
+  CHECK_THROWS(canvas.finish(), std::logic_error);
+  canvas.begin(view);
+  CHECK(canvas.finish() == picture(view, {}));
+  CHECK_THROWS(canvas.linear(), std::logic_error);
+  view.exposure = 1;
+  canvas.begin(view);  // a changed exposure must not show the old scenery
+  CHECK(canvas.finish() == pixels);
+}
+
+TEST(image_render_bench_runs) {
+  const RenderBench bench = render_bench(10000, 160, 90, 5, 2);
+  CHECK(bench.records > 5000 && bench.ms_per_frame > 0 && bench.ms_project > 0);
+  CHECK_THROWS(render_bench(0, 160, 90, 5, 2), std::invalid_argument);
+}

@@ -1,0 +1,229 @@
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <set>
+#include <stdexcept>
+
+#include "check.h"
+#include "image/camera.h"
+#include "image/curves.h"
+#include "image/footprint.h"
+#include "image/vectors.h"
+#include "test_image_scene.h"
+
+using namespace image_test;
+
+namespace {
+
+struct Record {
+  std::int16_t x, y;
+  std::uint32_t color;
+  float depth;
+  int tile;
+};
+
+std::vector<Record> records_of(const std::vector<std::byte>& bytes) {
+  const RecordsView view(bytes);
+  std::vector<Record> records;
+  for (const auto& batch : view.batches()) {
+    for (int tile = 0; tile < view.grid().tiles(); ++tile) {
+      const auto piece = view.piece(batch, tile);
+      for (std::size_t i = 0; i < piece.count; ++i) {
+        Record r{};
+        const std::byte* from = piece.records + i * view.record_bytes();
+        std::memcpy(&r.x, from, 2);
+        std::memcpy(&r.y, from + 2, 2);
+        std::memcpy(&r.color, from + 4, 4);
+        if (view.with_depth()) std::memcpy(&r.depth, from + 8, 4);
+        r.tile = tile;
+        records.push_back(r);
+      }
+    }
+  }
+  return records;
+}
+
+View with_object(View view) {
+  Solid far_wall;
+  far_wall.shape.kind = motes::shapes::Kind::sphere;
+  far_wall.shape.number[2] = -500;
+  far_wall.shape.number[3] = 1;
+  view.objects = {far_wall};
+  return view;
+}
+
+}  // namespace
+
+TEST(image_projection_agrees_with_double_precision) {
+  View view = with_object(small_view(320, 200));
+  view.camera = {{3, 4, 9}, {0.5, -1, 0}, {0.1, 1, 0}, 55, 0.1};
+  const Lens l = lens(view);
+  const Cloud cloud = random_cloud(3000, 7, false);
+  int seen = 0, expected = 0;
+  for (std::size_t i = 0; i < cloud.count; ++i) {
+    Cloud one(1);
+    one.place(0, cloud.plane[0][i], cloud.plane[1][i], cloud.plane[2][i]);
+    const auto found = records_of(message(one, {Sprite::Kind::disc, 5}, view));
+    const Vector offset = Vector{one.plane[0][0], one.plane[1][0], one.plane[2][0]} - l.eye;
+    const double z = dot(offset, l.forward);
+    const double x = l.focal_px * dot(offset, l.right) / z, y = -l.focal_px * dot(offset, l.up) / z;
+    expected += z > 0.1 && std::fabs(x) < 159 && std::fabs(y) < 99;
+    if (found.empty()) {
+      CHECK(z < 0.1 || std::fabs(x) > 161.9 || std::fabs(y) > 101.9);
+      continue;
+    }
+    ++seen;
+    CHECK_NEAR(found[0].x, std::floor(x * 16), 1);
+    CHECK_NEAR(found[0].y, std::floor(y * 16), 1);
+    CHECK_NEAR(found[0].depth, z, 1e-5 * z);
+    CHECK(found[0].color == 0xffffffffu);
+  }
+  CHECK(seen >= expected && expected > 100);
+}
+
+TEST(image_tangent_and_srgb_are_right) {
+  for (double degrees = 0.5; degrees < 89.9; degrees += 0.7) {
+    const double x = degrees * 3.14159265358979323846 / 180;
+    CHECK_NEAR(tangent(x) / std::tan(x), 1, 1e-13);
+  }
+  for (double x = 0; x <= 1; x += 0.003) {
+    const double expected = x <= 0.0031308 ? 12.92 * x : 1.055 * std::pow(x, 1 / 2.4) - 0.055;
+    CHECK_NEAR(srgb(x), expected, 1e-12);
+  }
+}
+
+TEST(image_records_are_the_same_bytes_for_every_isa) {
+  const Cloud cloud = random_cloud(40001, 3);
+  for (const View& view : {small_view(), with_object(small_view(333, 65))}) {
+    for (const int pixels : {1, 4, 15}) {
+      const auto reference = message(cloud, {Sprite::Kind::disc, pixels}, view, motes::sse2::project_lanes);
+      CHECK(RecordsView(reference).count() > 1000);
+      for (const auto* lanes : usable_project_lanes()) {
+        CHECK(message(cloud, {Sprite::Kind::disc, pixels}, view, *lanes) == reference);
+      }
+    }
+  }
+}
+
+TEST(image_records_stand_in_every_tile_they_touch_and_only_once) {
+  const View view = small_view(200, 150);
+  for (const auto sprite :
+       {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 6}, Sprite{Sprite::Kind::disc, 15}}) {
+    const int size = footprint_size(sprite);
+    const Cloud cloud = random_cloud(500, 11, false);
+    for (std::size_t i = 0; i < cloud.count; ++i) {
+      Cloud one(1);
+      one.place(0, cloud.plane[0][i], cloud.plane[1][i], cloud.plane[2][i]);
+      const auto found = records_of(message(one, sprite, view));
+      std::set<int> tiles, expected;
+      for (const auto& r : found) tiles.insert(r.tile);
+      CHECK(tiles.size() == found.size());
+      if (found.empty()) continue;
+      const int left = (found[0].x + 8 * (201 - size)) >> 4, top = (found[0].y + 8 * (151 - size)) >> 4;
+      for (int y = std::max(top, 0); y < std::min(top + size, 150); ++y) {
+        for (int x = std::max(left, 0); x < std::min(left + size, 200); ++x) expected.insert(y / 64 * 4 + x / 64);
+      }
+      CHECK(tiles == expected);
+    }
+  }
+}
+
+TEST(image_colors_are_rounded_and_clamped) {
+  const View view = small_view();
+  Cloud cloud(4, true);
+  cloud.color[0] = {0.5f, -1, 2, NAN};
+  cloud.color[1] = {0.25f, 0.1f, 0.1f, 1};
+  cloud.color[2] = {1, 0.1f, 0.1f, 1};
+  cloud.alpha = {0.5f, 1, 0, 7};
+  for (auto* column : {&cloud.color[0], &cloud.color[1], &cloud.color[2], &cloud.alpha}) column->resize(20);
+  const auto found = records_of(message(cloud, {}, view));
+  CHECK(found.size() == 3);  // alpha 0 gives no light
+  CHECK(found[0].color == (0x80u | 0x40u << 8 | 0xffu << 16 | 0x80u << 24));
+  CHECK(found[1].color == (0x00u | 0x1au << 8 | 0x1au << 16 | 0xffu << 24));
+  CHECK(found[2].color == 0xffffff00u);
+}
+
+TEST(image_particles_that_cannot_be_seen_are_culled) {
+  const View view = small_view();
+  const float inf = std::numeric_limits<float>::infinity(), nan = std::numeric_limits<float>::quiet_NaN();
+  const float huge = std::numeric_limits<float>::max();
+  const float places[][3] = {{nan, 0, 0},      {0, nan, 0}, {0, 0, nan},   {inf, 0, 0},  {0, -inf, 0}, {0, 0, inf},
+                             {0, 0, -inf},     {0, 0, 10},  {0, 0, 9.95f}, {0, 0, 11},   {0, 0, huge}, {huge, 0, 0},
+                             {0, huge, -huge}, {100, 0, 0}, {0, -100, 0},  {0, 0, -huge}};
+  for (const auto* lanes : usable_project_lanes()) {
+    for (std::size_t i = 0; i < 15; ++i) {
+      Cloud one(1);
+      one.place(0, places[i][0], places[i][1], places[i][2]);
+      CHECK(RecordsView(message(one, {}, view, *lanes)).count() == 0);
+    }
+    Cloud far(1);
+    far.place(0, 0, 0, -1e30f);
+    CHECK(RecordsView(message(far, {}, view, *lanes)).count() >= 1);
+  }
+}
+
+TEST(image_empty_systems_give_empty_messages) {
+  const auto bytes = message(Cloud(0), {}, small_view());
+  CHECK(bytes.size() == 32);
+  CHECK(RecordsView(bytes).count() == 0);
+}
+
+TEST(image_malformed_records_are_refused) {
+  const View view = small_view();
+  const auto good = message(random_cloud(1000, 5), {}, view);
+  CHECK(RecordsView(good).count() > 100);
+  for (std::size_t size = 0; size < good.size(); size += 1 + size / 8) {
+    const std::vector<std::byte> cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size));
+    CHECK_THROWS(RecordsView(cut), std::runtime_error);
+  }
+  auto longer = good;
+  longer.push_back(std::byte{0});
+  CHECK_THROWS(RecordsView(longer), std::runtime_error);
+  for (const std::size_t at : {0u, 4u, 5u, 6u, 11u, 15u, 19u, 24u, 32u, 35u, 40u, 51u, 80u}) {
+    auto bad = good;
+    bad[at] = std::byte{0xee};
+    CHECK_THROWS(RecordsView(bad), std::runtime_error);
+  }
+  Canvas canvas;
+  canvas.begin(small_view(64, 64));
+  CHECK_THROWS(canvas.add(good), std::runtime_error);
+  canvas.begin(with_object(view));
+  CHECK_THROWS(canvas.add(good), std::runtime_error);
+}
+
+TEST(image_nonsense_positions_stay_inside_memory) {
+  const View view = small_view();
+  auto bytes = message(random_cloud(2000, 5), {Sprite::Kind::disc, 15}, view);
+  const std::size_t header = 32 + 4 * 13;
+  std::uint32_t state = 1;
+  for (std::size_t i = header; i < bytes.size(); ++i) {
+    state = state * 1664525u + 1013904223u;
+    bytes[i] = static_cast<std::byte>(state >> 24);
+  }
+  for (const auto* lanes : usable_splat_lanes()) CHECK(picture(view, {bytes}, *lanes).size() == 200 * 150 * 3);
+}
+
+TEST(image_views_and_sprites_are_checked) {
+  const auto refused = [](auto change) {
+    View view = small_view();
+    change(view);
+    CHECK_THROWS(motes::image::check(view), std::invalid_argument);
+  };
+  motes::image::check(small_view());
+  refused([](View& v) { v.width = 0; });
+  refused([](View& v) { v.height = 16385; });
+  refused([](View& v) { v.camera.position[1] = NAN; });
+  refused([](View& v) { v.camera.look_at = v.camera.position; });
+  refused([](View& v) { v.camera.up = {0, 0, -3}; });
+  refused([](View& v) { v.camera.up = {0, 0, 0}; });
+  refused([](View& v) { v.camera.fov_deg = 0; });
+  refused([](View& v) { v.camera.fov_deg = 180; });
+  refused([](View& v) { v.camera.near = 0; });
+  refused([](View& v) { v.exposure = 0; });
+  refused([](View& v) { v.exposure = NAN; });
+  refused([](View& v) { v.background[2] = -0.1f; });
+  refused([](View& v) { v.objects.push_back({}); });  // a point is not drawn
+  CHECK_THROWS(motes::image::check(Sprite{Sprite::Kind::disc, 0}), std::invalid_argument);
+  CHECK_THROWS(motes::image::check(Sprite{Sprite::Kind::disc, 16}), std::invalid_argument);
+  CHECK_THROWS(motes::image::check(Sprite{static_cast<Sprite::Kind>(9), 5}), std::invalid_argument);
+}

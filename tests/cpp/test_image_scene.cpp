@@ -1,0 +1,65 @@
+#include "test_image_scene.h"
+
+#include "simd/isa.h"
+
+namespace image_test {
+namespace {
+
+template <class Table>
+std::vector<const Table*> usable(const Table& sse2, const Table& avx2, const Table& avx512) {
+  std::vector<const Table*> tables{&sse2};
+  if (motes::simd::isa() != motes::simd::Isa::sse2) tables.push_back(&avx2);
+  if (motes::simd::isa() == motes::simd::Isa::avx512) tables.push_back(&avx512);
+  return tables;
+}
+
+}  // namespace
+
+Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored) {
+  std::uint64_t state = seed * 0x9e3779b97f4a7c15u + 1;
+  const auto draw = [&](float low, float high) {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return low + (high - low) * (static_cast<float>(state >> 40) / 16777216.0f);
+  };
+  Cloud cloud(count, colored);
+  for (std::size_t i = 0; i < count; ++i) {
+    const float place[] = {draw(-6, 6), draw(-4, 4), draw(-5, 11)};  // in this order with every compiler
+    cloud.place(i, place[0], place[1], place[2]);
+    for (auto& c : cloud.color) c[i] = draw(-0.1f, 1.1f);
+    cloud.alpha[i] = draw(0, 1);
+  }
+  return cloud;
+}
+
+View small_view(int width, int height) {
+  View view;
+  view.width = width;
+  view.height = height;
+  view.camera.position = {0, 0, 10};
+  view.background = {0.01f, 0.02f, 0.05f};
+  return view;
+}
+
+std::vector<const ProjectLanes*> usable_project_lanes() {
+  return usable(motes::sse2::project_lanes, motes::avx2::project_lanes, motes::avx512::project_lanes);
+}
+std::vector<const SplatLanes*> usable_splat_lanes() {
+  return usable(motes::sse2::splat_lanes, motes::avx2::splat_lanes, motes::avx512::splat_lanes);
+}
+
+std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view, const ProjectLanes& lanes) {
+  Projector projector(lanes);
+  Records records;
+  projector.project(cloud.drawn(), sprite, view, records);
+  return {records.bytes().begin(), records.bytes().end()};
+}
+
+std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
+                                  const SplatLanes& lanes) {
+  Canvas canvas(lanes);
+  canvas.begin(view);
+  for (const auto& m : messages) canvas.add(m);
+  return canvas.finish();
+}
+
+}  // namespace image_test

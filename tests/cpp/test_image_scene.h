@@ -1,0 +1,59 @@
+// Scenes that the tests of images share.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "image/canvas.h"
+#include "image/records.h"
+#include "image/scene.h"
+
+namespace image_test {
+
+using namespace motes::image;
+
+/// Planes with the padding that Drawn asks for.
+struct Cloud {
+  std::vector<float> plane[3], color[3], alpha;
+  std::size_t count = 0;
+  bool colored = false;
+
+  explicit Cloud(std::size_t n = 0, bool with_color = false) : count(n), colored(with_color) {
+    for (auto& p : plane) p.assign(n + 16, 0.0f);
+    for (auto& c : color) c.assign(n + 16, 1.0f);
+    alpha.assign(n + 16, 1.0f);
+  }
+  void place(std::size_t i, float x, float y, float z) {
+    plane[0][i] = x;
+    plane[1][i] = y;
+    plane[2][i] = z;
+  }
+  Drawn drawn() const {
+    Drawn d;
+    d.count = count;
+    for (std::size_t i = 0; i < 3; ++i) {
+      d.position[i] = plane[i].data();
+      d.color[i] = colored ? color[i].data() : nullptr;
+    }
+    d.alpha = colored ? alpha.data() : nullptr;
+    return d;
+  }
+};
+
+/// Random particles that fill the view of `small_view` and more.
+Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored = true);
+
+/// From (0, 0, 10) towards the origin.
+View small_view(int width = 200, int height = 150);
+
+/// The ISA builds that this processor can run.
+std::vector<const ProjectLanes*> usable_project_lanes();
+std::vector<const SplatLanes*> usable_splat_lanes();
+
+std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view,
+                               const ProjectLanes& lanes = project_lanes());
+std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
+                                  const SplatLanes& lanes = splat_lanes());
+
+}  // namespace image_test

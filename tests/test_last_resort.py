@@ -1,0 +1,261 @@
+"""A rank fails: one message, and the job is gone within seconds. Real jobs, each with a time limit."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+from motes import _last_resort, launch
+from motes.errors import RankError
+
+# Rank `who` fails in the way `how` while the others wait for a message that never comes.
+SCRIPT = """
+import os, sys, threading, time
+from mpi4py import MPI
+from motes import _last_resort
+from motes.errors import RankError
+
+_last_resort.install()
+how, who = sys.argv[1], [int(rank) for rank in sys.argv[2].split(",")]
+world, state = MPI.COMM_WORLD, _last_resort.state
+rank = world.rank
+
+
+def note_failure():
+    os.write(1, b"failing at %f\\n" % time.time())
+
+
+def block():
+    world.Recv(bytearray(1), source=MPI.ANY_SOURCE, tag=1)
+
+
+def fail():
+    if how == "exception":
+        raise ValueError("the mistake")
+    if how == "sys.exit":
+        sys.exit(int(sys.argv[3]))
+    if how == "interrupt":
+        os.kill(os.getpid(), 2)
+        time.sleep(5)
+    if how == "thread":
+        thread = threading.Thread(target=lambda: 1 / 0, name="worker")
+        thread.start()
+        block()
+    if how == "kill":
+        os.kill(os.getpid(), 9)
+    if how == "agreed":
+        raise RankError("the mistake", rank=2, role="calculator 0", frame=7, speaker=2)
+
+
+if how == "early":  # the others need longer than this rank before they start
+    if rank in who:
+        sys.exit(0)
+    time.sleep(1.5)
+    note_failure()
+_last_resort.begin(world)
+state.role = "image generator" if rank == 0 else "manager" if rank == 1 else f"calculator {rank - 2}"
+state.frame = 7
+peers = world.allgather(_last_resort.Peer.here(rank=rank, role=state.role))
+world.Barrier()
+try:
+    if rank in who:
+        note_failure()
+        if how == "leave":
+            sys.exit  # the script ends here without an error
+        else:
+            fail()
+    elif how == "kill":
+        watch = _last_resort.PeerWatch(peers, rank=rank)
+        while True:
+            lost = watch.check(time.monotonic())
+            if lost is not None:
+                _last_resort.report_lost(lost, watch.peers[lost].role, state.frame)
+            time.sleep(0.002)
+    else:
+        block()
+except BaseException as error:
+    if how in ("sys.exit", "agreed"):  # as World does when its block is left
+        _last_resort.stop_job(error)
+    raise
+"""
+
+QUIET = """
+import sys, time
+from mpi4py import MPI
+from motes import _last_resort
+
+how = sys.argv[1]
+rank = MPI.COMM_WORLD.rank
+if how == "some" and rank == 0:
+    sys.exit(0)  # never installs
+_last_resort.install()
+if how == "part":  # a run of three ranks; the fourth has left meanwhile, and is not missed
+    part = MPI.COMM_WORLD.Split(int(rank == 0), rank)
+    if rank == 0:
+        sys.exit(0)
+    time.sleep(0.8)
+    _last_resort.begin(part)
+    _last_resort.end()
+if how == "late":
+    _last_resort.begin(MPI.COMM_WORLD)
+    _last_resort.end()
+if how in ("late", "no run") and rank == 0:
+    time.sleep(1.2)
+"""
+
+
+@dataclass
+class Job:
+    """How a job ended."""
+
+    code: int
+    text: str
+    seconds: float
+    """From the failure to the end."""
+
+    @property
+    def reports(self) -> list[str]:
+        """The first line of each report."""
+        return re.findall(r"^\*\*\* motes: (.*)$", self.text, re.MULTILINE)
+
+
+@pytest.fixture
+def job(tmp_path: Path):
+    """Run a script on 4 ranks."""
+
+    def run(script: str, *arguments: str) -> Job:
+        path = tmp_path / "script.py"
+        path.write_text(script)
+        words = launch.command(4, [sys.executable, str(path), *arguments])
+        answer = subprocess.run(words, capture_output=True, text=True, timeout=20)
+        ended = time.time()
+        text = answer.stdout + answer.stderr
+        failed = re.search(r"failing at ([\d.]+)", text)
+        return Job(answer.returncode, text, ended - float(failed[1]) if failed else 0.0)
+
+    return run
+
+
+ROLES = {"0": "rank 0 (image generator)", "2": "rank 2 (calculator 0)"}
+
+
+@pytest.mark.parametrize("who", ["0", "2"])
+@pytest.mark.parametrize(
+    ("how", "code", "message"),
+    [
+        (["exception"], 1, "ValueError: the mistake"),
+        (["sys.exit", "0"], 1, "called sys.exit(0) in the middle of the run"),
+        (["sys.exit", "3"], 3, "called sys.exit(3) in the middle of the run"),
+        (["leave"], 1, "the script left in the middle of the run"),
+        (["interrupt"], 130, "KeyboardInterrupt"),
+        (["thread"], 1, "ZeroDivisionError: division by zero (in thread worker)"),
+        (["kill"], None, "its process is gone (killed or crashed)"),
+    ],
+    ids=lambda value: "-".join(value) if isinstance(value, list) else "",
+)
+def test_one_failing_rank_ends_the_job_with_one_message(job, who, how, code, message):
+    ended = job(SCRIPT, how[0], who, *how[1:])
+    assert ended.reports == [f"{ROLES[who]}, frame 7: {message}"], ended.text
+    assert ended.code == code if code is not None else ended.code != 0
+    assert ended.seconds < 3
+
+
+def test_the_same_mistake_on_all_ranks_is_told_once(job):
+    ended = job(SCRIPT, "exception", "0,1,2,3")
+    assert len(ended.reports) == 1, ended.text
+    assert ended.text.count("Traceback") == 1
+    assert ended.code == 1
+    assert ended.seconds < 3
+
+
+def test_an_error_that_ranks_agreed_on_is_told_by_its_speaker(job):
+    ended = job(SCRIPT, "agreed", "0,1,2,3")
+    message = "rank 2 (calculator 0), frame 7: the mistake"
+    assert ended.reports == [f"motes.errors.RankError: {message}"], ended.text
+    assert ended.seconds < 3
+
+
+def test_a_rank_that_left_before_the_run_is_not_waited_for(job):
+    ended = job(SCRIPT, "early", "2")
+    assert len(ended.reports) == 1, ended.text
+    assert ended.reports[0].startswith("rank 2 left the script before the run started")
+    assert ended.code == 1
+    assert ended.seconds < 3
+
+
+@pytest.mark.parametrize("how", ["late", "no run", "some", "part"])
+def test_ranks_may_end_well_at_different_times(job, how):
+    ended = job(QUIET, how)
+    assert (ended.code, ended.text) == (0, "")
+
+
+# --- within this process
+
+
+def test_a_single_rank_behaves_as_python_does():
+    hook = sys.excepthook
+    _last_resort.install()
+    assert sys.excepthook is hook
+    _last_resort.stop_job(ValueError("of no consequence"))
+
+
+@pytest.mark.parametrize("means", ["directory", "socket"])
+def test_one_rank_of_a_host_gets_the_voice(monkeypatch, tmp_path, means):
+    monkeypatch.setenv("PMIX_NAMESPACE", f"test {tmp_path}")
+    monkeypatch.setenv("PMIX_SERVER_TMPDIR", str(tmp_path))
+    if means == "socket":
+        monkeypatch.delenv("PMIX_SERVER_TMPDIR")
+    assert [_last_resort._take_voice() for _ in range(3)] == [True, False, False]
+    monkeypatch.setenv("PMIX_NAMESPACE", f"another job {tmp_path}")
+    assert _last_resort._take_voice()
+
+
+def test_exit_codes_are_never_zero():
+    codes = [_last_resort._exit_code(SystemExit(code)) for code in (0, None, 3, 256, -1, "text")]
+    assert codes == [1, 1, 3, 1, 255, 1]
+    assert _last_resort._exit_code(KeyboardInterrupt()) == 130
+
+
+def test_an_agreed_error_names_the_guilty_rank_alone():
+    error = RankError("no memory", rank=3, role="calculator 1", frame=12, action="gravity", speaker=3)
+    assert _last_resort._headline(error).endswith("rank 3 (calculator 1), frame 12, gravity: no memory")
+
+
+@pytest.mark.parametrize("how", ["handles", "numbers"])
+def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, how):
+    if how == "numbers":
+        monkeypatch.delattr(os, "pidfd_open")
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(30)"])
+    try:
+        here = _last_resort.Peer.here(rank=0, role="image generator")
+        there = here._replace(
+            rank=1, role="calculator 0", pid=child.pid, started=_last_resort._started(child.pid)
+        )
+        elsewhere = here._replace(rank=2, pid=2**22 + 1, space="another host")
+        watch = _last_resort.PeerWatch([here, there, elsewhere], rank=0)
+        assert watch.check(0.0) is None
+        child.send_signal(signal.SIGKILL)
+        os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # dead, but still a zombie
+        assert watch.check(0.001) is None, "looked again too soon"
+        assert watch.check(1.0) == 1
+        child.wait()
+        assert watch.check(2.0) == 1
+        late = _last_resort.PeerWatch([here, there], rank=0)
+        assert late.check() == 1
+    finally:
+        child.kill()
+        child.wait()
+
+
+def test_another_process_with_the_same_number_is_not_the_peer():
+    here = _last_resort.Peer.here(rank=0, role="")
+    impostor = here._replace(rank=1, started=here.started - 1)
+    assert _last_resort.PeerWatch([here, impostor], rank=0).check() == 1

@@ -1,0 +1,250 @@
+"""Finding the right mpirun and its flags; `run` and `doctor`, with real launches and with toy launchers."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from motes import doctor, launch
+from motes.__main__ import _split, main
+from motes.errors import ArgumentError, MotesError
+from motes.launch import Mpirun, Version
+
+FIVE = Mpirun("/opt/five/mpirun", Version("Open MPI", "5.0.11"))
+FOUR = Mpirun("/opt/four/mpirun", Version("Open MPI", "4.1.4"))
+HYDRA = Mpirun("/opt/mpich/mpirun", Version("MPICH", "4.0.2"))
+
+
+def motes(*words: str, limit: float = 40, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run `python -m motes` as a user does."""
+    return subprocess.run(
+        [sys.executable, "-m", "motes", *words],
+        capture_output=True,
+        text=True,
+        timeout=limit,
+        env={**os.environ, **changes},
+    )
+
+
+def toy_launcher(folder: Path, *, says: str) -> str:
+    """Make an mpirun of another MPI: it starts the ranks, but they do not see each other."""
+    path = folder / "mpirun"
+    path.write_text(
+        f'#!/bin/sh\nif [ "$1" = --version ]; then echo "{says}"; exit; fi\n'
+        'n=$2; shift 2\nwhile [ "$1" != "$TOY_PYTHON" ]; do shift; done\n'
+        'export PMI_SIZE=$n PMI_RANK=0\nwhile [ $n -gt 0 ]; do "$@"; PMI_RANK=1; n=$((n-1)); done\n'
+    )
+    path.chmod(0o755)
+    return str(path)
+
+
+# --- which MPI
+
+
+@pytest.mark.parametrize(
+    ("text", "version"),
+    [
+        ("Open MPI v5.0.11, package: Open MPI root@x, ident: 5.0.11", ("Open MPI", "5.0.11")),
+        ("mpirun (Open MPI) 4.1.4\n\nReport bugs to http://www.open-mpi.org/", ("Open MPI", "4.1.4")),
+        ("MPICH Version:      4.0.2\nMPICH Release date: Thu Apr  7", ("MPICH", "4.0.2")),
+        ("HYDRA build details:\n    Version:                                 4.0.2\n", ("MPICH", "4.0.2")),
+        ("Intel(R) MPI Library 2021.5 for Linux* OS", ("Intel MPI", "2021.5")),
+        ("Intel(R) MPI Library for Linux* OS, Version 2021.5 Build 20211102", ("Intel MPI", "2021.5")),
+        ("something else", ("unknown", "")),
+    ],
+)
+def test_versions_are_read_from_libraries_and_launchers(text, version):
+    assert launch._version(text) == version
+
+
+def test_a_launcher_fits_its_own_library_only():
+    library = Version("Open MPI", "5.0.3")
+    assert FIVE.version.fits(library)
+    assert not FOUR.version.fits(library)
+    assert not HYDRA.version.fits(library)
+
+
+def test_the_launcher_found_is_of_the_library_in_use(monkeypatch):
+    monkeypatch.delenv("MOTES_MPIRUN", raising=False)
+    assert launch.find_mpirun().version.fits(launch.library())
+
+
+def test_a_launcher_can_be_told(monkeypatch, tmp_path):
+    monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
+    assert launch.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
+    monkeypatch.setenv("MOTES_MPIRUN", "no/such/mpirun")
+    with pytest.raises(MotesError, match="MOTES_MPIRUN=no/such/mpirun"):
+        launch.find_mpirun()
+
+
+def test_launchers_of_another_mpi_are_named(monkeypatch, tmp_path):
+    monkeypatch.delenv("MOTES_MPIRUN", raising=False)
+    path = toy_launcher(tmp_path, says="mpirun (Open MPI) 2.0.1")
+    monkeypatch.setattr(launch, "_launchers", lambda: [path])
+    with pytest.raises(MotesError, match=r"no mpirun of that MPI was found; found: .*\(Open MPI 2.0.1\)"):
+        launch.find_mpirun()
+
+
+# --- which flags
+
+
+@pytest.fixture
+def two_cores(monkeypatch):
+    """Fix what depends on the machine and the user."""
+    monkeypatch.setattr(os, "cpu_count", lambda: 2)
+    monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
+
+
+YIELD = "--mca mpi_yield_when_idle 1"
+
+
+@pytest.mark.parametrize(
+    ("mpirun", "ranks", "place", "flags"),
+    [
+        (FIVE, 2, {}, "--oversubscribe"),
+        (FIVE, 3, {}, f"--oversubscribe {YIELD}"),
+        (FIVE, 3, {"hosts": "a,b:2"}, "--host a:1,b:2"),
+        (FIVE, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {YIELD} --map-by node:OVERSUBSCRIBE"),
+        (FOUR, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {YIELD} --map-by node --oversubscribe"),
+        (HYDRA, 4, {"hosts": "a,b:2"}, "-hosts a,b:2"),
+        (HYDRA, 4, {}, ""),
+    ],
+)
+def test_flags(two_cores, mpirun, ranks, place, flags):
+    words = launch.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
+    assert words == [mpirun.path, "-n", str(ranks), *flags.split(), "--bind-to", "none", "python", "x.py"]
+
+
+@pytest.mark.parametrize(
+    ("lines", "flags"),
+    [
+        ("a slots=2\nb slots = 2 # fast\n\n", ""),
+        ("a slots=1\nb slots=1\n", f"{YIELD} --map-by node:OVERSUBSCRIBE"),
+        ("a\nb slots=1\n", ""),
+    ],
+)
+def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
+    hosts = tmp_path / "hosts"
+    hosts.write_text(lines)
+    words = launch.command(4, [], mpirun=FIVE, hostfile=str(hosts))
+    assert words[3:] == ["--hostfile", str(hosts), *flags.split()]
+
+
+def test_root_is_allowed_only_when_it_is_root(two_cores, monkeypatch):
+    monkeypatch.setattr(os, "geteuid", lambda: 0)
+    assert "--allow-run-as-root" in launch.command(2, [], mpirun=FIVE)
+
+
+# --- the command line
+
+
+@pytest.mark.parametrize(
+    ("line", "parts"),
+    [
+        ("-n 4 x.py a -n 7", ("-n 4", "", "x.py a -n 7")),
+        ("--hosts a,b:2 -n4 x.py -- y", ("--hosts a,b:2 -n4", "", "x.py -- y")),
+        ("-n 4 -- --bind-to none x.py a", ("-n 4", "--bind-to none", "x.py a")),
+        ("-n 4 -m pack.age --flag", ("-n 4", "", "-m pack.age --flag")),
+        ("-n 4 -- --bind-to none -m pack", ("-n 4", "--bind-to none", "-m pack")),
+        ("--help", ("--help", "", "")),
+    ],
+)
+def test_the_words_of_run_are_parted(line, parts):
+    assert _split(line.split()) == tuple(part.split() for part in parts)
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("run -n 4 no_such.py", "script no_such.py does not exist"),
+        ("run -n 4", "no script given"),
+        ("run -n 0 -c pass", "n must be at least 1, got 0"),
+        ("run -n 2 --hostfile nowhere -c pass", "hostfile nowhere does not exist"),
+        ("run -n 2 --hostfile a --hosts b -c pass", "either --hosts or --hostfile"),
+    ],
+)
+def test_wrong_words_are_answered_in_a_sentence(capsys, line, message):
+    assert main(line.split()) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_too_few_ranks_are_an_argument_error():
+    with pytest.raises(ArgumentError):
+        launch.command(0, [], mpirun=FIVE)
+
+
+HELLO = "from mpi4py import MPI; import sys; print(MPI.COMM_WORLD.size, sys.argv[1:]); sys.exit(7)"
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_run_starts_a_script_and_hands_on_its_exit_code(tmp_path, ranks):
+    script = tmp_path / "hello.py"
+    script.write_text(HELLO)
+    ended = motes("run", "-n", str(ranks), str(script), "a", "-n", "9")
+    assert ended.stdout.splitlines() == [f"{ranks} ['a', '-n', '9']"] * ranks, ended.stderr
+    assert ended.returncode == 7
+
+
+def test_an_interrupt_reaches_the_job(tmp_path):
+    code = "import time; print('up', flush=True); time.sleep(30)"
+    words = [sys.executable, "-m", "motes", "run", "-n", "2", "-c", code]
+    job = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    assert job.stdout is not None
+    assert job.stdout.readline() == "up\n"
+    start = time.monotonic()
+    job.send_signal(signal.SIGINT)
+    job.communicate(timeout=10)
+    assert job.returncode != 0
+    assert time.monotonic() - start < 3
+
+
+# --- doctor
+
+
+def test_doctor_reports_and_counts_problems(capsys):
+    code = doctor.main(as_json=True)
+    report = json.loads(capsys.readouterr().out)
+    assert report["hello"] == ["rank 0 of 2", "rank 1 of 2"]
+    assert report["roles"]["n=4"] == ["image generator", "manager", "calculator 0", "calculator 1"]
+    assert code == (1 if report["problems"] else 0)
+
+
+def test_doctor_sees_ranks_that_do_not_see_each_other(monkeypatch, tmp_path):
+    monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
+    monkeypatch.setenv("TOY_PYTHON", sys.executable)
+    report = doctor.Report()
+    doctor._mpi(report)
+    assert report.figures["hello"] == ["rank 0 of 1", "rank 0 of 1"]
+    assert any("do not see each other" in problem for problem in report.problems)
+    assert any("is MPICH 4.0.2, but mpi4py uses" in problem for problem in report.problems)
+
+
+def test_doctor_waits_for_no_launcher_for_ever(monkeypatch, tmp_path):
+    path = tmp_path / "mpirun"
+    says = "mpirun (Open MPI) 5.0.1"
+    path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "{says}" && exit\nexec sleep 30\n')
+    path.chmod(0o755)
+    monkeypatch.setenv("MOTES_MPIRUN", str(path))
+    monkeypatch.setattr(doctor, "HELLO_LIMIT_S", 0.3)
+    report = doctor.Report()
+    doctor._mpi(report)
+    assert any("no end within 0.3 s" in problem for problem in report.problems)
+
+
+def test_ranks_that_are_alone_under_a_launcher_are_warned_once():
+    code = "from mpi4py import MPI; from motes import launch; launch.warn_if_alone()"
+    told = []
+    for rank in ("0", "1"):
+        changed = {**os.environ, "PMI_SIZE": "4", "PMI_RANK": rank}
+        words = [sys.executable, "-c", code]
+        told.append(subprocess.run(words, capture_output=True, text=True, env=changed, timeout=20))
+    assert [answer.returncode for answer in told] == [0, 0]
+    assert "a launcher started 4 ranks, but each is alone" in told[0].stderr
+    assert told[1].stderr == ""

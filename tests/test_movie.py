@@ -1,0 +1,190 @@
+"""Movies are whole or not there, and hold the frames that were written."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from motes import movie as movie_module
+from motes.errors import ArgumentError, MotesError
+from motes.frame import Frame
+from motes.movie import Movie
+
+av = pytest.importorskip("av")
+
+
+def frames(count: int, *, height: int = 48, width: int = 64) -> list[Frame]:
+    """Flat frames, each of another colour."""
+    colours = np.random.default_rng(1).integers(30, 220, (count, 3), np.uint8)
+    return [Frame(k, k / 24, np.broadcast_to(colours[k], (height, width, 3)).copy()) for k in range(count)]
+
+
+def read(path) -> tuple[list[np.ndarray], float]:
+    with av.open(str(path)) as container:
+        stream = container.streams.video[0]
+        assert stream.codec_context.name == "h264"
+        assert stream.codec_context.pix_fmt == "yuv420p"
+        rate = float(stream.average_rate)
+        return [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)], rate
+
+
+@pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".mov"])
+def test_frames_come_back(tmp_path, suffix):
+    written = frames(12)
+    path = tmp_path / "new" / f"a{suffix}"
+    with Movie(path, fps=25, crf=1) as movie:
+        for frame in written:
+            movie.write(frame)
+            assert not path.exists()
+    assert os.listdir(path.parent) == [path.name]
+    shown, rate = read(path)
+    assert rate == 25
+    assert len(shown) == 12
+    for frame, picture in zip(written, shown, strict=True):
+        assert np.abs(picture.astype(int) - frame.pixels).max() <= 4
+
+
+def test_odd_sizes_are_made_even(tmp_path):
+    with Movie(tmp_path / "a.mp4") as movie:
+        for frame in frames(2, height=33, width=35):
+            movie.write(frame)
+    shown, _ = read(tmp_path / "a.mp4")
+    assert shown[0].shape == (34, 36, 3)
+
+
+def test_fractional_rates(tmp_path):
+    with Movie(tmp_path / "a.mp4", fps=24000 / 1001) as movie:
+        for frame in frames(3):
+            movie.write(frame)
+    assert read(tmp_path / "a.mp4")[1] == pytest.approx(24000 / 1001)
+
+
+def test_plain_arrays_may_be_reused(tmp_path):
+    canvas = np.empty((32, 32, 3), np.uint8)
+    with Movie(tmp_path / "a.mp4", crf=1) as movie:
+        for value in (50, 100, 150):
+            canvas[:] = value
+            movie.write(canvas)
+    assert [int(picture.mean().round()) for picture in read(tmp_path / "a.mp4")[0]] == pytest.approx(
+        [50, 100, 150], abs=2
+    )
+
+
+def test_frames_of_another_rank_touch_nothing(tmp_path):
+    threads = threading.active_count()
+    with Movie(tmp_path / "new" / "a.mp4") as movie:
+        for k in range(3):
+            movie.write(Frame(k, 0.0, None, home=0, rank=1))
+    assert not list(tmp_path.iterdir())
+    assert threading.active_count() == threads
+
+
+def test_leaving_by_an_exception_removes_it(tmp_path):
+    with pytest.raises(KeyError), Movie(tmp_path / "a.mp4") as movie:
+        for frame in frames(8):
+            movie.write(frame)
+        raise KeyError
+    movie._thread.join(5)
+    assert not list(tmp_path.iterdir())
+
+
+def test_closing_twice_and_writing_after(tmp_path):
+    movie = Movie(tmp_path / "a.mp4")
+    movie.write(frames(1)[0])
+    movie.close()
+    movie.close()
+    assert len(read(tmp_path / "a.mp4")[0]) == 1
+    with pytest.raises(MotesError, match="is closed"):
+        movie.write(frames(1)[0])
+
+
+def test_an_error_of_the_encoder_reaches_the_script(tmp_path):
+    (tmp_path / "file").touch()
+    movie = Movie(tmp_path / "file" / "a.mp4")
+    with pytest.raises(MotesError, match=r"a.mp4 could not be written"):
+        for frame in frames(8):
+            movie.write(frame)
+            time.sleep(0.05)
+
+
+def test_an_error_at_the_end_reaches_close(tmp_path, monkeypatch):
+    def full(*_):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(movie_module.files.os, "replace", full)
+    movie = Movie(tmp_path / "a.mp4")
+    movie.write(frames(1)[0])
+    with pytest.raises(MotesError, match="No space left"):
+        movie.close()
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_queue_is_bounded(tmp_path, monkeypatch):
+    go = threading.Event()
+    picture = movie_module._picture
+    monkeypatch.setattr(movie_module, "_picture", lambda pixels: go.wait(10) and picture(pixels))
+    movie = Movie(tmp_path / "a.mp4")
+    threading.Timer(0.4, go.set).start()
+    start = time.monotonic()
+    for frame in frames(5):
+        movie.write(frame)  # one is being encoded, four wait
+    assert time.monotonic() - start < 0.3
+    movie.write(frames(1)[0])
+    assert time.monotonic() - start > 0.3
+    movie.close()
+    assert len(read(tmp_path / "a.mp4")[0]) == 6
+
+
+def test_all_frames_have_one_size(tmp_path):
+    with Movie(tmp_path / "a.mp4") as movie:
+        movie.write(frames(1)[0])
+        with pytest.raises(ArgumentError, match=r"size of the first frame"):
+            movie.write(frames(1, height=50)[0])
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"path": "a.avi"}, "path must be a name ending in .mp4, .mkv or .mov, got 'a.avi'"),
+        ({"fps": 0}, "fps must be a finite number > 0, got 0"),
+        ({"fps": float("nan")}, "fps must be a finite number > 0, got nan"),
+        ({"crf": 99}, "crf must be a number from 0 to 51, got 99"),
+        ({"preset": "quick"}, "preset must be one of ultrafast"),
+    ],
+)
+def test_wrong_arguments(arguments, message):
+    with pytest.raises(ArgumentError, match=message):
+        Movie(**{"path": "a.mp4", **arguments})
+
+
+def test_without_pyav_every_rank_is_told_what_to_install(monkeypatch):
+    monkeypatch.setattr(movie_module.importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(ImportError, match=r'pip install "motes\[video\]"'):
+        Movie("a.mp4")
+
+
+SCRIPT = """
+import sys
+import numpy as np
+from motes.frame import Frame
+from motes.movie import Movie
+movie = Movie(sys.argv[1])
+for k in range(10):
+    movie.write(Frame(k, 0.0, np.full((32, 32, 3), 10 * k, np.uint8)))
+if sys.argv[2] == "raise":
+    raise KeyError("of the script")
+"""
+
+
+@pytest.mark.parametrize(("end", "code"), [("fall off", 0), ("raise", 1)])
+def test_a_script_that_forgets_to_close_ends_and_keeps_its_movie(tmp_path, end, code):
+    words = [sys.executable, "-c", SCRIPT, str(tmp_path / "a.mp4"), end]
+    ended = subprocess.run(words, capture_output=True, text=True, timeout=20)
+    assert ended.returncode == code, ended.stderr
+    assert len(read(tmp_path / "a.mp4")[0]) == 10

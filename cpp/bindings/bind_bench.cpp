@@ -37,6 +37,31 @@ void bind_bench(py::module_& m) {
         return d;
       },
       py::arg("particles"), py::arg("bins"), py::arg("steps"));
+  m.def(
+      "render_bench",
+      [](std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
+        image::RenderBench b;
+        {
+          const py::gil_scoped_release release;
+          b = image::render_bench(particles, width, height, pixels, frames, fountain);
+        }
+        py::dict d;
+        d["particles"] = b.particles;
+        d["width"] = b.width;
+        d["height"] = b.height;
+        d["pixels"] = b.pixels;
+        d["frames"] = b.frames;
+        d["cores"] = 1;
+        d["simd"] = b.isa;
+        d["ms_per_frame"] = b.ms_per_frame;
+        d["ms_per_frame_min"] = b.ms_per_frame_min;
+        d["ms_project"] = b.ms_project;
+        d["ms_splat"] = b.ms_splat;
+        d["message_bytes"] = b.bytes;
+        return d;
+      },
+      py::arg("particles"), py::arg("width"), py::arg("height"), py::arg("pixels"), py::arg("frames"),
+      py::arg("fountain"));
 }
 
 }  // namespace motes::bindings

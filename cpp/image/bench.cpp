@@ -45,7 +45,7 @@ struct System {
   }
 };
 
-Vector snowflake(Draws& draw) { return {draw(-12.4, 12.4), draw(-7.1, 7.1), draw(-10, 6)}; }
+Vector snowflake(Draws& draw) { return {draw(-12.75, 12.75), draw(-7.3, 7.3), draw(-10, 6)}; }
 
 Vector drop(Draws& draw, std::size_t system) {
   const double age = draw(0, 2);

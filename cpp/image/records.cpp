@@ -169,6 +169,9 @@ void Projector::append_batch(const ProjectTask& task, std::size_t first, std::si
 void Projector::project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records) {
   check(view);
   check(sprite);
+  for (const float* plane : particles.position) {
+    if (plane == nullptr && particles.count != 0) throw std::invalid_argument("position must have three planes");
+  }
   const Grid grid{view.width, view.height};
   const bool with_depth = !view.objects.empty();
   Header header;

@@ -37,7 +37,7 @@ class Projector {
 
   /// Replaces `records` by those of `particles`; reuses its memory. Depth is part of them where the view has objects.
   /// Particles that are not finite, nearer than the camera's `near`, outside the image or without light are left out.
-  /// Throws std::invalid_argument where view or sprite is not valid.
+  /// Throws std::invalid_argument where view or sprite is not valid, or a position plane is missing.
   void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records);
 
  private:

@@ -147,7 +147,7 @@ ActBench act_bench(const std::string& scene, std::size_t particles, int steps) {
   touch(s.store);
   std::vector<double> step_s, touch_s, ratios;
   for (int i = 0; i < steps; ++i) {
-    step_s.push_back(s.step({0, -40.0f, 40.0f}));
+    step_s.push_back(s.step({0, -50.5f, 50.5f}));
     const double start = now();
     touch(s.store);
     touch_s.push_back(now() - start);
@@ -162,7 +162,7 @@ LeaverBench leaver_bench(std::size_t particles, int bins, int steps) {
   if (particles == 0 || steps < 1) throw std::invalid_argument("particles and steps must be at least 1");
   Scene s("fountain", particles);
   const Slice everything;
-  const Slice domain{0, -40.0f, 40.0f};
+  const Slice domain{0, -50.5f, 50.5f};
   s.step(everything);
   Bins sorted(s.store, domain.low, domain.high, bins);
   std::vector<double> none, fused, scanned, binned;

@@ -166,6 +166,10 @@ TEST(image_empty_systems_give_empty_messages) {
   const auto bytes = message(Cloud(0), {}, small_view());
   CHECK(bytes.size() == 32);
   CHECK(RecordsView(bytes).count() == 0);
+  Drawn nowhere;
+  nowhere.count = 5;
+  Records records;
+  CHECK_THROWS(Projector().project(nowhere, {}, small_view(), records), std::invalid_argument);
 }
 
 TEST(image_malformed_records_are_refused) {

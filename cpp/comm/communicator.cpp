@@ -172,12 +172,13 @@ int Communicator::size() const { return state_->size; }
 double Communicator::waited_s() const { return state_->waited_s; }
 std::uint64_t Communicator::bytes_sent() const { return state_->bytes_sent; }
 
-void Communicator::post(int to, Phase phase, std::uint64_t frame, Message message, std::uint64_t count, bool failed) {
+void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count, bool failed) {
   State& s = *state_;
   Header header;
   header.phase = phase;
   header.failed = failed ? 1 : 0;
-  header.frame = frame;
+  header.frame = stamp.frame;
+  header.turn = stamp.turn;
   header.count = count;
   message.set_header(header);
   if (to == s.rank) {
@@ -198,15 +199,16 @@ void Communicator::post(int to, Phase phase, std::uint64_t frame, Message messag
   s.bytes_sent += bytes.size();
 }
 
-Message Communicator::expect(int from, Phase phase, std::uint64_t frame) {
+Message Communicator::expect(int from, Phase phase, Stamp stamp) {
   State& s = *state_;
-  const std::string purpose = std::string("frame ") + std::to_string(frame) + ", phase " + name(phase);
+  const std::string purpose = std::string("frame ") + std::to_string(stamp.frame) + ", phase " + name(phase);
   Message message = from == s.rank ? s.take_own(phase) : s.receive(from, phase, purpose);
   const Header header = message.header();
-  if (header.magic != Header{}.magic || header.phase != phase || header.frame != frame ||
+  const bool in_step = header.frame == stamp.frame && header.turn == stamp.turn;
+  if (header.magic != Header{}.magic || header.phase != phase || !in_step || header.system != kAllSystems ||
       header.payload_bytes != message.payload().size()) {
-    throw CommError(s.describe(from) + " sent a message of frame " + std::to_string(header.frame) + ", phase " +
-                    name(header.phase) + " where " + s.describe(s.rank) + " expected " + purpose);
+    throw CommError(s.describe(from) + " sent a message of frame " + std::to_string(header.frame) + ", turn " +
+                    std::to_string(header.turn) + " where " + s.describe(s.rank) + " expected " + purpose);
   }
   return message;
 }

@@ -50,11 +50,12 @@ class Communicator {
   int size() const;
 
   /// Sends without waiting; the communicator keeps the message until it has left.
-  void post(int to, Phase phase, std::uint64_t frame, Message message, std::uint64_t count = 0, bool failed = false);
+  /// `count`: particles in it, which the receiver holds against what it finds.
+  void post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count = 0, bool failed = false);
 
-  /// Waits for the message of this phase and frame from a rank. Throws CommError for any other, Stalled, or what
+  /// Waits for the message of this phase and stamp from a rank. Throws CommError for any other, Stalled, or what
   /// Watch::while_waiting throws.
-  Message expect(int from, Phase phase, std::uint64_t frame);
+  Message expect(int from, Phase phase, Stamp stamp);
 
   /// Waits until all posted messages have left. Collective in the sense that receivers must take part.
   void flush();

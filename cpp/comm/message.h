@@ -13,16 +13,29 @@ namespace motes::comm {
 enum class Phase : std::uint8_t { begin, report, verdict, exchange, records, gather, particles };
 const char* name(Phase phase);
 
-struct Header {
-  std::uint32_t magic = 0x73746f6d;  // "mots"
-  Phase phase = Phase::begin;
-  std::uint8_t failed = 0;           // the sender's compute failed: the payload is empty
-  std::uint16_t reserved = 0;
+/// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the
+/// paper's hazard of a calculator that sends twice before another has sent once (3.2).
+struct Stamp {
   std::uint64_t frame = 0;
-  std::uint64_t count = 0;           // particles in the payload
+  std::uint32_t turn = 0;  // conversations so far: several may fall into one frame
+
+  bool operator==(const Stamp&) const = default;
+};
+
+inline constexpr std::uint32_t kAllSystems = UINT32_MAX;
+
+struct Header {
+  std::uint32_t magic = 0x73746f6d;     // "mots"
+  Phase phase = Phase::begin;
+  std::uint8_t failed = 0;              // the sender's compute failed: the payload says nothing
+  std::uint16_t reserved = 0;
+  std::uint32_t system = kAllSystems;   // the one system it is about, or all in order
+  std::uint32_t turn = 0;
+  std::uint64_t frame = 0;
+  std::uint64_t count = 0;              // particles in the payload
   std::uint64_t payload_bytes = 0;
 };
-static_assert(sizeof(Header) == 32);
+static_assert(sizeof(Header) == 40);
 
 class Message {
  public:

@@ -21,10 +21,14 @@ void Engine::act(comm::Message births) {
       particles::Reader in = births.reader();
       in.get<recording::Hash>();
       for (const auto& system : systems_) take_cuts(*system, in);
+      std::uint64_t created = 0;
       for (std::size_t i = 0; frame && calculator() >= 0 && i < systems_.size(); ++i) {
+        const std::uint64_t before = systems_[i]->tally.created;
         act_on(*systems_[i], groups_[i], in);
+        created += systems_[i]->tally.created - before;
         pack_leavers(*systems_[i], i);
       }
+      if (created != births.header().count) throw std::runtime_error("births were lost on the way from the manager");
       const bool digests = record_.verb == recording::Verb::digest;
       for (std::size_t i = 0; digests && calculator() >= 0 && i < systems_.size(); ++i) {
         digests_[i] = particles::digest(*systems_[i]->store);
@@ -80,6 +84,7 @@ void Engine::run_list(System& system, const std::vector<BirthGroup>& groups,
 particles::Store& Engine::local(int index) {
   System& s = system(index);
   if (!s.pending()) return *s.store;
+  const simd::FloatMode mode;
   const bool calculates = calculator() >= 0;
   const std::vector<BirthGroup> groups = s.count_births(frame_, options_.dt, options_.substeps);
   const double start = comm::cpu_seconds();

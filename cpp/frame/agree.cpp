@@ -16,9 +16,9 @@ void Engine::agree() {
   const double start = comm::wall_seconds();
   Message message;
   write(own_report(), message.bytes());
-  comm_->post(cast_.manager, Phase::report, turn_, std::move(message), 0, failure_.failed());
+  comm_->post(cast_.manager, Phase::report, stamp(), std::move(message), 0, failure_.failed());
   if (manages()) judge();
-  const Message answer = comm_->expect(cast_.manager, Phase::verdict, turn_);
+  const Message answer = comm_->expect(cast_.manager, Phase::verdict, stamp());
   particles::Reader in = answer.reader();
   Verdict verdict = read_verdict(in);
   times_.report = comm::wall_seconds() - start;
@@ -51,7 +51,7 @@ Report Engine::own_report() {
 void Engine::judge() {
   std::vector<Report> reports;
   for (int from = 0; from < comm_->size(); ++from) {
-    const Message message = comm_->expect(from, Phase::report, turn_);
+    const Message message = comm_->expect(from, Phase::report, stamp());
     particles::Reader in = message.reader();
     reports.push_back(read_report(in));
   }
@@ -80,7 +80,7 @@ void Engine::judge() {
     verdict.sources = calculator >= 0 ? sources[static_cast<std::size_t>(calculator)] : std::vector<std::int32_t>{};
     Message message;
     write(verdict, message.bytes());
-    comm_->post(to, Phase::verdict, turn_, std::move(message), 0, verdict.failure.failed());
+    comm_->post(to, Phase::verdict, stamp(), std::move(message), 0, verdict.failure.failed());
   }
 }
 
@@ -134,6 +134,7 @@ Verdict Engine::mismatch(std::vector<Report>& reports) const {
 
 void Engine::obey(Verdict verdict) {
   if (verdict.failure.failed()) {
+    broken_ = true;
     const std::exception_ptr own = own_exception_;
     const bool mine = verdict.failed_rank == rank() && failure_.kind == Failure::Kind::compute;
     failure_ = {};

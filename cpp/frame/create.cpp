@@ -26,7 +26,7 @@ void Engine::deal() {
   const recording::Hash hash = recording::hash(record_bytes_.view());
   particles::Bytes cuts;
   std::vector<particles::Bytes> parts(cast_.calculators.size());
-  std::uint64_t made = 0;
+  std::vector<std::uint64_t> dealt(parts.size(), 0);
   work("create", [&] {
     for (std::size_t i = 0; i < systems_.size(); ++i) {
       System& system = *systems_[i];
@@ -38,13 +38,15 @@ void Engine::deal() {
       }
       system.new_cuts = false;
       for (const particles::Store& store : newborn) {
-        made += store.size();
         std::vector<std::vector<std::uint32_t>> owned(parts.size());
         const float* x = store.plane(particles::position, system.definition.axis);
         for (std::size_t p = 0; p < store.size(); ++p) {
           owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
         }
-        for (std::size_t c = 0; c < parts.size(); ++c) store.pack(owned[c], parts[c]);
+        for (std::size_t c = 0; c < parts.size(); ++c) {
+          store.pack(owned[c], parts[c]);
+          dealt[c] += owned[c].size();
+        }
       }
     }
   });
@@ -52,20 +54,22 @@ void Engine::deal() {
     Message message;
     message.bytes().put(hash);
     const int calculator = cast_.calculator_of(to);
+    std::uint64_t count = 0;
     if (!failure_.failed()) {
       message.bytes().put_raw(cuts.data(), cuts.size());
       if (calculator >= 0) {
         particles::Bytes& part = parts[static_cast<std::size_t>(calculator)];
         message.bytes().put_raw(part.data(), part.size());
         part = {};
+        count = dealt[static_cast<std::size_t>(calculator)];
       }
     }
-    comm_->post(to, Phase::begin, turn_, std::move(message), made, failure_.failed());
+    comm_->post(to, Phase::begin, stamp(), std::move(message), count, failure_.failed());
   }
 }
 
 Message Engine::receive_births() {
-  Message message = comm_->expect(cast_.manager, Phase::begin, turn_);
+  Message message = comm_->expect(cast_.manager, Phase::begin, stamp());
   particles::Reader in = message.reader();
   if (in.get<recording::Hash>() != recording::hash(record_bytes_.view())) {
     failure_ = {Failure::Kind::mismatch, recording::name(record_.verb), "another list than the manager's"};

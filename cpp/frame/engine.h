@@ -106,6 +106,7 @@ class Engine {
   // frame.cpp
   void begin_frame(recording::Verb verb, const std::optional<image::View>& view, const std::string& argument);
   void end_frame();
+  comm::Stamp stamp() const { return {frame_, turn_}; }
   template <class Work>
   void work(const std::string& action, const Work& compute);
   void converse(recording::Verb verb, const std::string& argument);
@@ -149,12 +150,13 @@ class Engine {
   Options options_;
   std::vector<std::unique_ptr<System>> systems_;
   std::uint64_t frame_ = 0;
-  std::uint64_t turn_ = 0;  // conversations so far: what headers are checked against
+  std::uint32_t turn_ = 0;  // conversations so far
 
   recording::Record record_;
   particles::Bytes record_bytes_;
   std::vector<std::vector<BirthGroup>> groups_;  // one a system
   Failure failure_;
+  bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
   std::exception_ptr own_exception_;
   std::vector<comm::Message> leaving_;            // one a calculator
   std::vector<std::vector<Sent>> sent_;           // one a system

@@ -57,6 +57,7 @@ void Engine::record(int index, recording::Item item) {
 }
 
 void Engine::begin_frame(Verb verb, const std::optional<image::View>& view, const std::string& argument) {
+  if (broken_) throw std::runtime_error("the run ended when frame " + std::to_string(frame_) + " failed");
   ++turn_;
   waited_before_s_ = comm_->waited_s();
   record_ = {};

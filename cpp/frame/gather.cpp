@@ -17,13 +17,13 @@ std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
     for (int to = 0; to < (to_all ? comm_->size() : 1); ++to) {
       comm::Message message;
       message.bytes().put_raw(packed.data(), packed.size());
-      comm_->post(to, Phase::gather, turn_, std::move(message), store.size());
+      comm_->post(to, Phase::gather, stamp(), std::move(message), store.size());
     }
   }
   if (!to_all && rank() != 0) return nullptr;
   auto gathered = std::make_unique<particles::Store>(system(index).schema);
   for (const int from : cast_.calculators) {
-    const comm::Message message = comm_->expect(from, Phase::gather, turn_);
+    const comm::Message message = comm_->expect(from, Phase::gather, stamp());
     particles::Reader in = message.reader();
     gathered->unpack(in);
   }

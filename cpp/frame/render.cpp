@@ -45,12 +45,12 @@ void Engine::send_sprites() {
     }
   });
   if (failure_.failed()) message = comm::Message();
-  comm_->post(cast_.image_generator, comm::Phase::records, turn_, std::move(message), visible, failure_.failed());
+  comm_->post(cast_.image_generator, comm::Phase::records, stamp(), std::move(message), visible, failure_.failed());
 }
 
 void Engine::draw() {
   std::vector<comm::Message> messages;
-  for (const int from : cast_.calculators) messages.push_back(comm_->expect(from, comm::Phase::records, turn_));
+  for (const int from : cast_.calculators) messages.push_back(comm_->expect(from, comm::Phase::records, stamp()));
   work("render", [&] {
     canvas_.begin(*record_.view, keep_linear_);
     for (const comm::Message& message : messages) {

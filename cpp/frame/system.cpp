@@ -29,7 +29,7 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
       const auto* birth = std::get_if<Birth>(&list[i]);
       if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
       const std::uint64_t wanted = recording::births_between(*birth, from, to);
-      const std::uint64_t taken = alive + born_this_frame;
+      const std::uint64_t taken = alive_at_start + born_this_frame;
       const std::uint64_t room = definition.capacity > taken ? definition.capacity - taken : 0;
       const std::uint64_t count = std::min(wanted, room);
       dropped += wanted - count;
@@ -66,6 +66,7 @@ void System::start_frame() {
   list.clear();
   run_items = 0;
   born_this_frame = 0;
+  alive_at_start = alive;
   moved = false;
   tally = {};
   tally.at_start = store->size();

@@ -67,6 +67,7 @@ class System {
 
   std::uint64_t born = 0;             // ids given so far
   std::uint64_t alive = 0;            // last agreed global number
+  std::uint64_t alive_at_start = 0;   // of the frame: what the capacity is held against
   std::uint64_t born_this_frame = 0;
   std::uint64_t dropped = 0;          // births above the capacity so far
   recording::Outcome outcome;

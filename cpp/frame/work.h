@@ -3,12 +3,14 @@
 #pragma once
 
 #include "frame/engine.h"
+#include "simd/float_mode.h"
 
 namespace motes::frame {
 
 template <class Work>
 void Engine::work(const std::string& action, const Work& compute) {
   if (failure_.failed()) return;
+  const simd::FloatMode mode;
   try {
     compute();
   } catch (const std::exception& error) {

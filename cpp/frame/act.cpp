@@ -9,36 +9,35 @@ namespace motes::frame {
 
 using particles::Store;
 
-void Engine::act(comm::Message births) {
+void Engine::act(const comm::Message& births) {
   const double start = comm::wall_seconds();
-  const std::size_t calculators = cast_.calculators.size();
   leaving_.clear();
-  leaving_.resize(calculators);
+  leaving_.resize(cast_.calculators.size());
   sent_.assign(systems_.size(), {});
-  const bool frame = record_.verb == recording::Verb::render || record_.verb == recording::Verb::step;
   if (births.header().failed == 0) {
     work("act", [&] {
       particles::Reader in = births.reader();
       in.get<recording::Hash>();
       for (const auto& system : systems_) take_cuts(*system, in);
-      std::uint64_t created = 0;
-      for (std::size_t i = 0; frame && calculator() >= 0 && i < systems_.size(); ++i) {
-        const std::uint64_t before = systems_[i]->tally.created;
-        act_on(*systems_[i], groups_[i], in);
-        created += systems_[i]->tally.created - before;
-        pack_leavers(*systems_[i], i);
-      }
-      if (created != births.header().count) throw std::runtime_error("births were lost on the way from the manager");
-      const bool digests = record_.verb == recording::Verb::digest;
-      for (std::size_t i = 0; digests && calculator() >= 0 && i < systems_.size(); ++i) {
+      if (in_frame() && calculator() >= 0) act_on_all(in, births.header().count);
+      for (std::size_t i = 0; record_.verb == recording::Verb::digest && i < systems_.size(); ++i) {
         digests_[i] = particles::digest(*systems_[i]->store);
       }
     });
   }
-  for (const auto& system : systems_) {
-    if (frame) system->mark_run();
-  }
+  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) systems_[i]->mark_run();
   times_.act = comm::wall_seconds() - start;
+}
+
+void Engine::act_on_all(particles::Reader& births, std::uint64_t expected) {
+  std::uint64_t received = 0;
+  for (std::size_t i = 0; i < systems_.size(); ++i) {
+    const std::uint64_t before = systems_[i]->tally.created;
+    act_on(*systems_[i], groups_[i], births);
+    pack_leavers(*systems_[i], i);
+    received += systems_[i]->tally.created - before;
+  }
+  if (received != expected) throw std::runtime_error("births were lost on the way from the manager");
 }
 
 void Engine::take_cuts(System& system, particles::Reader& in) {

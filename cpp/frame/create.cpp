@@ -11,22 +11,18 @@ using comm::Phase;
 
 void Engine::create() {
   const double start = comm::wall_seconds();
-  for (std::size_t i = 0; i < systems_.size(); ++i) {
-    if (record_.verb == recording::Verb::render || record_.verb == recording::Verb::step) {
-      groups_[i] = systems_[i]->count_births(frame_, options_.dt, options_.substeps);
-    }
+  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) {
+    groups_[i] = systems_[i]->count_births(frame_, options_.dt, options_.substeps);
   }
   if (manages()) deal();
-  Message births = receive_births();
+  const Message births = receive_births();
   times_.create = comm::wall_seconds() - start;
-  act(std::move(births));
+  act(births);
 }
 
 void Engine::deal() {
-  const recording::Hash hash = recording::hash(record_bytes_.view());
   particles::Bytes cuts;
-  std::vector<particles::Bytes> parts(cast_.calculators.size());
-  std::vector<std::uint64_t> dealt(parts.size(), 0);
+  std::vector<Hand> hands(cast_.calculators.size());
   work("create", [&] {
     for (std::size_t i = 0; i < systems_.size(); ++i) {
       System& system = *systems_[i];
@@ -37,34 +33,32 @@ void Engine::deal() {
         cuts.put_raw(system.domains.cuts().data(), system.domains.cuts().size() * sizeof(float));
       }
       system.new_cuts = false;
-      for (const particles::Store& store : newborn) {
-        std::vector<std::vector<std::uint32_t>> owned(parts.size());
-        const float* x = store.plane(particles::position, system.definition.axis);
-        for (std::size_t p = 0; p < store.size(); ++p) {
-          owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
-        }
-        for (std::size_t c = 0; c < parts.size(); ++c) {
-          store.pack(owned[c], parts[c]);
-          dealt[c] += owned[c].size();
-        }
-      }
+      for (const particles::Store& store : newborn) deal_out(system, store, hands);
     }
   });
+  const recording::Hash hash = recording::hash(record_bytes_.view());
   for (int to = 0; to < comm_->size(); ++to) {
     Message message;
     message.bytes().put(hash);
     const int calculator = cast_.calculator_of(to);
-    std::uint64_t count = 0;
+    Hand hand = calculator >= 0 ? std::move(hands[static_cast<std::size_t>(calculator)]) : Hand{};
     if (!failure_.failed()) {
       message.bytes().put_raw(cuts.data(), cuts.size());
-      if (calculator >= 0) {
-        particles::Bytes& part = parts[static_cast<std::size_t>(calculator)];
-        message.bytes().put_raw(part.data(), part.size());
-        part = {};
-        count = dealt[static_cast<std::size_t>(calculator)];
-      }
+      message.bytes().put_raw(hand.bytes.data(), hand.bytes.size());
     }
-    comm_->post(to, Phase::begin, stamp(), std::move(message), count, failure_.failed());
+    comm_->post(to, Phase::begin, stamp(), std::move(message), hand.count, failure_.failed());
+  }
+}
+
+void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands) {
+  std::vector<std::vector<std::uint32_t>> owned(hands.size());
+  const float* x = newborn.plane(particles::position, system.definition.axis);
+  for (std::size_t p = 0; p < newborn.size(); ++p) {
+    owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
+  }
+  for (std::size_t c = 0; c < hands.size(); ++c) {
+    newborn.pack(owned[c], hands[c].bytes);
+    hands[c].count += owned[c].size();
   }
 }
 

@@ -104,6 +104,7 @@ class Engine {
   using Stores = std::vector<particles::Store>;
 
   // frame.cpp
+  bool in_frame() const { return record_.verb == recording::Verb::render || record_.verb == recording::Verb::step; }
   void begin_frame(recording::Verb verb, const std::optional<image::View>& view, const std::string& argument);
   void end_frame();
   comm::Stamp stamp() const { return {frame_, turn_}; }
@@ -113,13 +114,19 @@ class Engine {
 
   // create.cpp: manager -> all
   void create();
+  struct Hand {  // newborn particles for one calculator
+    particles::Bytes bytes;
+    std::uint64_t count = 0;
+  };
   void deal();
+  static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
   comm::Message receive_births();
   Stores make_births(System& system, const std::vector<BirthGroup>& groups);
   void fit(System& system, const Stores& newborn);
 
   // act.cpp: calculators
-  void act(comm::Message births);
+  void act(const comm::Message& births);
+  void act_on_all(particles::Reader& births, std::uint64_t expected);
   static void take_cuts(System& system, particles::Reader& in);
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
   void run_list(System& system, const std::vector<BirthGroup>& groups, const std::function<void(std::size_t)>& append);
@@ -143,6 +150,8 @@ class Engine {
 
   // rows.cpp: the manager's account
   void note_frame(const std::vector<Report>& reports, const Verdict& verdict);
+  void note_imbalance(const std::vector<Report>& reports, FrameRow& row) const;
+  void note_loads(const std::vector<Report>& reports, std::size_t system, FrameRow& row) const;
   void note_tails(const std::vector<Report>& reports);
 
   std::unique_ptr<comm::Communicator> comm_;

@@ -32,12 +32,19 @@ void take_larger(PhaseTimes& most, const PhaseTimes& times) {
 }  // namespace
 
 void Engine::note_frame(const std::vector<Report>& reports, const Verdict& verdict) {
-  if (record_.verb != recording::Verb::render && record_.verb != recording::Verb::step) return;
+  if (!in_frame()) return;
   FrameRow row;
   row.frame = frame_;
   row.time = static_cast<double>(frame_ + 1) * options_.dt;
   for (const std::uint64_t alive : verdict.alive) row.particles += alive;
   for (const auto& system : systems_) row.dropped += system->dropped;
+  if (options_.digest) row.particles_digest = particles::combine(verdict.digests).text();
+  note_imbalance(reports, row);
+  for (std::size_t i = 0; i < systems_.size(); ++i) note_loads(reports, i, row);
+  open_row_ = std::move(row);
+}
+
+void Engine::note_imbalance(const std::vector<Report>& reports, FrameRow& row) const {
   double sum = 0;
   double slowest = 0;
   for (const int rank : cast_.calculators) {
@@ -48,36 +55,36 @@ void Engine::note_frame(const std::vector<Report>& reports, const Verdict& verdi
     row.slowest_rank = rank;
   }
   if (sum > 0) row.imbalance = slowest * static_cast<double>(cast_.calculators.size()) / sum;
-  if (options_.digest) row.particles_digest = particles::combine(verdict.digests).text();
-  for (std::size_t i = 0; i < systems_.size(); ++i) {
-    std::vector<std::uint64_t> received(cast_.calculators.size(), 0);
-    for (const int rank : cast_.calculators) {
-      for (const Sent& sent : reports[static_cast<std::size_t>(rank)].systems[i].sent) {
-        received[static_cast<std::size_t>(sent.domain)] += sent.count;
-      }
-    }
-    for (std::size_t c = 0; c < cast_.calculators.size(); ++c) {
-      const SystemReport& from = reports[static_cast<std::size_t>(cast_.calculators[c])].systems[i];
-      LoadRow load;
-      load.system = systems_[i]->definition.name;
-      load.rank = cast_.calculators[c];
-      load.n_start = from.at_start;
-      load.created = from.created;
-      load.killed = from.killed;
-      for (const Sent& sent : from.sent) load.sent += sent.count;
-      load.received = received[c];
-      load.n_end = from.kept + received[c];
-      load.compute_s = from.compute_s;
-      const std::uint64_t processed = from.at_start + from.created;
-      load.rescaled_s = rescaled(from.compute_s, processed, load.n_end);
-      load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
-      load.domain_lo = systems_[i]->domains.low(static_cast<int>(c));
-      load.domain_hi = systems_[i]->domains.high(static_cast<int>(c));
-      row.exchanged += load.sent;
-      row.load.push_back(std::move(load));
+}
+
+void Engine::note_loads(const std::vector<Report>& reports, std::size_t system, FrameRow& row) const {
+  std::vector<std::uint64_t> received(cast_.calculators.size(), 0);
+  for (const int rank : cast_.calculators) {
+    for (const Sent& sent : reports[static_cast<std::size_t>(rank)].systems[system].sent) {
+      received[static_cast<std::size_t>(sent.domain)] += sent.count;
     }
   }
-  open_row_ = std::move(row);
+  const System& s = *systems_[system];
+  for (std::size_t c = 0; c < cast_.calculators.size(); ++c) {
+    const SystemReport& from = reports[static_cast<std::size_t>(cast_.calculators[c])].systems[system];
+    LoadRow load;
+    load.system = s.definition.name;
+    load.rank = cast_.calculators[c];
+    load.n_start = from.at_start;
+    load.created = from.created;
+    load.killed = from.killed;
+    for (const Sent& sent : from.sent) load.sent += sent.count;
+    load.received = received[c];
+    load.n_end = from.kept + received[c];
+    load.compute_s = from.compute_s;
+    const std::uint64_t processed = from.at_start + from.created;
+    load.rescaled_s = rescaled(from.compute_s, processed, load.n_end);
+    load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
+    load.domain_lo = s.domains.low(static_cast<int>(c));
+    load.domain_hi = s.domains.high(static_cast<int>(c));
+    row.exchanged += load.sent;
+    row.load.push_back(std::move(load));
+  }
 }
 
 void Engine::note_tails(const std::vector<Report>& reports) {

@@ -17,8 +17,10 @@ std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Le
 }
 
 // One column more. The multiplication and the rotation make the result depend on the columns' order.
+// Which of two NaNs an operation hands on is the compiler's choice, so all count as one.
 std::uint64_t fold(std::uint64_t hash, float value) {
-  return std::rotl((hash ^ std::bit_cast<std::uint32_t>(value)) * kOdd, 29);
+  const std::uint32_t bits = value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
+  return std::rotl((hash ^ bits) * kOdd, 29);
 }
 
 // `at(i)` gives the index of the i-th particle to count.

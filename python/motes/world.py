@@ -116,9 +116,9 @@ class World:
 
     @property
     def role(self) -> set[str]:
-        """What this rank plays: of "manager", "image generator" and "calculator"."""
+        """What this rank plays: of "manager", "image_generator" and "calculator"."""
         manager, image_generator, calculators = self._cast
-        played = {"manager": [manager], "image generator": [image_generator], "calculator": calculators}
+        played = {"manager": [manager], "image_generator": [image_generator], "calculator": calculators}
         return {name for name, ranks in played.items() if self.rank in ranks}
 
     @property

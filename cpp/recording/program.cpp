@@ -89,7 +89,7 @@ std::vector<Program::Operation> Program::bind(Store& store) const {
 
 void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
                   const Slice& slice, Outcome& outcome) const {
-  if (begin >= store.size()) return;
+  if (list_.empty() || begin >= store.size()) return;
   const simd::FloatMode mode;
   std::uint32_t reads = 0;
   std::uint32_t writes = 0;

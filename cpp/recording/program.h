@@ -44,6 +44,7 @@ class Program {
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first of them from action
   /// `entry` on, the others whole. Adds the dead and those outside the slice to `outcome`; removes none.
+  /// An empty list does nothing, not even look for leavers.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
            const Slice& slice, Outcome& outcome) const;
 

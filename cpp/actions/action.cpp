@@ -23,6 +23,7 @@ constexpr std::uint32_t kLifetime = bit(particles::lifetime);
 
 // Registration: one line an action, in the order of Kind.
 const std::array<Facts, kKinds>& table() {
+  // clang-format off
   static const std::array<Facts, kKinds> all = {{
       {"gravity", {{"acceleration", -kAny, kAny}, {"acceleration", -kAny, kAny}, {"acceleration", -kAny, kAny}}, 0,
        kVelocity, kVelocity, false},
@@ -38,6 +39,7 @@ const std::array<Facts, kKinds>& table() {
       {"kill_expired", {}, 0, kAge | kLifetime, 0, true},
       {"move", {{"rotational", 0, 1}}, 0, kPosition | kVelocity | kAge | kUp | kSpin, kPosition | kAge | kUp, false},
   }};
+  // clang-format on
   return all;
 }
 
@@ -67,6 +69,11 @@ Kind kind_of(const std::string& name) {
     if (name == table()[static_cast<std::size_t>(i)].name) return static_cast<Kind>(i);
   }
   throw std::invalid_argument("no action is called '" + name + "'");
+}
+
+bool uses_copies(const Action& action) {
+  constexpr std::uint32_t kCopies = bit(particles::position_b) | bit(particles::velocity_b) | bit(particles::up_b);
+  return ((facts(action.kind).reads | facts(action.kind).writes) & kCopies) != 0;
 }
 
 void check(const Action& action) {

@@ -56,8 +56,7 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const s
            [&](Draws& draws) __attribute__((always_inline)) { return shape.sample(draws); });
     });
   } else {
-    fill(s, ids, count, planes, width,
-         [&](Draws& draws) __attribute__((always_inline)) { return draw_one(d, draws); });
+    fill(s, ids, count, planes, width, [&](Draws& draws) __attribute__((always_inline)) { return draw_one(d, draws); });
   }
 }
 

@@ -52,7 +52,8 @@ int add_system(Engine& engine, const std::string& name, std::optional<std::uint6
     const auto [low, high] = space.cast<std::pair<double, double>>();
     definition.space = {domains::Space::Kind::finite, low, high};
   }
-  for (const auto& [attribute, width, initial] : attributes) definition.attributes.push_back({attribute, width, initial});
+  for (const auto& [attribute, width, initial] : attributes)
+    definition.attributes.push_back({attribute, width, initial});
   return engine.add_system(std::move(definition));
 }
 
@@ -107,19 +108,20 @@ void bind_engine(py::module_& m) {
            py::arg("describe"), py::arg("stall_s"))
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
            py::arg("sprite"), py::arg("attributes"))
-      .def("record_action",
-           [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
+      .def("record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
       .def("run_frame", &Engine::run_frame, py::arg("view"), Release())
-      .def("digest", [](Engine& e) { return combined(e.digest()); }, Release())
+      .def(
+          "digest", [](Engine& e) { return combined(e.digest()); }, Release())
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
-      .def("run_pending", [](Engine& e, int system) { e.local(system); }, Release())
+      .def(
+          "run_pending", [](Engine& e, int system) { e.local(system); }, Release())
       .def("touched", &Engine::touched)
-      .def("local_column", [](Engine& e, int system,
-                              int attribute) { return column_view(*e.system(system).store, attribute); })
+      .def("local_column",
+           [](Engine& e, int system, int attribute) { return column_view(*e.system(system).store, attribute); })
       .def("local_ids", [](Engine& e, int system) { return id_view(*e.system(system).store); })
       .def("local_size", [](Engine& e, int system) { return e.system(system).store->size(); })
       .def("memory_bytes", [](Engine& e, int system) { return e.system(system).store->memory_bytes(); })
@@ -132,7 +134,8 @@ void bind_engine(py::module_& m) {
              return owned_array(e.take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
-      .def("linear", [](Engine& e) {
+      .def("linear",
+           [](Engine& e) {
              std::vector<float> light = e.linear();
              const auto n = static_cast<py::ssize_t>(light.size());
              return owned_array(std::move(light), {n});

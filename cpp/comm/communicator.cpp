@@ -92,9 +92,7 @@ struct Communicator::State {
                                 ": " + purpose);
   }
 
-  std::string describe(int of) const {
-    return watch.describe ? watch.describe(of) : "rank " + std::to_string(of);
-  }
+  std::string describe(int of) const { return watch.describe ? watch.describe(of) : "rank " + std::to_string(of); }
 
   void progress() {
     for (auto it = posted.begin(); it != posted.end();) {

@@ -65,12 +65,12 @@ void on_crash(int signal) {
 
 void name_crashes(const std::string& mark_path) {
   keep(mark_path, mark);
-  struct sigaction action {};
+  struct sigaction action{};
   action.sa_handler = on_crash;
   action.sa_flags = SA_NODEFER;
   sigemptyset(&action.sa_mask);
   for (const int signal : kSignals) {
-    struct sigaction current {};
+    struct sigaction current{};
     sigaction(signal, nullptr, &current);
     if (current.sa_handler == on_crash) continue;
     before[static_cast<std::size_t>(signal)] = current;

@@ -143,8 +143,7 @@ void Engine::obey(Verdict verdict) {
     if (mine && own) std::rethrow_exception(own);
     const std::string role = cast_.describe(verdict.failed_rank);
     const std::string who =
-        "rank " + std::to_string(verdict.failed_rank) + " (" + role + "), frame " +
-        std::to_string(frame_);
+        "rank " + std::to_string(verdict.failed_rank) + " (" + role + "), frame " + std::to_string(frame_);
     const std::string text = verdict.failure.kind == Failure::Kind::mismatch
                                  ? who + ": its script differs from the other ranks': " + verdict.failure.text
                                  : who + ", " + verdict.failure.action + ": " + verdict.failure.text;

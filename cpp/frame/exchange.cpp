@@ -29,7 +29,8 @@ void Engine::exchange() {
         system->tally.received += system->store->size() - before;
         count += system->store->size() - before;
       }
-      if (count != message.header().count) throw std::runtime_error("particles were lost on the way between calculators");
+      if (count != message.header().count)
+        throw std::runtime_error("particles were lost on the way between calculators");
     });
   }
   for (std::size_t i = 0; i < systems_.size(); ++i) exchange_bytes_[i] = systems_[i]->tally.bytes_sent;

@@ -84,7 +84,10 @@ std::string line_of(const FrameRow& row) {
 std::string line_of(const FrameRow& frame, const LoadRow& row, const std::string& host) {
   Row line;
   line.field("frame", frame.frame).field("system", row.system).field("rank", row.rank).field("host", host);
-  line.field("n_start", row.n_start).field("n_end", row.n_end).field("created", row.created).field("killed", row.killed);
+  line.field("n_start", row.n_start)
+      .field("n_end", row.n_end)
+      .field("created", row.created)
+      .field("killed", row.killed);
   line.field("sent", row.sent).field("received", row.received).field("bytes_sent", row.bytes_sent);
   line.field("t_compute_s", row.compute_s).field("t_rescaled_s", row.rescaled_s);
   line.field("t_exchange_s", row.exchange_s).field("t_wait_s", row.wait_s).field("t_image_s", row.image_s);

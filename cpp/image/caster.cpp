@@ -26,9 +26,7 @@ Vector to_sun() { return unit({-0.45, 0.75, 0.55}); }
 }  // namespace
 
 Caster::Caster(const View& view)
-    : view_(view),
-      lens_(lens(view)),
-      sun_(to_sun()),
+    : view_(view), lens_(lens(view)), sun_(to_sun()),
       background_{view.background[0], view.background[1], view.background[2]} {
   const double reach = kFogReach * length(view.camera.look_at - view.camera.position);
   fog_square_ = reach * reach;

@@ -18,9 +18,7 @@ using actions::Kind;
 using particles::Store;
 using shapes::Shape;
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
+double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
 
 double median(std::vector<double> values) {
   std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
@@ -84,7 +82,8 @@ struct Scene {
   std::uint64_t frame = 0;
 
   Scene(const std::string& name, std::size_t particles)
-      : store(make(full_air(particles), schema, {1, 2}, 0, particles, 0)), program(name == "snow" ? snow() : fountain()) {
+      : store(make(full_air(particles), schema, {1, 2}, 0, particles, 0)),
+        program(name == "snow" ? snow() : fountain()) {
     if (name != "snow" && name != "fountain") {
       throw std::invalid_argument("scene must be snow or fountain, got '" + name + "'");
     }
@@ -105,7 +104,8 @@ struct Bins {
   std::vector<std::vector<std::uint32_t>> members;
 
   Bins(const Store& store, float low_edge, float high_edge, int count)
-      : low(low_edge), width((high_edge - low_edge) / static_cast<float>(count)), members(static_cast<std::size_t>(count)) {
+      : low(low_edge), width((high_edge - low_edge) / static_cast<float>(count)),
+        members(static_cast<std::size_t>(count)) {
     const float* x = store.plane(particles::position, 0);
     for (std::size_t i = 0; i < store.size(); ++i) members[bin_of(x[i])].push_back(static_cast<std::uint32_t>(i));
   }

@@ -22,8 +22,8 @@ struct LeaverBench {
   double none = 0;     // the list alone
   double fused = 0;    // tested in the same pass, while the block is in the first cache (what the engine does)
   double scanned = 0;  // a pass over the positions of its own afterwards
-  double binned = 0;   // the paper's sub-domains (section 4): bins in vectors of their own, kept sorted; the edge bins
-                       // are looked at for leavers, all bins for particles that changed bin
+  double binned = 0;  // the paper's sub-domains (section 4): bins in vectors of their own, kept sorted; the edge bins
+                      // are looked at for leavers, all bins for particles that changed bin
 };
 LeaverBench leaver_bench(std::size_t particles, int bins, int steps);
 

@@ -262,7 +262,8 @@ std::string first_difference(const Record& ours, const Record& theirs) {
   }
   if (ours.sprites != theirs.sprites) return "another sprite";
   if (ours.view != theirs.view) return "another camera or renderer";
-  if (ours.argument != theirs.argument) return "other arguments: " + ours.argument + " here, " + theirs.argument + " there";
+  if (ours.argument != theirs.argument)
+    return "other arguments: " + ours.argument + " here, " + theirs.argument + " there";
   return "no difference in value";
 }
 

@@ -35,30 +35,31 @@ inline void fail(const char* file, int line, const std::string& what) {
 
 }  // namespace check
 
-#define TEST(name)                                             \
-  static void test_##name();                                   \
+#define TEST(name)                                                 \
+  static void test_##name();                                       \
   static const bool added_##name = check::add(#name, test_##name); \
   static void test_##name()
 
-#define CHECK(condition) \
-  do {                   \
+#define CHECK(condition)                                           \
+  do {                                                             \
     if (!(condition)) check::fail(__FILE__, __LINE__, #condition); \
   } while (false)
 
-#define CHECK_NEAR(a, b, tolerance)                                                                  \
-  do {                                                                                               \
-    const double left_ = (a), right_ = (b);                                                          \
-    if (!(left_ - right_ <= (tolerance) && right_ - left_ <= (tolerance)))                           \
-      check::fail(__FILE__, __LINE__, std::string(#a " near " #b ": ") + std::to_string(left_) + " and " + std::to_string(right_)); \
+#define CHECK_NEAR(a, b, tolerance)                                                                             \
+  do {                                                                                                          \
+    const double left_ = (a), right_ = (b);                                                                     \
+    if (!(left_ - right_ <= (tolerance) && right_ - left_ <= (tolerance)))                                      \
+      check::fail(__FILE__, __LINE__,                                                                           \
+                  std::string(#a " near " #b ": ") + std::to_string(left_) + " and " + std::to_string(right_)); \
   } while (false)
 
-#define CHECK_THROWS(expression, exception)                                      \
-  do {                                                                           \
-    bool thrown_ = false;                                                        \
-    try {                                                                        \
-      (void)(expression);                                                        \
-    } catch (const exception&) {                                                 \
-      thrown_ = true;                                                            \
-    }                                                                            \
+#define CHECK_THROWS(expression, exception)                                           \
+  do {                                                                                \
+    bool thrown_ = false;                                                             \
+    try {                                                                             \
+      (void)(expression);                                                             \
+    } catch (const exception&) {                                                      \
+      thrown_ = true;                                                                 \
+    }                                                                                 \
     if (!thrown_) check::fail(__FILE__, __LINE__, #expression " throws " #exception); \
   } while (false)

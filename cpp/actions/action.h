@@ -54,6 +54,9 @@ const Facts& facts(Kind kind);
 /// The kind of that name; throws std::invalid_argument for a name that no action has.
 Kind kind_of(const std::string& name);
 
+/// Whether the action reads or writes a *_b attribute.
+bool uses_copies(const Action& action);
+
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Action& action);
 

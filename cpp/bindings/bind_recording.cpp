@@ -1,6 +1,7 @@
 #include "bindings/bindings.h"
 #include "recording/births.h"
 #include "recording/record.h"
+#include "simd/float_mode.h"
 
 namespace motes::bindings {
 namespace {
@@ -11,6 +12,7 @@ using recording::Birth;
 using State = std::vector<std::pair<int, Distribution>>;
 
 Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second) {
+  const simd::FloatMode mode;  // a denormal number stays one
   Distribution d;
   d.kind = kind;
   for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);

@@ -51,8 +51,14 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
-  if (const auto* action = std::get_if<actions::Action>(&item)) actions::check(*action);
-  if (const auto* birth = std::get_if<recording::Birth>(&item)) recording::check(*birth, s.schema);
+  if (const auto* action = std::get_if<actions::Action>(&item)) {
+    actions::check(*action);
+    if (actions::uses_copies(*action)) s.keep_copies();
+  }
+  if (const auto* birth = std::get_if<recording::Birth>(&item)) {
+    recording::check(*birth, s.schema);
+    if (recording::gives_copies(*birth)) s.keep_copies();
+  }
   s.list.push_back(std::move(item));
 }
 

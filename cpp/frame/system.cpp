@@ -44,7 +44,13 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
 
 particles::Store System::make(const BirthGroup& group, double dt, int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
-  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps));
+  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps), keeps_copies);
+}
+
+void System::keep_copies() {
+  if (keeps_copies) return;
+  keeps_copies = true;
+  for (const auto& [copy, original] : particles::kCopies) store->copy_attribute(original, copy);
 }
 
 recording::Program System::pending_program() const {

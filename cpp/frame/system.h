@@ -44,6 +44,9 @@ class System {
   /// Makes a group's particles.
   particles::Store make(const BirthGroup& group, double dt, int substeps) const;
 
+  /// The *_b attributes are in use from here on: particles that live already get copies of what they are now.
+  void keep_copies();
+
   /// Actions of the items that have not run yet.
   recording::Program pending_program() const;
 
@@ -60,6 +63,7 @@ class System {
   bool new_cuts = false;            // manager: the other ranks have not been told
   std::unique_ptr<particles::Store> store;
   image::Sprite sprite;
+  bool keeps_copies = false;
 
   std::vector<recording::Item> list;  // this frame's
   std::size_t run_items = 0;          // of which have run

@@ -29,6 +29,9 @@ Schema::Schema() {
   add("mass", 1, {1, 0, 0});
   add("age", 1, {0, 0, 0});
   add("lifetime", 1, {forever, 0, 0});
+  add("position_b", 3, {0, 0, 0});
+  add("velocity_b", 3, {0, 0, 0});
+  add("up_b", 3, {0, 0, 0});
 }
 
 int Schema::add(const std::string& name, int width, std::array<float, 3> initial) {

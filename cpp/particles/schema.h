@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 namespace motes::particles {
@@ -21,8 +22,16 @@ enum Builtin : int {
   mass,
   age,
   lifetime,
+  position_b,
+  velocity_b,
+  up_b,
   builtin_count
 };
+
+/// The `*_b` attributes are targets to return to. They start as copies of position, velocity and up, and take memory
+/// only in systems that use them: until then they are zero.
+inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
+    {{position_b, position}, {velocity_b, velocity}, {up_b, up}}};
 
 /// A named column of 1 or 3 floats a particle.
 struct Attribute {

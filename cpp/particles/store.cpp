@@ -103,6 +103,14 @@ void Store::set_uniform(int attribute, std::array<float, 3> value) {
   column.value = value;
 }
 
+void Store::copy_attribute(int from, int to) {
+  if (uniform(from)) {
+    columns_[index(to)] = {nullptr, uniform_value(from)};
+    return;
+  }
+  for (int c = 0; c < width(to); ++c) std::memcpy(writable_plane(to, c), plane(from, c), size_ * sizeof(float));
+}
+
 void Store::remove(std::span<const std::uint32_t> indices) {
   // Holes below the new size are filled by the survivors above it, each taken once, in order.
   const std::size_t left = size_ - indices.size();

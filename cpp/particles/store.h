@@ -57,6 +57,9 @@ class Store {
   /// Sets a uniform attribute's value. Only for stores that are being filled: throws std::logic_error otherwise.
   void set_uniform(int attribute, std::array<float, 3> value);
 
+  /// Gives every particle the value of one attribute in another of the same width.
+  void copy_attribute(int from, int to);
+
   /// Removes the particles at these indices (ascending, no duplicate): the last ones move into the holes.
   void remove(std::span<const std::uint32_t> indices);
   void clear() { size_ = 0; }

@@ -1,5 +1,6 @@
 #include "recording/births.h"
 
+#include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
@@ -81,17 +82,27 @@ void check(const Birth& birth, const particles::Schema& schema) {
   }
 }
 
+bool gives_copies(const Birth& birth) {
+  const auto is_copy = [](int attribute) {
+    return attribute >= particles::position_b && attribute <= particles::up_b;
+  };
+  return std::any_of(birth.state.begin(), birth.state.end(), [&](const Given& g) { return is_copy(g.attribute); }) ||
+         std::any_of(birth.columns.begin(), birth.columns.end(), [&](const Emitted& e) { return is_copy(e.attribute); });
+}
+
 std::uint64_t births_between(const Birth& birth, double from, double to) {
   if (birth.kind != Birth::Kind::source) return birth.amount;
   return static_cast<std::uint64_t>(std::floor(birth.rate * to) - std::floor(birth.rate * from));
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-           std::uint64_t count, float dt) {
+           std::uint64_t count, float dt, bool keeps_copies) {
   Store newborn(schema);
   if (count == 0) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
+  std::vector<bool> given_at_all(static_cast<std::size_t>(schema.size()), false);
   for (const Emitted& column : birth.columns) emitted[static_cast<std::size_t>(column.attribute)] = true;
+  for (const Given& given : birth.state) given_at_all[static_cast<std::size_t>(given.attribute)] = true;
   std::vector<const Given*> drawn;
   for (const Given& given : birth.state) {
     if (emitted[static_cast<std::size_t>(given.attribute)]) continue;
@@ -113,6 +124,9 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
   for (const Emitted& column : birth.columns) copy_column(column, newborn);
+  for (const auto& [copy, original] : particles::kCopies) {
+    if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
+  }
   if (birth.jitter) jitter(key, dt, newborn);
   return newborn;
 }

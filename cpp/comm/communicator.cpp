@@ -30,6 +30,18 @@ void check(int code, const char* what) {
 
 int tag(Phase phase) { return 100 + static_cast<int>(phase); }
 
+// A rank that waits may wait for one that waits itself. Who stands nearest to the one that stalls must speak first:
+// calculators talk to each other and to the image generator before they report, and the manager answers only when
+// all have reported.
+double patience(Phase phase) {
+  switch (phase) {
+    case Phase::report: return 1.25;
+    case Phase::begin:
+    case Phase::verdict: return 1.5;
+    default: return 1;
+  }
+}
+
 struct Posted {
   Message message;
   std::vector<MPI_Request> requests;
@@ -68,9 +80,9 @@ struct Communicator::State {
   double waited_s = 0;
   std::uint64_t bytes_sent = 0;
 
-  // Calls `done` until it says true.
+  // Calls `done` until it says true; gives up after `limits` times the stall limit.
   template <class Done>
-  void wait(int for_rank, const std::string& purpose, const Done& done) {
+  void wait(int for_rank, const std::string& purpose, const Done& done, double limits = 1) {
     if (done()) return;
     const double start = wall_seconds();
     double next_watch = start + kWatchEvery;
@@ -81,7 +93,7 @@ struct Communicator::State {
       if (now < next_watch) continue;
       next_watch = now + kWatchEvery;
       if (watch.while_waiting) watch.while_waiting(for_rank);
-      if (now - start > watch.stall_s) stalled(for_rank, purpose, now - start);
+      if (now - start > limits * watch.stall_s) stalled(for_rank, purpose, now - start);
     }
     waited_s += wall_seconds() - start;
   }
@@ -106,11 +118,14 @@ struct Communicator::State {
   void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string& purpose) {
     MPI_Message arriving = MPI_MESSAGE_NULL;
     MPI_Status status;
-    wait(from, purpose, [&] {
-      int here = 0;
-      check(MPI_Improbe(from, tag(phase), comm, &here, &arriving, &status), "waiting for a message");
-      return here != 0;
-    });
+    wait(
+        from, purpose,
+        [&] {
+          int here = 0;
+          check(MPI_Improbe(from, tag(phase), comm, &here, &arriving, &status), "waiting for a message");
+          return here != 0;
+        },
+        patience(phase));
     int bytes = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &bytes), "reading a message");
     MPI_Request request = MPI_REQUEST_NULL;

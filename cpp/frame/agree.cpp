@@ -101,7 +101,7 @@ Verdict Engine::compare(std::vector<Report>& reports) const {
 // The ranks outside the largest group that recorded the same list; the lowest rank's group wins a tie.
 Verdict Engine::mismatch(std::vector<Report>& reports) const {
   std::vector<std::span<const std::byte>> lists;
-  for (Report& report : reports) {
+  for (const Report& report : reports) {
     lists.push_back(report.failure.kind == Failure::Kind::mismatch ? report.record.view() : record_bytes_.view());
   }
   std::size_t most = 0;

@@ -80,7 +80,7 @@ Engine::Stores Engine::make_births(System& system, const std::vector<BirthGroup>
 }
 
 // space "fit": the first births decide where the domains lie.
-void Engine::fit(System& system, const Stores& newborn) {
+void Engine::fit(System& system, const Stores& newborn) const {
   if (!system.waits_for_fit || newborn.empty()) return;
   std::vector<float> coordinates;
   for (const particles::Store& store : newborn) {

@@ -122,7 +122,7 @@ class Engine {
   static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
   comm::Message receive_births();
   Stores make_births(System& system, const std::vector<BirthGroup>& groups);
-  void fit(System& system, const Stores& newborn);
+  void fit(System& system, const Stores& newborn) const;
 
   // act.cpp: calculators
   void act(const comm::Message& births);

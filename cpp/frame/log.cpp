@@ -97,8 +97,8 @@ std::string line_of(const FrameRow& frame, const LoadRow& row, const std::string
 
 }  // namespace
 
-Log::Log(const std::string& directory, std::vector<std::string> hosts)
-    : directory_(directory), hosts_(std::move(hosts)) {
+Log::Log(std::string directory, std::vector<std::string> hosts)
+    : directory_(std::move(directory)), hosts_(std::move(hosts)) {
   std::error_code error;
   std::filesystem::create_directories(directory_, error);
   if (error) throw std::runtime_error("log: cannot make " + directory_ + ": " + error.message());

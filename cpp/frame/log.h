@@ -37,7 +37,7 @@ struct FrameRow {
 class Log {
  public:
   /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.
-  Log(const std::string& directory, std::vector<std::string> hosts);
+  Log(std::string directory, std::vector<std::string> hosts);
   ~Log();
   Log(const Log&) = delete;
   Log& operator=(const Log&) = delete;

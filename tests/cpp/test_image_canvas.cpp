@@ -193,7 +193,7 @@ TEST(image_sizes_that_fit_no_tile) {
     const auto records = message(random_cloud(3000, 9), {Sprite::Kind::disc, 15}, view);
     const auto pixels = picture(view, {records});
     CHECK(pixels.size() == static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
-    Cloud center(1);
+    const Cloud center(1);
     const auto lit = picture(view, {message(center, {Sprite::Kind::disc, 5}, view)});
     const std::size_t middle = 3 * (static_cast<std::size_t>(height / 2) * static_cast<std::size_t>(width) +
                                     static_cast<std::size_t>(width / 2));

@@ -1,0 +1,73 @@
+"""The examples as a user runs them: small, on one rank and on several."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+import pytest
+from launching import mpirun
+
+EXAMPLES = Path(__file__).parents[1] / "examples"
+FRAMES, SYSTEMS, PARTICLES = 4, 2, 2000
+SMALL = ("--systems", SYSTEMS, "--particles", PARTICLES, "--frames", FRAMES, "--size", "160x90", "--digest")
+NAMES = ("snow", "fountain")
+ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
+
+
+def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
+    """Run an example; the words of each line: frame, particles' digest, picture's digest."""
+    lines = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
+    assert [line.split()[0] for line in lines] == [str(frame) for frame in range(FRAMES)]
+    return [line.split() for line in lines]
+
+
+def run_with_pictures(name: str, ranks: int, out: Path) -> list[list[str]]:
+    """Run an example that makes pictures, and look at what it wrote."""
+    lines = run(name, ranks, "--out", out)
+    assert sorted(path.name for path in out.iterdir()) == [f"{name}.mp4", f"{name}.png"]
+    assert movie_frames(out / f"{name}.mp4") == FRAMES
+    return lines
+
+
+@cache
+def alone(name: str) -> list[list[str]]:
+    """Run an example on one rank."""
+    with TemporaryDirectory() as out:
+        return run_with_pictures(name, 1, Path(out))
+
+
+def movie_frames(path: Path) -> int:
+    """Decode a movie and count."""
+    av = pytest.importorskip("av")
+    with av.open(str(path)) as movie:
+        return sum(1 for _ in movie.decode(video=0))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_three_ranks_make_the_movie_of_one(name: str, tmp_path: Path):
+    assert run_with_pictures(name, 3, tmp_path / "out") == alone(name)
+    for column in (1, 2):
+        assert len({line[column] for line in alone(name)}) == FRAMES, "each frame differs from the others"
+
+
+def test_without_pictures_nothing_is_written_and_fountains_exchange_more_than_snow(tmp_path: Path):
+    exchanged = {}
+    for name in NAMES:
+        out, log = tmp_path / "out", tmp_path / name
+        lines = run(name, 5, "--no-images", "--out", out, "--log", log)
+        assert lines == [[frame, particles, "-"] for frame, particles, _ in alone(name)]
+        assert not out.exists()
+        rows = [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
+        assert all(0.9 * SYSTEMS * PARTICLES < row["particles"] <= SYSTEMS * PARTICLES for row in rows)
+        assert rows[-1]["dropped"] == 0
+        exchanged[name] = sum(row["exchanged"] for row in rows)
+    assert exchanged["fountain"] > 5 * exchanged["snow"]
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_another_space_gives_the_same_particles(name: str):
+    lines = run(name, 4, "--no-images", "--space", ELSEWHERE[name])
+    assert [line[1] for line in lines] == [line[1] for line in alone(name)]

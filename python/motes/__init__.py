@@ -5,6 +5,8 @@ A script issues the same calls on every rank; the engine gives each rank its rol
 
 from __future__ import annotations
 
+from importlib.metadata import version as _version
+
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
 from . import _last_resort, actions, balance, errors, launch, shapes
@@ -44,6 +46,8 @@ __all__ = [
     "errors",
     "shapes",
 ]
+
+__version__ = _version("motes")
 
 _last_resort.install()
 launch.warn_if_alone()

@@ -260,7 +260,7 @@ def _may_speak(speaker: int | None) -> bool:
 
 
 def mark() -> str | None:
-    """Name the file whose maker has this host's only right to speak in this job, where there is a place for it.
+    """Name the file whose maker alone speaks for this host in this job, where there is a place for it.
 
     The launcher's own directory lasts to the job's end, and so does the claim: even for a rank that finds the
     speaker dead.

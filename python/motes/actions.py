@@ -13,6 +13,7 @@ from typing import Any
 from numpy.typing import ArrayLike
 
 from . import _core, arguments
+from .errors import ArgumentError
 from .shapes import Shape, as_shape
 
 __all__ = [
@@ -163,5 +164,5 @@ class Move(Action):
 def as_action(value: Any) -> Action:
     """Return `value`, which must be an action."""
     if not isinstance(value, Action):
-        raise arguments.ArgumentError("action", value, "an action of motes.actions, or a list of them")
+        raise ArgumentError("action", value, "an action of motes.actions, or a list of them")
     return value

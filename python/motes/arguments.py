@@ -1,4 +1,4 @@
-"""Checks of what users pass: a value that fits, or an ArgumentError that names argument, value and what is allowed."""
+"""Checks of what users pass: a value that fits, or an ArgumentError naming argument, value and what fits."""
 
 from __future__ import annotations
 

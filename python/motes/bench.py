@@ -1,4 +1,7 @@
-"""Benchmarks of this machine: `python -m motes bench NAME`. Figures are medians; ratios compare one run with itself."""
+"""Benchmarks of this machine: `python -m motes bench NAME`.
+
+Figures are medians; ratios compare one run with itself.
+"""
 
 from __future__ import annotations
 
@@ -29,7 +32,9 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m motes bench", description=__doc__)
     names = parser.add_subparsers(dest="name", required=True, metavar="NAME")
     for scene in ("snow", "fountain"):
-        act = names.add_parser(scene, help=f"the paper's {scene} list on one core, against the memory's speed")
+        act = names.add_parser(
+            scene, help=f"the paper's {scene} list on one core, against the memory's speed"
+        )
         act.add_argument("--particles", type=_positive, default=3_200_000)
         act.add_argument("--steps", type=_positive, default=10)
     leavers = names.add_parser("leavers", help="ways to find the particles that left a domain")

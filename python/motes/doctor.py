@@ -32,6 +32,9 @@ found = {'mpi4py': mpi_libraries()}
 from motes import _core
 found['both'] = mpi_libraries()
 found['simd'] = _core.simd()
+def roles(size):
+    return [_core.describe_role(_core.cast('auto', size), rank) for rank in range(size)]
+found['roles'] = {f'n={size}': roles(size) for size in (1, 2, 4)}
 print('motes-core ' + json.dumps(found))
 """
 
@@ -72,7 +75,6 @@ def examine() -> Report:
     if importlib.util.find_spec("mpi4py") is not None:
         _mpi(report)
         _core(report)
-    report.figures["roles"] = {f"n={ranks}": _roles(ranks) for ranks in (1, 2, 4)}
     return report
 
 
@@ -123,6 +125,7 @@ def _core(report: Report) -> None:
     found = json.loads(match[1])
     report.figures["simd"] = found["simd"]
     report.figures["libmpi"] = found["both"]
+    report.figures["roles"] = found["roles"]
     if len(found["both"]) > 1:
         others = ", ".join(sorted(set(found["both"]) - set(found["mpi4py"])))
         report.problems.append(
@@ -145,14 +148,6 @@ def _output(words: list[str]) -> tuple[str, str]:
     # Python's reason stands last, mpirun's first.
     reason = "" if not lines else lines[-1] if "Traceback" in answer.stderr else lines[0]
     return answer.stdout, reason or f"exit code {answer.returncode}"
-
-
-def _roles(ranks: int) -> list[str]:
-    """Tell what `roles="auto"` gives each rank."""
-    if ranks == 1:
-        return ["image generator, manager, calculator 0"]
-    first = ["image generator, manager"] if ranks == 2 else ["image generator", "manager"]
-    return first + [f"calculator {number}" for number in range(ranks - len(first))]
 
 
 def _shown(value: Any) -> str:

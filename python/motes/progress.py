@@ -1,6 +1,7 @@
 """What a run shows of itself: whole lines on the manager's standard error, at most one a second.
 
-Launchers forward output by whole lines and lie about terminals, so a line at a time is what arrives everywhere.
+Launchers forward output by whole lines and lie about terminals, so a line at a time is what arrives
+everywhere.
 """
 
 from __future__ import annotations
@@ -20,7 +21,10 @@ WORDS = ("lines", "bar", "off")
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
-    """Tell of a frame: `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`."""
+    """Tell of a frame.
+
+    `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`
+    """
     done = row["frame"] + 1
     words = [f"frame {done}/{total}" if total else f"frame {done}"]
     if total:
@@ -85,6 +89,9 @@ def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
         if wish not in WORDS:
             raise ArgumentError("MOTES_PROGRESS", wish, "lines, bar or off")
         return wish
-    if callable(way) or (isinstance(way, str) and way in WORDS):
+    if isinstance(way, str) and way in WORDS:
         return way
+    if callable(way):
+        told: Callable[[dict[str, Any]], None] = way
+        return told
     raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row")

@@ -22,7 +22,9 @@ __all__ = ["write_run"]
 SCHEMA = 1
 
 
-def write_run(directory: str | os.PathLike[str], facts: dict[str, Any], ranks: Sequence[dict[str, Any]]) -> None:
+def write_run(
+    directory: str | os.PathLike[str], facts: dict[str, Any], ranks: Sequence[dict[str, Any]]
+) -> None:
     """Write `directory`/run.json from the world's facts and a row a rank."""
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = script.read_text(errors="replace") if script is not None and script.is_file() else ""

@@ -16,7 +16,7 @@ __all__ = ["Camera", "Renderer", "Solid", "Sprite"]
 
 
 class Camera:
-    """A pinhole camera. Its attributes may change between frames; they are checked when a frame is rendered."""
+    """A pinhole camera. Its attributes may change between frames; rendering checks them."""
 
     def __init__(
         self,
@@ -26,7 +26,7 @@ class Camera:
         fov_deg: float = 40,
         near: float = 0.1,
     ) -> None:
-        """Take where it stands and looks (m), the vertical angle of view, and the nearest visible distance (m)."""
+        """Take where it stands and looks (m), the vertical angle of view, and the nearest seen distance."""
         self.position = position
         self.look_at = look_at
         self.up = up
@@ -64,7 +64,7 @@ class Solid:
 
 
 class Sprite:
-    """How the particles of a system are drawn: `point` or soft `disc`, `pixels` wide, their light added up."""
+    """How particles of a system are drawn: `point` or soft `disc`, `pixels` wide, their light added up."""
 
     def __init__(self, kind: str = "disc", pixels: int = 5, blend: str = "add") -> None:
         """Take the kind, the diameter of a disc in pixels (1..15), and the blending, which is "add"."""

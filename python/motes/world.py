@@ -223,7 +223,9 @@ class World:
         role = _core.describe_role(self._cast, self.rank)
         state = _last_resort.state
         state.role, state.frame = role, 0
-        peers, drawn = _introduce(self._comm, _last_resort.Peer.here(rank=state.rank, role=role), self._wish())
+        peers, drawn = _introduce(
+            self._comm, _last_resort.Peer.here(rank=state.rank, role=role), self._wish()
+        )
         self._watch = _last_resort.PeerWatch(peers, rank=state.rank)
         _core.name_crashes(_last_resort.mark() or "")
         _core.set_place(state.describe())
@@ -314,7 +316,9 @@ class World:
     def render(self) -> Frame:
         """End the frame with a picture. Collective. Off the image generator the result is falsy."""
         if self.renderer is None:
-            raise ArgumentError("renderer", None, "given to World(renderer=...) before render(); step() needs none")
+            raise ArgumentError(
+                "renderer", None, "given to World(renderer=...) before render(); step() needs none"
+            )
         engine = self._engine_for("render")
         index = engine.frame
         self._run(self.renderer.view())
@@ -364,7 +368,9 @@ class World:
 
 
 def _space(space: Any) -> tuple[float, float] | str | None:
-    if space is None or space == "fit":
+    if space is None:
+        return None
+    if isinstance(space, str) and space == "fit":
         return space
     if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
         raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
@@ -408,10 +414,8 @@ def _stall_s() -> float:
 _CARD = struct.Struct("<i64s64siqQ96s")
 
 
-def _introduce(
-    comm: MPI.Intracomm, me: _last_resort.Peer, wish: int
-) -> tuple[list[_last_resort.Peer], int]:
-    """Tell every rank of every other: host, process, and rank 0's wish for the seed. Collective, never stuck."""
+def _introduce(comm: MPI.Intracomm, me: _last_resort.Peer, wish: int) -> tuple[list[_last_resort.Peer], int]:
+    """Tell each rank of every other: host, process, rank 0's wish for the seed. Collective, never stuck."""
     card = _CARD.pack(
         me.rank,
         me.role.encode()[:64],
@@ -427,7 +431,9 @@ def _introduce(
     limit = _stall_s()
     while not request.Test():
         if _time.monotonic() - start > limit:
-            raise MotesError(f"waited {limit:.0f} s for other ranks of {socket.gethostname()} to enter the world")
+            raise MotesError(
+                f"waited {limit:.0f} s for other ranks of {socket.gethostname()} to enter the world"
+            )
         _time.sleep(pause)
         pause = min(pause + 1e-4, 5e-3)
     peers = []
@@ -437,4 +443,3 @@ def _introduce(
         peers.append(_last_resort.Peer(rank, text[0], text[1], pid, started, text[2]))
         seed = wished if i == 0 else seed
     return peers, seed
-

@@ -9,7 +9,7 @@ from importlib.metadata import version as _version
 
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
-from . import _last_resort, actions, balance, errors, launch, shapes
+from . import _last_resort, actions, balance, errors, launch, script, shapes
 from .balance import Balancer, Static
 from .distributions import Normal, Uniform
 from .errors import ArgumentError, MotesError, NotHere, RankError, ScriptMismatch
@@ -44,6 +44,7 @@ __all__ = [
     "actions",
     "balance",
     "errors",
+    "script",
     "shapes",
 ]
 

@@ -34,13 +34,13 @@ class Frame:
         pixels: NDArray[np.uint8] | None,
         *,
         linear: Callable[[], ArrayLike] | None = None,
-        home: int = 0,
+        home: int | None = 0,
         rank: int = 0,
     ) -> None:
         """Wrap `pixels`, uint8 (height, width, 3), without copying; None where the picture lives elsewhere.
 
-        `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank and
-        `rank` this one; both only serve messages.
+        `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank, None
+        where no picture was made at all, and `rank` this one; both only serve messages.
         """
         self.index = index
         self.time = time
@@ -52,12 +52,19 @@ class Frame:
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
+        if self._pixels is None and self._home is None:
+            raise NotHere(f"frame {self.index} has no picture: it was stepped, not rendered")
         if self._pixels is None:
             raise NotHere(
                 f"the pixels of frame {self.index} live on rank {self._home}, the image generator; "
                 f"this is rank {self._rank}"
             )
         return self._pixels
+
+    @property
+    def made(self) -> bool:
+        """Whether there is a picture, here or on another rank."""
+        return self._home is not None
 
     @property
     def linear(self) -> NDArray[np.float32]:
@@ -114,7 +121,7 @@ class Frame:
     def __repr__(self) -> str:
         """Name the frame and its size, or where it lives."""
         if self._pixels is None:
-            return f"<Frame {self.index} on rank {self._home}>"
+            return f"<Frame {self.index} {'without picture' if not self.made else f'on rank {self._home}'}>"
         height, width, _ = self._pixels.shape
         return f"<Frame {self.index} {width}x{height}>"
 

@@ -334,10 +334,11 @@ class World:
             engine.set_image_sha256(frame.digest())
         return frame
 
-    def step(self) -> None:
-        """End the frame without a picture. Collective."""
-        self._engine_for("step")
+    def step(self) -> Frame:
+        """End the frame without a picture. Collective. The result is falsy everywhere; saving it does nothing."""
+        index = self._engine_for("step").frame
         self._run(None)
+        return Frame(index, (index + 1) * self._dt, None, home=None, rank=self.rank)
 
     def _run(self, view: _core.View | None) -> None:
         assert self._engine is not None

@@ -1,0 +1,89 @@
+"""What scripts that one runs by hand share: the options of the examples, and how they show digests."""
+
+from __future__ import annotations
+
+import argparse
+import sys
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .frame import Frame
+    from .world import World
+
+__all__ = ["options", "print_digest"]
+
+
+def options(
+    description: str | None,
+    *,
+    space: str = "infinite",
+    systems: int = 8,
+    particles: int = 400_000,
+    frames: int = 96,
+    size: str = "1280x720",
+    argv: Sequence[str] | None = None,
+) -> argparse.Namespace:
+    """Read a script's command line; the arguments are its defaults.
+
+    `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
+    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit. The result has them as
+    attributes: `size` and `space` as Renderer and World take them, `images` for the opposite of
+    `--no-images`.
+    """
+    parser = argparse.ArgumentParser(description=description)
+    parser.add_argument("--systems", type=_count, default=systems)
+    parser.add_argument("--particles", type=_count, default=particles, help="of each system")
+    parser.add_argument("--frames", type=_count, default=frames)
+    parser.add_argument(
+        "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
+    )
+    parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--out", default="out", metavar="DIR", help="where pictures and movies go")
+    parser.add_argument("--log", default=None, metavar="DIR", help="write the run's log there")
+    parser.add_argument("--digest", action="store_true", help="print fingerprints of particles and pictures")
+    parser.add_argument("--no-images", action="store_false", dest="images")
+    return parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
+
+
+def print_digest(world: World, picture: Frame) -> None:
+    """Print `frame particles_digest image_sha256` of the frame that has just ended. Collective.
+
+    The picture's part is "-" where there is none.
+    """
+    particles = world.digest()
+    if picture:
+        print(picture.index, particles, picture.digest(), flush=True)
+    elif not picture.made:
+        world.say(f"{picture.index} {particles} -")
+
+
+def _joined(words: Sequence[str]) -> list[str]:
+    """Write `--space -30,30` as `--space=-30,30`: argparse takes what begins with a minus for an option."""
+    joined: list[str] = []
+    for word in words:
+        if joined and joined[-1] == "--space" and word[:1] == "-" and word[1:2].isdigit():
+            joined[-1] += "=" + word
+        else:
+            joined.append(word)
+    return joined
+
+
+def _count(text: str) -> int:
+    value = int(text)
+    if value < 0:
+        raise argparse.ArgumentTypeError(f"must be 0 or more, got {text}")
+    return value
+
+
+def _size(text: str) -> tuple[int, int]:
+    width, _, height = text.partition("x")
+    return int(width), int(height)
+
+
+def _space(text: str) -> tuple[float, float] | str | None:
+    if text in ("infinite", "fit"):
+        return None if text == "infinite" else "fit"
+    low, _, high = text.partition(",")
+    return float(low), float(high)

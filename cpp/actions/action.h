@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "actions/expression.h"
+#include "particles/schema.h"
 #include "shapes/shape.h"
 
 namespace motes::actions {
@@ -18,15 +20,19 @@ enum class Kind : std::uint8_t {
   sink,
   kill_old,
   kill_expired,
-  move
+  move,
+  set
 };
-inline constexpr int kKinds = 9;
+inline constexpr int kKinds = 10;
 
 /// What a script recorded: the kind, its numbers in the order of Facts::numbers, its shapes.
 struct Action {
   Kind kind = Kind::move;
   std::vector<double> numbers;
-  std::vector<shapes::Shape> shapes;
+  std::vector<shapes::Shape> shapes;   // the action's own, then those that its expressions name
+  Expression where{};                  // a truth; empty: all particles
+  std::int32_t target = -1;            // set: the attribute
+  std::vector<Expression> values{};    // set: one a component
 
   bool operator==(const Action&) const = default;
 };
@@ -54,10 +60,16 @@ const Facts& facts(Kind kind);
 /// The kind of that name; throws std::invalid_argument for a name that no action has.
 Kind kind_of(const std::string& name);
 
+/// Attributes that the action touches in a system of this schema, a bit each: with what its expressions read.
+std::uint64_t reads(const Action& action, const particles::Schema& schema);
+std::uint64_t writes(const Action& action, const particles::Schema& schema);
+
 /// Whether the action reads or writes a *_b attribute.
-bool uses_copies(const Action& action);
+bool uses_copies(const Action& action, const particles::Schema& schema);
 
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Action& action);
+/// The same for its expressions, which name columns of a schema.
+void check(const Action& action, const particles::Schema& schema);
 
 }  // namespace motes::actions

@@ -6,16 +6,6 @@
 
 namespace motes::MOTES_ISA {
 
-/// Two standard normal numbers from two words (Box and Muller).
-MOTES_INLINE void normal_pair(Words a, Words b, Floats& first, Floats& second) {
-  const Floats u = (to_floats((Ints)(a >> 8)) + 1.0f) * 0x1p-24f;  // (0, 1]: the logarithm is finite
-  const Floats r = sqrt(max(-2.0f * log(u), Floats{}));
-  Floats cosine, sine;
-  cos_sin_turn(unit(b), cosine, sine);
-  first = r * cosine;
-  second = r * sine;
-}
-
 MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
   const Floats3 first = all3(d.first);
   const Floats3 second = all3(d.second);

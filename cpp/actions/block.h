@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "actions/expression.h"
 #include "particles/streams.h"
 #include "shapes/shape.h"
 
@@ -30,8 +31,16 @@ struct Step {
 struct Parameters {
   const double* number;
   const shapes::Shape* shape;
-  bool flag;                 // move: whether orientations turn
+  bool flag = false;         // move: whether orientations turn
+  int target = 0;            // set: the attribute's first component, its width, and its compiled values
+  int width = 0;
+  const Instruction* code[3] = {};
+  std::size_t length[3] = {};
+  float* scratch = nullptr;  // for expressions: kScratch floats
 };
+
+/// A stack of kDepth block-wide values, above up to two results that wait.
+inline constexpr std::size_t kScratch = (kDepth + 2) * (512 + 16);
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

@@ -23,6 +23,10 @@ struct Distribution {
 struct Kernels {
   Kernel action[kKinds];
 
+  /// Runs a checked expression over a block: the result is at the start of `stack` (kScratch floats).
+  void (*evaluate)(const Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&,
+                   float* stack);
+
   /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
   /// step.stream says which stream.
   void (*draw)(const Distribution&, const Step&, const std::uint64_t* ids, std::size_t count, float* const* planes,

@@ -2,6 +2,7 @@
 #include "actions/births.h"
 #include "actions/bounce.h"
 #include "actions/damping.h"
+#include "actions/evaluate.h"
 #include "actions/gravity.h"
 #include "actions/kernels.h"
 #include "actions/kill.h"
@@ -45,7 +46,8 @@ void collect(const actions::Block& b, const float* axis, float low, float high, 
 
 extern const actions::Kernels action_kernels;
 const actions::Kernels action_kernels = {
-    {gravity, damping, random_acceleration, random_velocity, bounce, sink, kill_old, kill_expired, move},
+    {gravity, damping, random_acceleration, random_velocity, bounce, sink, kill_old, kill_expired, move, set},
+    evaluate,
     draw,
     jitter,
     contains,

@@ -68,6 +68,8 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
 void bind_shapes(py::module_& m) {
   py::class_<Shape>(m, "Shape")
       .def(py::init(&make_shape), py::arg("kind"), py::arg("numbers"))
+      .def_static("united", &shapes::unite, py::arg("shapes"))
+      .def_property_readonly("parts", [](const Shape& s) { return std::vector<Shape>(s.part, s.part + s.parts); })
       .def_property_readonly("kind", [](const Shape& s) { return shapes::name(s.kind); })
       .def_property_readonly(
           "numbers", [](const Shape& s) { return std::vector<float>(s.number, s.number + shapes::count(s.kind)); })

@@ -53,7 +53,8 @@ void Engine::record(int index, recording::Item item) {
   System& s = system(index);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
-    if (actions::uses_copies(*action)) s.keep_copies();
+    actions::check(*action, s.schema);
+    if (actions::uses_copies(*action, s.schema)) s.keep_copies();
   }
   if (const auto* birth = std::get_if<recording::Birth>(&item)) {
     recording::check(*birth, s.schema);

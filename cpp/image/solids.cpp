@@ -123,7 +123,8 @@ Ball bounds(const Shape& s) {
 
 void check_solid(const std::string& argument, const Solid& solid) {
   const Kind kind = solid.shape.kind;
-  if (kind == Kind::point || kind == Kind::line) {
+  if (kind != Kind::plane && kind != Kind::box && kind != Kind::sphere && kind != Kind::disc &&
+      kind != Kind::rectangle) {
     throw std::invalid_argument(argument + " must be a Plane, Box, Sphere, Disc or Rectangle, got a " +
                                 shapes::name(kind));
   }

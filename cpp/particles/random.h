@@ -2,6 +2,7 @@
 #pragma once
 
 #include "particles/streams.h"
+#include "simd/elementary.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -27,6 +28,16 @@ MOTES_INLINE Words4 philox(Words4 counter, std::uint32_t key_low, std::uint32_t 
 
 /// Uniform in [0, 1), a multiple of 2^-24.
 MOTES_INLINE Floats unit(Words words) { return to_floats((Ints)(words >> 8)) * 0x1p-24f; }
+
+/// Two standard normal numbers from two words (Box and Muller).
+MOTES_INLINE void normal_pair(Words a, Words b, Floats& first, Floats& second) {
+  const Floats u = (to_floats((Ints)(a >> 8)) + 1.0f) * 0x1p-24f;  // (0, 1]: the logarithm is finite
+  const Floats r = sqrt(max(-2.0f * log(u), Floats{}));
+  Floats cosine, sine;
+  cos_sin_turn(unit(b), cosine, sine);
+  first = r * cosine;
+  second = r * sine;
+}
 
 /// The draws of one stream for the particles in one vector.
 struct Draws {

@@ -42,9 +42,18 @@ int Schema::add(const std::string& name, int width, std::array<float, 3> initial
   if (width != 1 && width != 3) {
     throw std::invalid_argument("attribute '" + name + "' must have 1 or 3 numbers, got " + std::to_string(width));
   }
+  if (size() == 64) throw std::invalid_argument("a system must have at most 64 attributes");
   attributes_.push_back({name, width, initial, components_});
   components_ += width;
   return size() - 1;
+}
+
+int Schema::attribute_of(int component) const {
+  int attribute = 0;
+  while (attribute + 1 < size() && attributes_[static_cast<std::size_t>(attribute + 1)].first_component <= component) {
+    ++attribute;
+  }
+  return attribute;
 }
 
 int Schema::find(std::string_view name) const {

@@ -49,7 +49,7 @@ class Schema {
   Schema();
 
   /// Adds a user's attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or
-  /// no identifier, and for a width other than 1 or 3.
+  /// no identifier, for a width other than 1 or 3, and for more than 64 attributes.
   int add(const std::string& name, int width, std::array<float, 3> initial);
 
   const std::vector<Attribute>& attributes() const { return attributes_; }
@@ -59,6 +59,9 @@ class Schema {
 
   /// The attribute's index, or -1.
   int find(std::string_view name) const;
+
+  /// The attribute that a component belongs to.
+  int attribute_of(int component) const;
 
   bool operator==(const Schema&) const = default;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstring>
 
 #include "particles/schema.h"
 #include "particles/streams.h"
@@ -13,23 +14,28 @@ namespace {
 using particles::kBlock;
 using particles::Store;
 
-bool turns(const Store& store) {
+constexpr std::uint64_t kTurning = 1u << particles::up | 1u << particles::rotational_velocity;
+
+// Whether a particle of this store may spin: it does, or an action of the list will make it.
+bool turns(const Store& store, const std::vector<actions::Action>& list) {
   const std::array<float, 3> spin = store.uniform_value(particles::rotational_velocity);
-  return !store.uniform(particles::rotational_velocity) || spin[0] != 0 || spin[1] != 0 || spin[2] != 0;
+  if (!store.uniform(particles::rotational_velocity) || spin[0] != 0 || spin[1] != 0 || spin[2] != 0) return true;
+  return std::any_of(list.begin(), list.end(), [&](const actions::Action& action) {
+    return (actions::writes(action, store.schema()) >> particles::rotational_velocity & 1u) != 0;
+  });
 }
 
-// What an action touches in this store: without spin, move leaves the orientations alone.
-std::uint32_t drop_turning(const actions::Action& action, const Store& store, std::uint32_t mask) {
-  const bool still = action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns(store));
-  return still ? mask & ~(1u << particles::up | 1u << particles::rotational_velocity) : mask;
+// Without spin, move leaves the orientations alone and they take no memory.
+std::uint64_t untouched(const actions::Action& action, bool turns) {
+  return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
 
 // The planes of the attributes that a program touches, at a block's first particle. A uniform attribute that is only
 // read is a page of its value.
 class Planes {
  public:
-  Planes(Store& store, std::uint32_t touched) : current_(static_cast<std::size_t>(store.schema().components())) {
-    for (int a = 0; a < particles::builtin_count; ++a) {
+  Planes(Store& store, std::uint64_t touched) : current_(static_cast<std::size_t>(store.schema().components())) {
+    for (int a = 0; a < store.schema().size(); ++a) {
       if ((touched >> a & 1u) == 0) continue;
       const particles::Attribute& attribute = store.schema()[a];
       for (int c = 0; c < attribute.width; ++c) {
@@ -71,18 +77,46 @@ void collect(const actions::Block& block, const float* axis, const Slice& slice,
   std::copy_n(left_here.data(), left_count, outcome.left.data() + left);
 }
 
+std::vector<int> components_of(std::uint64_t attributes, const particles::Schema& schema) {
+  std::vector<int> components;
+  for (int a = 0; a < schema.size(); ++a) {
+    for (int c = 0; (attributes >> a & 1u) != 0 && c < schema[a].width; ++c) {
+      components.push_back(schema[a].first_component + c);
+    }
+  }
+  return components;
+}
+
 }  // namespace
 
 Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
 
-std::vector<Program::Operation> Program::bind(Store& store) const {
+std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
   std::vector<Operation> operations;
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
-    const actions::Parameters parameters{action.numbers.data(), action.shapes.data(),
-                                         action.kind == actions::Kind::move && action.numbers[0] != 0 && turns(store)};
-    operations.push_back({actions::kernels().action[static_cast<std::size_t>(action.kind)], parameters,
-                          particles::action + place_ + static_cast<std::uint32_t>(i)});
+    Operation operation;
+    operation.kernel = actions::kernels().action[static_cast<std::size_t>(action.kind)];
+    operation.stream = particles::action + place_ + static_cast<std::uint32_t>(i);
+    operation.where = &action.where;
+    actions::Parameters& p = operation.parameters;
+    p.number = action.numbers.data();
+    p.shape = action.shapes.data();
+    p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
+    p.scratch = scratch;
+    if (action.target >= 0) {
+      p.target = store.schema()[action.target].first_component;
+      p.width = store.schema()[action.target].width;
+    }
+    for (std::size_t v = 0; v < action.values.size() && v < 3; ++v) {
+      p.code[v] = action.values[v].data();
+      p.length[v] = action.values[v].size();
+    }
+    if (!action.where.empty()) {
+      const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
+      operation.written = components_of(writes, store.schema());
+    }
+    operations.push_back(std::move(operation));
   }
   return operations;
 }
@@ -91,16 +125,18 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
                   const Slice& slice, Outcome& outcome) const {
   if (list_.empty() || begin >= store.size()) return;
   const simd::FloatMode mode;
-  std::uint32_t reads = 0;
-  std::uint32_t writes = 0;
+  const bool spins = turns(store, list_);
+  std::uint64_t reads = 0;
+  std::uint64_t writes = 0;
   for (const actions::Action& action : list_) {
-    reads |= drop_turning(action, store, actions::facts(action.kind).reads);
-    writes |= drop_turning(action, store, actions::facts(action.kind).writes);
+    reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
+    writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
   }
-  for (int a = 0; a < particles::builtin_count; ++a) {
+  for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  const std::vector<Operation> operations = bind(store);
+  std::vector<float> scratch(actions::kScratch);
+  const std::vector<Operation> operations = bind(store, spins, scratch.data());
   Planes planes(store, reads | writes);
   const float* axis = store.plane(particles::position, slice.axis);
   const float dt = static_cast<float>(span.dt / span.substeps);
@@ -114,11 +150,38 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
                         static_cast<std::uint32_t>(substep);
       for (std::size_t o = substep == span.first ? entry : 0; o < operations.size(); ++o) {
         const Operation& operation = operations[o];
-        operation.kernel(operation.parameters, block, {dt, step, operation.stream, key});
+        const actions::Step now{dt, step, operation.stream, key};
+        if (operation.where->empty()) {
+          operation.kernel(operation.parameters, block, now);
+        } else {
+          run_where(operation, block, now);
+        }
       }
     }
     collect(block, axis == nullptr ? nullptr : axis + at, slice, at, outcome);
     dead.fill(0);
+  }
+}
+
+// The action runs on the whole block; what it wrote is taken back where the condition does not hold.
+void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
+  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
+  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> dead;
+  static thread_local std::vector<float> before;
+  const actions::Parameters& p = operation.parameters;
+  actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block, p.scratch);
+  std::memcpy(mask.data(), p.scratch, block.count * sizeof(float));
+  std::memcpy(dead.data(), block.dead, block.count * sizeof(std::int32_t));
+  before.resize(operation.written.size() * kBlock);
+  for (std::size_t w = 0; w < operation.written.size(); ++w) {
+    std::memcpy(before.data() + w * kBlock, block.component[operation.written[w]], block.count * sizeof(float));
+  }
+  operation.kernel(p, block, step);
+  for (std::size_t i = 0; i < block.count; ++i) block.dead[i] = dead[i] | (block.dead[i] & mask[i]);
+  for (std::size_t w = 0; w < operation.written.size(); ++w) {
+    float* plane = block.component[operation.written[w]];
+    const float* saved = before.data() + w * kBlock;
+    for (std::size_t i = 0; i < block.count; ++i) plane[i] = mask[i] != 0 ? plane[i] : saved[i];
   }
 }
 

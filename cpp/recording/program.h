@@ -55,12 +55,15 @@ class Program {
 
  private:
   struct Operation {
-    actions::Kernel kernel;
-    actions::Parameters parameters;
-    std::uint32_t stream;
+    actions::Kernel kernel = nullptr;
+    actions::Parameters parameters{};
+    std::uint32_t stream = 0;
+    const actions::Expression* where = nullptr;
+    std::vector<int> written;  // components, where there is a condition
   };
 
-  std::vector<Operation> bind(particles::Store& store) const;
+  std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
+  static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 
   std::vector<actions::Action> list_;
   std::uint32_t place_;

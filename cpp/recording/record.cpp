@@ -53,11 +53,34 @@ void plain_list(Way& way, std::vector<T>& list) {
   for (T& value : list) way.plain(value);
 }
 
+// A union's parts have none themselves, so they are their kinds and numbers.
+void parts(Put& put, shapes::Shape& s) {
+  std::vector<shapes::Shape> list(s.part, s.part + s.parts);
+  put.length(list);
+  for (shapes::Shape& part : list) {
+    put.plain(part.kind);
+    put.plain(part.number);
+  }
+}
+
+void parts(Get& get, shapes::Shape& s) {
+  std::vector<shapes::Shape> list;
+  get.length(list);
+  for (shapes::Shape& part : list) {
+    get.plain(part.kind);
+    get.plain(part.number);
+    if (part.kind >= shapes::Kind::united) throw std::runtime_error("not a recorded list");
+  }
+  if (list.empty() || list.size() > shapes::kMostParts) throw std::runtime_error("not a recorded list");
+  s = shapes::unite(list);
+}
+
 // Field by field: padding inside the structs never reaches the bytes.
 template <class Way>
 void fields(Way& way, shapes::Shape& s) {
   way.plain(s.kind);
   way.plain(s.number);
+  if (s.kind == shapes::Kind::united) parts(way, s);
 }
 
 template <class Way>
@@ -69,11 +92,25 @@ void fields(Way& way, actions::Distribution& d) {
 }
 
 template <class Way>
+void fields(Way& way, actions::Expression& expression) {
+  way.length(expression);
+  for (actions::Instruction& instruction : expression) {
+    way.plain(instruction.op);
+    way.plain(instruction.index);
+    way.plain(instruction.value);
+  }
+}
+
+template <class Way>
 void fields(Way& way, actions::Action& a) {
   way.plain(a.kind);
   plain_list(way, a.numbers);
   way.length(a.shapes);
   for (shapes::Shape& shape : a.shapes) fields(way, shape);
+  fields(way, a.where);
+  way.plain(a.target);
+  way.length(a.values);
+  for (actions::Expression& value : a.values) fields(way, value);
 }
 
 template <class Way>

@@ -11,10 +11,8 @@ struct DiscLanes {
 
   static MOTES_INLINE DiscLanes from(const shapes::Shape& s) {
     const Float3 n = unit(of(s.number + 3));
-    // Any axis that is not nearly parallel to the normal gives a basis of the plane.
-    const Float3 axis = n.x * n.x < 0.5f ? Float3{1, 0, 0} : Float3{0, 1, 0};
-    const Float3 u = unit(cross(n, axis));
-    return {of(s.number), n, u, cross(n, u), s.number[6], s.number[7]};
+    const Basis basis = basis_of(n);
+    return {of(s.number), n, basis.u, basis.v, s.number[6], s.number[7]};
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {

@@ -34,9 +34,10 @@ struct Crossing {
 MOTES_INLINE Crossing cross_plane(Float3 point, Float3 normal, Floats3 p, Floats3 path) {
   const Floats before = dot(p - all3(point), all3(normal));
   const Floats change = dot(path, all3(normal));
-  const Floats after = before + change;
+  // The side on which the next step will see the particle, to the last bit: before + change may say another one.
+  const Floats after = dot((p + path) - all3(point), all3(normal));
   const Mask mask = ((before > 0.0f) & (after <= 0.0f)) | ((before < 0.0f) & (after >= 0.0f));
-  const Floats part = select(mask, before / -change, Floats{});
+  const Floats part = select(mask & (change != 0.0f), min(max(before / -change, Floats{}), all(1.0f)), Floats{});
   const Floats side = select(before > 0.0f, all(1.0f), all(-1.0f));
   return {mask, part, p + path * part, all3(normal) * side};
 }

@@ -1,9 +1,12 @@
 #include "shapes/shape.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
+#include <utility>
 
 namespace motes::shapes {
 namespace {
@@ -15,13 +18,18 @@ struct Facts {
   int count;
 };
 constexpr Facts kFacts[kKinds] = {{"Point", 3}, {"Line", 6}, {"Rectangle", 9}, {"Disc", 8},
-                                  {"Plane", 6}, {"Box", 6},  {"Sphere", 5}};
+                                  {"Plane", 6}, {"Box", 6},  {"Sphere", 5},    {"Triangle", 9},
+                                  {"Cylinder", 8}, {"Cone", 8}, {"Blob", 4}, {"Union", 0}};
 
 using Vector = std::array<double, 3>;
 
 Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
 Vector cross(Vector a, Vector b) {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+Vector between(const Shape& s, int from, int to) {
+  const Vector a = vector_at(s, from), b = vector_at(s, to);
+  return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
 }
 double length(Vector a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 
@@ -40,6 +48,31 @@ void check_radii(const Shape& s, float radius, float inner) {
   if (!(inner >= 0 && inner <= radius)) {
     refuse(s, "inner_radius must be 0..radius, got " + std::to_string(inner));
   }
+}
+
+// Of a cylinder or cone: a cone has a third of the cylinder's volume and half the product of slant and circumference.
+double shell_measure(const Shape& s) {
+  const double height = length(between(s, 0, 3));
+  const double radius = s.number[6], inner = s.number[7];
+  if (radius != inner) {
+    const double volume = kPi * (radius * radius - inner * inner) * height;
+    return s.kind == Kind::cone ? volume / 3 : volume;
+  }
+  if (s.kind == Kind::cylinder) return 2 * kPi * radius * height;
+  return kPi * radius * std::sqrt(height * height + radius * radius);
+}
+
+double add_measure(double sum, const Shape& s) { return sum + measure(s); }
+
+void share_out(std::vector<Shape>& parts) {
+  const double total = std::accumulate(parts.begin(), parts.end(), 0.0, add_measure);
+  const bool by_measure = total > 0 && std::isfinite(total);
+  double sum = 0;
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    sum += by_measure ? measure(parts[i]) : 1;
+    parts[i].upto = static_cast<float>(sum / (by_measure ? total : static_cast<double>(parts.size())));
+  }
+  parts.back().upto = 1;  // whatever the rounding of the sum: every number in [0, 1) picks a part
 }
 
 }  // namespace
@@ -73,6 +106,24 @@ void check(const Shape& s) {
       }
       break;
     case Kind::sphere: check_radii(s, s.number[3], s.number[4]); break;
+    case Kind::triangle:
+      if (!direction(cross(between(s, 0, 3), between(s, 0, 6)))) refuse(s, "p0, p1 and p2 must span an area");
+      break;
+    case Kind::cylinder:
+      if (!direction(between(s, 0, 3))) refuse(s, "p0 and p1 must differ");
+      check_radii(s, s.number[6], s.number[7]);
+      break;
+    case Kind::cone:
+      if (!direction(between(s, 0, 3))) refuse(s, "apex and base must differ");
+      check_radii(s, s.number[6], s.number[7]);
+      break;
+    case Kind::blob:
+      if (!(s.number[3] > 0)) refuse(s, "sigma must be > 0, got " + std::to_string(s.number[3]));
+      break;
+    case Kind::united:
+      if (s.parts == 0) refuse(s, "shapes must not be empty");
+      for (int i = 0; i < s.parts; ++i) check(s.part[i]);
+      break;
     case Kind::point:
     case Kind::line: break;
   }
@@ -84,12 +135,46 @@ double measure(const Shape& s) {
     case Kind::point: return 0;
     case Kind::line: return length({n(3) - n(0), n(4) - n(1), n(5) - n(2)});
     case Kind::rectangle: return length(cross(vector_at(s, 3), vector_at(s, 6)));
-    case Kind::disc: return kPi * (n(6) * n(6) - n(7) * n(7));
+    case Kind::disc: return n(6) == n(7) ? 2 * kPi * n(6) : kPi * (n(6) * n(6) - n(7) * n(7));
     case Kind::plane: return std::numeric_limits<double>::infinity();
     case Kind::box: return (n(3) - n(0)) * (n(4) - n(1)) * (n(5) - n(2));
-    case Kind::sphere: return 4.0 / 3.0 * kPi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
+    case Kind::sphere:
+      if (n(3) == n(4)) return 4 * kPi * n(3) * n(3);
+      return 4.0 / 3.0 * kPi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
+    case Kind::triangle: return length(cross(between(s, 0, 3), between(s, 0, 6))) / 2;
+    case Kind::cylinder:
+    case Kind::cone: return shell_measure(s);
+    case Kind::blob: return std::numeric_limits<double>::infinity();
+    case Kind::united: return std::accumulate(s.part, s.part + s.parts, 0.0, add_measure);
   }
   return 0;
+}
+
+bool Shape::operator==(const Shape& other) const {
+  return kind == other.kind && std::equal(number, number + kNumbers, other.number) &&
+         std::equal(part, part + parts, other.part, other.part + other.parts);
+}
+
+Shape unite(const std::vector<Shape>& shapes) {
+  auto parts = std::make_shared<std::vector<Shape>>();
+  for (const Shape& shape : shapes) {
+    if (shape.kind == Kind::united) {
+      parts->insert(parts->end(), shape.part, shape.part + shape.parts);
+    } else {
+      parts->push_back(shape);
+    }
+  }
+  if (parts->empty() || parts->size() > kMostParts) {
+    throw std::invalid_argument("Union: there must be 1.." + std::to_string(kMostParts) + " shapes, got " +
+                                std::to_string(parts->size()));
+  }
+  share_out(*parts);
+  Shape whole;
+  whole.kind = Kind::united;
+  whole.part = parts->data();
+  whole.parts = static_cast<int>(parts->size());
+  whole.owner = std::move(parts);
+  return whole;
 }
 
 }  // namespace motes::shapes

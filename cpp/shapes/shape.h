@@ -2,30 +2,62 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <string>
+#include <vector>
 
 namespace motes::shapes {
 
-enum class Kind : std::uint8_t { point, line, rectangle, disc, plane, box, sphere };
-inline constexpr int kKinds = 7;
+/// The numbers are written into recorded scenes: new kinds stand at the end.
+enum class Kind : std::uint8_t {
+  point,
+  line,
+  rectangle,
+  disc,
+  plane,
+  box,
+  sphere,
+  triangle,
+  cylinder,
+  cone,
+  blob,
+  united
+};
+inline constexpr int kKinds = 12;
 
-/// Most numbers that one shape needs (a rectangle's three vectors).
+/// Most numbers that one shape needs (three vectors).
 inline constexpr int kNumbers = 9;
 
 /// The kind and its numbers, in metres, in the order of the constructor's arguments:
 ///   point p | line p0 p1 | rectangle origin u v | disc center normal radius inner_radius | plane point normal
-///   | box low high | sphere center radius inner_radius
+///   | box low high | sphere center radius inner_radius | triangle p0 p1 p2 | cylinder p0 p1 radius inner_radius
+///   | cone apex base radius inner_radius | blob center sigma | united (none: see unite())
 struct Shape {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
 
-  bool operator==(const Shape&) const = default;
+  // A union's parts, none of them a union, as plain pointers: kernels call nothing of the standard library.
+  const Shape* part = nullptr;
+  int parts = 0;
+  float upto = 1;  // of a part: a number in 0..1 below this, and not below that of the part before, picks it
+  std::shared_ptr<const std::vector<Shape>> owner;
+
+  /// Equal kind, numbers and parts.
+  bool operator==(const Shape& other) const;
 };
+
+/// The union of the shapes, in order; a union among them counts as its parts. Its measure is the sum of theirs, and it
+/// is drawn from a part that is picked by measure, where m, m^2 and m^3 count alike; by equal chances where all measures
+/// are 0 or one is infinite. Where parts overlap, points there count for each. Throws std::invalid_argument where there
+/// is no shape, or more than kMostParts.
+Shape unite(const std::vector<Shape>& shapes);
+inline constexpr std::size_t kMostParts = 65536;
 
 /// Throws std::invalid_argument, naming the argument, where a number is not finite or the shape is degenerate.
 void check(const Shape& shape);
 
-/// Length, area or volume in metres to the power of the shape's dimension; 0 for a point, infinite for a plane.
+/// Length, area or volume in metres to the power of the shape's dimension; 0 for a point, infinite for a plane and a
+/// blob. A disc, cylinder, cone or sphere whose two radii are equal is a curve or surface, and measured as such.
 double measure(const Shape& shape);
 
 /// How many numbers a shape of this kind has.

@@ -1,4 +1,4 @@
-// From a shape's kind to its code. A new shape adds its file and one line here.
+// From a shape's kind to its code. A new shape adds its file and one line here, or in rare.h and rare_lanes.cpp.
 #pragma once
 
 #include "shapes/box.h"
@@ -6,6 +6,7 @@
 #include "shapes/line.h"
 #include "shapes/plane.h"
 #include "shapes/point.h"
+#include "shapes/rare.h"
 #include "shapes/rectangle.h"
 #include "shapes/sphere.h"
 
@@ -22,6 +23,7 @@ MOTES_INLINE void visit(const shapes::Shape& shape, const Use& use) {
     case shapes::Kind::plane: return use(PlaneLanes::from(shape));
     case shapes::Kind::box: return use(BoxLanes::from(shape));
     case shapes::Kind::sphere: return use(SphereLanes::from(shape));
+    default: return use(RareLanes::from(shape));
   }
 }
 

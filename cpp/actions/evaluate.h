@@ -1,0 +1,106 @@
+// Expressions over a block: each instruction is a loop, so that its cost is that of its arithmetic.
+#pragma once
+
+#include "actions/expression.h"
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+/// Values of one stack level for a block.
+inline constexpr std::size_t kLevel = 512 + 16;
+
+template <class Compute>
+MOTES_INLINE void each(std::size_t count, const Compute& compute) {
+  for (std::size_t i = 0; i < count; i += kLanes) compute(i);
+}
+
+MOTES_INLINE void push_inside(const shapes::Shape& shape, const actions::Block& b, float* to) {
+  visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
+    each(b.count, [&](std::size_t i) __attribute__((always_inline)) {
+      store(to + i, (Floats)lanes.contains(load3(b, kPositionAt, i)));
+    });
+  });
+}
+
+template <class Compute>
+MOTES_INLINE void binary(std::size_t count, float* a, const float* b, const Compute& compute) {
+  each(count, [&](std::size_t i) __attribute__((always_inline)) { store(a + i, compute(load(a + i), load(b + i))); });
+}
+
+template <class Compute>
+MOTES_INLINE void unary(std::size_t count, float* a, const Compute& compute) {
+  each(count, [&](std::size_t i) __attribute__((always_inline)) { store(a + i, compute(load(a + i))); });
+}
+
+MOTES_INLINE Floats floor(Floats v) {
+  // Numbers of 2^23 and more are whole; the conversion is exact below.
+  const Floats whole = to_floats(to_ints(select(abs(v) < 8388608.0f, v, Floats{})));
+  const Floats down = select(whole > v, whole - 1.0f, whole);
+  return select(abs(v) < 8388608.0f, down, v);
+}
+
+#define MOTES_BINARY(expression) \
+  binary(n, a, top, [](Floats x, Floats y) __attribute__((always_inline)) { return (Floats)(expression); })
+#define MOTES_UNARY(expression) unary(n, top, [](Floats x) __attribute__((always_inline)) { return (Floats)(expression); })
+
+/// Runs checked instructions; the result is at the stack's first level (a truth: all bits set or none).
+inline void evaluate(const actions::Instruction* code, std::size_t length, const shapes::Shape* shapes,
+                     const actions::Block& b, float* stack) {
+  using actions::Op;
+  const std::size_t n = b.count;
+  float* next = stack;
+  for (std::size_t k = 0; k < length; ++k) {
+    const actions::Instruction& instruction = code[k];
+    float* top = next - kLevel;
+    float* a = top - kLevel;
+    switch (instruction.op) {
+      case Op::constant:
+        each(n, [&](std::size_t i) __attribute__((always_inline)) { store(next + i, all(instruction.value)); });
+        next += kLevel;
+        continue;
+      case Op::column:
+        each(n, [&](std::size_t i)
+                    __attribute__((always_inline)) { store(next + i, load(b.component[instruction.index] + i)); });
+        next += kLevel;
+        continue;
+      case Op::inside:
+        push_inside(shapes[instruction.index], b, next);
+        next += kLevel;
+        continue;
+      case Op::negate: MOTES_UNARY(-x); continue;
+      case Op::absolute: MOTES_UNARY(abs(x)); continue;
+      case Op::square_root: MOTES_UNARY(sqrt(x)); continue;
+      case Op::floor: MOTES_UNARY(floor(x)); continue;
+      case Op::invert: MOTES_UNARY(~(Mask)x); continue;
+      case Op::add: MOTES_BINARY(x + y); break;
+      case Op::subtract: MOTES_BINARY(x - y); break;
+      case Op::multiply: MOTES_BINARY(x * y); break;
+      case Op::divide: MOTES_BINARY(x / y); break;
+      case Op::minimum: MOTES_BINARY(min(x, y)); break;
+      case Op::maximum: MOTES_BINARY(max(x, y)); break;
+      case Op::less: MOTES_BINARY(x < y); break;
+      case Op::less_equal: MOTES_BINARY(x <= y); break;
+      case Op::equal: MOTES_BINARY(x == y); break;
+      case Op::both: MOTES_BINARY((Mask)x & (Mask)y); break;
+      case Op::either: MOTES_BINARY((Mask)x | (Mask)y); break;
+    }
+    next = top;
+  }
+}
+#undef MOTES_BINARY
+#undef MOTES_UNARY
+
+/// set: attribute = values, computed from the particle as it was before the action.
+inline void set(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
+  for (int c = 0; c < p.width; ++c) {
+    float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
+    evaluate(p.code[c], p.length[c], p.shape, b, result);
+  }
+  for (int c = 0; c < p.width; ++c) {
+    const float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
+    each(b.count, [&](std::size_t i)
+                      __attribute__((always_inline)) { store(b.component[p.target + c] + i, load(result + i)); });
+  }
+}
+
+}  // namespace motes::MOTES_ISA

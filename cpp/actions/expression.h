@@ -1,0 +1,58 @@
+// Expressions of columns as plain values: what `where=` tests and `set` computes, compiled by the script into a list
+// of instructions for a stack of block-wide values.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace motes::actions {
+
+enum class Op : std::uint8_t {
+  // push a number
+  constant,  // value
+  column,    // index: a component of the schema
+  // number(s) -> number
+  negate,
+  absolute,
+  square_root,
+  floor,
+  add,
+  subtract,
+  multiply,
+  divide,
+  minimum,
+  maximum,
+  // numbers -> truth
+  less,
+  less_equal,
+  equal,
+  // push a truth
+  inside,  // index: one of the action's shapes holds the particle
+  // truth(s) -> truth
+  both,
+  either,
+  invert,
+};
+inline constexpr int kOps = 19;
+
+struct Instruction {
+  Op op = Op::constant;
+  std::int32_t index = 0;
+  float value = 0;
+
+  bool operator==(const Instruction&) const = default;
+};
+
+using Expression = std::vector<Instruction>;
+
+/// Deepest stack that an expression may need.
+inline constexpr int kDepth = 16;
+
+enum class Type : std::uint8_t { number, truth };
+
+/// What the expression leaves on the stack. Throws std::invalid_argument where it is none: an operand is missing or of
+/// the wrong type, an index does not exist, the stack is deeper than kDepth, more or less than one value is left.
+Type check(const Expression& expression, int components, int shapes);
+
+}  // namespace motes::actions

@@ -1,0 +1,28 @@
+// A cloud without border: three independent normal numbers around a centre. Contains what is within one sigma.
+#pragma once
+
+#include "shapes/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+struct BlobLanes {
+  Float3 center;
+  float sigma;
+
+  static MOTES_INLINE BlobLanes from(const shapes::Shape& s) { return {of(s.number), s.number[3]}; }
+  MOTES_INLINE Mask contains(Floats3 p) const {
+    const Floats3 d = p - all3(center);
+    return dot(d, d) <= sigma * sigma;
+  }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    Floats3 n{};
+    Floats unused;
+    normal_pair(words.a, words.b, n.x, n.y);
+    normal_pair(words.c, words.d, n.z, unused);
+    return all3(center) + n * sigma;
+  }
+  MOTES_INLINE Hit hit(Floats3, Floats3) const { return no_hit(); }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,33 @@
+// The points between two cones that share an apex and end at a base: the radii are those at the base. With inner radius
+// 0: solid; with both radii equal: the side alone, without thickness, open at the base.
+#pragma once
+
+#include "shapes/shell.h"
+
+namespace motes::MOTES_ISA {
+
+struct ConeLanes {
+  Shell shell;
+  float radius, inner;
+
+  static MOTES_INLINE ConeLanes from(const shapes::Shape& s) {
+    const Float3 apex = of(s.number), base = of(s.number + 3);
+    const Float3 axis = minus(base, apex);
+    const float height = __builtin_sqrtf(dot(axis, axis));
+    const float radius = s.number[6], inner = s.number[7];
+    return {Shell::from(apex, base, {0.0f, radius / height}, {0.0f, inner / height}), radius, inner};
+  }
+  MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    // Uniform by volume: cross-sections grow with the square of the distance from the apex, the side's rings with it.
+    const Floats u = unit(words.a);
+    const Floats along = inner == radius ? sqrt(u) : cube_root(u);
+    const float inner2 = inner * inner;
+    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
+    return shell.point(along, along * r, unit(words.c));
+  }
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
+};
+
+}  // namespace motes::MOTES_ISA

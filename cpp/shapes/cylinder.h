@@ -1,0 +1,28 @@
+// The points around an axis from p0 to p1 between two distances. With inner radius 0: solid; with both radii equal: an
+// open tube without thickness; else a pipe with a bore.
+#pragma once
+
+#include "shapes/shell.h"
+
+namespace motes::MOTES_ISA {
+
+struct CylinderLanes {
+  Shell shell;
+  float radius, inner;
+
+  static MOTES_INLINE CylinderLanes from(const shapes::Shape& s) {
+    const float radius = s.number[6], inner = s.number[7];
+    return {Shell::from(of(s.number), of(s.number + 3), {radius, 0.0f}, {inner, 0.0f}), radius, inner};
+  }
+  MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    // Uniform by volume: the squared distance is uniform.
+    const float inner2 = inner * inner;
+    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
+    return shell.point(unit(words.a), r, unit(words.c));
+  }
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
+};
+
+}  // namespace motes::MOTES_ISA

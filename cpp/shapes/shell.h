@@ -1,0 +1,167 @@
+// What cylinders and cones share: the space between two walls around an axis, cut off by a plane at either end.
+//
+// Along a straight path each of the three regions (between the planes, within the outer wall, within the bore) is one
+// stretch of the path. The first end of a stretch of the material that lies ahead is the hit, so there is no seam
+// between wall and cap through which a fast particle could slip.
+#pragma once
+
+#include "shapes/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+/// A wall around the axis: its radius at the axis's start, and how much the radius grows per metre along the axis.
+struct Wall {
+  float start, slope;
+};
+
+/// The parts of a path between `from` and `to`; none where from > to.
+struct Stretch {
+  Floats from, to;
+};
+
+inline constexpr float kEndless = __builtin_inff();
+MOTES_INLINE Stretch nowhere() { return {all(kEndless), all(-kEndless)}; }
+MOTES_INLINE Stretch select(Mask mask, Stretch yes, Stretch no) {
+  return {select(mask, yes.from, no.from), select(mask, yes.to, no.to)};
+}
+
+struct Shell {
+  Float3 start, axis, u, v;
+  float length;
+  Wall outer, inner;
+  bool bored, thin;  // thin: both walls are one
+
+  static MOTES_INLINE Shell from(Float3 start, Float3 end, Wall outer, Wall inner) {
+    const Float3 whole = minus(end, start);
+    const Float3 axis = unit(whole);
+    const Basis basis = basis_of(axis);
+    const bool bored = inner.start > 0.0f || inner.slope > 0.0f;
+    const bool thin = inner.start == outer.start && inner.slope == outer.slope;
+    return {start, axis, basis.u, basis.v, __builtin_sqrtf(dot(whole, whole)), outer, inner, bored, thin};
+  }
+
+  MOTES_INLINE Mask contains(Floats3 p) const {
+    const Place at = place(p);
+    const Floats most = outer.start + outer.slope * at.height;
+    const Floats least = inner.start + inner.slope * at.height;
+    const Floats across2 = dot(at.across, at.across);
+    return (at.height >= 0.0f) & (at.height <= length) & (across2 <= most * most) & (across2 >= least * least);
+  }
+
+  /// The point at the part `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn around it.
+  MOTES_INLINE Floats3 point(Floats along, Floats distance, Floats turn) const {
+    Floats cosine, sine;
+    cos_sin_turn(turn, cosine, sine);
+    const Floats3 across = all3(u) * (distance * cosine) + all3(v) * (distance * sine);
+    return all3(start) + all3(axis) * (along * length) + across;
+  }
+
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+    const Place at = place(p);
+    const Place by = split(path);
+    const Stretch caps = between_caps(at, by);
+    const Stretch side = within(outer, at, by);
+    const Stretch bore = bored ? within(inner, at, by) : nowhere();
+    const Border border = first_border(caps, side, bore);
+    // A path may end so near to a border that only the rounding of its end decides; what counts is where the next step
+    // will see the particle.
+    const Mask crosses = region(p) ^ region(p + path);
+    const Mask mask = border.mask & ((border.part <= 1.0f) | (crosses & (border.part < 2.0f)));
+    const Floats part = select(mask, min(border.part, all(1.0f)), Floats{});
+    const Floats3 out = wall_normal(at.across + by.across * part, select(border.of_bore, all(inner.slope), all(outer.slope)));
+    const Floats3 from_wall = out * select(border.outward, all(1.0f), all(-1.0f));
+    const Floats3 from_cap = all3(axis) * select(by.height > 0.0f, all(-1.0f), all(1.0f));
+    return {mask, part, select(border.of_cap, from_cap, from_wall)};
+  }
+
+ private:
+  /// A point, or a path, along the axis and across it.
+  struct Place {
+    Floats height;
+    Floats3 across;
+  };
+  MOTES_INLINE Place split(Floats3 d) const {
+    const Floats height = dot(d, all3(axis));
+    return {height, d - all3(axis) * height};
+  }
+  MOTES_INLINE Place place(Floats3 p) const { return split(p - all3(start)); }
+
+  /// On which side of the surface a point is.
+  MOTES_INLINE Mask region(Floats3 p) const {
+    if (!thin) return contains(p);
+    const Place at = place(p);
+    const Floats r = outer.start + outer.slope * at.height;
+    return (r > 0.0f) & (dot(at.across, at.across) < r * r);
+  }
+
+  MOTES_INLINE Stretch between_caps(const Place& at, const Place& by) const {
+    const Mask still = by.height == 0.0f;
+    const Floats inverse = all(1.0f) / select(still, all(1.0f), by.height);
+    const Floats to_start = -at.height * inverse;
+    const Floats to_end = (length - at.height) * inverse;
+    const Mask inside = (at.height >= 0.0f) & (at.height <= length);
+    const Stretch standing = select(inside, Stretch{all(-kEndless), all(kEndless)}, nowhere());
+    return select(still, standing, {min(to_start, to_end), max(to_start, to_end)});
+  }
+
+  /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the part s of the path. Where the path is steeper than a cone's
+  /// side (a < 0) it stays within the cone beyond one root, and within the cone's mirror image beyond the other.
+  static MOTES_INLINE Stretch within(Wall wall, const Place& at, const Place& by) {
+    const Floats radius = wall.start + wall.slope * at.height;
+    const Floats growth = wall.slope * by.height;
+    const Floats a = (dot(by.across, by.across) - growth * growth) + 0.0f;  // never -0: its inverse would be -infinite
+    const Floats b = dot(at.across, by.across) - radius * growth;
+    const Floats c = dot(at.across, at.across) - radius * radius;
+    const Floats square = b * b - a * c;
+    const Floats root = sqrt(max(square, Floats{}));
+    // The roots are q / a and c / q: nothing cancels.
+    const Floats q = select(b > 0.0f, -(b + root), root - b);
+    const Mask flat = q == 0.0f;
+    const Floats one = q / select(flat, all(1.0f), a);
+    const Floats other = c / select(flat, all(1.0f), q);
+    const Floats first = min(one, other), last = max(one, other);
+    const Stretch steep = select(by.height > 0.0f, Stretch{last, all(kEndless)}, Stretch{all(-kEndless), first});
+    const Stretch met = select(a < 0.0f, steep, select(square > 0.0f, Stretch{first, last}, nowhere()));
+    const Stretch still = select(c < 0.0f, Stretch{all(-kEndless), all(kEndless)}, nowhere());
+    return select(flat, still, met);
+  }
+
+  /// An end of a stretch of the material.
+  struct Border {
+    Mask mask;
+    Floats part;
+    Mask of_cap, of_bore;
+    Mask outward;  // the face that is hit looks away from the axis
+  };
+
+  /// The material is what lies between caps and side, without the bore: a stretch before the bore, one behind it.
+  static MOTES_INLINE Border first_border(const Stretch& caps, const Stretch& side, const Stretch& bore) {
+    const Stretch solid{max(caps.from, side.from), min(caps.to, side.to)};
+    const Mask hollow = bore.from <= bore.to;
+    const Floats bore_from = select(hollow, bore.from, all(kEndless));
+    const Floats bore_to = select(hollow, bore.to, all(kEndless));
+    const Stretch before{solid.from, min(solid.to, bore_from)};
+    const Stretch behind{max(solid.from, bore_to), solid.to};
+    const Mask enters_before = (before.from <= before.to) & (before.from >= 0.0f);
+    const Mask leaves_before = (before.from <= before.to) & (before.from < 0.0f) & (before.to > 0.0f);
+    const Mask near = enters_before | leaves_before;
+    const Mask enters_behind = ~near & (behind.from <= behind.to) & (behind.from >= 0.0f);
+    const Mask leaves_behind = ~near & (behind.from <= behind.to) & (behind.from < 0.0f) & (behind.to > 0.0f);
+    const Mask enters = enters_before | enters_behind;
+    const Mask leaves = leaves_before | leaves_behind;
+    const Stretch ahead = select(near, before, behind);
+    const Mask of_bore = (leaves_before & (bore_from < solid.to)) | (enters_behind & (bore_to > solid.from));
+    const Mask of_cap = ~of_bore & ((enters & (caps.from > side.from)) | (leaves & (caps.to < side.to)));
+    return {enters | leaves, select(enters, ahead.from, ahead.to), of_cap, of_bore,
+            (of_bore & leaves) | (~of_bore & enters)};
+  }
+
+  /// The outward normal of a wall where it is `across` from the axis.
+  MOTES_INLINE Floats3 wall_normal(Floats3 across, Floats slope) const {
+    const Floats radius = sqrt(max(dot(across, across), all(1e-30f)));
+    const Floats scale = all(1.0f) / sqrt(1.0f + slope * slope);
+    return (across * (all(1.0f) / radius) - all3(axis) * slope) * scale;
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,41 @@
+// The triangle between three points.
+#pragma once
+
+#include "shapes/plane.h"
+
+namespace motes::MOTES_ISA {
+
+struct TriangleLanes {
+  Float3 origin, u, v, normal;
+  Float3 to_a, to_b;  // reciprocal vectors of the edges: a point is origin + a u + b v
+
+  static MOTES_INLINE TriangleLanes from(const shapes::Shape& s) {
+    const Float3 origin = of(s.number);
+    const Float3 u = minus(of(s.number + 3), origin);
+    const Float3 v = minus(of(s.number + 6), origin);
+    const Float3 uxv = cross(u, v);
+    const float scale = 1.0f / dot(uxv, uxv);
+    return {origin, u, v, unit(uxv), times(cross(v, uxv), scale), times(cross(uxv, u), scale)};
+  }
+  MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
+  MOTES_INLINE Floats3 sample(Draws& draws) const {
+    const Words4 words = draws.words();
+    // Uniform by area: the far half of the parallelogram is turned onto the near one.
+    Floats a = unit(words.a), b = unit(words.b);
+    const Mask far = a + b > 1.0f;
+    a = select(far, 1.0f - a, a);
+    b = select(far, 1.0f - b, b);
+    return all3(origin) + all3(u) * a + all3(v) * b;
+  }
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+    const Crossing c = cross_plane(origin, normal, p, path);
+    const Floats3 from_origin = c.at - all3(origin);
+    const Floats a = dot(from_origin, all3(to_a));
+    const Floats b = dot(from_origin, all3(to_b));
+    constexpr float kSeam = 1e-6f;  // triangles that share an edge leave no gap between them
+    const Mask within = (a >= -kSeam) & (b >= -kSeam) & (a + b <= 1.0f + kSeam);
+    return {c.mask & within, c.part, c.normal};
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -40,7 +40,7 @@ struct Shape {
   const Shape* part = nullptr;
   int parts = 0;
   float upto = 1;  // of a part: a number in 0..1 below this, and not below that of the part before, picks it
-  std::shared_ptr<const std::vector<Shape>> owner;
+  std::shared_ptr<const std::vector<Shape>> owner = {};
 
   /// Equal kind, numbers and parts.
   bool operator==(const Shape& other) const;

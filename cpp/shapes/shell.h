@@ -41,6 +41,7 @@ struct Shell {
   }
 
   MOTES_INLINE Mask contains(Floats3 p) const {
+    if (thin) return Mask{};  // a surface: which side of it a sample is on is a matter of rounding
     const Place at = place(p);
     const Floats most = outer.start + outer.slope * at.height;
     const Floats least = inner.start + inner.slope * at.height;

@@ -5,6 +5,7 @@ from __future__ import annotations
 import importlib.metadata
 import importlib.util
 import json
+import os
 import platform
 import re
 import subprocess
@@ -138,7 +139,12 @@ def _output(words: list[str]) -> tuple[str, str]:
     """Run a program; its output, and its last words in case they tell why it failed."""
     try:
         answer = subprocess.run(
-            words, capture_output=True, text=True, timeout=HELLO_LIMIT_S, stdin=subprocess.DEVNULL
+            words,
+            capture_output=True,
+            text=True,
+            timeout=HELLO_LIMIT_S,
+            stdin=subprocess.DEVNULL,
+            env=os.environ,  # without what a started MPI added to the process's own
         )
     except subprocess.TimeoutExpired:
         return "", f"no end within {HELLO_LIMIT_S} s"

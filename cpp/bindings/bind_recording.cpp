@@ -1,3 +1,6 @@
+#include <algorithm>
+#include <iterator>
+
 #include "bindings/bindings.h"
 #include "recording/births.h"
 #include "recording/record.h"
@@ -62,8 +65,32 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
   return birth;
 }
 
-Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes) {
-  Action action{actions::kind_of(name), std::move(numbers), std::move(shapes)};
+using Steps = std::vector<std::tuple<std::string, int, double>>;
+
+// In the order of actions::Op.
+constexpr const char* kOpNames[actions::kOps] = {
+    "constant", "column",  "negate", "absolute",   "square_root", "floor",  "add",  "subtract", "multiply", "divide",
+    "minimum",  "maximum", "less",   "less_equal", "equal",       "inside", "both", "either",   "invert"};
+
+actions::Expression expression(const Steps& steps) {
+  actions::Expression made;
+  for (const auto& [name, index, value] : steps) {
+    const auto* found = std::find(std::begin(kOpNames), std::end(kOpNames), name);
+    if (found == std::end(kOpNames)) throw std::invalid_argument("no operation is called '" + name + "'");
+    made.push_back({static_cast<actions::Op>(found - kOpNames), index, static_cast<float>(value)});
+  }
+  return made;
+}
+
+Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes,
+                   const Steps& where, int target, const std::vector<Steps>& values) {
+  Action action;
+  action.kind = actions::kind_of(name);
+  action.numbers = std::move(numbers);
+  action.shapes = std::move(shapes);
+  action.where = expression(where);
+  action.target = target;
+  for (const Steps& value : values) action.values.push_back(expression(value));
   actions::check(action);
   return action;
 }
@@ -72,7 +99,8 @@ Action make_action(const std::string& name, std::vector<double> numbers, std::ve
 
 void bind_recording(py::module_& m) {
   py::class_<Action>(m, "Action")
-      .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"))
+      .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
+           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{})
       .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });

@@ -26,6 +26,26 @@ struct Put {
   }
 };
 
+// How many enumerators a type has: damaged bytes must not become one that does not exist.
+template <class T>
+constexpr int kEnumerators = 0;
+template <>
+constexpr int kEnumerators<shapes::Kind> = shapes::kKinds;
+template <>
+constexpr int kEnumerators<actions::Kind> = actions::kKinds;
+template <>
+constexpr int kEnumerators<actions::Op> = actions::kOps;
+template <>
+constexpr int kEnumerators<actions::Distribution::Kind> = 4;
+template <>
+constexpr int kEnumerators<Birth::Kind> = 3;
+template <>
+constexpr int kEnumerators<image::Sprite::Kind> = 2;
+template <>
+constexpr int kEnumerators<domains::Space::Kind> = 3;
+template <>
+constexpr int kEnumerators<Verb> = 6;
+
 struct Get {
   Reader& bytes;
   template <class T>
@@ -35,6 +55,10 @@ struct Get {
       value = from[0] != std::byte{0};
     } else {
       std::memcpy(&value, from.data(), sizeof value);
+    }
+    if constexpr (std::is_enum_v<T>) {
+      static_assert(kEnumerators<T> > 0);
+      if (static_cast<int>(value) >= kEnumerators<T>) throw std::runtime_error("not a recorded list");
     }
   }
   void text(std::string& value) { value = bytes.get_text(); }

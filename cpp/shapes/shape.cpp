@@ -82,8 +82,8 @@ int count(Kind kind) { return kFacts[static_cast<int>(kind)].count; }
 
 void check(const Shape& s) {
   for (int i = 0; i < count(s.kind); ++i) {
-    if (!(std::fabs(s.number[i]) <= 1e15f)) {
-      refuse(s, "every number must be finite and within 1e15, got " + std::to_string(s.number[i]));
+    if (!(std::fabs(s.number[i]) <= 1e12f)) {
+      refuse(s, "every number must be finite and within 1e12, got " + std::to_string(s.number[i]));
     }
   }
   switch (s.kind) {

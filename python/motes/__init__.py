@@ -13,6 +13,7 @@ from . import _last_resort, actions, balance, errors, launch, script, shapes
 from .balance import Balancer, Static
 from .distributions import Normal, Uniform
 from .errors import ArgumentError, MotesError, NotHere, RankError, ScriptMismatch
+from .expressions import column, maximum, minimum
 from .frame import Frame
 from .movie import Movie
 from .particles import Particles
@@ -42,6 +43,9 @@ __all__ = [
     "Uniform",
     "World",
     "actions",
+    "column",
+    "maximum",
+    "minimum",
     "balance",
     "errors",
     "script",

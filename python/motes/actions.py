@@ -8,12 +8,20 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 from numpy.typing import ArrayLike
 
 from . import _core, arguments
 from .errors import ArgumentError
+from .expressions import (
+    Columns,
+    Condition,
+    as_condition,
+    as_expression,
+    compile_condition,
+    compile_values,
+)
 from .shapes import Shape, as_shape
 
 __all__ = [
@@ -26,17 +34,65 @@ __all__ = [
     "Move",
     "RandomAcceleration",
     "RandomVelocity",
+    "Set",
     "Sink",
 ]
 
+Where = Shape | Condition | None
 
+
+@dataclass(frozen=True, kw_only=True)
 class Action:
-    """Base of all actions. `core` is the engine's value."""
+    """Base of all actions. `where` limits one to particles in a shape, or for which a comparison holds."""
 
-    core: _core.Action
+    where: Where = None
+
+    _call: ClassVar[tuple[str, list[float], list[_core.Shape]]]
+    _core: ClassVar[_core.Action]
 
     def _set(self, name: str, numbers: list[float], *shapes: Shape) -> None:
-        object.__setattr__(self, "core", _core.Action(name, numbers, [shape.core for shape in shapes]))
+        if self.where is not None:
+            as_condition("where", self.where)
+        cores = [shape.core for shape in shapes]
+        object.__setattr__(self, "_call", (name, numbers, cores))
+        object.__setattr__(self, "_core", _core.Action(name, numbers, cores))  # checks the arguments
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        if self.where is None:
+            return self._core
+        name, numbers, own = self._call
+        shapes = list(own)
+        where = compile_condition(self.where, columns, shapes)
+        return _core.Action(name, numbers, shapes, where)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)  # expressions compare to conditions
+class Set(Action):
+    """attribute = value, a number, three numbers or an expression of columns, for each particle.
+
+    The value is computed from the particle as it was before the action.
+    """
+
+    attribute: str
+    value: Any
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the system is known."""
+        if not isinstance(self.attribute, str):
+            raise ArgumentError("attribute", self.attribute, "an attribute's name")
+        as_expression(self.attribute, self.value)
+        if self.where is not None:
+            as_condition("where", self.where)
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        if self.attribute not in columns:
+            raise ArgumentError("attribute", self.attribute, f"one of {', '.join(columns)}")
+        shapes: list[_core.Shape] = []
+        where = compile_condition(self.where, columns, shapes)
+        values = compile_values(self.attribute, self.value, columns[self.attribute][1], columns, shapes)
+        return _core.Action("set", [], shapes, where, list(columns).index(self.attribute), values)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -6,13 +6,16 @@ shape is asked for. Paper: section 4, after D. McAllister's Particle System API 
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, arguments
 from .errors import ArgumentError
+
+if TYPE_CHECKING:
+    from .expressions import Condition
 
 __all__ = [
     "Blob",
@@ -78,6 +81,16 @@ class Shape:
         except ArgumentError:
             return NotImplemented
 
+    def __and__(self, other: Any) -> Condition:
+        """Make the condition that this shape and another, or a comparison, hold the particle."""
+        return _condition(self) & other
+
+    __rand__ = __and__
+
+    def __invert__(self) -> Condition:
+        """Make the condition that this shape does not hold the particle."""
+        return ~_condition(self)
+
     def __ror__(self, other: ArrayLike) -> Union:
         """Unite three numbers, a point, with this shape."""
         try:
@@ -126,9 +139,7 @@ class Triangle(Shape):
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, p2: ArrayLike) -> None:
         """Take the three corners, which span an area."""
-        self._set(
-            p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1), p2=arguments.triple("p2", p2)
-        )
+        self._set(p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1), p2=arguments.triple("p2", p2))
 
 
 class Rectangle(Shape):
@@ -275,6 +286,12 @@ class Union(Shape):
     def __repr__(self) -> str:
         """Show the call that makes this shape."""
         return f"Union({', '.join(map(repr, self.shapes))})"
+
+
+def _condition(shape: Shape) -> Condition:
+    from .expressions import as_condition  # which is made of shapes itself
+
+    return as_condition("shape", shape)
 
 
 def as_shape(argument: str, value: Any) -> Shape:

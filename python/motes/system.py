@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
+from .actions import Where
 from .distributions import distribution
 from .errors import ArgumentError, MotesError
 from .particles import LocalParticles, Particles
@@ -38,6 +39,7 @@ class System:
         self._sprite: Sprite = definition["sprite"]
         names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
         self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
+        self._columns = _first_components(names)
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._list: list[Any] = []
@@ -107,27 +109,41 @@ class System:
         """Record an action, or each of a list."""
         for one in action if isinstance(action, (list, tuple)) else [action]:
             value = actions.as_action(one)
-            self.world._engine_for(type(value).__name__).record_action(self._index, value.core)
+            engine = self.world._engine_for(type(value).__name__)
+            engine.record_action(self._index, value.compiled(self._columns))
             self._list.append(value)
 
-    def gravity(self, acceleration: ArrayLike) -> None:
+    def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Gravity`."""
-        self.apply(actions.Gravity(acceleration=acceleration))
+        self.apply(actions.Gravity(acceleration=acceleration, where=where))
 
-    def damping(self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = float("inf")) -> None:
+    def damping(
+        self,
+        damping: ArrayLike,
+        *,
+        min_speed: float = 0,
+        max_speed: float = float("inf"),
+        where: Where = None,
+    ) -> None:
         """Record `actions.Damping`."""
-        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed))
+        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
-    def random_acceleration(self, shape: Shape | ArrayLike) -> None:
+    def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomAcceleration`."""
-        self.apply(actions.RandomAcceleration(shape=shape))
+        self.apply(actions.RandomAcceleration(shape=shape, where=where))
 
-    def random_velocity(self, shape: Shape | ArrayLike) -> None:
+    def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomVelocity`."""
-        self.apply(actions.RandomVelocity(shape=shape))
+        self.apply(actions.RandomVelocity(shape=shape, where=where))
 
     def bounce(
-        self, shape: Shape, *, restitution: float = 1, friction: float = 0, min_tangential_speed: float = 0
+        self,
+        shape: Shape,
+        *,
+        restitution: float = 1,
+        friction: float = 0,
+        min_tangential_speed: float = 0,
+        where: Where = None,
     ) -> None:
         """Record `actions.Bounce`."""
         self.apply(
@@ -136,24 +152,30 @@ class System:
                 restitution=restitution,
                 friction=friction,
                 min_tangential_speed=min_tangential_speed,
+                where=where,
             )
         )
 
-    def sink(self, shape: Shape, *, inside: bool = True) -> None:
+    def sink(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
         """Record `actions.Sink`."""
-        self.apply(actions.Sink(shape=shape, inside=inside))
+        self.apply(actions.Sink(shape=shape, inside=inside, where=where))
 
-    def kill_old(self, age_limit: float, *, younger: bool = False) -> None:
+    def kill_old(self, age_limit: float, *, younger: bool = False, where: Where = None) -> None:
         """Record `actions.KillOld`."""
-        self.apply(actions.KillOld(age_limit=age_limit, younger=younger))
+        self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
-    def kill_expired(self) -> None:
+    def kill_expired(self, *, where: Where = None) -> None:
         """Record `actions.KillExpired`."""
-        self.apply(actions.KillExpired())
+        self.apply(actions.KillExpired(where=where))
 
-    def move(self, *, rotational: bool = True) -> None:
+    def move(self, *, rotational: bool = True, where: Where = None) -> None:
         """Record `actions.Move`."""
-        self.apply(actions.Move(rotational=rotational))
+        self.apply(actions.Move(rotational=rotational, where=where))
+
+    def set(self, *, where: Where = None, **attributes: Any) -> None:
+        """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
+        for name, value in attributes.items():
+            self.apply(actions.Set(attribute=name, value=value, where=where))
 
     @property
     def recorded(self) -> list[Any]:
@@ -225,6 +247,14 @@ class System:
     def __repr__(self) -> str:
         """Show name and size."""
         return f"<System {self.name!r}, {self.count} particles>"
+
+
+def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, int]]:
+    columns, first = {}, 0
+    for name, width in names:
+        columns[name] = (first, width)
+        first += width
+    return columns
 
 
 def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:

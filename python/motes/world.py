@@ -335,7 +335,7 @@ class World:
         return frame
 
     def step(self) -> Frame:
-        """End the frame without a picture. Collective. The result is falsy everywhere; saving it does nothing."""
+        """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
         index = self._engine_for("step").frame
         self._run(None)
         return Frame(index, (index + 1) * self._dt, None, home=None, rank=self.rank)
@@ -375,8 +375,8 @@ def _space(space: Any) -> tuple[float, float] | str | None:
         return space
     if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
         raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
-    low = arguments.number("space", space[0], low=-1e15, high=1e15)
-    high = arguments.number("space", space[1], low=-1e15, high=1e15)
+    low = arguments.number("space", space[0], low=-1e12, high=1e15)
+    high = arguments.number("space", space[1], low=-1e12, high=1e15)
     if not low < high:
         raise ArgumentError("space", space, "(lo, hi) with lo < hi")
     return low, high

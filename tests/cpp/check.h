@@ -33,6 +33,12 @@ inline void fail(const char* file, int line, const std::string& what) {
   std::fprintf(stderr, "%s:%d: failed: %s\n", file, line, what.c_str());
 }
 
+inline std::string text(double value) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.9g", value);
+  return digits;
+}
+
 }  // namespace check
 
 #define TEST(name)                                                 \
@@ -45,12 +51,12 @@ inline void fail(const char* file, int line, const std::string& what) {
     if (!(condition)) check::fail(__FILE__, __LINE__, #condition); \
   } while (false)
 
-#define CHECK_NEAR(a, b, tolerance)                                                                             \
-  do {                                                                                                          \
-    const double left_ = (a), right_ = (b);                                                                     \
-    if (!(left_ - right_ <= (tolerance) && right_ - left_ <= (tolerance)))                                      \
-      check::fail(__FILE__, __LINE__,                                                                           \
-                  std::string(#a " near " #b ": ") + std::to_string(left_) + " and " + std::to_string(right_)); \
+#define CHECK_NEAR(a, b, tolerance)                                                                       \
+  do {                                                                                                    \
+    const double left_ = (a), right_ = (b);                                                               \
+    if (!(left_ - right_ <= (tolerance) && right_ - left_ <= (tolerance)))                                \
+      check::fail(__FILE__, __LINE__,                                                                     \
+                  std::string(#a " near " #b ": ") + check::text(left_) + " and " + check::text(right_)); \
   } while (false)
 
 #define CHECK_THROWS(expression, exception)                                           \

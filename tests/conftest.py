@@ -1,0 +1,76 @@
+"""What all tests share: the marker `slow`, the C++ unit tests built once, what the jobs cost."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import pytest
+from launching import launches
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def pytest_addoption(parser: pytest.Parser) -> None:
+    """Add --slow."""
+    parser.addoption(
+        "--slow", action="store_true", help="run the slow tests too: repetitions, long random searches"
+    )
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Declare the marker."""
+    config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
+
+
+def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
+    """Leave slow tests out unless they are asked for."""
+    if config.getoption("--slow"):
+        return
+    for item in items:
+        if "slow" in item.keywords:
+            item.add_marker(pytest.mark.skip(reason="slow: runs with --slow"))
+
+
+def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
+    """Say what the jobs cost."""
+    if launches.jobs:
+        terminalreporter.write_line(f"{launches.jobs} jobs started, {launches.seconds:.0f} s in them")
+
+
+def _tool(name: str) -> str:
+    """Find a program, first among the environment's own."""
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    found = shutil.which(name, path=path)
+    if found is None:
+        pytest.skip(f"the C++ unit tests need {name}: pip install motes[test]")
+    return found
+
+
+@pytest.fixture(scope="session")
+def cpp_units() -> Path:
+    """Build the C++ unit tests once a session; the folder stays, so the next builds only what changed."""
+    if not (ROOT / "CMakeLists.txt").is_file():
+        pytest.skip("the C++ unit tests need the source tree")
+    key = hashlib.sha256(f"{ROOT} {sys.prefix}".encode()).hexdigest()[:12]
+    folder = Path(
+        os.environ.get("MOTES_TEST_BUILD") or Path(tempfile.gettempdir()) / f"motes-cpp-units-{key}"
+    )
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
+    cmake, ninja = _tool("cmake"), _tool("ninja")
+    configure = [
+        *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
+        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON"),
+    ]
+    for words in (configure, [cmake, "--build", str(folder), "--target", "unit_tests"]):
+        made = subprocess.run(
+            words, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=900
+        )
+        if made.returncode != 0:
+            pytest.fail(f"{' '.join(words)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}", pytrace=False)
+    return folder / "tests" / "cpp" / "unit_tests"

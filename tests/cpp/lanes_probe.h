@@ -1,0 +1,20 @@
+// What the tests call of the code that is compiled once for each instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace test {
+
+struct Probe {
+  std::size_t lanes;
+  /// Philox4x32 of one counter in all lanes, each lane's counter.a raised by its number; out: 4 words a lane.
+  void (*philox7)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
+  void (*philox10)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
+  /// Elementary functions of `count` numbers, a multiple of 16.
+  void (*cos_sin_turn)(const float* turn, std::size_t count, float* cosine, float* sine);
+  void (*log)(const float* v, std::size_t count, float* out);
+  void (*cube_root)(const float* v, std::size_t count, float* out);
+};
+
+}  // namespace test

@@ -1,0 +1,210 @@
+// Bounces: the true place of the hit, from both sides, however fast, and no sinking.
+#include <cmath>
+#include <vector>
+
+#include "check.h"
+#include "isas.h"
+#include "recording/program.h"
+
+using namespace motes;
+using particles::Store;
+using shapes::Kind;
+using shapes::Shape;
+
+namespace {
+
+const particles::Schema kSchema;
+
+struct Vector {
+  double x, y, z;
+};
+
+Shape shape(Kind kind, std::initializer_list<float> numbers) {
+  Shape s;
+  s.kind = kind;
+  std::size_t i = 0;
+  for (const float number : numbers) s.number[i++] = number;
+  return s;
+}
+
+struct Particle {
+  Vector position, velocity;
+};
+
+double length(Vector v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
+
+// A store that bounces its particles, step by step.
+struct World {
+  Store store{kSchema};
+  recording::Program program;
+  double dt;
+  std::uint64_t frame = 0;
+
+  World(const std::vector<Particle>& particles, const Shape& s, double step_s, double restitution = 1,
+        double friction = 0, double gravity = 0, double cutoff = 0)
+      : program({{actions::Kind::gravity, {0, gravity, 0}, {}},
+                 {actions::Kind::bounce, {restitution, friction, cutoff}, {s}},
+                 {actions::Kind::move, {0}, {}}}),
+        dt(step_s) {
+    store.grow(particles.size());
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      store.ids()[i] = i;
+      const Vector x = particles[i].position, v = particles[i].velocity;
+      const double xs[3] = {x.x, x.y, x.z}, vs[3] = {v.x, v.y, v.z};
+      for (int c = 0; c < 3; ++c) {
+        store.writable_plane(particles::position, c)[i] = static_cast<float>(xs[c]);
+        store.writable_plane(particles::velocity, c)[i] = static_cast<float>(vs[c]);
+      }
+    }
+  }
+  void step() {
+    recording::Outcome outcome;
+    program.run(store, 0, 0, {frame++, 1, dt, 0}, {1, 2}, {}, outcome);
+  }
+  Vector get(int attribute, std::size_t i) const {
+    return {store.plane(attribute, 0)[i], store.plane(attribute, 1)[i], store.plane(attribute, 2)[i]};
+  }
+  Vector position(std::size_t i = 0) const { return get(particles::position, i); }
+  Vector velocity(std::size_t i = 0) const { return get(particles::velocity, i); }
+};
+
+void near(Vector a, Vector b, double tolerance, int line) {
+  const double away = length({a.x - b.x, a.y - b.y, a.z - b.z});
+  if (!(away <= tolerance)) {
+    check::fail("test_bounce", line,
+                "(" + check::text(a.x) + ", " + check::text(a.y) + ", " + check::text(a.z) + ") is not (" +
+                    check::text(b.x) + ", " + check::text(b.y) + ", " + check::text(b.z) + ")");
+  }
+}
+#define NEAR(a, b) near(a, b, 2e-5, __LINE__)
+
+// One step, one hit: where and how fast afterwards.
+void one_step(const Shape& s, Particle before, Vector position, Vector velocity, int line, double restitution = 1,
+              double friction = 0, double dt = 0.2) {
+  World world({before}, s, dt, restitution, friction);
+  world.step();
+  near(world.position(), position, 2e-5, line);
+  near(world.velocity(), velocity, 2e-5, line);
+}
+#define ONE_STEP(s, before, ...) one_step(s, before, __VA_ARGS__)
+
+const Shape kFloor = shape(Kind::plane, {0, 0, 0, 0, 2, 0});
+const Shape kBox = shape(Kind::box, {-1, -1, -1, 1, 1, 1});
+const Shape kBall = shape(Kind::sphere, {0, 0, 0, 1, 0});
+const Shape kTable = shape(Kind::rectangle, {-1, 0, -1, 2, 0, 0, 0, 0, 2});
+const Shape kRing = shape(Kind::disc, {0, 0, 0, 0, 3, 0, 1, 0.25f});
+
+std::vector<Particle> swarm(std::size_t count, double within, double speed) {
+  test::Dice dice(21);
+  std::vector<Particle> all;
+  const auto any = [&](double scale) { return scale * static_cast<double>(dice.between(-1, 1)); };
+  for (std::size_t i = 0; i < count; ++i) {
+    all.push_back({{any(within), any(within), any(within)}, {any(speed), any(speed), any(speed)}});
+  }
+  return all;
+}
+
+}  // namespace
+
+TEST(bounce_happens_at_the_true_place) {
+  // Half of the step down, half of it up.
+  ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.2, 1, 0.4}, {1, 10, 2}, __LINE__);
+  ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.2, 0.5, 0.4}, {1, 5, 2}, __LINE__, 0.5);
+  // Friction slows from the hit on.
+  ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.175, 0.5, 0.35}, {0.75, 5, 1.5}, __LINE__, 0.5, 0.25);
+  ONE_STEP(kFloor, (Particle{{0, 3, 0}, {1, -10, 2}}), {0.2, 1, 0.4}, {1, -10, 2}, __LINE__);
+  ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, 10, 2}}), {0.2, 3, 0.4}, {1, 10, 2}, __LINE__);
+}
+
+TEST(bounce_from_both_sides_of_flat_shapes) {
+  for (const Shape& s : {kTable, kRing}) {
+    ONE_STEP(s, (Particle{{0.5, 1, 0}, {0, -10, 0}}), {0.5, 1, 0}, {0, 10, 0}, __LINE__);
+    ONE_STEP(s, (Particle{{0.5, -1, 0}, {0, 10, 0}}), {0.5, -1, 0}, {0, -10, 0}, __LINE__);
+    ONE_STEP(s, (Particle{{1.5, 1, 0}, {0, -10, 0}}), {1.5, -1, 0}, {0, -10, 0}, __LINE__);
+  }
+  // Through the ring's hole.
+  ONE_STEP(kRing, (Particle{{0.1, 1, 0.1}, {0, -10, 0}}), {0.1, -1, 0.1}, {0, -10, 0}, __LINE__);
+  ONE_STEP(kTable, (Particle{{0.1, 1, 0.1}, {0, -10, 0}}), {0.1, 1, 0.1}, {0, 10, 0}, __LINE__);
+}
+
+TEST(bounce_from_both_sides_of_solids) {
+  for (const Shape& s : {kBox, kBall}) {
+    ONE_STEP(s, (Particle{{3, 0, 0}, {-20, 0, 0}}), {3, 0, 0}, {20, 0, 0}, __LINE__);
+    ONE_STEP(s, (Particle{{0, -3, 0}, {0, 20, 0}}), {0, -3, 0}, {0, -20, 0}, __LINE__);
+    ONE_STEP(s, (Particle{{0, 0, 0}, {0, 0, 7.5}}), {0, 0, 0.5}, {0, 0, -7.5}, __LINE__);
+    ONE_STEP(s, (Particle{{0.5, 0, 0}, {5, 0, 0}}), {0.5, 0, 0}, {-5, 0, 0}, __LINE__);
+    ONE_STEP(s, (Particle{{3, 2, 0}, {-20, 0, 0}}), {-1, 2, 0}, {-20, 0, 0}, __LINE__);
+  }
+  // Off the centre of a ball: met at height 0.6, where the normal is (0.8, 0.6, 0).
+  ONE_STEP(kBall, (Particle{{1.8, 0.6, 0}, {-10, 0, 0}}), {0.8 + 0.28, 0.6 + 0.96, 0}, {2.8, 9.6, 0}, __LINE__);
+  // A box is met at the face that comes first.
+  ONE_STEP(kBox, (Particle{{2, 0.5, 0}, {-10, 1, 0}}), {2, 0.7, 0}, {10, 1, 0}, __LINE__);
+}
+
+TEST(bounce_with_restitution_one_keeps_the_speed) {
+  for (const Shape& s : {kBox, kBall, kFloor, kTable, kRing}) {
+    const std::vector<Particle> particles = swarm(300, 0.9, 10);
+    World world(particles, s, 0.02);
+    for (int i = 0; i < 300; ++i) world.step();
+    for (std::size_t i = 0; i < particles.size(); ++i) {
+      const double before = length(particles[i].velocity);
+      CHECK_NEAR(length(world.velocity(i)) / before, 1, 1e-4);
+    }
+  }
+}
+
+TEST(bounce_lets_nothing_sink) {
+  for (const double restitution : {0.0, 0.3, 0.9}) {
+    std::vector<Particle> particles = swarm(200, 3, 4);
+    for (Particle& particle : particles) particle.position.y = std::fabs(particle.position.y);
+    World world(particles, kFloor, 1.0 / 24, restitution, 0.1, -9.8);
+    double lowest = 0;
+    for (int i = 0; i < 2000; ++i) {
+      world.step();
+      for (std::size_t p = 0; p < 200; ++p) lowest = std::fmin(lowest, world.position(p).y);
+    }
+    CHECK_NEAR(lowest, 0, 1e-3);
+    for (std::size_t p = 0; restitution < 0.5 && p < 200; ++p) CHECK_NEAR(world.position(p).y, 0, 0.5);
+  }
+}
+
+TEST(bounce_stops_the_fastest) {
+  for (const double speed : {1e2, 1e4, 1e6}) {
+    World table({{{0.3, 0.5, 0.2}, {0, -speed, 0}}}, kTable, 0.04);
+    table.step();
+    CHECK(table.position().y > 0 && table.velocity().y > 0);
+    World floor({{{0.3, 0.5, 0.2}, {1, -speed, 0}}}, kFloor, 0.04);
+    floor.step();
+    CHECK(floor.position().y > 0);
+    World ball({{{9, 0.2, 0.1}, {-speed, 0, 0}}}, kBall, 0.9 / 1e2 * 10);
+    ball.step();
+    CHECK(ball.position().x > 0 && ball.velocity().x > 0);
+    World box({{{9, 0.2, 0.1}, {-speed, 0, 0}}}, kBox, 0.9 / 1e2 * 10);
+    box.step();
+    CHECK(box.position().x > 1 && box.velocity().x > 0);
+  }
+}
+
+TEST(bounce_keeps_a_swarm_inside) {
+  for (const Shape& s : {kBox, kBall}) {
+    const std::size_t count = 2000;
+    World world(swarm(count, 0.5, 3), s, 1.0 / 24, 0.95);
+    for (int i = 0; i < 500; ++i) world.step();
+    std::size_t outside = 0;
+    for (std::size_t p = 0; p < count; ++p) {
+      const Vector x = world.position(p);
+      const double most = std::fmax(std::fabs(x.x), std::fmax(std::fabs(x.y), std::fabs(x.z)));
+      outside += (s.kind == Kind::box ? most : length(x)) > 1.001 ? 1 : 0;
+    }
+    CHECK_NEAR(static_cast<double>(outside), 0, 0);
+  }
+}
+
+TEST(bounce_has_no_friction_at_low_tangential_speed) {
+  World slow({{{0, 0.1, 0}, {0.5, -10, 0}}}, kFloor, 0.1, 1, 0.5, 0, 1);
+  slow.step();
+  CHECK_NEAR(slow.velocity().x, 0.5, 1e-6);
+  World fast({{{0, 0.1, 0}, {2, -10, 0}}}, kFloor, 0.1, 1, 0.5, 0, 1);
+  fast.step();
+  CHECK_NEAR(fast.velocity().x, 1, 1e-6);
+}

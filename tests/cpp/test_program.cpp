@@ -1,0 +1,265 @@
+// The compiled list: sub-steps, newborns, the dead and those that leave; births by number and time.
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <vector>
+
+#include "check.h"
+#include "frame/system.h"
+#include "isas.h"
+#include "particles/digest.h"
+#include "recording/births.h"
+#include "recording/program.h"
+
+using namespace motes;
+using namespace motes::recording;
+using actions::Action;
+using particles::Store;
+
+namespace {
+
+const particles::Schema kSchema;
+constexpr particles::Key kKey{5, 6};
+
+Store random_store(std::size_t count, std::uint64_t seed) {
+  test::Dice dice(seed);
+  Store store(kSchema);
+  store.grow(count);
+  for (std::size_t i = 0; i < count; ++i) store.ids()[i] = 1000 + i;
+  for (int c = 0; c < 3; ++c) {
+    float* x = store.writable_plane(particles::position, c);
+    float* v = store.writable_plane(particles::velocity, c);
+    for (std::size_t i = 0; i < count; ++i) {
+      x[i] = dice.between(-1, 1);
+      v[i] = dice.between(-1, 1);
+    }
+  }
+  return store;
+}
+
+Store copy_of(const Store& store) {
+  std::vector<std::uint32_t> all(store.size());
+  for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
+  particles::Bytes bytes;
+  store.pack(all, bytes);
+  particles::Reader in(bytes.view());
+  Store copy(kSchema);
+  copy.unpack(in);
+  return copy;
+}
+
+shapes::Shape ball(float radius) {
+  shapes::Shape s;
+  s.kind = shapes::Kind::sphere;
+  s.number[3] = radius;
+  return s;
+}
+
+Action gravity() { return {actions::Kind::gravity, {0, -9.8, 1}, {}}; }
+Action shake() { return {actions::Kind::random_acceleration, {}, {ball(50)}}; }
+Action move() { return {actions::Kind::move, {1}, {}}; }
+Action kill_old(double age) { return {actions::Kind::kill_old, {age, 0}, {}}; }
+
+}  // namespace
+
+TEST(program_substeps_are_small_steps) {
+  Store store = random_store(100, 1), once = copy_of(store);
+  Outcome outcome;
+  Program({gravity(), move()}).run(store, 0, 0, {4, 3, 0.3, 0}, kKey, {}, outcome);
+  const float dt = static_cast<float>(0.3 / 3);
+  for (std::size_t i = 0; i < once.size(); ++i) {
+    for (int c = 0; c < 3; ++c) {
+      float x = once.plane(particles::position, c)[i];
+      float v = once.plane(particles::velocity, c)[i];
+      const float pull = (c == 0 ? 0.0f : c == 1 ? -9.8f : 1.0f) * dt;
+      for (int step = 0; step < 3; ++step) {
+        v += pull;
+        x += v * dt;
+      }
+      CHECK(store.plane(particles::position, c)[i] == x && store.plane(particles::velocity, c)[i] == v);
+    }
+    CHECK(store.plane(particles::age, 0)[i] == dt + dt + dt);
+  }
+  CHECK(outcome.dead.empty() && outcome.left.empty());
+}
+
+TEST(program_frames_and_substeps_have_streams_of_their_own) {
+  const Store start = random_store(50, 2);
+  std::vector<std::string> seen;
+  for (const Span span : {Span{0, 1, 0.1, 0}, Span{1, 1, 0.1, 0}, Span{0, 2, 0.2, 1}, Span{2, 1, 0.1, 0}}) {
+    Store store = copy_of(start);
+    Outcome outcome;
+    Program({shake()}).run(store, 0, 0, span, kKey, {}, outcome);
+    seen.push_back(particles::digest(store).text());
+  }
+  // Frame 0 of two sub-steps, the second of them, is step 1, as is frame 1 of one.
+  CHECK(seen[1] == seen[2]);
+  CHECK(seen[0] != seen[1] && seen[1] != seen[3] && seen[0] != seen[3]);
+}
+
+TEST(program_in_two_parts_is_the_program) {
+  const Store start = random_store(700, 3);
+  Store whole = copy_of(start), parts = copy_of(start);
+  Outcome outcome;
+  const Span span{9, 1, 0.05, 0};
+  Program({gravity(), shake(), move(), shake()}).run(whole, 0, 0, span, kKey, {}, outcome);
+  Program({gravity(), shake()}).run(parts, 0, 0, span, kKey, {}, outcome);
+  Program({move(), shake()}, 2).run(parts, 0, 0, span, kKey, {}, outcome);
+  CHECK(particles::digest(whole) == particles::digest(parts));
+}
+
+TEST(program_knows_neither_order_nor_blocks) {
+  const Store start = random_store(1300, 4);
+  const Span span{1, 2, 0.1, 0};
+  const Program program({shake(), move(), kill_old(0.04)});
+  Store whole = copy_of(start);
+  Outcome outcome;
+  program.run(whole, 0, 0, span, kKey, {}, outcome);
+  CHECK(outcome.dead.size() == whole.size());
+  particles::Digest sum;
+  test::Dice dice(4);
+  std::vector<std::vector<std::uint32_t>> indices(5);
+  for (std::uint32_t i = 1300; i-- > 0;) indices[dice.below(5)].push_back(i);
+  for (const auto& mine : indices) {
+    particles::Bytes bytes;
+    start.pack(mine, bytes);
+    particles::Reader in(bytes.view());
+    Store part(kSchema);
+    part.unpack(in);
+    Outcome own;
+    program.run(part, 0, 0, span, kKey, {}, own);
+    CHECK(own.dead.size() == part.size());
+    sum += particles::digest(part);
+  }
+  CHECK(sum == particles::digest(whole));
+}
+
+TEST(program_lets_newborns_enter_behind_the_call_that_made_them) {
+  Store store = random_store(600, 5);
+  const Store before = copy_of(store);
+  Outcome outcome;
+  // The last 100 enter before the last action of the second of two sub-steps: a move.
+  Program({gravity(), move()}).run(store, 500, 1, {0, 2, 0.2, 1}, kKey, {}, outcome);
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const float v = before.plane(particles::velocity, 1)[i];
+    const float x = before.plane(particles::position, 1)[i];
+    CHECK(store.plane(particles::velocity, 1)[i] == v);
+    CHECK(store.plane(particles::position, 1)[i] == (i < 500 ? x : x + v * 0.1f));
+  }
+}
+
+TEST(program_names_the_dead_and_those_that_leave) {
+  for (const std::size_t count : {1u, 17u, 511u, 512u, 513u, 2000u}) {
+    Store store = random_store(count, count);
+    float* age = store.writable_plane(particles::age, 0);
+    for (std::size_t i = 0; i < count; ++i) age[i] = i % 7 == 3 ? 5.0f : 0.0f;
+    store.writable_plane(particles::position, 1)[0] = std::numeric_limits<float>::quiet_NaN();
+    Outcome outcome;
+    const Slice slice{1, -0.25f, 0.5f};
+    Program({move(), kill_old(1)}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, slice, outcome);
+    Outcome wanted;
+    const float* y = store.plane(particles::position, 1);
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (i % 7 == 3) {
+        wanted.dead.push_back(i);
+      } else if (!(y[i] >= -0.25f && y[i] < 0.5f)) {
+        wanted.left.push_back(i);
+      }
+    }
+    CHECK(outcome.dead == wanted.dead && outcome.left == wanted.left);
+    CHECK(store.size() == count);
+    Outcome again;
+    Program::find_leavers(store, 0, slice, again);
+    CHECK(again.left.size() >= wanted.left.size() && again.dead.empty());
+  }
+}
+
+TEST(program_of_nothing_does_nothing) {
+  Store store = random_store(10, 6);
+  Store empty(kSchema);
+  Outcome outcome;
+  Program({}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+  Program({gravity(), move()}).run(empty, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+  CHECK(particles::digest(store) == particles::digest(random_store(10, 6)));
+  CHECK(outcome.dead.empty() && outcome.left.empty());
+}
+
+TEST(births_between_sum_up) {
+  Birth source;
+  source.kind = Birth::Kind::source;
+  for (const double rate : {0.0, 0.3, 23.7, 24.0, 1000.0 / 3, 1e9}) {
+    source.rate = rate;
+    const double dt = 1.0 / 24;
+    std::uint64_t sum = 0;
+    for (int frame = 0; frame < 240; ++frame) {
+      const std::uint64_t here = births_between(source, frame * dt, (frame + 1) * dt);
+      CHECK(std::fabs(static_cast<double>(here) - rate * dt) <= 1);
+      sum += here;
+    }
+    CHECK(sum == static_cast<std::uint64_t>(std::floor(rate * (240 * dt))));
+  }
+  Birth burst;
+  burst.amount = 9;
+  CHECK(births_between(burst, 0, 1) == 9 && births_between(burst, 5, 5) == 9);
+}
+
+TEST(births_depend_on_their_numbers_alone) {
+  Birth birth;
+  birth.shape = ball(2);
+  Given velocity{particles::velocity, {}};
+  velocity.distribution.kind = actions::Distribution::Kind::normal;
+  for (float& sigma : velocity.distribution.second) sigma = 1;
+  Given color{particles::color, {}};
+  color.distribution.first[0] = 0.5f;
+  birth.state = {velocity, color};
+  birth.jitter = true;
+  const Store whole = make(birth, kSchema, kKey, 100, 1000, 0.1f);
+  particles::Digest sum;
+  for (const auto& [first, count] : {std::pair{100, 1}, {101, 511}, {612, 30}, {642, 458}}) {
+    sum += particles::digest(
+        make(birth, kSchema, kKey, static_cast<std::uint64_t>(first), static_cast<std::uint64_t>(count), 0.1f));
+  }
+  CHECK(sum == particles::digest(whole));
+  CHECK(whole.uniform(particles::color) && whole.uniform_value(particles::color)[0] == 0.5f);
+  CHECK(make(birth, kSchema, kKey, 0, 0, 0.1f).size() == 0);
+}
+
+TEST(births_are_checked) {
+  Birth birth;
+  birth.kind = Birth::Kind::source;
+  birth.rate = -1;
+  CHECK_THROWS(recording::check(birth, kSchema), std::invalid_argument);
+  birth.rate = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THROWS(recording::check(birth, kSchema), std::invalid_argument);
+  Birth emit;
+  emit.kind = Birth::Kind::emit;
+  emit.amount = 2;
+  emit.columns = {{particles::position, {1, 2, 3}}};
+  CHECK_THROWS(recording::check(emit, kSchema), std::invalid_argument);
+  Birth given;
+  given.state = {{particles::mass, {}}};
+  given.state[0].distribution.kind = actions::Distribution::Kind::shape;
+  CHECK_THROWS(recording::check(given, kSchema), std::invalid_argument);
+}
+
+TEST(system_counts_births_and_drops_those_above_the_capacity) {
+  SystemDefinition definition;
+  definition.name = "snow";
+  definition.capacity = 25;
+  frame::System system(definition, 1, 0, 3);
+  Birth burst;
+  burst.amount = 10;
+  Birth source;
+  source.kind = Birth::Kind::source;
+  source.rate = 100;
+  system.list = {gravity(), burst, move(), source};
+  const auto groups = system.count_births(0, 0.1, 2);
+  CHECK(groups.size() == 3);
+  CHECK(groups[0].entry == 1 && groups[0].substep == 0 && groups[0].first_id == 0 && groups[0].count == 10);
+  CHECK(groups[1].entry == 2 && groups[1].substep == 0 && groups[1].first_id == 10 && groups[1].count == 5);
+  CHECK(groups[2].entry == 2 && groups[2].substep == 1 && groups[2].first_id == 15 && groups[2].count == 5);
+  system.mark_run();
+  CHECK(!system.pending() && system.count_births(0, 0.1, 2).empty());
+  system.list.emplace_back(burst);
+  CHECK(system.count_births(0, 0.1, 2).front().count == 5 && system.dropped == 5 && system.born == 25);
+}

@@ -1,0 +1,229 @@
+// The store of particles against a plain model of it: a map from id to values.
+#include <algorithm>
+#include <array>
+#include <map>
+#include <stdexcept>
+#include <vector>
+
+#include "check.h"
+#include "isas.h"
+#include "particles/digest.h"
+#include "particles/store.h"
+
+namespace {
+
+using namespace motes::particles;
+
+using Values = std::vector<float>;          // all components
+using Model = std::map<std::uint64_t, Values>;
+
+Schema schema_of_test() {
+  Schema schema;
+  schema.add("heat", 1, {0.5f, 0, 0});
+  schema.add("wind", 3, {1, 2, 3});
+  return schema;
+}
+
+Values values_of(const Store& store, std::size_t i) {
+  Values values;
+  for (int a = 0; a < store.schema().size(); ++a) {
+    for (int c = 0; c < store.schema()[a].width; ++c) {
+      const float* plane = store.plane(a, c);
+      values.push_back(plane != nullptr ? plane[i] : store.uniform_value(a)[static_cast<std::size_t>(c)]);
+    }
+  }
+  return values;
+}
+
+Model model_of(const Store& store) {
+  Model model;
+  for (std::size_t i = 0; i < store.size(); ++i) model[store.ids()[i]] = values_of(store, i);
+  return model;
+}
+
+// Adds particles, some of whose columns are written and some not.
+void add(Store& store, Model& model, std::size_t count, std::uint64_t& next_id, test::Dice& dice) {
+  const std::size_t first = store.grow(count);
+  for (std::size_t i = first; i < store.size(); ++i) store.ids()[i] = next_id++;
+  for (int a = 0; a < store.schema().size(); ++a) {
+    if (store.uniform(a) && dice.below(4) != 0) continue;
+    for (int c = 0; c < store.schema()[a].width; ++c) {
+      float* plane = store.writable_plane(a, c);
+      for (std::size_t i = first; i < store.size(); ++i) plane[i] = dice.between(-1, 1);
+    }
+  }
+  for (std::size_t i = first; i < store.size(); ++i) model[store.ids()[i]] = values_of(store, i);
+}
+
+std::vector<std::uint32_t> some(std::size_t size, test::Dice& dice) {
+  std::vector<std::uint32_t> indices;
+  const std::size_t one_in = 1 + dice.below(9);
+  for (std::uint32_t i = 0; i < size; ++i) {
+    if (dice.below(one_in) == 0) indices.push_back(i);
+  }
+  return indices;
+}
+
+void write_one(Store& store, Model& model, test::Dice& dice) {
+  const int a = static_cast<int>(dice.below(static_cast<std::size_t>(store.schema().size())));
+  const std::size_t i = dice.below(store.size());
+  store.writable_plane(a, 0)[i] = dice.between(5, 6);
+  model[store.ids()[i]] = values_of(store, i);
+}
+
+}  // namespace
+
+TEST(store_follows_a_simple_model) {
+  const Schema schema = schema_of_test();
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    test::Dice dice(seed);
+    Store store(schema), other(schema);
+    Model model, other_model;
+    std::uint64_t next_id = 0;
+    for (int round = 0; round < 40; ++round) {
+      const std::size_t choice = dice.below(5);
+      if (choice <= 1) add(store, model, dice.below(choice == 0 ? 700 : 5), next_id, dice);
+      if (choice == 2 && store.size() > 0) write_one(store, model, dice);
+      if (choice >= 3) {
+        const auto indices = some(store.size(), dice);
+        if (choice == 4) {  // they move to the other store
+          Bytes bytes;
+          store.pack(indices, bytes);
+          Reader in(bytes.view());
+          other.unpack(in);
+          CHECK(in.done());
+          for (const std::uint32_t i : indices) other_model[store.ids()[i]] = values_of(store, i);
+        }
+        for (const std::uint32_t i : indices) model.erase(store.ids()[i]);
+        store.remove(indices);
+      }
+      CHECK(store.size() == model.size());
+      CHECK(model_of(store) == model);
+      CHECK(model_of(other) == other_model);
+    }
+  }
+}
+
+TEST(store_keeps_uniform_columns_out_of_memory) {
+  const Schema schema = schema_of_test();
+  Store store(schema);
+  store.set_uniform(velocity, {1, 2, 3});
+  store.grow(1000);
+  const std::size_t ids_alone = store.memory_bytes();
+  CHECK(store.uniform(velocity) && store.uniform_value(velocity)[1] == 2);
+  CHECK(ids_alone < 1000 * 8 * 2);
+  CHECK_THROWS(store.set_uniform(velocity, {}), std::logic_error);
+  store.writable_plane(velocity, 2)[7] = 9;
+  CHECK(!store.uniform(velocity));
+  CHECK(store.plane(velocity, 2)[7] == 9 && store.plane(velocity, 2)[8] == 3 && store.plane(velocity, 0)[999] == 1);
+  CHECK(store.memory_bytes() == ids_alone + ids_alone / 8 * 4 * 3);
+  CHECK(store.plane(color, 0) == nullptr);
+}
+
+TEST(store_takes_over_uniform_values_and_materialises_others) {
+  const Schema schema = schema_of_test();
+  Store red(schema), blue(schema), both(schema);
+  red.set_uniform(color, {1, 0, 0});
+  blue.set_uniform(color, {0, 0, 1});
+  for (Store* store : {&red, &blue}) {
+    store->grow(2);
+    for (std::size_t i = 0; i < 2; ++i) store->ids()[i] = (store == &red ? 0 : 10) + i;
+  }
+  const std::vector<std::uint32_t> two{0, 1};
+  const auto bring = [&](const Store& from) {
+    Bytes bytes;
+    from.pack(two, bytes);
+    Reader in(bytes.view());
+    both.unpack(in);
+  };
+  bring(red);
+  CHECK(both.uniform(color) && both.uniform_value(color)[0] == 1);
+  bring(red);
+  CHECK(both.uniform(color));
+  bring(blue);
+  CHECK(!both.uniform(color));
+  CHECK(both.plane(color, 0)[3] == 1 && both.plane(color, 0)[4] == 0 && both.plane(color, 2)[5] == 1);
+  CHECK(both.uniform(velocity));
+}
+
+TEST(store_refuses_bytes_that_end_too_early) {
+  const Schema schema = schema_of_test();
+  Store store(schema);
+  store.grow(3);
+  store.writable_plane(position, 0);
+  const std::vector<std::uint32_t> all{0, 1, 2};
+  Bytes bytes;
+  store.pack(all, bytes);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    Store into(schema);
+    Reader in(bytes.view().first(length));
+    CHECK_THROWS(into.unpack(in), std::runtime_error);
+  }
+}
+
+TEST(schema_checks_names_and_widths) {
+  Schema schema;
+  CHECK(schema.find("velocity") == velocity && schema.find("heat") == -1);
+  CHECK(schema.add("heat", 1, {}) == builtin_count);
+  CHECK_THROWS(schema.add("heat", 1, {}), std::invalid_argument);
+  CHECK_THROWS(schema.add("id", 1, {}), std::invalid_argument);
+  CHECK_THROWS(schema.add("", 1, {}), std::invalid_argument);
+  CHECK_THROWS(schema.add("two words", 1, {}), std::invalid_argument);
+  CHECK_THROWS(schema.add("pair", 2, {}), std::invalid_argument);
+}
+
+TEST(digest_knows_neither_order_nor_place) {
+  const Schema schema = schema_of_test();
+  for (std::uint64_t seed = 100; seed < 130; ++seed) {
+    test::Dice dice(seed);
+    Store store(schema);
+    Model model;
+    std::uint64_t next_id = seed << 33;
+    add(store, model, 1 + dice.below(1500), next_id, dice);
+    const Digest whole = digest(store);
+    // Split into parts, in another order, with columns written or not.
+    std::vector<Store> parts(3, Store(schema));
+    std::vector<std::vector<std::uint32_t>> indices(3);
+    for (auto i = static_cast<std::uint32_t>(store.size()); i-- > 0;) indices[dice.below(3)].push_back(i);
+    Digest sum;
+    for (std::size_t p = 0; p < 3; ++p) {
+      Bytes bytes;
+      store.pack(indices[p], bytes);
+      Reader in(bytes.view());
+      parts[p].unpack(in);
+      for (int a = 0; parts[p].size() > 0 && a < schema.size(); ++a) {
+        if (dice.coin()) parts[p].writable_plane(a, 0);
+      }
+      sum += digest(parts[p]);
+    }
+    CHECK(sum == whole);
+    auto chosen = some(store.size(), dice);
+    Digest rest = whole;
+    rest -= digest(store, chosen);
+    store.remove(chosen);
+    CHECK(rest == digest(store));
+  }
+}
+
+TEST(digest_sees_every_column_and_id) {
+  const Schema schema = schema_of_test();
+  Store store(schema);
+  store.grow(3);
+  for (std::size_t i = 0; i < 3; ++i) store.ids()[i] = i;
+  std::vector<std::string> seen{digest(store).text()};
+  for (int a = 0; a < schema.size(); ++a) {
+    for (int c = 0; c < schema[a].width; ++c) {
+      float& value = store.writable_plane(a, c)[1];
+      value = -value - 1;
+      seen.push_back(digest(store).text());
+    }
+  }
+  store.ids()[0] = 99;
+  seen.push_back(digest(store).text());
+  std::sort(seen.begin(), seen.end());
+  CHECK(std::adjacent_find(seen.begin(), seen.end()) == seen.end());
+  CHECK(seen[0].size() == 48);
+  const Digest one = digest(store), none;
+  const std::array<Digest, 2> order{one, none}, reverse{none, one};
+  CHECK(!(combine(order) == combine(reverse)));
+}

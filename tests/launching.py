@@ -1,0 +1,147 @@
+"""Real jobs for the tests: each in its own session, with a time limit, and gone with all its children."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Hang", "Result", "launches", "mpirun", "python"]
+
+POLL_S = 0.01
+
+
+class Hang(AssertionError):
+    """A job that did not end within its limit; shows everything that it printed."""
+
+
+@dataclass(frozen=True)
+class Result:
+    """How a job ended."""
+
+    code: int
+    out: str
+    err: str
+    seconds: float
+
+    @property
+    def text(self) -> str:
+        """All that it said, for messages of failed tests."""
+        return f"exit code {self.code} after {self.seconds:.1f} s\n--- out\n{self.out}\n--- err\n{self.err}"
+
+    @property
+    def lines(self) -> list[str]:
+        """Standard output by lines; the run must have ended well."""
+        assert self.code == 0, self.text
+        return self.out.splitlines()
+
+
+@dataclass
+class Count:
+    """What the session's jobs cost."""
+
+    jobs: int = 0
+    seconds: float = 0.0
+
+
+launches = Count()
+
+
+def mpirun(
+    n: int,
+    script: str | Path,
+    *arguments: object,
+    timeout: float = 60,
+    env: dict[str, str] | None = None,
+    watch: Callable[[int], None] | None = None,
+) -> Result:
+    """Run a script (a path, or its text) on `n` ranks as a user does; `watch(pid)` is called meanwhile."""
+    return _job(["-m", "motes", "run", "-n", str(n)], script, arguments, timeout, env, watch)
+
+
+def python(
+    script: str | Path, *arguments: object, timeout: float = 60, env: dict[str, str] | None = None
+) -> Result:
+    """Run a script in one process, without a launcher."""
+    return _job([], script, arguments, timeout, env, None)
+
+
+def _job(
+    words: list[str],
+    script: str | Path,
+    arguments: tuple[object, ...],
+    timeout: float,
+    env: dict[str, str] | None,
+    watch: Callable[[int], None] | None,
+) -> Result:
+    with tempfile.TemporaryDirectory(prefix="motes-test-") as folder:
+        path = script if isinstance(script, Path) else Path(folder) / "script.py"
+        if not isinstance(script, Path):
+            path.write_text(script)
+        command = [sys.executable, *words, str(path), *map(str, arguments)]
+        out, err = Path(folder) / "out", Path(folder) / "err"
+        start = time.monotonic()
+        with out.open("wb") as out_file, err.open("wb") as err_file:
+            # Files, not pipes: a child that outlives the job must not keep this process waiting.
+            process = subprocess.Popen(
+                command,
+                stdin=subprocess.DEVNULL,
+                stdout=out_file,
+                stderr=err_file,
+                env={**os.environ, "MOTES_PROGRESS": "", **(env or {})},
+                start_new_session=True,
+            )
+            try:
+                ended = _wait(process, start + timeout, watch)
+            finally:
+                _kill_session(process.pid)
+                process.wait()
+        seconds = time.monotonic() - start
+        launches.jobs += 1
+        launches.seconds += seconds
+        texts = [file.read_text(errors="replace") for file in (out, err)]
+        result = Result(process.returncode, texts[0], texts[1], seconds)
+        if not ended:
+            raise Hang(f"{' '.join(command)}: no end within {timeout:g} s\n{result.text}")
+        return result
+
+
+def _wait(process: subprocess.Popen[bytes], limit: float, watch: Callable[[int], None] | None) -> bool:
+    while process.poll() is None:
+        if time.monotonic() > limit:
+            return False
+        if watch is not None:
+            watch(process.pid)
+        time.sleep(POLL_S)
+    return True
+
+
+def _kill_session(session: int) -> None:
+    """End what is left of a job: the launcher gives ranks process groups of their own, but not sessions."""
+    for _ in range(3):
+        left = [pid for pid, its in _sessions() if its == session]
+        for pid in left:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        if not left:
+            return
+
+
+def _sessions() -> list[tuple[int, int]]:
+    """Pairs of process and session, without zombies."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if not entry.name.isdigit():
+            continue
+        with contextlib.suppress(OSError, ValueError, IndexError):
+            fields = (entry / "stat").read_text(errors="replace").rpartition(")")[2].split()
+            if fields[0] not in ("Z", "X"):
+                found.append((int(entry.name), int(fields[3])))
+    return found

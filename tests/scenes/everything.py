@@ -1,0 +1,139 @@
+"""Every feature of the engine in one small scene; prints how it looks under variants of roles and space.
+
+Arguments: a JSON list of variants, each {"roles": ..., "space": ...}; optionally the path of a shared library
+to load first. One line a frame: variant, frame, digest of the particles, digest of the picture.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import json
+import sys
+from typing import Any
+
+if len(sys.argv) > 2:
+    ctypes.CDLL(sys.argv[2])
+
+import numpy as np
+
+import motes
+from motes import shapes
+
+FRAMES = 14
+CAMERA = motes.Camera((0, 2, 9), (0, 0.5, 0))
+
+
+def roles_of(wish: Any) -> Any:
+    """Turn [manager, image generator, calculators] into Roles."""
+    if isinstance(wish, str):
+        return wish
+    return motes.Roles(manager=wish[0], image_generator=wish[1], calculators=wish[2])
+
+
+def space_of(wish: Any) -> Any:
+    """Turn a JSON list into a pair."""
+    return tuple(wish) if isinstance(wish, list) else wish
+
+
+def fountain(s: motes.System, frame: int) -> None:
+    """Sources with jitter, all distributions, bounces on every surface, three ways to die."""
+    s.configure(
+        velocity=shapes.Sphere((0.5, 6, 0), 1.5),
+        color=motes.Uniform((0.2, 0.2, 0.5), (1, 1, 1)),
+        alpha=motes.Normal(0.8, 0.1),
+        lifetime=motes.Uniform(0.3, 0.9),
+        mass=motes.Normal(2, 0.5),
+        rotational_velocity=motes.Uniform((-1, -1, -1), (1, 1, 1)),
+    )
+    s.source(shapes.Disc((0, 0.1, 0), (0, 1, 0), 0.5, 0.1), rate=2400.5, jitter=True)
+    s.gravity((0, -9.8, 0))
+    s.configure(color=(1, 0, 0), velocity=(0, 0, 0), lifetime=0.5)
+    s.burst(shapes.Sphere((-1, 2, 0), 0.8, 0.4), count=37)
+    s.random_acceleration(shapes.Box((-9, -9, -9), (9, 9, 9)))
+    s.damping((0.5, 0.6, 0.7), min_speed=0.5, max_speed=20)
+    s.bounce(shapes.Sphere((0.3, 1.0, 0), 0.4), restitution=0.7)
+    s.bounce(shapes.Box((1, 0, -1), (2, 1, 1)), restitution=0.9, friction=0.1)
+    s.bounce(shapes.Rectangle((-3, 0.5, -2), (1, 0.3, 0), (0, 0, 4)), restitution=0.5)
+    s.bounce(shapes.Disc((0, 2, 0), (1, 1, 0), 0.6, 0.1), friction=0.3, min_tangential_speed=1)
+    s.bounce(shapes.Plane((0, 0, 0), (0.1, 1, 0)), restitution=0.4, friction=0.05)
+    s.move()
+    s.kill_expired()
+    s.sink(shapes.Box((3.5, -9, -9), (9, 9, 9)))
+    if frame == 9:
+        s.random_velocity(shapes.Rectangle((-1, 3, -1), (2, 0, 0), (0, 0, 2)))
+
+
+def snow(s: motes.System, frame: int) -> None:
+    """A capacity, births after the move, vertices, emitted arrays, a user's columns."""
+    s.configure(velocity=motes.Normal((0, -2, 0), (0.5, 0.2, 0.5)), size=0.1, heat=motes.Uniform(0, 1))
+    s.source(shapes.Box((-4, 3, -4), (4, 3.5, 4)), rate=3000)
+    s.random_acceleration(shapes.Sphere((0, 0, 0), 3))
+    s.move(rotational=False)
+    s.vertex((0.25 * frame, 2, 0))
+    rows = np.random.default_rng(frame).normal(0, 2, (frame * 3 % 7, 3)).astype(np.float32)
+    s.emit(position=rows, velocity=-rows, heat=rows[:, 0], wind=rows)
+    s.sink(shapes.Plane((0, 0, 0), (0, 1, 0)))
+    s.kill_old(0.8)
+
+
+def drift(s: motes.System, frame: int) -> None:
+    """Tiny numbers, a source on a line, what the script itself writes, infinitely far particles."""
+    s.configure(velocity=motes.Uniform((-3e-38, 1e-38, 0), (3e-38, 2e-38, 1)), age=0.25, up=(0, 0, 1))
+    s.source(shapes.Line((-2, 0, 0), (2, 2, 2)), rate=700)
+    s.damping((0.1, 0.1, 0.9))
+    with s.local() as p:
+        # Functions of each particle alone, exact in float32.
+        p.position[:, 2] += np.float32(0.25) * (p.id % 8).astype(np.float32)
+        p.color[p.position[:, 0] > 0] = (0, 1, 0)
+        p.age[p.id % 5 == 0] += np.float32(0.5)
+    s.random_velocity(shapes.Box((-1e-38, 0, 0), (1e-38, 4, 4)))
+    if frame == 4:
+        s.emit(position=[(1e30, 0, 0), (-1e30, 1, 0)], velocity=[(3e38, 0, 0), (-3e38, 0, 0)])
+    s.move()
+    s.kill_old(1.3)
+    s.kill_old(-1, younger=True)
+
+
+def run(number: int, variant: dict[str, Any]) -> None:
+    """Run all systems under one variant."""
+    world = motes.World(
+        seed=variant.get("seed", 2024),
+        substeps=variant.get("substeps", 2),
+        axis=variant.get("axis", "x"),
+        space=space_of(variant["space"]),
+        roles=roles_of(variant["roles"]),
+        renderer=motes.Renderer(160, 120, camera=CAMERA, objects=[shapes.Plane((0, 0, 0), (0, 1, 0))]),
+        progress="off",
+    )
+    systems = [
+        world.system("fountain", sprite=motes.Sprite("disc", pixels=7)),
+        world.system(
+            "snow",
+            capacity=900,
+            axis="y",
+            space=(0, 3),
+            attributes={"heat": 0.5, "wind": (0, 0, 0)},
+            sprite=motes.Sprite("point"),
+        ),
+        world.system("drift", axis="z", space="fit"),
+    ]
+    with world:
+        for frame in world.frames(FRAMES):
+            for system, act in zip(systems, (fountain, snow, drift), strict=True):
+                act(system, frame)
+            if frame % 5 == 3:
+                systems[0].gather()
+            if frame % 3 == 1:
+                world.step()
+                picture = "-"
+            else:
+                shown = world.render()
+                picture = shown.digest() if shown else ""
+            digest = world.digest()
+            counts = ",".join(str(system.count) for system in systems)
+            if (picture and picture != "-") or (picture == "-" and "manager" in world.role):
+                print(number, frame, digest, picture, counts, flush=True)
+
+
+for i, chosen in enumerate(json.loads(sys.argv[1])):
+    run(i, chosen)

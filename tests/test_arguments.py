@@ -1,0 +1,386 @@
+"""Bad arguments: an ArgumentError at the call, naming argument, value and what is allowed; never a crash."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes import actions, shapes
+from motes.errors import ArgumentError, MotesError
+
+NAN, INF = math.nan, math.inf
+CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
+BALL = shapes.Sphere((0, 0, 0), 1)
+
+
+def world_of(**arguments: Any) -> motes.World:
+    """Make a world that shows nothing."""
+    return motes.World(**{"seed": 1, "progress": "off", **arguments})
+
+
+@pytest.fixture(scope="module")
+def system():
+    """Give a system of a world that runs; its calls are recorded, never run."""
+    world = world_of()
+    made = world.system("a", attributes={"heat": 0.0, "wind": (0, 0, 0)})
+    with world:
+        yield made
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"seed": -1}, "seed"),
+        ({"seed": 2**64}, "seed"),
+        ({"seed": 1.5}, "seed"),
+        ({"seed": True}, "seed"),
+        ({"seed": "1"}, "seed"),
+        ({"dt": 0}, "dt"),
+        ({"dt": -1}, "dt"),
+        ({"dt": NAN}, "dt"),
+        ({"dt": INF}, "dt"),
+        ({"dt": None}, "dt"),
+        ({"substeps": 0}, "substeps"),
+        ({"substeps": 1.0}, "substeps"),
+        ({"axis": "w"}, "axis"),
+        ({"axis": 0}, "axis"),
+        ({"space": (1, 1)}, "space"),
+        ({"space": (2, 1)}, "space"),
+        ({"space": (0, NAN)}, "space"),
+        ({"space": (0, INF)}, "space"),
+        ({"space": (0, 1, 2)}, "space"),
+        ({"space": "all"}, "space"),
+        ({"space": 5}, "space"),
+        ({"roles": "all"}, "roles"),
+        ({"roles": None}, "roles"),
+        ({"roles": motes.Roles(manager=0, image_generator=0, calculators=[])}, "calculators"),
+        ({"roles": motes.Roles(manager=0, image_generator=0, calculators=[0, 0])}, "calculators"),
+        ({"roles": motes.Roles(manager=1, image_generator=0, calculators=[0])}, "manager"),
+        ({"roles": motes.Roles(manager=0, image_generator=7, calculators=[0])}, "image_generator"),
+        ({"balancer": "pairwise"}, "balancer"),
+        ({"renderer": CAMERA}, "renderer"),
+        ({"combine": "apart"}, "combine"),
+        ({"log": 5}, "log"),
+        ({"digest": 1}, "digest"),
+        ({"progress": "loud"}, "progress"),
+        ({"progress": None}, "progress"),
+        ({"comm": 0}, "comm"),
+    ],
+    ids=str,
+)
+def test_worlds(arguments, name):
+    with pytest.raises(ArgumentError) as caught:
+        world_of(**arguments)
+    assert name in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"capacity": -1}, "capacity"),
+        ({"capacity": 1.5}, "capacity"),
+        ({"capacity": True}, "capacity"),
+        ({"axis": "q"}, "axis"),
+        ({"space": (3, 2)}, "space"),
+        ({"sprite": "disc"}, "sprite"),
+        ({"attributes": ["heat"]}, "attributes"),
+        ({"attributes": {"id": 0}}, "id"),
+        ({"attributes": {"position": 0}}, "position"),
+        ({"attributes": {"two words": 0}}, "two words"),
+        ({"attributes": {"": 0}}, "attributes"),
+        ({"attributes": {"1st": 0}}, "1st"),
+        ({"attributes": {"heat": (1, 2)}}, "heat"),
+        ({"attributes": {"heat": NAN}}, "heat"),
+        ({"attributes": {"heat": "hot"}}, "heat"),
+        ({"attributes": {"heat": None}}, "heat"),
+    ],
+    ids=str,
+)
+def test_systems(arguments, name):
+    with pytest.raises(ArgumentError) as caught:
+        world_of().system("a", **arguments)
+    assert name in str(caught.value)
+
+
+@pytest.mark.parametrize("name", ["", None, 5])
+def test_names_of_systems(name):
+    with pytest.raises(ArgumentError, match="name"):
+        world_of().system(name)
+
+
+def test_a_name_is_taken_once():
+    world = world_of()
+    world.system("a")
+    with pytest.raises(ArgumentError, match="name must be a new, non-empty text, got 'a'"):
+        world.system("a")
+
+
+CALLS: list[tuple[Callable[[motes.System], Any], str]] = [
+    (lambda s: s.source(BALL, rate=-1), "rate must be a finite number in 0..1e\\+12, got -1"),
+    (lambda s: s.source(BALL, rate=NAN), "rate must be .* got nan"),
+    (lambda s: s.source(BALL, rate=True), "rate must be a number, got True"),
+    (lambda s: s.source(BALL, rate="9"), "rate must be a number, got '9'"),
+    (lambda s: s.source(BALL, rate=1, jitter=1), "jitter must be True or False, got 1"),
+    (lambda s: s.source("here", rate=1), "shape must be a shape or 3 finite numbers, got 'here'"),
+    (lambda s: s.source((0, NAN, 0), rate=1), "shape must be"),
+    (lambda s: s.burst(BALL, count=-1), "count must be an integer in 0"),
+    (lambda s: s.burst(BALL, count=1.0), "count must be an integer"),
+    (lambda s: s.burst(BALL, count=10**10), "count must be an integer"),
+    (lambda s: s.burst(None, count=1), "shape must be"),
+    (lambda s: s.vertex((0, 0)), "position must be 3 numbers, got \\(0, 0\\)"),
+    (lambda s: s.vertex((0, 0, INF)), "position must be 3 finite numbers"),
+    (lambda s: s.vertex(None), "position must be"),
+    (lambda s: s.emit(position=[(0, 0)]), "position must be finite numbers of shape \\(n, 3\\)"),
+    (lambda s: s.emit(position=[(0, 0, NAN)]), "position must be finite"),
+    (lambda s: s.emit(position=[(0, 0, 0)], velocity=[(0, 0, 0)] * 2), "velocity must be of 1 rows"),
+    (
+        lambda s: s.emit(position=[(0, 0, 0)], mass=[(1, 1, 1)]),
+        "mass must be finite numbers of shape \\(n,\\)",
+    ),
+    (lambda s: s.emit(position=[(0, 0, 0)], nonsense=[1]), "nonsense"),
+    (lambda s: s.emit(position="abc"), "position must be"),
+    (lambda s: s.configure(nonsense=1), "configure must be an attribute of 'a': velocity, .* got 'nonsense'"),
+    (lambda s: s.configure(position=(0, 0, 0)), "got 'position'"),
+    (lambda s: s.configure(velocity=1), "velocity must be 3 numbers, got 1"),
+    (lambda s: s.configure(velocity=(0, 0, NAN)), "velocity must be 3 finite numbers"),
+    (lambda s: s.configure(mass=BALL), "mass must be a number, Uniform or Normal"),
+    (lambda s: s.configure(mass=(1, 1, 1)), "mass must be a number"),
+    (lambda s: s.configure(mass=INF), "mass must be a finite number"),
+    (lambda s: s.configure(lifetime=NAN), "lifetime must be"),
+    (lambda s: s.configure(mass=motes.Uniform(2, 1)), "mass must be drawn from lo <= hi"),
+    (lambda s: s.configure(mass=motes.Normal(2, -1)), "mass must be drawn with sigma >= 0"),
+    (lambda s: s.configure(color=motes.Uniform((0, 0, 0), (1, 1))), "color must be 3 numbers"),
+    (lambda s: s.configure(alpha=1e39), "alpha must be within the range of float32"),
+    (lambda s: s.gravity(9.8), "acceleration must be 3 numbers, got 9.8"),
+    (lambda s: s.gravity((0, NAN, 0)), "acceleration must be 3 finite numbers"),
+    (lambda s: s.gravity((0, 1e30, 0)), "acceleration must be"),
+    (lambda s: s.damping((-1, 1, 1)), "damping must be 3 finite numbers >= 0"),
+    (lambda s: s.damping((1, 1, 1), min_speed=5, max_speed=4), "min_speed must not be above max_speed"),
+    (lambda s: s.damping((1, 1, 1), min_speed=-1), "min_speed must be"),
+    (lambda s: s.bounce((0, 0, 0)), "shape must .*got a Point"),
+    (lambda s: s.bounce(shapes.Line((0, 0, 0), (1, 0, 0))), "shape must .*got a Line"),
+    (lambda s: s.bounce(BALL, restitution=-0.1), "restitution must be"),
+    (lambda s: s.bounce(BALL, friction=1.1), "friction must be a finite number in 0..1, got 1.1"),
+    (lambda s: s.bounce(BALL, friction=None), "friction must be a number, got None"),
+    (lambda s: s.sink(BALL, inside="no"), "inside must be True or False"),
+    (lambda s: s.kill_old("1"), "age_limit must be a number"),
+    (lambda s: s.kill_old(NAN), "age_limit must be"),
+    (lambda s: s.move(rotational=1), "rotational must be True or False"),
+    (lambda s: s.apply("gravity"), "action must be an action of motes.actions"),
+    (lambda s: s.apply(None), "action must be"),
+    (lambda s: s.gather(to=1), "to must be 0 or 'all', got 1"),
+    (lambda s: s.gather(to=True), "to must be 0 or 'all'"),
+    (lambda s: setattr(s, "sprite", "disc"), "sprite must be a motes.Sprite"),
+    (lambda s: list(s.world.frames(-1)), "n must be an integer >= 0"),
+    (lambda s: list(s.world.frames(2.0)), "n must be an integer"),
+]
+
+
+@pytest.mark.parametrize(("call", "message"), CALLS, ids=[message[:40] for _, message in CALLS])
+def test_calls(system, call, message):
+    before = len(system.recorded)
+    with pytest.raises(ArgumentError, match=message):
+        call(system)
+    assert len(system.recorded) == before, "nothing was recorded"
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: shapes.Box((1, 0, 0), (0, 1, 1)), "low must not be above high"),
+        (lambda: shapes.Box((0, 0, 0), (1, 1, NAN)), "high must be 3 finite numbers"),
+        (lambda: shapes.Box((0, 0, 0), (1, 1, 1e20)), "1e15"),
+        (lambda: shapes.Sphere((0, 0, 0), 0), "radius must be > 0"),
+        (lambda: shapes.Sphere((0, 0, 0), -1), "radius must be"),
+        (lambda: shapes.Sphere((0, 0, 0), 1, 2), "inner_radius must be"),
+        (lambda: shapes.Sphere((0, 0, 0), "1"), "radius must be a number"),
+        (lambda: shapes.Disc((0, 0, 0), (0, 0, 0), 1), "normal must not be zero"),
+        (lambda: shapes.Disc((0, 0, 0), (0, 1, 0), 1, -1), "inner_radius must be"),
+        (lambda: shapes.Plane((0, 0, 0), (0, 0, 0)), "normal must not be zero"),
+        (lambda: shapes.Plane((0, 0), (0, 1, 0)), "point must be 3 numbers"),
+        (lambda: shapes.Rectangle((0, 0, 0), (1, 0, 0), (2, 0, 0)), "u and v must span an area"),
+        (lambda: shapes.Point("abc"), "p must be 3 numbers"),
+        (lambda: BALL.contains([1, 2]), "points must be an array of shape"),
+        (lambda: BALL.sample(-1), "n must be an integer"),
+        (lambda: BALL.sample(1, seed=-1), "seed must be an integer"),
+        (lambda: motes.Camera((0, 0), (0, 0, 0)), "position must be 3 numbers"),
+        (lambda: motes.Sprite("square"), "kind must be"),
+        (lambda: motes.Sprite(pixels=99), "pixels must be an integer in"),
+        (lambda: motes.Sprite(blend="multiply"), "blend must be"),
+        (lambda: motes.Renderer(0, 10, camera=CAMERA), "width must be an integer in"),
+        (lambda: motes.Renderer(10, 10**6, camera=CAMERA), "height must be an integer in"),
+        (lambda: motes.Renderer(10, 10, camera=(0, 0, 5)), "camera must be a motes.Camera"),
+        (lambda: motes.Renderer(10, 10, camera=CAMERA, exposure=-1), "exposure must be"),
+        (lambda: motes.Renderer(10, 10, camera=CAMERA, objects=[5]), "objects must be"),
+        (lambda: motes.Renderer(10, 10, camera=CAMERA, path="magic"), "path must be"),
+        (lambda: motes.Solid("ball"), "shape must be"),
+        (lambda: motes.Solid(BALL, (-1, 0, 0)), "color must be"),
+        (lambda: motes.Roles(manager=0.5, image_generator=0, calculators=[0]), "manager must be an integer"),
+    ],
+)
+def test_values(make, message):
+    with pytest.raises(ArgumentError, match=message):
+        make()
+
+
+def test_an_error_carries_its_parts():
+    with pytest.raises(ArgumentError) as caught:
+        shapes.Sphere((0, 0, 0), -2)
+    assert isinstance(caught.value, ValueError)
+    assert (caught.value.argument, caught.value.value) == ("radius", -2)
+    with pytest.raises(ArgumentError) as caught:  # an error of the engine's
+        shapes.Sphere((0, 0, 0), 1, 2)
+    assert caught.value.argument == "inner_radius"
+
+
+def test_what_numpy_makes_of_it_is_taken(system):
+    for vector in ([1, 2, 3], np.arange(3), np.float32([1, 2, 3]), (np.int64(1), 2.5, 3), range(3)):
+        system.gravity(vector)
+    system.source(BALL, rate=np.float32(3))
+    system.burst(np.zeros(3), count=np.int32(3))
+    system.configure(mass=np.float64(2), size=2, velocity=np.zeros(3))
+    system.emit(position=np.zeros((0, 3)))
+    system.emit(position=np.asfortranarray(np.ones((2, 3), np.int64)))
+
+
+# --- any nonsense at all
+
+NONSENSE: list[Any] = [
+    *(None, True, False, 0, 1, -1, 2, 0.5, -0.5, 1e-40, 1e20, 1e300, -1e300, 10**400, NAN, INF, -INF, 1j),
+    *("", "x", "nan", "1", b"1", [], (), {}, set(), object(), int, lambda: 0, Ellipsis),
+    *((1, 2), (1, 2, 3), (1, 2, 3, 4), (NAN, 0, 0), (INF, 0, 0), (None, 0, 0), ("a", 0, 0), (10**400, 0, 0)),
+    *((1e15, 0, 0), (1e16, 0, 0), (1e300, 0, 0), (True, False, True), [[1, 2, 3]], (1j, 0, 0), (1e-30, 0, 0)),
+    *(np.zeros(3), np.zeros((2, 3)), np.zeros((0, 3)), np.array([NAN, 0, 0]), np.float32(2), np.int64(-3)),
+    *(np.zeros(0), np.array("text"), np.array(None), np.bool_(True), np.datetime64("2020"), np.ma.masked),
+    *(shapes.Point((0, 0, 0)), shapes.Line((0, 0, 0), (1, 0, 0)), shapes.Plane((0, 0, 0), (0, 1, 0)), BALL),
+    *(shapes.Box((0, 0, 0), (0, 0, 0)), shapes.Disc((0, 0, 0), (0, 1, 0), 1), shapes.Sphere((0, 0, 0), 1e15)),
+    *(motes.Uniform(0, 1), motes.Uniform(1, 0), motes.Uniform((0, 0, 0), (1, 1, 1)), motes.Normal(0, 1)),
+    *(motes.Normal((0, 0, 0), NAN), motes.Uniform(None, "x"), motes.Sprite(), CAMERA, actions.Move()),
+]
+
+
+def callables(system: motes.System) -> list[tuple[Callable[..., Any], tuple[str, ...]]]:
+    """All calls that take arguments, with their names; `*name` is given by place."""
+    constructors: list[tuple[Callable[..., Any], tuple[str, ...]]] = [
+        (world_of, ("seed", "dt", "substeps", "axis", "space", "balancer", "renderer", "digest", "log")),
+        (world_of, ("roles", "progress", "combine", "checkpoint", "comm")),
+        (world_of().system, ("*name", "capacity", "sprite", "axis", "space", "attributes")),
+        (lambda **a: world_of().system("a", attributes=a), ("heat", "wind")),
+        (shapes.Point, ("*p",)),
+        (shapes.Line, ("*p0", "*p1")),
+        (shapes.Rectangle, ("*origin", "*u", "*v")),
+        (shapes.Disc, ("*center", "*normal", "*radius", "*inner_radius")),
+        (shapes.Plane, ("*point", "*normal")),
+        (shapes.Box, ("*low", "*high")),
+        (shapes.Sphere, ("*center", "*radius", "*inner_radius")),
+        (BALL.contains, ("*points",)),
+        (motes.Camera, ("*position", "*look_at", "up", "fov_deg", "near")),
+        (motes.Sprite, ("kind", "pixels", "blend")),
+        (motes.Solid, ("*shape", "color")),
+        (motes.Roles, ("manager", "image_generator", "calculators")),
+        (
+            lambda w, h, **a: motes.Renderer(w, h, camera=CAMERA, **a),
+            ("*width", "*height", "background", "exposure"),
+        ),
+        (lambda **a: motes.Renderer(9, 9, **a), ("camera", "objects", "path", "linear")),
+    ]
+    calls: list[tuple[Callable[..., Any], tuple[str, ...]]] = [
+        (system.configure, ("velocity", "color", "mass", "lifetime", "size", "heat", "up")),
+        (system.source, ("*shape", "rate", "jitter")),
+        (system.burst, ("*shape", "count")),
+        (system.vertex, ("*position",)),
+        (system.emit, ("position", "velocity", "heat")),
+        (system.gravity, ("*acceleration",)),
+        (system.damping, ("*damping", "min_speed", "max_speed")),
+        (system.random_acceleration, ("*shape",)),
+        (system.random_velocity, ("*shape",)),
+        (system.bounce, ("*shape", "restitution", "friction", "min_tangential_speed")),
+        (system.sink, ("*shape", "inside")),
+        (system.kill_old, ("*age_limit", "younger")),
+        (system.move, ("rotational",)),
+        (system.apply, ("*action",)),
+        (system.gather, ("to",)),
+    ]
+    return constructors + calls
+
+
+def nonsense_calls(count: int, seed: int) -> None:
+    """Make random calls: each succeeds or raises ArgumentError, or TypeError for a missing argument."""
+    dice = random.Random(seed)
+    world = world_of()
+    system = world.system("a", attributes={"heat": 0.0, "wind": (0, 0, 0)})
+    wrong: dict[str, str] = {}
+    with world:
+        targets = callables(system)
+        for _ in range(count):
+            call, names = dice.choice(targets)
+            values = {name: dice.choice(NONSENSE) for name in names if name[0] == "*" or dice.random() < 0.6}
+            places = [value for name, value in values.items() if name[0] == "*"]
+            words = {name: value for name, value in values.items() if name[0] != "*"}
+            try:
+                with np.errstate(all="ignore"):
+                    call(*places, **words)
+            except ArgumentError as error:
+                assert str(error)
+            except TypeError as error:
+                if "missing" not in str(error):
+                    wrong[f"{getattr(call, '__qualname__', call)} {type(error).__name__}: {error}"] = (
+                        f"{values}"
+                    )
+            except MotesError:
+                pass
+            except Exception as error:  # what must not happen; all of them are shown together
+                wrong[f"{getattr(call, '__qualname__', call)} {type(error).__name__}: {error}"] = f"{values}"
+    assert not wrong, "\n".join(f"{what}\n    by {how}" for what, how in sorted(wrong.items()))
+
+
+def test_nonsense_is_refused_or_taken():
+    nonsense_calls(6000, seed=3)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", range(10))
+def test_more_nonsense_is_refused_or_taken(seed):
+    nonsense_calls(30_000, seed=100 + seed)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_ordinary_scripts_give_finite_particles(seed):
+    """Random calls with numbers of ordinary size run, and nothing becomes infinite."""
+    dice = random.Random(seed)
+
+    def vector(scale: float = 5) -> tuple[float, float, float]:
+        return (dice.uniform(-scale, scale), dice.uniform(-scale, scale), dice.uniform(-scale, scale))
+
+    world = world_of(seed=seed, substeps=1 + seed)
+    s = world.system("a", capacity=3000)
+    regions: list[Callable[[], shapes.Shape]] = [
+        lambda: shapes.Sphere(vector(), dice.uniform(0.1, 5)),
+        lambda: shapes.Box((-1, -2, -3), vector(1) + np.array(1.0)),
+        lambda: shapes.Disc(vector(), (0, 1, dice.random()), dice.uniform(0.1, 5)),
+        lambda: shapes.Rectangle(vector(), (1, 0, 0), (0, 1, dice.random())),
+        lambda: shapes.Plane(vector(1), (dice.random(), 1, 0)),
+    ]
+    with world:
+        for _ in world.frames(25):
+            s.configure(velocity=motes.Normal(vector(), (1, 2, 3)), lifetime=motes.Uniform(0.2, 0.5))
+            s.source(dice.choice(regions)(), rate=dice.uniform(0, 9000), jitter=dice.random() < 0.5)
+            s.gravity(vector(20))
+            s.damping((0.5, 0.9, 1), max_speed=dice.uniform(1, 10))
+            s.random_acceleration(dice.choice(regions)())
+            for _ in range(3):
+                s.bounce(dice.choice(regions)(), restitution=dice.random(), friction=dice.random())
+            s.move()
+            s.kill_expired()
+            world.step()
+        p = s.gather()
+    assert len(p) > 100
+    for column in (p.position, p.velocity, p.up, p.age):
+        assert np.isfinite(column).all()
+    assert np.abs(p.position).max() < 1e4

@@ -1,0 +1,188 @@
+"""A rank fails inside a run: one message, on every rank the end within seconds. Real jobs on four ranks."""
+
+from __future__ import annotations
+
+import os
+import re
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from launching import Result, mpirun
+
+RANKS = 4
+FAULTY = Path(__file__).parent / "scenes" / "faulty.py"
+ROLES = ("image generator", "manager", "calculator 0", "calculator 1")
+FRAME = 3
+END_S = 3.0
+
+
+@dataclass(frozen=True)
+class Kind:
+    """How a rank fails, and what must be said about it."""
+
+    name: str
+    message: str
+    code: int | None = 1
+    """None: any but 0."""
+    trace: str = ""
+    """What the guilty rank's own traceback shows; empty: it has none."""
+
+
+KINDS = (
+    Kind("raise", "ValueError: the mistake", trace="raise ValueError"),
+    Kind("exit 0", r"called sys\.exit\(0\) in the middle of the run", trace="SystemExit"),
+    Kind("exit 3", r"called sys\.exit\(3\) in the middle of the run", code=3, trace="SystemExit"),
+    Kind("break", "", code=None),
+    Kind("segfault", "segmentation fault", code=None, trace="ctypes/__init__.py"),
+    Kind("kill", r"its process is gone \(killed or crashed\)", code=None),
+    Kind("another action", r"its script differs from the other ranks'.*gravity"),
+    Kind("another parameter", r"its script differs from the other ranks'.*gravity with other arguments"),
+    Kind("another verb", r"its script differs from the other ranks'.*digest"),
+)
+
+
+def reports(result: Result) -> list[str]:
+    """Return the first lines of all reports."""
+    return re.findall(r"^\*\*\* motes: (.*)$", result.err, re.MULTILINE)
+
+
+def faulty(
+    kind: str, rank: int, *, env: dict[str, str] | None = None, ranks: int = RANKS
+) -> tuple[Result, float]:
+    """Run the faulty scene; what it printed, and the seconds from the fault to the end."""
+    result = mpirun(ranks, FAULTY, kind, rank, timeout=20, env=env)
+    ended = time.time()
+    failing = re.search(r"failing at ([\d.]+)", result.out + result.err)
+    assert failing is not None, result.text
+    return result, ended - float(failing[1])
+
+
+def assert_told(kind: Kind, rank: int) -> None:
+    """One fault: ends in time, with one message that names rank, role and frame."""
+    result, seconds = faulty(kind.name, rank)
+    told = reports(result)
+    assert len(told) == 1, result.text
+    assert f"rank {rank} ({ROLES[rank]}), frame {FRAME}" in told[0], result.text
+    assert re.search(kind.message, told[0]), result.text
+    assert result.code != 0 if kind.code is None else result.code == kind.code, result.text
+    if kind.trace:
+        assert kind.trace in result.err, result.text
+    if kind.trace and kind.name != "segfault":  # a crash is told by several hands
+        assert result.err.count("Traceback (most recent call last)") == 1, result.text
+    assert seconds < END_S, f"{seconds:.1f} s\n{result.text}"
+
+
+@pytest.mark.parametrize("rank", range(RANKS))
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_a_fault_on_one_rank(kind: Kind, rank: int):
+    assert_told(kind, rank)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rank", range(RANKS))
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+def test_a_fault_five_times(kind: Kind, rank: int):
+    for _ in range(5):
+        assert_told(kind, rank)
+
+
+def test_the_scene_without_a_fault():
+    result = mpirun(RANKS, FAULTY, "none", 0)
+    assert result.lines[-1] == "done", result.text
+    assert reports(result) == []
+
+
+@pytest.mark.parametrize("kind", ["raise", "exit 3", "break"])
+def test_all_ranks_make_the_same_mistake(kind: str):
+    result, seconds = faulty(kind, -1)
+    if kind == "break":  # then all leave the loop together, which is no fault
+        assert result.code == 0, result.text
+        assert reports(result) == []
+        return
+    assert len(reports(result)) == 1, result.text
+    assert result.err.count("Traceback (most recent call last)") == 1, result.text
+    assert result.code == (3 if kind == "exit 3" else 1), result.text
+    assert seconds < END_S
+
+
+@pytest.mark.parametrize("kind", ["raise", "kill", "break", "another action"])
+def test_a_fault_of_a_rank_with_all_roles(kind: str):
+    result, seconds = faulty(kind, 0, ranks=3, env={"MOTES_TEST_ROLES": "shared"})
+    told = reports(result)
+    assert len(told) == 1, result.text
+    assert f"rank 0 (image generator, manager, calculator 0), frame {FRAME}" in told[0], result.text
+    assert result.code != 0
+    assert seconds < END_S
+
+
+def test_a_calculator_runs_out_of_memory():
+    result, seconds = faulty("no memory", 3)
+    told = reports(result)
+    assert len(told) == 1, result.text
+    assert f"rank 3 (calculator 1), frame {FRAME}" in told[0], result.text
+    assert "MemoryError" in result.err, result.text
+    assert "caught RankError on rank 2: rank 3 (calculator 1), frame 3, act" in result.out, result.text
+    assert seconds < END_S
+
+
+def test_a_log_that_cannot_be_written():
+    result, seconds = faulty("bad log", 1)
+    told = reports(result)
+    assert len(told) == 1, result.text
+    assert "rank 1 (manager), frame 0" in told[0], result.text
+    assert "/dev/null/log" in told[0], result.text
+    assert result.code == 1
+    assert seconds < END_S
+
+
+@pytest.mark.parametrize("rank", [1, 3])
+def test_a_stalled_rank_is_named(rank: int):
+    stopped: list[int] = []
+
+    def stop(launcher: int) -> None:
+        # The rank writes its number into a file when it may be stopped.
+        if not stopped and mark.exists() and (text := mark.read_text()).endswith("\n"):
+            stopped.append(int(text))
+            os.kill(stopped[0], signal.SIGSTOP)
+
+    mark = Path(f"/tmp/motes-test-stall-{os.getpid()}-{rank}")
+    try:
+        result = mpirun(
+            *(RANKS, FAULTY, "stall", rank, mark),
+            timeout=20,
+            env={"MOTES_STALL_S": "2"},
+            watch=stop,
+        )
+    finally:
+        mark.unlink(missing_ok=True)
+    told = reports(result)
+    assert len(told) == 1, result.text
+    # Whoever notices first names the rank that it waits for; that rank may itself wait for the stopped one.
+    assert re.search(r"rank \d \(.*\) waited [23] s for rank \d \(.*\): frame \d+, phase \w+", told[0]), (
+        result.text
+    )
+    if rank == 1:  # everybody waits for the manager
+        assert "for rank 1 (manager)" in told[0], result.text
+    assert result.code != 0
+    assert result.seconds < 10, result.text
+
+
+def test_an_interrupt_ends_all_ranks():
+    sent: list[float] = []
+
+    def interrupt(launcher: int) -> None:
+        if not sent and mark.exists():
+            sent.append(time.monotonic())
+            os.kill(launcher, signal.SIGINT)
+
+    mark = Path(f"/tmp/motes-test-interrupt-{os.getpid()}")
+    try:
+        result = mpirun(RANKS, FAULTY, "endless", 0, mark, timeout=20, watch=interrupt)
+    finally:
+        mark.unlink(missing_ok=True)
+    assert result.code != 0, result.text
+    assert sent
+    assert result.seconds < 12, result.text

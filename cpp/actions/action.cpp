@@ -135,7 +135,8 @@ void check(const Action& action) {
                                 " > " + text(action.numbers[4]));
   }
   const shapes::Shape* wrong = action.kind == Kind::bounce ? without_surface(action.shapes[0]) : nullptr;
-  if (wrong != nullptr) throw std::invalid_argument("bounce: shape must have a surface, got a " + shapes::name(wrong->kind));
+  if (wrong != nullptr)
+    throw std::invalid_argument("bounce: shape must have a surface, got a " + shapes::name(wrong->kind));
 }
 
 }  // namespace motes::actions

@@ -17,6 +17,7 @@ struct Block {
   float* const* component;   // one plane a component of the schema, at the block's first particle
   const std::uint64_t* ids;
   std::int32_t* dead;        // all bits set where a particle was killed
+  std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody asks
 };
 
 /// A (sub)step of one action.

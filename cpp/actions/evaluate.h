@@ -41,7 +41,8 @@ MOTES_INLINE Floats floor(Floats v) {
 
 #define MOTES_BINARY(expression) \
   binary(n, a, top, [](Floats x, Floats y) __attribute__((always_inline)) { return (Floats)(expression); })
-#define MOTES_UNARY(expression) unary(n, top, [](Floats x) __attribute__((always_inline)) { return (Floats)(expression); })
+#define MOTES_UNARY(expression) \
+  unary(n, top, [](Floats x) __attribute__((always_inline)) { return (Floats)(expression); })
 
 /// Runs checked instructions; the result is at the stack's first level (a truth: all bits set or none).
 inline void evaluate(const actions::Instruction* code, std::size_t length, const shapes::Shape* shapes,
@@ -98,8 +99,8 @@ inline void set(const actions::Parameters& p, const actions::Block& b, const act
   }
   for (int c = 0; c < p.width; ++c) {
     const float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
-    each(b.count, [&](std::size_t i)
-                      __attribute__((always_inline)) { store(b.component[p.target + c] + i, load(result + i)); });
+    each(b.count,
+         [&](std::size_t i) __attribute__((always_inline)) { store(b.component[p.target + c] + i, load(result + i)); });
   }
 }
 

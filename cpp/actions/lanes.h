@@ -8,8 +8,9 @@
 namespace motes::MOTES_ISA {
 
 // First components of the built-in attributes (the order of particles::Schema's constructor).
-inline constexpr int kPositionAt = 0, kVelocityAt = 3, kUpAt = 6, kSpinAt = 9, kColorAt = 12, kAlphaAt = 15, kSizeAt = 16,
-                     kMassAt = 19, kAgeAt = 20, kLifetimeAt = 21, kPositionBAt = 22, kVelocityBAt = 25, kUpBAt = 28;
+inline constexpr int kPositionAt = 0, kVelocityAt = 3, kUpAt = 6, kSpinAt = 9, kColorAt = 12, kAlphaAt = 15,
+                     kSizeAt = 16, kMassAt = 19, kAgeAt = 20, kLifetimeAt = 21, kPositionBAt = 22, kVelocityBAt = 25,
+                     kUpBAt = 28;
 
 MOTES_INLINE Floats3 load3(const actions::Block& b, int at, std::size_t i) {
   return {load(b.component[at] + i), load(b.component[at + 1] + i), load(b.component[at + 2] + i)};

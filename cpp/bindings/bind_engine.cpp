@@ -84,6 +84,14 @@ py::object last_row(const Engine& engine) {
   return d;
 }
 
+void on_callback(Engine& engine, py::function call) {
+  engine.on_callback(
+      [held = std::make_shared<py::function>(std::move(call))](int system, int number, std::size_t begin) {
+        const py::gil_scoped_acquire gil;
+        (*held)(system, number, begin);
+      });
+}
+
 py::object gather(Engine& engine, int system, bool to_all) {
   std::unique_ptr<particles::Store> store;
   {
@@ -120,9 +128,19 @@ void bind_engine(py::module_& m) {
       .def(
           "run_pending", [](Engine& e, int system) { e.local(system); }, Release())
       .def("touched", &Engine::touched)
-      .def("local_column",
-           [](Engine& e, int system, int attribute) { return column_view(*e.system(system).store, attribute); })
-      .def("local_ids", [](Engine& e, int system) { return id_view(*e.system(system).store); })
+      .def("record_callback", [](Engine& e, int system, const std::string& name,
+                                 int number) { e.record(system, recording::Callback{name, number}); })
+      .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })
+      .def("on_callback", &on_callback)
+      .def(
+          "local_column",
+          [](Engine& e, int system, int attribute, std::size_t begin) {
+            return column_view(*e.system(system).store, attribute, begin);
+          },
+          py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
+      .def(
+          "local_ids", [](Engine& e, int system, std::size_t begin) { return id_view(*e.system(system).store, begin); },
+          py::arg("system"), py::arg("begin") = 0)
       .def("local_size", [](Engine& e, int system) { return e.system(system).store->size(); })
       .def("memory_bytes", [](Engine& e, int system) { return e.system(system).store->memory_bytes(); })
       .def("count", [](Engine& e, int system) { return e.system(system).alive; })

@@ -95,6 +95,24 @@ Action make_action(const std::string& name, std::vector<double> numbers, std::ve
   return action;
 }
 
+recording::Spawn make_spawn(int into, const std::string& on, std::uint32_t count, double inherit_velocity,
+                            const State& state, const Steps& where, std::vector<shapes::Shape> shapes) {
+  recording::Spawn spawn;
+  spawn.into = into;
+  if (on != "birth" && on != "death" && on != "collision") {
+    throw std::invalid_argument("on must be birth, death or collision, got '" + on + "'");
+  }
+  spawn.on = on == "birth"   ? recording::Spawn::On::birth
+             : on == "death" ? recording::Spawn::On::death
+                             : recording::Spawn::On::collision;
+  spawn.count = count;
+  spawn.inherit_velocity = inherit_velocity;
+  spawn.state = given(state);
+  spawn.where = expression(where);
+  spawn.shapes = std::move(shapes);
+  return spawn;
+}
+
 }  // namespace
 
 void bind_recording(py::module_& m) {
@@ -116,6 +134,9 @@ void bind_recording(py::module_& m) {
       .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"))
       .def_static("burst", &burst, py::arg("shape"), py::arg("count"), py::arg("state"))
       .def_static("emit", &emit, py::arg("count"), py::arg("columns"), py::arg("state"));
+  py::class_<recording::Spawn>(m, "Spawn")
+      .def(py::init(&make_spawn), py::arg("into"), py::arg("on"), py::arg("count"), py::arg("inherit_velocity"),
+           py::arg("state"), py::arg("where"), py::arg("shapes"));
   m.def("action_names", [] {
     std::vector<std::string> names;
     for (int k = 0; k < actions::kKinds; ++k) names.emplace_back(actions::facts(static_cast<actions::Kind>(k)).name);

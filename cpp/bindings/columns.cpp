@@ -12,19 +12,19 @@ py::capsule keep(std::shared_ptr<T[]> memory) {
 
 }  // namespace
 
-py::array column_view(particles::Store& store, int attribute) {
-  float* first = store.writable_plane(attribute, 0);
-  const auto n = static_cast<py::ssize_t>(store.size());
+py::array column_view(particles::Store& store, int attribute, std::size_t begin) {
+  float* first = store.writable_plane(attribute, 0) + begin;
+  const auto n = static_cast<py::ssize_t>(store.size() - begin);
   const py::capsule owner = keep(store.planes(attribute));
   if (store.schema()[attribute].width == 1) return py::array_t<float>({n}, {sizeof(float)}, first, owner);
   const auto stride = static_cast<py::ssize_t>(store.plane_stride() * sizeof(float));
   return py::array_t<float>({n, py::ssize_t{3}}, {static_cast<py::ssize_t>(sizeof(float)), stride}, first, owner);
 }
 
-py::array id_view(particles::Store& store) {
+py::array id_view(particles::Store& store, std::size_t begin) {
   store.reserve(1);
-  const auto n = static_cast<py::ssize_t>(store.size());
-  py::array_t<std::uint64_t> ids({n}, {sizeof(std::uint64_t)}, store.ids(), keep(store.shared_ids()));
+  const auto n = static_cast<py::ssize_t>(store.size() - begin);
+  py::array_t<std::uint64_t> ids({n}, {sizeof(std::uint64_t)}, store.ids() + begin, keep(store.shared_ids()));
   py::object flags = ids.attr("flags");
   flags.attr("writeable") = false;  // an id is for life
   return ids;

@@ -51,33 +51,101 @@ void Engine::take_cuts(System& system, particles::Reader& in) {
 
 void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births) {
   const double start = comm::cpu_seconds();
+  if (system.children.count > 0) {
+    const std::size_t before = system.store->size();
+    system.store->unpack(births);
+    system.tally.created += system.store->size() - before;
+  }
   run_list(system, groups, [&](std::size_t) { system.store->unpack(births); });
-  if (system.pending_program().size() == 0 && system.moved) {
-    const recording::Slice slice{system.definition.axis, system.domains.low(calculator()),
-                                 system.domains.high(calculator())};
-    recording::Program::find_leavers(*system.store, 0, slice, system.outcome);
+  if (system.moved && system.outcome.left.empty()) {  // a list without actions has not looked for leavers
+    recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
+    drop_dead(system.outcome);
   }
   system.tally.compute_s += comm::cpu_seconds() - start;
+}
+
+recording::Slice Engine::slice_of(const System& system) const {
+  return {system.definition.axis, system.domains.low(calculator()), system.domains.high(calculator())};
 }
 
 // Old particles run the whole list; newborn ones enter it behind the call that made them.
 void Engine::run_list(System& system, const std::vector<BirthGroup>& groups,
                       const std::function<void(std::size_t)>& append) {
-  Store& store = *system.store;
-  const recording::Program program = system.pending_program();
-  const recording::Slice slice{system.definition.axis, system.domains.low(calculator()),
-                               system.domains.high(calculator())};
-  recording::Span span{frame_, options_.substeps, options_.dt, 0};
+  const std::vector<Piece> pieces = system.pending_pieces();
+  std::vector<std::uint32_t> newborn;
+  const std::vector<const recording::Spawn*> rules = system.rules();
   system.outcome.clear();
-  program.run(store, 0, 0, span, system.key, slice, system.outcome);
+  system.outcome.wants_hits = std::any_of(rules.begin(), rules.end(), [](const recording::Spawn* rule) {
+    return rule->on == recording::Spawn::On::collision;
+  });
+  run_pieces(system, pieces, 0, 0, 0);
   for (std::size_t g = 0; g < groups.size(); ++g) {
-    const std::size_t begin = store.size();
+    const std::size_t begin = system.store->size();
     append(g);
-    system.tally.created += store.size() - begin;
-    span.first = groups[g].substep;
-    program.run(store, begin, groups[g].entry, span, system.key, slice, system.outcome);
+    for (std::size_t i = begin; i < system.store->size(); ++i) newborn.push_back(static_cast<std::uint32_t>(i));
+    system.tally.created += system.store->size() - begin;
+    run_pieces(system, pieces, begin, groups[g].entry, groups[g].substep);
+  }
+  if (pieces.size() > 1 || pieces[0].callback >= 0) {
+    system.outcome.left.clear();
+    recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
+    drop_dead(system.outcome);
   }
   system.tally.killed += system.outcome.dead.size();
+  note_events(system, rules, newborn);
+}
+
+// Callbacks act between pieces of the list, so each sub-step runs piece by piece; without them all is one pass.
+void Engine::run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
+                        int first_substep) {
+  particles::Store& store = *system.store;
+  recording::Span span{frame_, options_.substeps, options_.dt, first_substep, 0};
+  if (pieces.size() == 1 && pieces[0].callback < 0) {
+    pieces[0].program.run(store, begin, entry, span, system.key, slice_of(system), system.outcome);
+    return;
+  }
+  if (begin >= store.size()) return;
+  const recording::Slice everywhere{system.definition.axis};
+  for (int substep = first_substep; substep < options_.substeps; ++substep) {
+    span.first = substep;
+    span.last = substep + 1;
+    const std::size_t from = substep == first_substep ? entry : 0;
+    for (const Piece& piece : pieces) {
+      const std::size_t end = piece.first + piece.program.size();
+      const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
+      piece.program.run(store, begin, skip, span, system.key, everywhere, system.outcome);
+      if (piece.callback >= 0 && from <= end) call_back(system, piece.callback, begin);
+    }
+  }
+}
+
+void Engine::call_back(System& system, int number, std::size_t begin) {
+  for (std::size_t i = 0; i < systems_.size(); ++i) {
+    if (systems_[i].get() == &system) callback_(static_cast<int>(i), number, begin);
+  }
+}
+
+// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
+void Engine::drop_dead(recording::Outcome& outcome) {
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+  std::erase_if(outcome.left,
+                [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
+}
+
+// Before the dead go: what the spawn rules want to know.
+void Engine::note_events(System& system, const std::vector<const recording::Spawn*>& rules,
+                         const std::vector<std::uint32_t>& newborn) {
+  using On = recording::Spawn::On;
+  system.events.resize(rules.size());
+  for (std::size_t r = 0; r < rules.size(); ++r) {
+    const recording::Outcome& outcome = system.outcome;
+    const auto& indices = rules[r]->on == On::birth ? newborn : rules[r]->on == On::death ? outcome.dead : outcome.hits;
+    const std::vector<recording::Event> found = recording::events_of(*rules[r], *system.store, indices);
+    system.events[r].insert(system.events[r].end(), found.begin(), found.end());
+  }
 }
 
 particles::Store& Engine::local(int index) {
@@ -87,7 +155,8 @@ particles::Store& Engine::local(int index) {
   const bool calculates = calculator() >= 0;
   const std::vector<BirthGroup> groups = s.count_births(frame_, options_.dt, options_.substeps);
   const double start = comm::cpu_seconds();
-  const Stores newborn = calculates || s.waits_for_fit ? make_births(s, groups) : Stores{};
+  Stores newborn;
+  if (calculates || s.waits_for_fit) make_births(s, groups, newborn);
   if (calculates) {
     run_list(s, groups, [&](std::size_t g) {
       const Store& store = newborn[g];

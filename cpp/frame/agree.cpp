@@ -41,6 +41,7 @@ Report Engine::own_report() {
     row.compute_s = s.tally.compute_s;
     row.sent = sent_[i];
     row.digest = digests_[i];
+    if (in_frame()) row.events = s.events;
     report.systems.push_back(std::move(row));
   }
   report.tail = std::move(tail_);
@@ -73,6 +74,7 @@ void Engine::judge() {
         }
       }
     }
+    collect_offspring(reports, verdict);
     note_frame(reports, verdict);
   }
   for (int to = 0; to < comm_->size(); ++to) {
@@ -81,6 +83,27 @@ void Engine::judge() {
     Message message;
     write(verdict, message.bytes());
     comm_->post(to, Phase::verdict, stamp(), std::move(message), 0, verdict.failure.failed());
+  }
+}
+
+// Children are numbered in the order of systems, rules and the parents' ids: no rank can show in it.
+void Engine::collect_offspring(std::vector<Report>& reports, Verdict& verdict) {
+  verdict.spawned.assign(systems_.size(), 0);
+  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) {
+    const std::vector<const recording::Spawn*> rules = systems_[i]->rules();
+    for (std::size_t r = 0; r < rules.size(); ++r) {
+      recording::Offspring offspring{*rules[r], {}};
+      for (const int rank : cast_.calculators) {
+        const auto& events = reports[static_cast<std::size_t>(rank)].systems[i].events;
+        if (r < events.size()) offspring.events.insert(offspring.events.end(), events[r].begin(), events[r].end());
+      }
+      if (offspring.events.empty()) continue;
+      std::sort(offspring.events.begin(), offspring.events.end(),
+                [](const recording::Event& a, const recording::Event& b) { return a.id < b.id; });
+      const auto into = static_cast<std::size_t>(offspring.rule.into);
+      verdict.spawned[into] += offspring.events.size() * offspring.rule.count;
+      systems_[into]->offspring.push_back(std::move(offspring));
+    }
   }
 }
 
@@ -149,7 +172,10 @@ void Engine::obey(Verdict verdict) {
                                  : who + ", " + verdict.failure.action + ": " + verdict.failure.text;
     throw Agreed(std::move(verdict), frame_, role, text);
   }
-  for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->alive = verdict.alive[i];
+  for (std::size_t i = 0; i < systems_.size(); ++i) {
+    systems_[i]->alive = verdict.alive[i];
+    systems_[i]->spawned += verdict.spawned[i];
+  }
   digests_ = verdict.digests;
   verdict_ = std::move(verdict);
 }

@@ -1,5 +1,7 @@
 // create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
 // its message is also the notice that transmission has ended, and says what it was asked to do.
+#include <numeric>
+
 #include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/work.h"
@@ -26,7 +28,9 @@ void Engine::deal() {
   work("create", [&] {
     for (std::size_t i = 0; i < systems_.size(); ++i) {
       System& system = *systems_[i];
-      const Stores newborn = make_births(system, groups_[i]);
+      Stores newborn;
+      if (in_frame() && system.children.count > 0) newborn.push_back(make_children(system));
+      make_births(system, groups_[i], newborn);
       cuts.put(system.new_cuts);
       if (system.new_cuts) {
         cuts.put(static_cast<std::uint32_t>(system.domains.cuts().size()));
@@ -71,12 +75,30 @@ Message Engine::receive_births() {
   return message;
 }
 
-Engine::Stores Engine::make_births(System& system, const std::vector<BirthGroup>& groups) {
-  Stores newborn;
-  newborn.reserve(groups.size());
+void Engine::make_births(System& system, const std::vector<BirthGroup>& groups, Stores& newborn) {
   for (const BirthGroup& group : groups) newborn.push_back(system.make(group, options_.dt, options_.substeps));
   fit(system, newborn);
-  return newborn;
+}
+
+// What the last frame's events bear: one store, in the order of their ids.
+particles::Store Engine::make_children(System& system) {
+  particles::Store all(system.schema);
+  std::uint64_t first = system.children.first_id;
+  std::uint64_t left = system.children.count;
+  for (const recording::Offspring& offspring : system.offspring) {
+    const particles::Store some =
+        recording::make(offspring, system.schema, system.key, first, left, system.keeps_copies);
+    std::vector<std::uint32_t> everyone(some.size());
+    std::iota(everyone.begin(), everyone.end(), 0u);
+    particles::Bytes bytes;
+    some.pack(everyone, bytes);
+    particles::Reader in(bytes.view());
+    all.unpack(in);
+    first += some.size();
+    left -= some.size();
+  }
+  system.offspring.clear();
+  return all;
 }
 
 // space "fit": the first births decide where the domains lie.

@@ -72,6 +72,11 @@ class Engine {
   /// The script may have moved particles of this rank.
   void touched(int system) { this->system(system).moved = true; }
 
+  /// How the script's callbacks are called: with a system, the callback's number and the first particle it concerns.
+  void on_callback(std::function<void(int system, int callback, std::size_t begin)> call) {
+    callback_ = std::move(call);
+  }
+
   /// Collective. The first and the last word of a run: all ranks are here, with the same systems and seed.
   void start();
   void finish();
@@ -121,8 +126,9 @@ class Engine {
   void deal();
   static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
   comm::Message receive_births();
-  Stores make_births(System& system, const std::vector<BirthGroup>& groups);
+  void make_births(System& system, const std::vector<BirthGroup>& groups, Stores& newborn);
   void fit(System& system, const Stores& newborn) const;
+  static particles::Store make_children(System& system);
 
   // act.cpp: calculators
   void act(const comm::Message& births);
@@ -130,12 +136,20 @@ class Engine {
   static void take_cuts(System& system, particles::Reader& in);
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
   void run_list(System& system, const std::vector<BirthGroup>& groups, const std::function<void(std::size_t)>& append);
+  recording::Slice slice_of(const System& system) const;
+  void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
+                  int first_substep);
+  void call_back(System& system, int number, std::size_t begin);
+  static void drop_dead(recording::Outcome& outcome);
+  static void note_events(System& system, const std::vector<const recording::Spawn*>& rules,
+                          const std::vector<std::uint32_t>& newborn);
   void pack_leavers(System& system, std::size_t index);
 
   // agree.cpp: all -> manager -> all
   void agree();
   Report own_report();
   void judge();
+  void collect_offspring(std::vector<Report>& reports, Verdict& verdict);
   Verdict compare(std::vector<Report>& reports) const;
   Verdict mismatch(std::vector<Report>& reports) const;
   void obey(Verdict verdict);
@@ -154,6 +168,7 @@ class Engine {
   void note_loads(const std::vector<Report>& reports, std::size_t system, FrameRow& row) const;
   void note_tails(const std::vector<Report>& reports);
 
+  std::function<void(int system, int callback, std::size_t begin)> callback_;
   std::unique_ptr<comm::Communicator> comm_;
   roles::Cast cast_;
   Options options_;

@@ -60,6 +60,10 @@ void Engine::record(int index, recording::Item item) {
     recording::check(*birth, s.schema);
     if (recording::gives_copies(*birth)) s.keep_copies();
   }
+  if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
+    if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
+    recording::check(*spawn, s.schema, system(spawn->into).schema);
+  }
   s.list.push_back(std::move(item));
 }
 

@@ -46,6 +46,8 @@ void put(Bytes& out, const SystemReport& system) {
   out.put(system.compute_s);
   put_list(out, system.sent);
   out.put(system.digest);
+  out.put(static_cast<std::uint32_t>(system.events.size()));
+  for (const std::vector<recording::Event>& events : system.events) put_list(out, events);
 }
 
 SystemReport get_system(Reader& in) {
@@ -57,6 +59,8 @@ SystemReport get_system(Reader& in) {
   system.compute_s = in.get<double>();
   system.sent = get_list<Sent>(in);
   system.digest = in.get<particles::Digest>();
+  const auto rules = in.get<std::uint32_t>();
+  for (std::uint32_t r = 0; r < rules; ++r) system.events.push_back(get_list<recording::Event>(in));
   return system;
 }
 
@@ -97,6 +101,7 @@ void write(const Verdict& verdict, Bytes& out) {
   put_list(out, verdict.sources);
   put_list(out, verdict.alive);
   put_list(out, verdict.digests);
+  put_list(out, verdict.spawned);
 }
 
 Verdict read_verdict(Reader& in) {
@@ -107,6 +112,7 @@ Verdict read_verdict(Reader& in) {
   verdict.sources = get_list<std::int32_t>(in);
   verdict.alive = get_list<std::uint64_t>(in);
   verdict.digests = get_list<particles::Digest>(in);
+  verdict.spawned = get_list<std::uint64_t>(in);
   return verdict;
 }
 

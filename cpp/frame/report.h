@@ -7,6 +7,7 @@
 
 #include "particles/bytes.h"
 #include "particles/digest.h"
+#include "recording/spawn.h"
 
 namespace motes::frame {
 
@@ -47,6 +48,7 @@ struct SystemReport {
   double compute_s = 0;
   std::vector<Sent> sent;
   particles::Digest digest;
+  std::vector<std::vector<recording::Event>> events;  // one list a spawn rule
 };
 
 /// What became known too late for the report of its own frame: it travels with the next one.
@@ -72,6 +74,7 @@ struct Verdict {
   std::vector<std::int32_t> sources;    // ranks that will send this rank particles
   std::vector<std::uint64_t> alive;     // one a system, over all ranks
   std::vector<particles::Digest> digests;
+  std::vector<std::uint64_t> spawned;   // one a system: children that the next frame starts with
 };
 
 void write(const Report& report, particles::Bytes& out);

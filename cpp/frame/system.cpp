@@ -44,7 +44,8 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
 
 particles::Store System::make(const BirthGroup& group, double dt, int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
-  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps), keeps_copies);
+  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps),
+                         keeps_copies);
 }
 
 void System::keep_copies() {
@@ -53,19 +54,39 @@ void System::keep_copies() {
   for (const auto& [copy, original] : particles::kCopies) store->copy_attribute(original, copy);
 }
 
-recording::Program System::pending_program() const {
+std::vector<Piece> System::pending_pieces() const {
+  std::vector<Piece> pieces;
   std::vector<actions::Action> actions;
-  std::uint32_t place = 0;
+  std::uint32_t before = 0;  // actions of earlier segments and pieces
+  std::size_t first = 0;
+  const auto cut = [&](int callback) {
+    const std::size_t length = actions.size();
+    pieces.push_back({recording::Program(std::move(actions), before), first, callback});
+    actions.clear();
+    before += static_cast<std::uint32_t>(length);
+    first += length;
+  };
   for (std::size_t i = 0; i < list.size(); ++i) {
-    const auto* action = std::get_if<actions::Action>(&list[i]);
-    if (action == nullptr) continue;
-    if (i < run_items) {
-      ++place;
-    } else {
-      actions.push_back(*action);
+    if (const auto* action = std::get_if<actions::Action>(&list[i])) {
+      if (i < run_items) {
+        ++before;
+      } else {
+        actions.push_back(*action);
+      }
+    } else if (const auto* callback = std::get_if<recording::Callback>(&list[i]); callback && i >= run_items) {
+      cut(callback->number);
     }
   }
-  return recording::Program(std::move(actions), place);
+  if (!actions.empty() || pieces.empty()) cut(-1);
+  return pieces;
+}
+
+std::vector<const recording::Spawn*> System::rules() const {
+  std::vector<const recording::Spawn*> all;
+  for (const Item& item : list) {
+    if (const auto* spawn = std::get_if<recording::Spawn>(&item)) all.push_back(spawn);
+  }
+  return all;
 }
 
 void System::start_frame() {
@@ -76,6 +97,13 @@ void System::start_frame() {
   moved = false;
   tally = {};
   tally.at_start = store->size();
+  events.clear();
+  const std::uint64_t room = definition.capacity > alive ? definition.capacity - alive : 0;
+  children = {0, 0, 0, born, std::min(spawned, room)};
+  dropped += spawned - children.count;
+  born += children.count;
+  born_this_frame += children.count;
+  spawned = 0;
 }
 
 }  // namespace motes::frame

@@ -22,6 +22,13 @@ struct BirthGroup {
   std::uint64_t count = 0;
 };
 
+/// A stretch of the list between callbacks.
+struct Piece {
+  recording::Program program;
+  std::size_t first = 0;   // actions before it in the segment
+  int callback = -1;       // that stands behind it, or -1
+};
+
 /// What happened to one system on one calculator in this frame.
 struct Tally {
   std::uint64_t at_start = 0;
@@ -47,8 +54,11 @@ class System {
   /// The *_b attributes are in use from here on: particles that live already get copies of what they are now.
   void keep_copies();
 
-  /// Actions of the items that have not run yet.
-  recording::Program pending_program() const;
+  /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
+  std::vector<Piece> pending_pieces() const;
+
+  /// The frame's spawn rules so far, in order.
+  std::vector<const recording::Spawn*> rules() const;
 
   /// All items so far have run.
   void mark_run() { run_items = list.size(); }
@@ -76,6 +86,11 @@ class System {
   std::uint64_t dropped = 0;          // births above the capacity so far
   recording::Outcome outcome;
   Tally tally;
+
+  std::vector<std::vector<recording::Event>> events;  // one list a rule: parents on this rank
+  std::uint64_t spawned = 0;  // children of all rules and ranks that the next frame starts with
+  BirthGroup children;  // of which this frame starts with so many
+  std::vector<recording::Offspring> offspring;  // manager: what they are made of
 };
 
 }  // namespace motes::frame

@@ -83,11 +83,10 @@ void check(const Birth& birth, const particles::Schema& schema) {
 }
 
 bool gives_copies(const Birth& birth) {
-  const auto is_copy = [](int attribute) {
-    return attribute >= particles::position_b && attribute <= particles::up_b;
-  };
+  const auto is_copy = [](int attribute) { return attribute >= particles::position_b && attribute <= particles::up_b; };
   return std::any_of(birth.state.begin(), birth.state.end(), [&](const Given& g) { return is_copy(g.attribute); }) ||
-         std::any_of(birth.columns.begin(), birth.columns.end(), [&](const Emitted& e) { return is_copy(e.attribute); });
+         std::any_of(birth.columns.begin(), birth.columns.end(),
+                     [&](const Emitted& e) { return is_copy(e.attribute); });
 }
 
 std::uint64_t births_between(const Birth& birth, double from, double to) {

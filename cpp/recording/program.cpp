@@ -141,11 +141,14 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
   const float* axis = store.plane(particles::position, slice.axis);
   const float dt = static_cast<float>(span.dt / span.substeps);
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
+  std::array<std::int32_t, kBlock + particles::kPadding> hit{};
+  const int last = span.last > 0 ? span.last : span.substeps;
 
   for (std::size_t at = begin; at < store.size(); at += kBlock) {
     const std::size_t count = std::min(kBlock, store.size() - at);
-    const actions::Block block{count, planes.at(at), store.ids() + at, dead.data()};
-    for (int substep = span.first; substep < span.substeps; ++substep) {
+    const actions::Block block{count, planes.at(at), store.ids() + at, dead.data(),
+                               outcome.wants_hits ? hit.data() : nullptr};
+    for (int substep = span.first; substep < last; ++substep) {
       const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
                         static_cast<std::uint32_t>(substep);
       for (std::size_t o = substep == span.first ? entry : 0; o < operations.size(); ++o) {
@@ -160,6 +163,10 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
     }
     collect(block, axis == nullptr ? nullptr : axis + at, slice, at, outcome);
     dead.fill(0);
+    for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
+      if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
+    }
+    if (outcome.wants_hits) hit.fill(0);
   }
 }
 
@@ -167,17 +174,22 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
 void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> dead;
+  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> hit;
   static thread_local std::vector<float> before;
   const actions::Parameters& p = operation.parameters;
   actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block, p.scratch);
   std::memcpy(mask.data(), p.scratch, block.count * sizeof(float));
   std::memcpy(dead.data(), block.dead, block.count * sizeof(std::int32_t));
+  if (block.hit != nullptr) std::memcpy(hit.data(), block.hit, block.count * sizeof(std::int32_t));
   before.resize(operation.written.size() * kBlock);
   for (std::size_t w = 0; w < operation.written.size(); ++w) {
     std::memcpy(before.data() + w * kBlock, block.component[operation.written[w]], block.count * sizeof(float));
   }
   operation.kernel(p, block, step);
   for (std::size_t i = 0; i < block.count; ++i) block.dead[i] = dead[i] | (block.dead[i] & mask[i]);
+  for (std::size_t i = 0; block.hit != nullptr && i < block.count; ++i) {
+    block.hit[i] = hit[i] | (block.hit[i] & mask[i]);
+  }
   for (std::size_t w = 0; w < operation.written.size(); ++w) {
     float* plane = block.component[operation.written[w]];
     const float* saved = before.data() + w * kBlock;

@@ -17,6 +17,7 @@ struct Span {
   int substeps = 1;
   double dt = 0;  // seconds a frame
   int first = 0;
+  int last = 0;  // behind the last sub-step; 0: all
 };
 
 /// The part of space whose particles stay: low <= x < high along the axis (0..2).
@@ -30,10 +31,13 @@ struct Slice {
 struct Outcome {
   std::vector<std::uint32_t> dead;
   std::vector<std::uint32_t> left;
+  std::vector<std::uint32_t> hits;  // bounced at least once; kept only where `wants_hits`
+  bool wants_hits = false;
 
   void clear() {
     dead.clear();
     left.clear();
+    hits.clear();
   }
 };
 

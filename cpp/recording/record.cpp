@@ -44,6 +44,8 @@ constexpr int kEnumerators<image::Sprite::Kind> = 2;
 template <>
 constexpr int kEnumerators<domains::Space::Kind> = 3;
 template <>
+constexpr int kEnumerators<Spawn::On> = 3;
+template <>
 constexpr int kEnumerators<Verb> = 6;
 
 struct Get {
@@ -138,17 +140,22 @@ void fields(Way& way, actions::Action& a) {
 }
 
 template <class Way>
+void state(Way& way, std::vector<Given>& list) {
+  way.length(list);
+  for (Given& given : list) {
+    way.plain(given.attribute);
+    fields(way, given.distribution);
+  }
+}
+
+template <class Way>
 void fields(Way& way, Birth& b) {
   way.plain(b.kind);
   fields(way, b.shape);
   way.plain(b.rate);
   way.plain(b.amount);
   way.plain(b.jitter);
-  way.length(b.state);
-  for (Given& given : b.state) {
-    way.plain(given.attribute);
-    fields(way, given.distribution);
-  }
+  state(way, b.state);
   way.length(b.columns);
   for (Emitted& column : b.columns) {
     way.plain(column.attribute);
@@ -158,6 +165,24 @@ void fields(Way& way, Birth& b) {
 
 template <class Way>
 void fields(Way&, Read&) {}
+
+template <class Way>
+void fields(Way& way, Spawn& s) {
+  way.plain(s.into);
+  way.plain(s.on);
+  way.plain(s.count);
+  way.plain(s.inherit_velocity);
+  state(way, s.state);
+  fields(way, s.where);
+  way.length(s.shapes);
+  for (shapes::Shape& shape : s.shapes) fields(way, shape);
+}
+
+template <class Way>
+void fields(Way& way, Callback& c) {
+  way.text(c.name);
+  way.plain(c.number);
+}
 
 template <class Way>
 void fields(Way& way, image::Sprite& s) {
@@ -213,6 +238,8 @@ void item(Get& get, Item& value) {
     case 0: value = Birth{}; break;
     case 1: value = actions::Action{}; break;
     case 2: value = Read{}; break;
+    case 3: value = Spawn{}; break;
+    case 4: value = Callback{}; break;
     default: throw std::runtime_error("not a recorded list");
   }
   std::visit([&](auto& held) { fields(get, held); }, value);
@@ -255,7 +282,8 @@ std::string item_name(const Item& value) {
     constexpr const char* kNames[] = {"source", "burst", "emit"};
     return kNames[static_cast<std::size_t>(birth->kind)];
   }
-  return "local";
+  if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
+  return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
 }
 
 std::string list_difference(const std::string& system, const std::vector<Item>& ours, const std::vector<Item>& theirs) {

@@ -14,6 +14,7 @@
 #include "image/scene.h"
 #include "particles/bytes.h"
 #include "recording/births.h"
+#include "recording/spawn.h"
 
 namespace motes::recording {
 
@@ -43,7 +44,15 @@ struct Read {
   bool operator==(const Read&) const = default;
 };
 
-using Item = std::variant<Birth, actions::Action, Read>;
+/// A function of the script that acts on each particle alone: stored by name, the one thing that only Python replays.
+struct Callback {
+  std::string name;
+  std::int32_t number = 0;  // place among the callbacks of its system in this frame
+
+  bool operator==(const Callback&) const = default;
+};
+
+using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback>;
 
 /// What all ranks were asked to do.
 enum class Verb : std::uint8_t { start, render, step, digest, gather, finish };

@@ -12,6 +12,7 @@ from .errors import ArgumentError
 
 __all__ = ["choice", "flag", "integer", "number", "triple"]
 
+MOST = 1.7e308  # a larger int is no float
 Triple = tuple[float, float, float]
 
 
@@ -56,12 +57,15 @@ def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
 
 def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
     """Return `value`, anything that NumPy turns into 3 finite numbers, as a tuple of floats."""
-    if type(value) is tuple and len(value) == 3 and all(type(v) in (int, float) for v in value):
+    if type(value) is tuple and len(value) == 3 and all(type(v) is float or type(v) is int for v in value):
+        for v in value:
+            if abs(v) > MOST:
+                raise ArgumentError(argument, value, "3 finite numbers")
         result = (float(value[0]), float(value[1]), float(value[2]))
     else:
         try:
             array = np.asarray(value, np.float64)
-        except (TypeError, ValueError):
+        except (TypeError, ValueError, OverflowError):
             raise ArgumentError(argument, value, "3 numbers") from None
         if array.shape != (3,):
             raise ArgumentError(argument, value, "3 numbers")

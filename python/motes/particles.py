@@ -20,8 +20,11 @@ class LocalParticles:
     particles gets memory when it is asked for. The order of particles means nothing.
     """
 
-    def __init__(self, engine: _core.Engine, system: int, attributes: dict[str, tuple[int, int]]) -> None:
-        """Belong to `System.local`."""
+    def __init__(
+        self, engine: _core.Engine, system: int, attributes: dict[str, tuple[int, int]], begin: int = 0
+    ) -> None:
+        """Belong to `System.local`; `begin` is the first particle seen."""
+        self._begin = begin
         self._engine: _core.Engine | None = engine
         self._system = system
         self._attributes = attributes
@@ -29,7 +32,7 @@ class LocalParticles:
 
     def __len__(self) -> int:
         """Particles on this rank."""
-        return self._live().local_size(self._system)
+        return self._live().local_size(self._system) - self._begin
 
     def __getattr__(self, name: str) -> NDArray[Any]:
         """Return the view of an attribute."""
@@ -38,9 +41,11 @@ class LocalParticles:
         engine = self._live()
         if name not in self._views:
             if name == "id":
-                self._views[name] = engine.local_ids(self._system)
+                self._views[name] = engine.local_ids(self._system, self._begin)
             elif name in self._attributes:
-                self._views[name] = engine.local_column(self._system, self._attributes[name][0])
+                self._views[name] = engine.local_column(
+                    self._system, self._attributes[name][0], self._begin
+                )
             else:
                 known = ", ".join(["id", *self._attributes])
                 raise AttributeError(f"no attribute {name!r}; there are {known}")

@@ -36,6 +36,6 @@ def cast(roles: Any, size: int) -> Core:
         chosen = (roles.manager, roles.image_generator, list(roles.calculators))
         _core.check_roles(chosen, size)
         return chosen
-    if roles not in ("auto", "shared"):
+    if not isinstance(roles, str) or roles not in ("auto", "shared"):
         raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
     return _core.cast(roles, size)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from . import _core, actions, arguments
 from .actions import Where
 from .distributions import distribution
 from .errors import ArgumentError, MotesError
+from .expressions import compile_condition
 from .particles import LocalParticles, Particles
 from .scene import Sprite
 from .shapes import Shape, as_shape
@@ -43,6 +44,7 @@ class System:
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._list: list[Any] = []
+        self._callbacks: list[Callable[[LocalParticles], object]] = []
 
     # --- what newborn particles get, and births
 
@@ -102,6 +104,30 @@ class System:
     def _bear(self, birth: _core.Birth, name: str) -> None:
         self.world._engine_for(name).record_birth(self._index, birth)
         self._list.append(birth)
+
+    def spawn(
+        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
+    ) -> None:
+        """Let events of this frame bear particles of system `into`: `count` for each parent.
+
+        `on`: "birth", "death" or "collision" (with what it bounces off; once a frame). Children appear where
+        the parent is at the frame's end, when the next frame starts, with what `into.configure` says now plus
+        `inherit_velocity` times the parent's velocity. They are numbered in the order of the parents' ids.
+        """
+        if not isinstance(into, System) or into.world is not self.world:
+            raise ArgumentError("into", into, "a system of the same world")
+        shapes: list[_core.Shape] = []
+        spawn = _core.Spawn(
+            into=into._index,
+            on=arguments.choice("on", on, ("birth", "death", "collision")),
+            count=arguments.integer("count", count, low=1, high=1_000_000),
+            inherit_velocity=arguments.number("inherit_velocity", inherit_velocity, low=-1e6, high=1e6),
+            state=into._state,
+            where=compile_condition(where, self._columns, shapes),
+            shapes=shapes,
+        )
+        self.world._engine_for("spawn").record_spawn(self._index, spawn)
+        self._list.append(spawn)
 
     # --- actions
 
@@ -177,6 +203,27 @@ class System:
         for name, value in attributes.items():
             self.apply(actions.Set(attribute=name, value=value, where=where))
 
+    def callback(self, function: Callable[[LocalParticles], object]) -> None:
+        """Call `function(particles)` here in the list, on each calculator, with views of its particles.
+
+        It must act on each particle alone, and not look at how many there are: newborn particles may come in
+        a call of their own. With sub-steps it is called in each.
+        """
+        if not callable(function):
+            raise ArgumentError("function", function, "a function of particles")
+        name = getattr(function, "__qualname__", type(function).__name__)
+        engine = self.world._engine_for("callback")
+        engine.record_callback(self._index, name, len(self._callbacks))
+        self._callbacks.append(function)
+        self._list.append(function)
+
+    def _call_back(self, number: int, begin: int) -> None:
+        view = LocalParticles(self.world._engine_for("callback"), self._index, self._attributes, begin)
+        try:
+            self._callbacks[number](view)
+        finally:
+            view._close()
+
     @property
     def recorded(self) -> list[Any]:
         """This frame's list so far: actions and births in order."""
@@ -205,7 +252,7 @@ class System:
 
         Elsewhere the result is falsy and empty.
         """
-        if to not in (0, "all") or isinstance(to, bool):
+        if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
             raise ArgumentError("to", to, "0 or 'all'")
         return Particles(self.world._engine_for("gather").gather(self._index, to == "all"))
 
@@ -261,7 +308,7 @@ def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray
     allowed = f"finite numbers of shape (n, {width})" if width > 1 else "finite numbers of shape (n,)"
     try:
         array = np.ascontiguousarray(values, np.float32)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise ArgumentError(attribute, values, allowed) from None
     fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
     endless = attribute == "lifetime" and not np.isnan(array).any()

@@ -248,6 +248,7 @@ class World:
         )
         for system in self._systems:
             self._define(system)
+        self._engine.on_callback(lambda system, *call: self._systems[system]._call_back(*call))
         self._engine.keep_linear = self.renderer is not None and self.renderer.linear
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
@@ -345,6 +346,7 @@ class World:
         self._engine.run_frame(view)
         for system in self._systems:
             system._list.clear()
+            system._callbacks.clear()
         _last_resort.state.frame = self._engine.frame
         self._show()
 

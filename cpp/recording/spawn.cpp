@@ -1,0 +1,105 @@
+#include "recording/spawn.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "actions/kernels.h"
+#include "simd/float_mode.h"
+
+namespace motes::recording {
+namespace {
+
+using particles::kBlock;
+using particles::Store;
+
+// Removes the particles for which the condition does not hold.
+void keep_where(const Spawn& spawn, Store& store) {
+  if (spawn.where.empty() || store.size() == 0) return;
+  std::vector<float> scratch(actions::kScratch);
+  std::vector<float*> components(static_cast<std::size_t>(store.schema().components()));
+  std::vector<std::uint32_t> out;
+  for (std::size_t at = 0; at < store.size(); at += kBlock) {
+    for (int a = 0; a < store.schema().size(); ++a) {
+      for (int c = 0; c < store.schema()[a].width; ++c) {
+        components[static_cast<std::size_t>(store.schema()[a].first_component + c)] = store.writable_plane(a, c) + at;
+      }
+    }
+    const actions::Block block{std::min(kBlock, store.size() - at), components.data(), store.ids() + at, nullptr};
+    actions::kernels().evaluate(spawn.where.data(), spawn.where.size(), spawn.shapes.data(), block, scratch.data());
+    for (std::size_t i = 0; i < block.count; ++i) {
+      std::uint32_t truth;
+      std::memcpy(&truth, &scratch[i], sizeof truth);
+      if (truth == 0) out.push_back(static_cast<std::uint32_t>(at + i));
+    }
+  }
+  store.remove(out);
+}
+
+}  // namespace
+
+void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children) {
+  if (spawn.count < 1 || spawn.count > 1000000) {
+    throw std::invalid_argument("count must be 1..1000000, got " + std::to_string(spawn.count));
+  }
+  if (!(std::fabs(spawn.inherit_velocity) <= 1e6)) {
+    throw std::invalid_argument("inherit_velocity must be within 1e6, got " + std::to_string(spawn.inherit_velocity));
+  }
+  Birth birth;
+  birth.state = spawn.state;
+  check(birth, children);
+  for (const shapes::Shape& shape : spawn.shapes) shapes::check(shape);
+  const auto named = static_cast<int>(spawn.shapes.size());
+  if (!spawn.where.empty() && actions::check(spawn.where, parents.components(), named) != actions::Type::truth) {
+    throw std::invalid_argument("where must be a shape or a comparison");
+  }
+}
+
+std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std::vector<std::uint32_t>& indices) {
+  const simd::FloatMode mode;
+  Store chosen(parents.schema());
+  particles::Bytes bytes;
+  parents.pack(indices, bytes);
+  particles::Reader in(bytes.view());
+  chosen.unpack(in);
+  keep_where(spawn, chosen);
+  std::vector<Event> events(chosen.size());
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    events[i].id = chosen.ids()[i];
+    for (int c = 0; c < 3; ++c) {
+      const float* v = chosen.plane(particles::velocity, c);
+      events[i].position[c] = chosen.plane(particles::position, c)[i];
+      events[i].velocity[c] =
+          v != nullptr ? v[i] : chosen.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
+    }
+  }
+  std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
+  return events;
+}
+
+Store make(const Offspring& offspring, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
+           std::uint64_t count, bool keeps_copies) {
+  const simd::FloatMode mode;
+  const std::uint64_t all = offspring.events.size() * offspring.rule.count;
+  Birth birth;
+  birth.kind = Birth::Kind::emit;
+  birth.amount = std::min(count, all);
+  birth.state = offspring.rule.state;
+  birth.columns.push_back({particles::position, {}});
+  for (std::uint64_t i = 0; i < birth.amount; ++i) {
+    const float* p = offspring.events[i / offspring.rule.count].position;
+    birth.columns[0].values.insert(birth.columns[0].values.end(), p, p + 3);
+  }
+  Store children = make(birth, schema, key, first_id, birth.amount, 0, keeps_copies);
+  const auto part = static_cast<float>(offspring.rule.inherit_velocity);
+  for (int c = 0; part != 0 && c < 3; ++c) {
+    float* v = children.size() > 0 ? children.writable_plane(particles::velocity, c) : nullptr;
+    for (std::uint64_t i = 0; i < children.size(); ++i) {
+      v[i] += part * offspring.events[i / offspring.rule.count].velocity[c];
+    }
+  }
+  if (keeps_copies && part != 0) children.copy_attribute(particles::velocity, particles::velocity_b);
+  return children;
+}
+
+}  // namespace motes::recording

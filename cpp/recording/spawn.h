@@ -1,0 +1,53 @@
+// Secondary births: events in the lives of some particles make others.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "actions/expression.h"
+#include "particles/store.h"
+#include "recording/births.h"
+
+namespace motes::recording {
+
+/// A rule for one frame: each event bears `count` particles of system `into`, where the parent is at the frame's end.
+/// They appear when the next frame starts.
+struct Spawn {
+  enum class On : std::uint8_t { birth, death, collision };
+  std::int32_t into = 0;  // a system's index
+  On on = On::death;
+  std::uint32_t count = 1;
+  double inherit_velocity = 0;         // part of the parent's velocity that is added to the children's own
+  std::vector<Given> state;            // what the children get otherwise
+  actions::Expression where;           // which parents; empty: all
+  std::vector<shapes::Shape> shapes;   // that `where` names
+
+  bool operator==(const Spawn&) const = default;
+};
+
+/// What is known of a parent.
+struct Event {
+  std::uint64_t id = 0;
+  float position[3] = {};
+  float velocity[3] = {};
+};
+
+/// A rule and the events of all ranks, in the order of the parents' ids.
+struct Offspring {
+  Spawn rule;
+  std::vector<Event> events;
+};
+
+/// Throws std::invalid_argument, naming argument, value and what is allowed.
+void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children);
+
+/// Of the particles at these indices (ascending), those for which `where` holds, as events in the order of ids.
+std::vector<Event> events_of(const Spawn& spawn, const particles::Store& parents,
+                             const std::vector<std::uint32_t>& indices);
+
+/// Makes children first_id .. first_id + count - 1: `rule.count` an event, as many as `count` allows.
+particles::Store make(const Offspring& offspring, const particles::Schema& schema, particles::Key key,
+                      std::uint64_t first_id, std::uint64_t count, bool keeps_copies);
+
+}  // namespace motes::recording

@@ -11,9 +11,10 @@
 
 namespace motes::MOTES_ISA {
 
-MOTES_INLINE Floats skin_of(Floats3 p) {
-  const Floats largest = max(max(abs(p.x), abs(p.y)), max(abs(p.z), all(1e-3f)));
-  return largest * 0x1p-20f;
+MOTES_INLINE Floats largest(Floats3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
+
+MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end) {
+  return max(max(largest(start), largest(end)), all(1e-3f)) * 0x1p-20f;
 }
 
 struct Rebound {
@@ -27,57 +28,48 @@ struct Rebound {
   }
 };
 
-/// Hits in one step that are followed; whoever meets more stops at the last.
+/// Hits in one step that are followed, in corners and inside round walls; whoever meets more stops at the last.
 inline constexpr int kMostHits = 8;
 
-/// What a step leaves of a vector of particles that met the shape.
-struct Bounced {
-  Floats3 x, v;
-  Mask mask;
-};
-
-/// A particle meets a solid once more in the same step where it is inside, in a corner or very fast.
-inline constexpr int kMostBounces = 4;
-
+/// Positions and velocities from which the move ends where the path does that begins with `hit`.
 template <class Shape>
-MOTES_INLINE Bounced bounce_vector(const Shape& shape, const actions::Parameters& p, float dt, Floats3 x, Floats3 v,
-                                   Hit hit) {
-  const float restitution = number(p, 0);
-  const float slide = 1.0f - number(p, 1);
-  const float cutoff2 = number(p, 2) * number(p, 2);
-  const Mask mask = hit.mask;
+MOTES_INLINE void follow(const Shape& shape, const Rebound& rebound, float dt, Hit hit, Floats3& x, Floats3& v) {
   Floats passed{}, rest = all(dt);  // seconds of the step before the last hit, and behind it
-  for (int bounces = 1;; ++bounces) {
-    const Floats3 normal_part = hit.normal * dot(v, hit.normal);
-    const Floats3 tangential = v - normal_part;
-    const Mask slides = dot(tangential, tangential) <= cutoff2;
-    const Floats3 after = tangential * select(slides, all(1.0f), all(slide)) - normal_part * all(restitution);
+  Floats3 from = x, path = v * rest;
+  for (int hits = 1;; ++hits) {
+    const Floats3 after = rebound(v, hit.normal);
+    const Floats3 met = from + path * hit.part;
+    const Floats3 skin = hit.normal * skin_of(from, met);
     passed = select(hit.mask, passed + hit.part * rest, passed);
-    x = select(hit.mask, x + (v - after) * passed + hit.normal * skin_of(x), x);
+    x = select(hit.mask, x + (v - after) * passed + skin, x);
     v = select(hit.mask, after, v);
-    // A straight path leaves a flat shape for good.
-    if (requires { Shape::kFlat; } || bounces == kMostBounces) break;
+    if (requires { Shape::kFlat; }) return;  // a straight path leaves it for good
+    from = met + skin;
+    if (hits == kMostHits) {
+      x = select(hit.mask, from - v * all(dt), x);
+      return;
+    }
     rest = dt - passed;
-    const Floats3 at = x + v * passed;
+    path = (x + v * all(dt)) - from;  // to where the move will take it
     const Mask before = hit.mask;
-    hit = shape.hit(at, (x + v * all(dt)) - at);  // to where the move will take it
+    hit = shape.hit(from, path);
     hit.mask &= before;
-    if (!any(hit.mask)) break;
+    if (!any(hit.mask)) return;
   }
-  return {x, v, mask};
 }
 
 inline void bounce(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const Rebound rebound{number(p, 0), 1.0f - number(p, 1), number(p, 2) * number(p, 2)};
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      const Floats3 x = load3(b, kPositionAt, i);
-      const Floats3 v = load3(b, kVelocityAt, i);
+      Floats3 x = load3(b, kPositionAt, i);
+      Floats3 v = load3(b, kVelocityAt, i);
       const Hit hit = shape.hit(x, v * all(s.dt));
       if (!any(hit.mask)) continue;  // the common case: nothing to store
-      const Bounced after = bounce_vector(shape, p, s.dt, x, v, hit);
-      store3(b, kVelocityAt, i, after.v);
-      store3(b, kPositionAt, i, after.x);
-      if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | after.mask);
+      follow(shape, rebound, s.dt, hit, x, v);
+      store3(b, kPositionAt, i, x);
+      store3(b, kVelocityAt, i, v);
+      if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | hit.mask);
     }
   });
 }

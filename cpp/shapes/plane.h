@@ -7,6 +7,7 @@
 namespace motes::MOTES_ISA {
 
 struct PlaneLanes {
+  static constexpr bool kFlat = true;
   Float3 point, normal;
 
   static MOTES_INLINE PlaneLanes from(const shapes::Shape& s) { return {of(s.number), unit(of(s.number + 3))}; }

@@ -59,9 +59,8 @@ Floats3 UnionLanes::sample(Draws& draws) const {
     from = part[i].upto;
     if (!any(chosen)) continue;
     Draws same = draws;  // every part starts at the same draw: what a lane gets does not depend on its neighbours
-    visit(part[i], [&](const auto& lanes) __attribute__((always_inline)) {
-      point = select(chosen, lanes.sample(same), point);
-    });
+    visit(part[i],
+          [&](const auto& lanes) __attribute__((always_inline)) { point = select(chosen, lanes.sample(same), point); });
   }
   draws.draw += 1;  // no shape takes more
   return point;

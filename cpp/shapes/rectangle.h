@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct RectangleLanes {
+  static constexpr bool kFlat = true;
   Float3 origin, u, v, normal;
 
   static MOTES_INLINE RectangleLanes from(const shapes::Shape& s) {

@@ -17,9 +17,9 @@ struct Facts {
   const char* name;
   int count;
 };
-constexpr Facts kFacts[kKinds] = {{"Point", 3}, {"Line", 6}, {"Rectangle", 9}, {"Disc", 8},
-                                  {"Plane", 6}, {"Box", 6},  {"Sphere", 5},    {"Triangle", 9},
-                                  {"Cylinder", 8}, {"Cone", 8}, {"Blob", 4}, {"Union", 0}};
+constexpr Facts kFacts[kKinds] = {{"Point", 3},    {"Line", 6}, {"Rectangle", 9}, {"Disc", 8},
+                                  {"Plane", 6},    {"Box", 6},  {"Sphere", 5},    {"Triangle", 9},
+                                  {"Cylinder", 8}, {"Cone", 8}, {"Blob", 4},      {"Union", 0}};
 
 using Vector = std::array<double, 3>;
 

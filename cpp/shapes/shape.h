@@ -47,9 +47,9 @@ struct Shape {
 };
 
 /// The union of the shapes, in order; a union among them counts as its parts. Its measure is the sum of theirs, and it
-/// is drawn from a part that is picked by measure, where m, m^2 and m^3 count alike; by equal chances where all measures
-/// are 0 or one is infinite. Where parts overlap, points there count for each. Throws std::invalid_argument where there
-/// is no shape, or more than kMostParts.
+/// is drawn from a part that is picked by measure, where m, m^2 and m^3 count alike; by equal chances where all
+/// measures are 0 or one is infinite. Where parts overlap, points there count for each. Throws std::invalid_argument
+/// where there is no shape, or more than kMostParts.
 Shape unite(const std::vector<Shape>& shapes);
 inline constexpr std::size_t kMostParts = 65536;
 

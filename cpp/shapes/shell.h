@@ -69,7 +69,8 @@ struct Shell {
     const Mask crosses = region(p) ^ region(p + path);
     const Mask mask = border.mask & ((border.part <= 1.0f) | (crosses & (border.part < 2.0f)));
     const Floats part = select(mask, min(border.part, all(1.0f)), Floats{});
-    const Floats3 out = wall_normal(at.across + by.across * part, select(border.of_bore, all(inner.slope), all(outer.slope)));
+    const Floats3 out =
+        wall_normal(at.across + by.across * part, select(border.of_bore, all(inner.slope), all(outer.slope)));
     const Floats3 from_wall = out * select(border.outward, all(1.0f), all(-1.0f));
     const Floats3 from_cap = all3(axis) * select(by.height > 0.0f, all(-1.0f), all(1.0f));
     return {mask, part, select(border.of_cap, from_cap, from_wall)};

@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct TriangleLanes {
+  static constexpr bool kFlat = true;
   Float3 origin, u, v, normal;
   Float3 to_a, to_b;  // reciprocal vectors of the edges: a point is origin + a u + b v
 

@@ -1,0 +1,121 @@
+// Smooth random fields over space and time: gradient noise (K. Perlin 1985; quintic blend of 2002), and its curl.
+//
+// Space is divided into cells of edge 1. Each corner of a cell holds three random gradients, which a hash of its whole
+// coordinates and of the key gives; the corners' linear functions are blended by quintic weights, so the field and its
+// first two derivatives are continuous. Three such noises are a vector potential; the curl of a potential has no
+// divergence, and derivatives here are exact, not differences (R. Bridson et al., "Curl-noise for procedural fluid
+// flow", 2007). In time the potential blends from one whole time's noise to the next one's by the same weights.
+#pragma once
+
+#include "particles/streams.h"
+#include "simd/floats3.h"
+
+namespace motes::MOTES_ISA {
+
+struct Words3 {
+  Words x, y, z;
+};
+
+/// Hash of four words: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
+/// increments are the key: another key is another field.
+MOTES_INLINE Words3 hash(Words x, Words y, Words z, std::uint32_t w, const std::uint32_t key[4]) {
+  x = x * 1664525u + key[0];
+  y = y * 1664525u + key[1];
+  z = z * 1664525u + key[2];
+  Words t = all_words(w * 1664525u + key[3]);
+  x += y * t;
+  y += z * x;
+  z += x * y;
+  t += y * z;
+  x ^= x >> 16;
+  y ^= y >> 16;
+  z ^= z >> 16;
+  t ^= t >> 16;
+  x += y * t;
+  y += z * x;
+  z += x * y;
+  return {x, y, z};
+}
+
+/// Where a vector of points is in its cells, along one axis: the lower corner, the part of the edge behind it, the
+/// weight of the upper corner and the weight's derivative.
+struct CellAxis {
+  Words corner;
+  Floats part, weight, change;
+};
+
+MOTES_INLINE CellAxis cell_axis(Floats v) {
+  v = min(max(v, all(-8388608.0f)), all(8388608.0f));  // beyond, floats have no fraction; also keeps NaN out
+  Ints corner = to_ints(v);
+  corner += to_floats(corner) > v;  // a true mask is -1: down, not towards zero
+  const Floats f = v - to_floats(corner);
+  const Floats weight = f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f);
+  return {(Words)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
+}
+
+/// A gradient in the cube -1..1 from ten bits a component.
+MOTES_INLINE Floats3 gradient(Words word) {
+  constexpr float kScale = 1.0f / 511.5f;
+  return {to_floats((Ints)(word & 1023u)) * kScale - 1.0f, to_floats((Ints)(word >> 10 & 1023u)) * kScale - 1.0f,
+          to_floats((Ints)(word >> 20 & 1023u)) * kScale - 1.0f};
+}
+
+/// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise.
+MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Floats weight, Floats3 change) {
+  sum = sum + g * weight + change * dot(g, from_corner);
+}
+
+/// The curl of three noises at one whole time.
+MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
+                                const std::uint32_t key[4]) {
+  Floats3 a{}, b{}, c{};  // gradients of the potential's components
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
+    const Words3 words = hash(x.corner + i, y.corner + j, z.corner + k, slice, key);
+    const Floats wx = i != 0 ? x.weight : 1.0f - x.weight, dx = i != 0 ? x.change : -x.change;
+    const Floats wy = j != 0 ? y.weight : 1.0f - y.weight, dy = j != 0 ? y.change : -y.change;
+    const Floats wz = k != 0 ? z.weight : 1.0f - z.weight, dz = k != 0 ? z.change : -z.change;
+    const Floats3 from_corner{x.part - static_cast<float>(i), y.part - static_cast<float>(j),
+                              z.part - static_cast<float>(k)};
+    const Floats weight = wx * wy * wz;
+    const Floats3 change{dx * wy * wz, wx * dy * wz, wx * wy * dz};
+    add_corner(a, gradient(words.x), from_corner, weight, change);
+    add_corner(b, gradient(words.y), from_corner, weight, change);
+    add_corner(c, gradient(words.z), from_corner, weight, change);
+  }
+  return {c.y - b.z, a.z - c.x, b.x - a.y};
+}
+
+/// What a curl noise is drawn from: a run's key, and which noise of the run it is (an action's stream).
+struct NoiseKey {
+  particles::Key key;
+  std::uint32_t stream;
+};
+
+/// A velocity without divergence at the points `p`, of 1 in root mean square for one octave. Octave k has features
+/// of size 2^-k, and `gain`^k times the first one's speed. At whole `time`s the fields are independent of each other;
+/// in between the field changes smoothly. |p| 2^octaves should stay below 1e6: floats run out of fraction.
+inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const NoiseKey& from) {
+  constexpr float kUnit = 1.0f / 1.2205f;  // measured: the root mean square of curl_slice
+  const auto cut = static_cast<std::int64_t>(time);
+  const std::int64_t floor = static_cast<double>(cut) > time ? cut - 1 : cut;
+  const auto t = static_cast<float>(time - static_cast<double>(floor));
+  const float later = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f), sooner = 1.0f - later;
+  // Two independent fields are weaker when blended: this keeps the mean speed.
+  const float even = kUnit / __builtin_sqrtf(later * later + sooner * sooner);
+  Floats3 sum{};
+  float amplitude = even;
+  for (int octave = 0; octave < octaves; ++octave) {
+    const std::uint32_t key[4] = {from.key.low, from.key.high, from.stream * 2654435769u,
+                                  static_cast<std::uint32_t>(octave) * 2246822519u + 3266489917u};
+    const CellAxis x = cell_axis(p.x), y = cell_axis(p.y), z = cell_axis(p.z);
+    const auto slice = static_cast<std::uint32_t>(floor);
+    sum = sum + curl_slice(x, y, z, slice, key) * (amplitude * sooner);
+    if (later > 0.0f) sum = sum + curl_slice(x, y, z, slice + 1, key) * (amplitude * later);
+    p = p * 2.0f;
+    amplitude *= gain;
+  }
+  return sum;
+}
+
+}  // namespace motes::MOTES_ISA

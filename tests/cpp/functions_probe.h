@@ -1,0 +1,26 @@
+// What the tests call of functions and shapes that are compiled once for each instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "shapes/shape.h"
+
+namespace test {
+
+/// Counts are multiples of 16.
+struct FunctionsProbe {
+  using One = void (*)(const float* v, std::size_t count, float* out);
+  using Two = void (*)(const float* a, const float* b, std::size_t count, float* out);
+  One sin, cos, exp, exp2, log, asin, acos;
+  Two pow, atan2;
+
+  void (*curl)(const float* const* p, std::size_t count, int octaves, double time, std::uint32_t seed,
+               float* const* out);
+
+  /// Shape::hit of the paths from p to p + path: part is below 0 where there is none.
+  void (*hit)(const motes::shapes::Shape&, const float* const* p, const float* const* path, std::size_t count,
+              float* part, float* const* normal);
+};
+
+}  // namespace test

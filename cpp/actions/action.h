@@ -21,11 +21,32 @@ enum class Kind : std::uint8_t {
   kill_old,
   kill_expired,
   move,
-  set
+  set,
+  avoid,
+  explosion,
+  jet,
+  orbit_point,
+  orbit_line,
+  vortex,
+  random_displacement,
+  random_rotational_velocity,
+  rotational_damping,
+  sink_velocity,
+  speed_clamp,
+  target_color,
+  target_size,
+  target_velocity,
+  target_rotational_velocity,
+  restore,
+  copy_vertex_b,
+  wind,
+  color_over_life,
+  alpha_over_life,
+  size_over_life
 };
-inline constexpr int kKinds = 10;
+inline constexpr int kKinds = 31;
 
-/// What a script recorded: the kind, its numbers in the order of Facts::numbers, its shapes.
+/// What a script recorded: the kind, its numbers in the order of Facts::numbers or the knots of its ramp, its shapes.
 struct Action {
   Kind kind = Kind::move;
   std::vector<double> numbers;
@@ -37,11 +58,12 @@ struct Action {
   bool operator==(const Action&) const = default;
 };
 
-/// One number of an action: its name in API.md and the values that it may have.
+/// One number of an action, or a vector of them: its name in API.md and the values that it may have.
 struct Number {
   const char* name;
   double low;
   double high;
+  int count = 1;
 };
 
 /// What the recorder, the checks and the compiler of programs need to know of a kind. Attributes are indices of
@@ -52,7 +74,8 @@ struct Facts {
   int shapes;
   std::uint32_t reads;
   std::uint32_t writes;
-  bool kills;
+  bool kills = false;
+  int ramp = 0;  // the numbers are any count of knots: age / lifetime, then this many of the value
 };
 
 const Facts& facts(Kind kind);

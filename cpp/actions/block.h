@@ -32,6 +32,7 @@ struct Step {
 struct Parameters {
   const double* number;
   const shapes::Shape* shape;
+  int numbers = 0;
   bool flag = false;         // move: whether orientations turn
   int target = 0;            // set: the attribute's first component, its width, and its compiled values
   int width = 0;

@@ -5,6 +5,9 @@
 // The rest of the step goes on from there with v', and may hit again: an edge, a corner, the inside of a ball. The
 // move that follows travels the whole step with the last speed, so the position changes to where that move must start
 // from. A skin of a few roundings keeps the particle on its side of the surface.
+//
+// Without exact_hit as McAllister's Bounce: only v changes, once, as soon as the predicted place x + v dt is beyond the
+// surface. Planes have two sides, and a sphere's n is that of the old place.
 #pragma once
 
 #include "actions/lanes.h"
@@ -58,18 +61,70 @@ MOTES_INLINE void follow(const Shape& shape, const Rebound& rebound, float dt, H
   }
 }
 
+MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
+  if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | mask);
+}
+
+template <class Shape>
+MOTES_INLINE void bounce_exactly(const Shape& shape, const Rebound& rebound, const actions::Block& b, float dt) {
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    Floats3 x = load3(b, kPositionAt, i);
+    Floats3 v = load3(b, kVelocityAt, i);
+    const Hit hit = shape.hit(x, v * all(dt));
+    if (!any(hit.mask)) continue;  // the common case: nothing to store
+    follow(shape, rebound, dt, hit, x, v);
+    store3(b, kPositionAt, i, x);
+    store3(b, kVelocityAt, i, v);
+    note_hit(b, i, hit.mask);
+  }
+}
+
+/// By the predicted place: sets v, and says who bounced.
+template <class Shape>
+MOTES_INLINE Mask turn_back(const Shape& shape, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
+  const Hit hit = shape.hit(x, v * all(dt));
+  v = select(hit.mask, rebound(v, hit.normal), v);
+  return hit.mask;
+}
+
+MOTES_INLINE Mask turn_back(const PlaneLanes& plane, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
+  const Crossing crossing = cross_plane(plane.point, plane.normal, x, v * all(dt));
+  v = select(crossing.mask, rebound(v, crossing.normal), v);
+  return crossing.mask;
+}
+
+MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
+  const float radius2 = sphere.radius * sphere.radius;
+  const Floats3 d = x - all3(sphere.center);
+  const Floats distance2 = dot(d, d);
+  const Floats3 next = d + v * dt;
+  const Mask inside = distance2 <= radius2;
+  const Mask mask = inside ^ (dot(next, next) <= radius2);
+  const Floats3 normal = d * (all(1.0f) / sqrt(max(distance2, all(1e-30f))));
+  Floats3 after = rebound(v, normal);
+  // Whoever is inside goes inwards, also where the old place's normal says that it does already.
+  const Floats outwards = max(dot(after, normal), Floats{});
+  after = select(inside, after - normal * (outwards + outwards), after);
+  // Who would leave nevertheless ends the step just below the surface.
+  const Floats3 there = d + after * dt;
+  const Floats there2 = dot(there, there);
+  const Floats3 just_inside = there * (0.999f * sphere.radius / sqrt(max(there2, all(1e-30f))));
+  after = select(inside & (there2 > radius2), (just_inside - d) * (1.0f / dt), after);
+  v = select(mask, after, v);
+  return mask;
+}
+
 inline void bounce(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Rebound rebound{number(p, 0), 1.0f - number(p, 1), number(p, 2) * number(p, 2)};
+  const bool exact = p.number[3] != 0;
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
+    if (exact) return bounce_exactly(shape, rebound, b, s.dt);
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Floats3 x = load3(b, kPositionAt, i);
       Floats3 v = load3(b, kVelocityAt, i);
-      const Hit hit = shape.hit(x, v * all(s.dt));
-      if (!any(hit.mask)) continue;  // the common case: nothing to store
-      follow(shape, rebound, s.dt, hit, x, v);
-      store3(b, kPositionAt, i, x);
+      const Mask mask = turn_back(shape, rebound, load3(b, kPositionAt, i), v, s.dt);
+      if (!any(mask)) continue;
       store3(b, kVelocityAt, i, v);
-      if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | hit.mask);
+      note_hit(b, i, mask);
     }
   });
 }

@@ -1,21 +1,30 @@
 // damping: v *= 1 - (1 - damping) dt, axis by axis, where min_speed <= |v| <= max_speed (McAllister's Damping).
+// rotational_damping: the same for the rotational velocity (his RotDamping).
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-inline void damping(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+MOTES_INLINE void damp(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
   const Floats3 factor = {all(1.0f - (1.0f - number(p, 0)) * s.dt), all(1.0f - (1.0f - number(p, 1)) * s.dt),
                           all(1.0f - (1.0f - number(p, 2)) * s.dt)};
   const float low = number(p, 3) * number(p, 3);
   const float high = number(p, 4) * number(p, 4);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    const Floats3 v = load3(b, kVelocityAt, i);
+    const Floats3 v = load3(b, at, i);
     const Floats speed2 = dot(v, v);
     const Mask mask = (speed2 >= low) & (speed2 <= high);
-    store3(b, kVelocityAt, i, select(mask, {v.x * factor.x, v.y * factor.y, v.z * factor.z}, v));
+    store3(b, at, i, select(mask, {v.x * factor.x, v.y * factor.y, v.z * factor.z}, v));
   }
+}
+
+inline void damping(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  damp(p, b, s, kVelocityAt);
+}
+
+inline void rotational_damping(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  damp(p, b, s, kSpinAt);
 }
 
 }  // namespace motes::MOTES_ISA

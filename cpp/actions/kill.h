@@ -1,18 +1,28 @@
-// sink: kills inside (or outside) a shape. kill_old: by age. kill_expired: age >= lifetime.
+// sink: kills inside (or outside) a shape. sink_velocity: the same for the velocity as a point of space.
+// kill_old: by age. kill_expired: age >= lifetime.
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-inline void sink(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
+/// Kills by the place of the attribute at component `at`.
+MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Block& b, int at) {
   const bool inside = p.number[0] != 0;
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      const Mask within = shape.contains(load3(b, kPositionAt, i));
+      const Mask within = shape.contains(load3(b, at, i));
       kill(b, i, inside ? within : ~within);
     }
   });
+}
+
+inline void sink(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
+  kill_by_place(p, b, kPositionAt);
+}
+
+inline void sink_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
+  kill_by_place(p, b, kVelocityAt);
 }
 
 inline void kill_old(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {

@@ -1,27 +1,48 @@
-// random_acceleration: v += sample dt. random_velocity: v = sample. Samples are uniform in a shape.
+// Samples are uniform in a shape, drawn anew for each particle and step:
+//   random_acceleration  v += sample dt        random_velocity             v = sample
+//   random_displacement  x += sample dt        random_rotational_velocity  rotational velocity = sample
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-inline void random_acceleration(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+/// Adds sample * scale to the attribute at component `at`.
+MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
+                              float scale) {
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       Draws draws = draws_of(b, s, i);
-      const Floats3 acceleration = shape.sample(draws);
-      store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + acceleration * all(s.dt));
+      const Floats3 sample = shape.sample(draws);
+      store3(b, at, i, load3(b, at, i) + sample * all(scale));
     }
   });
 }
 
-inline void random_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+/// Sets the attribute at component `at`.
+MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       Draws draws = draws_of(b, s, i);
-      store3(b, kVelocityAt, i, shape.sample(draws));
+      store3(b, at, i, shape.sample(draws));
     }
   });
+}
+
+inline void random_acceleration(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  add_samples(p, b, s, kVelocityAt, s.dt);
+}
+
+inline void random_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  set_samples(p, b, s, kVelocityAt);
+}
+
+inline void random_displacement(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  add_samples(p, b, s, kPositionAt, s.dt);
+}
+
+inline void random_rotational_velocity(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  set_samples(p, b, s, kSpinAt);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -30,7 +30,7 @@ std::vector<Action> snow() {
   const Shape gust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};
   const Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   return {{Kind::random_acceleration, {}, {gust}},
-          {Kind::bounce, {0.1, 0.5, 0}, {ground}},
+          {Kind::bounce, {0.1, 0.5, 0, 1}, {ground}},
           {Kind::kill_old, {1e6, 0}, {}},
           {Kind::move, {1}, {}}};
 }

@@ -101,6 +101,7 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
     operation.where = &action.where;
     actions::Parameters& p = operation.parameters;
     p.number = action.numbers.data();
+    p.numbers = static_cast<int>(action.numbers.size());
     p.shape = action.shapes.data();
     p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
     p.scratch = scratch;

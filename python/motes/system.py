@@ -10,11 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
-from .actions import Where
+from .action import Where
 from .distributions import distribution
 from .errors import ArgumentError, MotesError
 from .expressions import compile_condition
 from .particles import LocalParticles, Particles
+from .recorder import Recorder
 from .scene import Sprite
 from .shapes import Shape, as_shape
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 __all__ = ["System"]
 
 
-class System:
+class System(Recorder):
     """A particle system; made by `World.system`. Calls record, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does its role's part of them. None of the
@@ -138,70 +139,6 @@ class System:
             engine = self.world._engine_for(type(value).__name__)
             engine.record_action(self._index, value.compiled(self._columns))
             self._list.append(value)
-
-    def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.Gravity`."""
-        self.apply(actions.Gravity(acceleration=acceleration, where=where))
-
-    def damping(
-        self,
-        damping: ArrayLike,
-        *,
-        min_speed: float = 0,
-        max_speed: float = float("inf"),
-        where: Where = None,
-    ) -> None:
-        """Record `actions.Damping`."""
-        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
-
-    def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomAcceleration`."""
-        self.apply(actions.RandomAcceleration(shape=shape, where=where))
-
-    def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
-        """Record `actions.RandomVelocity`."""
-        self.apply(actions.RandomVelocity(shape=shape, where=where))
-
-    def bounce(
-        self,
-        shape: Shape,
-        *,
-        restitution: float = 1,
-        friction: float = 0,
-        min_tangential_speed: float = 0,
-        where: Where = None,
-    ) -> None:
-        """Record `actions.Bounce`."""
-        self.apply(
-            actions.Bounce(
-                shape=shape,
-                restitution=restitution,
-                friction=friction,
-                min_tangential_speed=min_tangential_speed,
-                where=where,
-            )
-        )
-
-    def sink(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
-        """Record `actions.Sink`."""
-        self.apply(actions.Sink(shape=shape, inside=inside, where=where))
-
-    def kill_old(self, age_limit: float, *, younger: bool = False, where: Where = None) -> None:
-        """Record `actions.KillOld`."""
-        self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
-
-    def kill_expired(self, *, where: Where = None) -> None:
-        """Record `actions.KillExpired`."""
-        self.apply(actions.KillExpired(where=where))
-
-    def move(self, *, rotational: bool = True, where: Where = None) -> None:
-        """Record `actions.Move`."""
-        self.apply(actions.Move(rotational=rotational, where=where))
-
-    def set(self, *, where: Where = None, **attributes: Any) -> None:
-        """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
-        for name, value in attributes.items():
-            self.apply(actions.Set(attribute=name, value=value, where=where))
 
     def callback(self, function: Callable[[LocalParticles], object]) -> None:
         """Call `function(particles)` here in the list, on each calculator, with views of its particles.

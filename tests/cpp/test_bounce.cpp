@@ -43,7 +43,7 @@ struct World {
   World(const std::vector<Particle>& particles, const Shape& s, double step_s, double restitution = 1,
         double friction = 0, double gravity = 0, double cutoff = 0)
       : program({{actions::Kind::gravity, {0, gravity, 0}, {}},
-                 {actions::Kind::bounce, {restitution, friction, cutoff}, {s}},
+                 {actions::Kind::bounce, {restitution, friction, cutoff, 1}, {s}},
                  {actions::Kind::move, {0}, {}}}),
         dt(step_s) {
     store.grow(particles.size());

@@ -1,0 +1,27 @@
+// explosion: v += out magnitude dt g(d - radius) / (d^2 + epsilon), with d the distance from the centre, out the
+// direction away from it and g the normal distribution's density of width sigma (McAllister's Explosion).
+#pragma once
+
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+inline void explosion(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const Float3 center = {number(p, 0), number(p, 1), number(p, 2)};
+  const float radius = number(p, 3);
+  const float sigma = number(p, 5);
+  const float epsilon = number(p, 6);
+  const float scale = number(p, 4) * s.dt * (0.39894228f / sigma);  // 1 / sqrt(2 pi)
+  const float inverse = 1.0f / sigma;
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats3 from_center = load3(b, kPositionAt, i) - all3(center);
+    const Floats d2 = dot(from_center, from_center);
+    const Floats d = sqrt(d2);
+    const Floats sigmas = (d - radius) * inverse;
+    const Floats push = exp(-0.5f * (sigmas * sigmas)) * scale / (d * (d2 + epsilon));
+    const Floats3 v = load3(b, kVelocityAt, i);
+    store3(b, kVelocityAt, i, select(d2 > 0.0f, v + from_center * push, v));  // the centre itself knows no direction
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,58 @@
+// vortex: a whirl around the axis, from the tip to the axis's end. At the part h (0..1) of the axis it is
+// R = max_radius h^tightness wide. With r the distance from the axis and m the mass:
+//   r < R               v = (along up_speed + around around_speed) dt / m
+//   R <= r < max_radius v += inward in_speed dt / m
+// along is the axis's direction, inward the one to the axis, around = along x inward. Beyond the ends of the axis and
+// max_radius nothing happens (McAllister's Vortex; inside, he too replaces the velocity).
+#pragma once
+
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+struct Whirl {
+  Float3 tip, along;
+  float per_length, tightness, max_radius, in_speed, up_speed, around_speed;
+
+  static MOTES_INLINE Whirl from(const actions::Parameters& p) {
+    const Float3 axis = {number(p, 3), number(p, 4), number(p, 5)};
+    return {{number(p, 0), number(p, 1), number(p, 2)},
+            unit(axis),
+            1.0f / __builtin_sqrtf(dot(axis, axis)),
+            number(p, 6),
+            number(p, 7),
+            number(p, 8),
+            number(p, 9),
+            number(p, 10)};
+  }
+
+  /// The new velocity; dt_by_m: seconds by mass.
+  MOTES_INLINE Floats3 operator()(Floats3 x, Floats3 v, Floats dt_by_m) const {
+    const Floats3 from_tip = x - all3(tip);
+    const Floats height = dot(from_tip, all3(along));
+    const Floats3 to_axis = all3(along) * height - from_tip;
+    const Floats r2 = dot(to_axis, to_axis);
+    const Floats part = height * per_length;
+    const Mask reached = (part >= 0.0f) & (part <= 1.0f) & (r2 < max_radius * max_radius);
+    const Floats width = max_radius * pow(min(max(part, Floats{}), all(1.0f)), all(tightness));
+    const Mask inside = r2 < width * width;
+    const Floats3 inward = to_axis * select(r2 > 0.0f, 1.0f / sqrt(r2), Floats{});
+    const Floats3 a = all3(along);
+    const Floats3 around = {a.y * inward.z - a.z * inward.y, a.z * inward.x - a.x * inward.z,
+                            a.x * inward.y - a.y * inward.x};
+    const Floats3 whirling = (a * up_speed + around * around_speed) * dt_by_m;
+    return select(reached, select(inside, whirling, v + inward * (in_speed * dt_by_m)), v);
+  }
+};
+
+inline void vortex(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const Whirl whirl = Whirl::from(p);
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats mass = load(b.component[kMassAt] + i);
+    const Floats3 v = load3(b, kVelocityAt, i);
+    const Floats3 after = whirl(load3(b, kPositionAt, i), v, s.dt / mass);
+    store3(b, kVelocityAt, i, select(mass != 0.0f, after, v));
+  }
+}
+
+}  // namespace motes::MOTES_ISA

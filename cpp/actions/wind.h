@@ -1,0 +1,29 @@
+// wind: v += (air - v) (1 - exp(-drag dt)), what linear drag in air of constant velocity does in dt: exact for any dt,
+// never beyond the air's velocity.
+#pragma once
+
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+/// 1 - exp(-t) for t >= 0. The series has no cancellation where t is small.
+MOTES_INLINE Floats part_gone(Floats t) {
+  Floats series = all(1.0f / 720.0f);
+  series = 1.0f / 120.0f - t * series;
+  series = 1.0f / 24.0f - t * series;
+  series = 1.0f / 6.0f - t * series;
+  series = 0.5f - t * series;
+  series = t * (1.0f - t * series);
+  return select(t < 0.25f, series, 1.0f - exp(-min(t, all(80.0f))));
+}
+
+inline void wind(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const Floats3 air = {all(number(p, 0)), all(number(p, 1)), all(number(p, 2))};
+  const Floats part = part_gone(all(number(p, 3) * s.dt));
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats3 v = load3(b, kVelocityAt, i);
+    store3(b, kVelocityAt, i, v + (air - v) * part);
+  }
+}
+
+}  // namespace motes::MOTES_ISA

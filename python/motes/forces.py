@@ -1,0 +1,284 @@
+"""Actions that accelerate: what pulls, pushes and turns particles. Part of `motes.actions`."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from numpy.typing import ArrayLike
+
+from . import arguments
+from .action import Action, at_least_0
+from .shapes import Shape, as_shape
+
+__all__ = [
+    "Avoid",
+    "Explosion",
+    "Gravity",
+    "Jet",
+    "OrbitLine",
+    "OrbitPoint",
+    "RandomAcceleration",
+    "Vortex",
+    "Wind",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gravity(Action):
+    """Accelerates all particles alike.
+
+    Formula: v += acceleration dt
+
+    Attributes:
+        acceleration: m/s^2.
+
+    Source: McAllister's Gravity.
+    """
+
+    acceleration: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("gravity", list(arguments.triple("acceleration", self.acceleration)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomAcceleration(Action):
+    """Accelerates each particle in a direction of its own, drawn anew in each step.
+
+    Formula: v += a dt, a uniform in the shape
+
+    Attributes:
+        shape: where a is drawn from, m/s^2.
+
+    Source: McAllister's RandomAccel.
+    """
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_acceleration", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Jet(Action):
+    """Accelerates the particles inside a shape, as a fan does.
+
+    Formula: v += a dt where the shape holds x; a uniform in `acceleration`
+
+    Attributes:
+        shape: where it blows, m.
+        acceleration: a value, or a shape that a is drawn from anew in each step, m/s^2.
+
+    Source: McAllister's Jet.
+    """
+
+    shape: Shape
+    acceleration: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("jet", [], as_shape("shape", self.shape), as_shape("acceleration", self.acceleration))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Explosion(Action):
+    """Pushes particles away from a centre, most where the shock wave is: let `radius` grow with time.
+
+    Formula: v += out magnitude dt g(d - radius) / (d^2 + epsilon), with d the distance from the centre, out
+    the direction away from it, g(y) = exp(-y^2 / (2 sigma^2)) / (sigma sqrt(2 pi))
+
+    Attributes:
+        center: m.
+        radius: of the shock wave's crest, m.
+        magnitude: strength, m^4/s^2.
+        sigma: thickness of the wave, m.
+        epsilon: softens the push near the centre, m^2.
+
+    Source: McAllister's Explosion.
+    """
+
+    center: ArrayLike
+    radius: float
+    magnitude: float
+    sigma: float
+    epsilon: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            *arguments.triple("center", self.center),
+            arguments.number("radius", self.radius, low=0),
+            arguments.number("magnitude", self.magnitude),
+            arguments.number("sigma", self.sigma, low=1e-6),
+            arguments.number("epsilon", self.epsilon, low=0),
+        ]
+        self._set("explosion", numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitPoint(Action):
+    """Pulls particles toward a point, the more the nearer they are, so that they may orbit it.
+
+    Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance from the
+    centre, toward the direction to it
+
+    Attributes:
+        center: m.
+        magnitude: strength, m^3/s^2.
+        epsilon: softens the pull near the centre, m^2.
+        max_radius: no pull from here on, m.
+
+    Source: McAllister's OrbitPoint.
+    """
+
+    center: ArrayLike
+    magnitude: float
+    epsilon: float
+    max_radius: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            *arguments.triple("center", self.center),
+            arguments.number("magnitude", self.magnitude),
+            arguments.number("epsilon", self.epsilon, low=0),
+            at_least_0("max_radius", self.max_radius),
+        ]
+        self._set("orbit_point", numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class OrbitLine(Action):
+    """Pulls particles toward an endless line, the more the nearer they are.
+
+    Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance from the
+    line, toward the direction to it
+
+    Attributes:
+        point: any point of the line, m.
+        axis: along the line, of any length.
+        magnitude: strength, m^3/s^2.
+        epsilon: softens the pull near the line, m^2.
+        max_radius: no pull from here on, m.
+
+    Source: McAllister's OrbitLine.
+    """
+
+    point: ArrayLike
+    axis: ArrayLike
+    magnitude: float
+    epsilon: float
+    max_radius: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            *arguments.triple("point", self.point),
+            *arguments.triple("axis", self.axis),
+            arguments.number("magnitude", self.magnitude),
+            arguments.number("epsilon", self.epsilon, low=0),
+            at_least_0("max_radius", self.max_radius),
+        ]
+        self._set("orbit_line", numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Vortex(Action):
+    """Whirls particles around an axis as a tornado does: draws them in, then carries them around and up.
+
+    Formula: with h = 0..1 along the axis, R = max_radius h^tightness, r the distance from the axis, m the
+    mass: r < R: v = (along up_speed + around around_speed) dt / m; R <= r < max_radius: v += inward
+    in_speed dt / m; elsewhere nothing. along is the direction of the axis, inward that to the axis, around
+    = along x inward
+
+    Attributes:
+        tip: where the axis starts, m.
+        axis: from the tip to the upper end, m.
+        tightness: 1 makes a cone, more bends its side inward.
+        max_radius: width at the upper end; nothing happens beyond it, m.
+        in_speed: acceleration toward the axis, outside the whirl, kg m/s^2.
+        up_speed: along the axis, inside the whirl, kg m/s^2.
+        around_speed: around the axis, inside the whirl, kg m/s^2.
+
+    Source: McAllister's Vortex.
+    """
+
+    tip: ArrayLike
+    axis: ArrayLike
+    tightness: float
+    max_radius: float
+    in_speed: float
+    up_speed: float
+    around_speed: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            *arguments.triple("tip", self.tip),
+            *arguments.triple("axis", self.axis),
+            arguments.number("tightness", self.tightness, low=0),
+            at_least_0("max_radius", self.max_radius),
+            arguments.number("in_speed", self.in_speed),
+            arguments.number("up_speed", self.up_speed),
+            arguments.number("around_speed", self.around_speed),
+        ]
+        self._set("vortex", numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wind(Action):
+    """Drags particles along with moving air; the step's length does not matter.
+
+    Formula: v += (velocity - v) (1 - exp(-drag dt))
+
+    Attributes:
+        velocity: of the air, m/s.
+        drag: after 1 / drag seconds a particle at rest has 63 % of the air's velocity, 1/s.
+
+    Source: linear drag (Stokes).
+    """
+
+    velocity: ArrayLike
+    drag: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        drag = arguments.number("drag", self.drag, low=0)
+        self._set("wind", [*arguments.triple("velocity", self.velocity), drag])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Avoid(Action):
+    """Turns particles that would meet a shape within `look_ahead`, without changing their speed.
+
+    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until they meet:
+    q = t; aside is the direction from the place of the hit to the nearest edge (Rectangle, Triangle), from
+    the centre to it (Disc), of v along the surface there (Plane; Box, Cylinder, Cone from outside). Sphere,
+    from outside: q = |v| t, aside across v, away from the centre. Union: as the part that would be met
+    first
+
+    Attributes:
+        shape: what is avoided, m.
+        magnitude: how sharply they turn, s (Sphere: m^2/s).
+        epsilon: softens the turn near the shape, s^2 (Sphere: m^2).
+        look_ahead: s.
+
+    Source: McAllister's Avoid; Box, Cylinder, Cone and Union by the same idea.
+    """
+
+    shape: Shape
+    magnitude: float
+    epsilon: float
+    look_ahead: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            arguments.number("magnitude", self.magnitude),
+            arguments.number("epsilon", self.epsilon, low=0),
+            arguments.number("look_ahead", self.look_ahead, low=0),
+        ]
+        self._set("avoid", numbers, as_shape("shape", self.shape))

@@ -1,0 +1,251 @@
+"""Recorder: a method for each action, which records it. `System` is one."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any
+
+from numpy.typing import ArrayLike
+
+from . import actions
+from .action import Where
+from .shapes import Shape
+
+__all__ = ["Recorder"]
+
+
+class Recorder:
+    """What a script can tell all particles of a system to do; `motes.actions` says what each means."""
+
+    def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
+        """Record an action, or each of a list."""
+        raise NotImplementedError
+
+    def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
+        """Record `actions.Gravity`."""
+        self.apply(actions.Gravity(acceleration=acceleration, where=where))
+
+    def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
+        """Record `actions.RandomAcceleration`."""
+        self.apply(actions.RandomAcceleration(shape=shape, where=where))
+
+    def jet(self, shape: Shape, *, acceleration: Shape | ArrayLike, where: Where = None) -> None:
+        """Record `actions.Jet`."""
+        self.apply(actions.Jet(shape=shape, acceleration=acceleration, where=where))
+
+    def explosion(
+        self,
+        center: ArrayLike,
+        *,
+        radius: float,
+        magnitude: float,
+        sigma: float,
+        epsilon: float,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Explosion`."""
+        self.apply(
+            actions.Explosion(
+                center=center, radius=radius, magnitude=magnitude, sigma=sigma, epsilon=epsilon, where=where
+            )
+        )
+
+    def orbit_point(
+        self,
+        center: ArrayLike,
+        *,
+        magnitude: float,
+        epsilon: float,
+        max_radius: float = math.inf,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.OrbitPoint`."""
+        self.apply(
+            actions.OrbitPoint(
+                center=center, magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where
+            )
+        )
+
+    def orbit_line(
+        self,
+        point: ArrayLike,
+        *,
+        axis: ArrayLike,
+        magnitude: float,
+        epsilon: float,
+        max_radius: float = math.inf,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.OrbitLine`."""
+        self.apply(
+            actions.OrbitLine(
+                point=point,
+                axis=axis,
+                magnitude=magnitude,
+                epsilon=epsilon,
+                max_radius=max_radius,
+                where=where,
+            )
+        )
+
+    def vortex(
+        self,
+        tip: ArrayLike,
+        *,
+        axis: ArrayLike,
+        tightness: float,
+        max_radius: float,
+        in_speed: float,
+        up_speed: float,
+        around_speed: float,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Vortex`."""
+        self.apply(
+            actions.Vortex(
+                tip=tip,
+                axis=axis,
+                tightness=tightness,
+                max_radius=max_radius,
+                in_speed=in_speed,
+                up_speed=up_speed,
+                around_speed=around_speed,
+                where=where,
+            )
+        )
+
+    def wind(self, velocity: ArrayLike, *, drag: float, where: Where = None) -> None:
+        """Record `actions.Wind`."""
+        self.apply(actions.Wind(velocity=velocity, drag=drag, where=where))
+
+    def avoid(
+        self, shape: Shape, *, magnitude: float, epsilon: float, look_ahead: float, where: Where = None
+    ) -> None:
+        """Record `actions.Avoid`."""
+        self.apply(
+            actions.Avoid(
+                shape=shape, magnitude=magnitude, epsilon=epsilon, look_ahead=look_ahead, where=where
+            )
+        )
+
+    def damping(
+        self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = math.inf, where: Where = None
+    ) -> None:
+        """Record `actions.Damping`."""
+        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
+
+    def rotational_damping(
+        self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = math.inf, where: Where = None
+    ) -> None:
+        """Record `actions.RotationalDamping`."""
+        self.apply(
+            actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
+        )
+
+    def speed_clamp(self, min_speed: float = 0, *, max_speed: float = math.inf, where: Where = None) -> None:
+        """Record `actions.SpeedClamp`."""
+        self.apply(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
+
+    def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
+        """Record `actions.RandomVelocity`."""
+        self.apply(actions.RandomVelocity(shape=shape, where=where))
+
+    def random_displacement(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
+        """Record `actions.RandomDisplacement`."""
+        self.apply(actions.RandomDisplacement(shape=shape, where=where))
+
+    def random_rotational_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
+        """Record `actions.RandomRotationalVelocity`."""
+        self.apply(actions.RandomRotationalVelocity(shape=shape, where=where))
+
+    def target_color(self, color: ArrayLike, *, alpha: float, scale: float, where: Where = None) -> None:
+        """Record `actions.TargetColor`."""
+        self.apply(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
+
+    def target_size(self, size: ArrayLike, *, scale: ArrayLike, where: Where = None) -> None:
+        """Record `actions.TargetSize`."""
+        self.apply(actions.TargetSize(size=size, scale=scale, where=where))
+
+    def target_velocity(self, velocity: ArrayLike, *, scale: float, where: Where = None) -> None:
+        """Record `actions.TargetVelocity`."""
+        self.apply(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
+
+    def target_rotational_velocity(
+        self, rotational_velocity: ArrayLike, *, scale: float, where: Where = None
+    ) -> None:
+        """Record `actions.TargetRotationalVelocity`."""
+        self.apply(
+            actions.TargetRotationalVelocity(
+                rotational_velocity=rotational_velocity, scale=scale, where=where
+            )
+        )
+
+    def restore(
+        self, time_left: float, *, position: bool = True, up: bool = True, where: Where = None
+    ) -> None:
+        """Record `actions.Restore`."""
+        self.apply(actions.Restore(time_left=time_left, position=position, up=up, where=where))
+
+    def copy_vertex_b(self, *, position: bool = True, velocity: bool = False, where: Where = None) -> None:
+        """Record `actions.CopyVertexB`."""
+        self.apply(actions.CopyVertexB(position=position, velocity=velocity, where=where))
+
+    def color_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
+        """Record `actions.ColorOverLife`."""
+        self.apply(actions.ColorOverLife(ramp=ramp, where=where))
+
+    def alpha_over_life(self, ramp: Sequence[tuple[float, float]], *, where: Where = None) -> None:
+        """Record `actions.AlphaOverLife`."""
+        self.apply(actions.AlphaOverLife(ramp=ramp, where=where))
+
+    def size_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
+        """Record `actions.SizeOverLife`."""
+        self.apply(actions.SizeOverLife(ramp=ramp, where=where))
+
+    def bounce(
+        self,
+        shape: Shape,
+        *,
+        restitution: float = 1,
+        friction: float = 0,
+        min_tangential_speed: float = 0,
+        exact_hit: bool = True,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Bounce`."""
+        self.apply(
+            actions.Bounce(
+                shape=shape,
+                restitution=restitution,
+                friction=friction,
+                min_tangential_speed=min_tangential_speed,
+                exact_hit=exact_hit,
+                where=where,
+            )
+        )
+
+    def sink(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
+        """Record `actions.Sink`."""
+        self.apply(actions.Sink(shape=shape, inside=inside, where=where))
+
+    def sink_velocity(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
+        """Record `actions.SinkVelocity`."""
+        self.apply(actions.SinkVelocity(shape=shape, inside=inside, where=where))
+
+    def kill_old(self, age_limit: float, *, younger: bool = False, where: Where = None) -> None:
+        """Record `actions.KillOld`."""
+        self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
+
+    def kill_expired(self, *, where: Where = None) -> None:
+        """Record `actions.KillExpired`."""
+        self.apply(actions.KillExpired(where=where))
+
+    def move(self, *, rotational: bool = True, where: Where = None) -> None:
+        """Record `actions.Move`."""
+        self.apply(actions.Move(rotational=rotational, where=where))
+
+    def set(self, *, where: Where = None, **attributes: Any) -> None:
+        """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
+        for name, value in attributes.items():
+            self.apply(actions.Set(attribute=name, value=value, where=where))

@@ -1,0 +1,432 @@
+"""Actions that lead attributes to given values, at once or over time. Part of `motes.actions`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from . import _core, arguments
+from .action import Action, at_least_0
+from .errors import ArgumentError
+from .expressions import Columns, as_condition, as_expression, compile_condition, compile_values
+from .shapes import Shape, as_shape
+
+__all__ = [
+    "AlphaOverLife",
+    "ColorOverLife",
+    "CopyVertexB",
+    "Damping",
+    "RandomDisplacement",
+    "RandomRotationalVelocity",
+    "RandomVelocity",
+    "Restore",
+    "RotationalDamping",
+    "Set",
+    "SizeOverLife",
+    "SpeedClamp",
+    "TargetColor",
+    "TargetRotationalVelocity",
+    "TargetSize",
+    "TargetVelocity",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Damping(Action):
+    """Slows particles down, axis by axis, as long as their speed is in a range.
+
+    Formula: v *= 1 - (1 - damping) dt, each component, where min_speed <= |v| <= max_speed
+
+    Attributes:
+        damping: what is left of the velocity after a second, along each axis.
+        min_speed: m/s.
+        max_speed: m/s.
+
+    Source: McAllister's Damping.
+    """
+
+    damping: ArrayLike
+    min_speed: float = 0
+    max_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("damping", _damping(self.damping, self.min_speed, self.max_speed))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RotationalDamping(Action):
+    """Slows rotations down, axis by axis, as long as the rotational speed is in a range.
+
+    Formula: rotational_velocity *= 1 - (1 - damping) dt, each component, where min_speed <=
+    |rotational_velocity| <= max_speed
+
+    Attributes:
+        damping: what is left of the rotational velocity after a second, along each axis.
+        min_speed: 1/s.
+        max_speed: 1/s.
+
+    Source: McAllister's RotDamping.
+    """
+
+    damping: ArrayLike
+    min_speed: float = 0
+    max_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("rotational_damping", _damping(self.damping, self.min_speed, self.max_speed))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SpeedClamp(Action):
+    """Brings speeds into a range; the direction stays, and so does whatever is at rest.
+
+    Formula: v *= clamp(|v|, min_speed, max_speed) / |v|
+
+    Attributes:
+        min_speed: m/s.
+        max_speed: m/s.
+
+    Source: McAllister's SpeedClamp.
+    """
+
+    min_speed: float = 0
+    max_speed: float = math.inf
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        low = arguments.number("min_speed", self.min_speed, low=0)
+        self._set("speed_clamp", [low, at_least_0("max_speed", self.max_speed)])
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomVelocity(Action):
+    """Gives each particle another velocity, drawn anew in each step.
+
+    Formula: v = sample, uniform in the shape
+
+    Attributes:
+        shape: where the sample is drawn from, m/s.
+
+    Source: McAllister's RandomVelocity.
+    """
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_velocity", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomDisplacement(Action):
+    """Shifts each particle by a way of its own, drawn anew in each step; its velocity stays.
+
+    Formula: x += sample dt, uniform in the shape
+
+    Attributes:
+        shape: where the sample is drawn from, m/s.
+
+    Source: McAllister's RandomDisplace.
+    """
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_displacement", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class RandomRotationalVelocity(Action):
+    """Gives each particle another rotational velocity, drawn anew in each step.
+
+    Formula: rotational_velocity = sample, uniform in the shape
+
+    Attributes:
+        shape: where the sample is drawn from, 1/s.
+
+    Source: McAllister's RandomRotVelocity.
+    """
+
+    shape: Shape | ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("random_rotational_velocity", [], as_shape("shape", self.shape))
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetColor(Action):
+    """Leads color and alpha toward given ones, by the same part of the way in each step.
+
+    Formula: color += (target - color) scale dt; alpha alike
+
+    Attributes:
+        color: linear RGB.
+        alpha: 0..1.
+        scale: part of the way in a second, 1/s.
+
+    Source: McAllister's TargetColor.
+    """
+
+    color: ArrayLike
+    alpha: float
+    scale: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            *arguments.triple("color", self.color),
+            arguments.number("alpha", self.alpha),
+            arguments.number("scale", self.scale, low=0),
+        ]
+        self._set("target_color", numbers)
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetSize(Action):
+    """Leads the size toward a given one, each component by its own part of the way in each step.
+
+    Formula: size += (target - size) scale dt, each component
+
+    Attributes:
+        size: one number or three, m.
+        scale: part of the way in a second, one number or three, 1/s.
+
+    Source: McAllister's TargetSize.
+    """
+
+    size: ArrayLike
+    scale: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        scale = arguments.triple("scale", _thrice(self.scale), low=0)
+        self._set("target_size", [*arguments.triple("size", _thrice(self.size)), *scale])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetVelocity(Action):
+    """Leads the velocity toward a given one, by the same part of the way in each step.
+
+    Formula: v += (target - v) scale dt
+
+    Attributes:
+        velocity: m/s.
+        scale: part of the way in a second, 1/s.
+
+    Source: McAllister's TargetVelocity.
+    """
+
+    velocity: ArrayLike
+    scale: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        scale = arguments.number("scale", self.scale, low=0)
+        self._set("target_velocity", [*arguments.triple("velocity", self.velocity), scale])
+
+
+@dataclass(frozen=True, kw_only=True)
+class TargetRotationalVelocity(Action):
+    """Leads the rotational velocity toward a given one, by the same part of the way in each step.
+
+    Formula: rotational_velocity += (target - rotational_velocity) scale dt
+
+    Attributes:
+        rotational_velocity: 1/s.
+        scale: part of the way in a second, 1/s.
+
+    Source: McAllister's TargetRotVelocity.
+    """
+
+    rotational_velocity: ArrayLike
+    scale: float
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        target = arguments.triple("rotational_velocity", self.rotational_velocity)
+        scale = arguments.number("scale", self.scale, low=0)
+        self._set("target_rotational_velocity", [*target, scale])
+
+
+@dataclass(frozen=True, kw_only=True)
+class Restore(Action):
+    """Leads particles back: position to position_b, up to up_b, where they come to rest when no time is left.
+
+    The script lowers `time_left` by dt from frame to frame.
+
+    Formula: v = v ((1 - q) (1 - 3 q) - 0.0002 q) + (position_b - x) 6 q (1 - q) / time_left, with q = dt /
+    time_left, at most 1: the cubic path that ends at rest (0.0002: his, it ends that much short). From
+    time_left <= 0 on: x = position_b, v = 0. up and rotational_velocity alike
+
+    Attributes:
+        time_left: s.
+        position: whether positions go back.
+        up: whether orientations go back.
+
+    Source: McAllister's Restore.
+    """
+
+    time_left: float
+    position: bool = True
+    up: bool = True
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        flags = [float(arguments.flag(name, getattr(self, name))) for name in ("position", "up")]
+        self._set("restore", [arguments.number("time_left", self.time_left), *flags])
+
+
+@dataclass(frozen=True, kw_only=True)
+class CopyVertexB(Action):
+    """Makes where a particle is now, or how fast it is, what it returns to.
+
+    Formula: with `position`, position_b = position and up_b = up; with `velocity`, velocity_b = velocity
+
+    Attributes:
+        position: whether positions and orientations are copied.
+        velocity: whether velocities are copied.
+
+    Source: McAllister's CopyVertexB.
+    """
+
+    position: bool = True
+    velocity: bool = False
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        flags = [float(arguments.flag(name, getattr(self, name))) for name in ("position", "velocity")]
+        self._set("copy_vertex_b", flags)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ColorOverLife(Action):
+    """Sets the color by how much of its lifetime a particle has behind it.
+
+    Formula: color = ramp(age / lifetime), linear between knots, constant before the first and after the
+    last; two knots at one ratio make a jump; an infinite lifetime counts as ratio 0
+
+    Attributes:
+        ramp: knots (ratio 0..1, linear RGB) in ascending order.
+
+    Source: usual in editors of effects.
+    """
+
+    ramp: Sequence[tuple[float, ArrayLike]]
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("color_over_life", _knots(self.ramp, 3))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AlphaOverLife(Action):
+    """Sets the alpha by how much of its lifetime a particle has behind it.
+
+    Formula: alpha = ramp(age / lifetime), as color_over_life
+
+    Attributes:
+        ramp: knots (ratio 0..1, alpha) in ascending order.
+
+    Source: usual in editors of effects.
+    """
+
+    ramp: Sequence[tuple[float, float]]
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("alpha_over_life", _knots(self.ramp, 1))
+
+
+@dataclass(frozen=True, kw_only=True)
+class SizeOverLife(Action):
+    """Sets the size by how much of its lifetime a particle has behind it.
+
+    Formula: size = ramp(age / lifetime), as color_over_life
+
+    Attributes:
+        ramp: knots (ratio 0..1, size) in ascending order; a size is one number or three, m.
+
+    Source: usual in editors of effects.
+    """
+
+    ramp: Sequence[tuple[float, ArrayLike]]
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        self._set("size_over_life", _knots([(r, _thrice(v)) for r, v in _pairs(self.ramp)], 3))
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)  # expressions compare to conditions
+class Set(Action):
+    """Sets an attribute to a value, or to what an expression of columns gives for each particle.
+
+    Formula: attribute = value, computed from the particle as it was before the action
+
+    Attributes:
+        attribute: its name; the method takes `attribute=value` instead.
+        value: a number, three numbers or an expression such as column("age") * 2.
+
+    Source: our own.
+    """
+
+    attribute: str
+    value: Any
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the system is known."""
+        if not isinstance(self.attribute, str):
+            raise ArgumentError("attribute", self.attribute, "an attribute's name")
+        as_expression(self.attribute, self.value)
+        if self.where is not None:
+            as_condition("where", self.where)
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        if self.attribute not in columns:
+            raise ArgumentError("attribute", self.attribute, f"one of {', '.join(columns)}")
+        shapes: list[_core.Shape] = []
+        where = compile_condition(self.where, columns, shapes)
+        values = compile_values(self.attribute, self.value, columns[self.attribute][1], columns, shapes)
+        return _core.Action("set", [], shapes, where, list(columns).index(self.attribute), values)
+
+
+def _damping(damping: ArrayLike, min_speed: float, max_speed: float) -> list[float]:
+    factors = arguments.triple("damping", damping, low=0)
+    return [*factors, arguments.number("min_speed", min_speed, low=0), at_least_0("max_speed", max_speed)]
+
+
+def _thrice(value: Any) -> Any:
+    """Make three numbers of one, as `configure` does for sizes."""
+    return (value, value, value) if isinstance(value, (int, float, np.integer, np.floating)) else value
+
+
+def _pairs(ramp: Any) -> list[tuple[Any, Any]]:
+    try:
+        pairs = [(ratio, value) for ratio, value in ramp]
+    except (TypeError, ValueError):
+        pairs = []
+    if not pairs:
+        raise ArgumentError("ramp", ramp, "a list of (age / lifetime, value), at least one")
+    return pairs
+
+
+def _knots(ramp: Any, width: int) -> list[float]:
+    rows: list[float] = []
+    last = 0.0
+    for ratio, value in _pairs(ramp):
+        at = arguments.number("ramp", ratio, low=0, high=1)
+        if at < last:
+            raise ArgumentError("ramp", ramp, "ratios in ascending order")
+        last = at
+        rows.append(at)
+        rows.extend([arguments.number("ramp", value)] if width == 1 else arguments.triple("ramp", value))
+    return rows

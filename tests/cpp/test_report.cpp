@@ -22,7 +22,12 @@ Report rich_report() {
   report.failure = {Failure::Kind::compute, "gravity", "no memory"};
   report.record.put_text("a recorded list");
   report.systems.resize(2);
-  report.systems[0] = {10, 5, 3, 11, 0.25, {{1, 1}, {2, 7}}, {}};
+  report.systems[0].at_start = 10;
+  report.systems[0].created = 5;
+  report.systems[0].killed = 3;
+  report.systems[0].kept = 11;
+  report.systems[0].compute_s = 0.25;
+  report.systems[0].sent = {{1, 1}, {2, 7}};
   report.systems[1].digest.first = 99;
   report.tail.valid = true;
   report.tail.frame = 6;

@@ -69,6 +69,7 @@ MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Float
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
+#pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
     const Words3 words = hash(x.corner + i, y.corner + j, z.corner + k, slice, key);

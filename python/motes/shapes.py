@@ -258,9 +258,9 @@ class Blob(Shape):
 class Union(Shape):
     """Several shapes as one, also written `a | b`; a union among them counts as its parts.
 
-    It holds what any part holds, and is bounced off at the part that is met first, inside other parts too. Points
-    are drawn from a part picked by measure, where m, m^2 and m^3 count alike, or with equal chances where all
-    measures are 0 or one is infinite. Where parts overlap, points there count for each.
+    It holds what any part holds, and is bounced off at the part that is met first, inside other parts too.
+    Points are drawn from a part picked by measure, where m, m^2 and m^3 count alike, or with equal chances
+    where all measures are 0 or one is infinite. Where parts overlap, points there count for each.
     """
 
     __slots__ = ()

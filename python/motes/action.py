@@ -23,19 +23,19 @@ class Action:
     where: Where = None
 
     _call: ClassVar[tuple[str, list[float], list[_core.Shape]]]
-    _core: ClassVar[_core.Action]
+    _made: ClassVar[_core.Action]
 
     def _set(self, name: str, numbers: list[float], *shapes: Shape) -> None:
         if self.where is not None:
             as_condition("where", self.where)
         cores = [shape.core for shape in shapes]
         object.__setattr__(self, "_call", (name, numbers, cores))
-        object.__setattr__(self, "_core", _core.Action(name, numbers, cores))  # checks the arguments
+        object.__setattr__(self, "_made", _core.Action(name, numbers, cores))  # checks the arguments
 
     def compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.where is None:
-            return self._core
+            return self._made
         name, numbers, own = self._call
         shapes = list(own)
         where = compile_condition(self.where, columns, shapes)

@@ -43,9 +43,7 @@ class LocalParticles:
             if name == "id":
                 self._views[name] = engine.local_ids(self._system, self._begin)
             elif name in self._attributes:
-                self._views[name] = engine.local_column(
-                    self._system, self._attributes[name][0], self._begin
-                )
+                self._views[name] = engine.local_column(self._system, self._attributes[name][0], self._begin)
             else:
                 known = ", ".join(["id", *self._attributes])
                 raise AttributeError(f"no attribute {name!r}; there are {known}")

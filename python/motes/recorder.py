@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from typing import Any
 
@@ -15,12 +16,12 @@ from .shapes import Shape
 __all__ = ["Recorder"]
 
 
-class Recorder:
+class Recorder(ABC):
     """What a script can tell all particles of a system to do; `motes.actions` says what each means."""
 
+    @abstractmethod
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
-        raise NotImplementedError
 
     def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Gravity`."""

@@ -86,7 +86,8 @@ class Shape:
 
     def __and__(self, other: Any) -> Condition:
         """Make the condition that this shape and another, or a comparison, hold the particle."""
-        return _condition(self) & other
+        both: Condition = _condition(self) & other
+        return both
 
     __rand__ = __and__
 

@@ -1,7 +1,7 @@
 """One action on given particles, case by case: what the tests compare with the reference numbers.
 
-Arguments: the JSON file of cases; the file to write, a pickle: one dict a case with `columns` (those of the survivors,
-by id) or `error`.
+Arguments: the JSON file of cases; the file to write, a pickle: one dict a case with `columns` (those of the
+survivors, by id) or `error`.
 """
 
 from __future__ import annotations

@@ -6,8 +6,9 @@
 //   Rectangle, Triangle   q = t              aside = from the place of the hit to the nearest edge
 //   Disc                  q = t              aside = from the centre to the place of the hit
 //   Sphere, from outside  q = |v| t          aside = away from the centre, across v
-// and by the plane's idea, taken at the place of the hit:
-//   Box, Cylinder, Cone, from outside  q = t  aside = the part of v along the surface
+// and by the same ideas, from outside:
+//   Box                   as the Rectangle that its face is
+//   Cylinder, Cone        walls: as a Plane that touches the place of the hit; flat ends: as a Disc
 // Of a Union, the part that would be met first counts. Whoever heads straight at it, where there is no aside, goes on.
 #pragma once
 
@@ -47,11 +48,45 @@ MOTES_INLINE Turn turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, float
   return {hit.mask & outside, time, sqrt(speed2) * time, across};
 }
 
-template <class Solid>
-MOTES_INLINE Turn turn_at(const Solid& solid, Floats3 x, Floats3 v, float look_ahead) {
-  const Hit hit = solid.hit(x, v * look_ahead);
+/// What is nearest so far, and the way to it.
+struct Nearest {
+  Floats distance;
+  Floats3 way;
+
+  MOTES_INLINE void see(Floats other, Floats3 other_way) {
+    const Mask mask = other < distance;
+    distance = select(mask, other, distance);
+    way = select(mask, other_way, way);
+  }
+};
+MOTES_INLINE Nearest nothing_near() { return {all(__builtin_inff()), all3(Float3{0, 0, 0})}; }
+
+MOTES_INLINE Turn turn_at(const BoxLanes& box, Floats3 x, Floats3 v, float look_ahead) {
+  const Hit hit = box.hit(x, v * look_ahead);
   const Floats time = hit.part * look_ahead;
-  return {hit.mask & ~solid.contains(x), time, time, along_surface(v, hit.normal)};
+  const Floats3 at = x + v * time;
+  const Floats never = all(__builtin_inff());
+  const Mask along_x = hit.normal.x == 0.0f, along_y = hit.normal.y == 0.0f, along_z = hit.normal.z == 0.0f;
+  Nearest edge = nothing_near();
+  edge.see(select(along_x, at.x - box.low.x, never), all3(Float3{-1, 0, 0}));
+  edge.see(select(along_x, box.high.x - at.x, never), all3(Float3{1, 0, 0}));
+  edge.see(select(along_y, at.y - box.low.y, never), all3(Float3{0, -1, 0}));
+  edge.see(select(along_y, box.high.y - at.y, never), all3(Float3{0, 1, 0}));
+  edge.see(select(along_z, at.z - box.low.z, never), all3(Float3{0, 0, -1}));
+  edge.see(select(along_z, box.high.z - at.z, never), all3(Float3{0, 0, 1}));
+  return {hit.mask & ~box.contains(x), time, time, edge.way};
+}
+
+/// Cylinders and cones, around the axis from `start` to `end`.
+template <class Round>
+MOTES_INLINE Turn turn_round(const Round& round, Float3 start, Float3 end, Floats3 x, Floats3 v, float look_ahead) {
+  const Hit hit = round.hit(x, v * look_ahead);
+  const Floats time = hit.part * look_ahead;
+  const Floats3 axis = all3(unit(minus(end, start)));
+  const Floats3 at = x + v * time - all3(start);
+  const Mask flat_end = abs(dot(hit.normal, axis)) > 0.9999f;
+  const Floats3 aside = select(flat_end, at - axis * dot(at, axis), along_surface(v, hit.normal));
+  return {hit.mask & ~round.contains(x), time, time, aside};
 }
 
 /// The way to the nearest edge of origin + a u + b v: lines a = 0, b = 0 and either a = 1, b = 1 or a + b = 1.
@@ -67,26 +102,22 @@ struct Edges {
 
   MOTES_INLINE Floats3 nearest(Floats3 at) const {
     const Floats a = dot(at - all3(origin), all3(to_a)), b = dot(at - all3(origin), all3(to_b));
-    Floats least = all(__builtin_inff());
-    Floats3 way{};
-    nearer(a, times(to_a, -1.0f), least, way);
-    nearer(b, times(to_b, -1.0f), least, way);
+    Nearest edge = nothing_near();
+    see(edge, a, times(to_a, -1.0f));
+    see(edge, b, times(to_b, -1.0f));
     if (triangle) {
-      nearer(1.0f - a - b, {to_a.x + to_b.x, to_a.y + to_b.y, to_a.z + to_b.z}, least, way);
+      see(edge, 1.0f - a - b, {to_a.x + to_b.x, to_a.y + to_b.y, to_a.z + to_b.z});
     } else {
-      nearer(1.0f - a, to_a, least, way);
-      nearer(1.0f - b, to_b, least, way);
+      see(edge, 1.0f - a, to_a);
+      see(edge, 1.0f - b, to_b);
     }
-    return way;
+    return edge.way;
   }
 
  private:
   /// The edge is where `left`, which falls by |gradient| a metre along `gradient`, is 0.
-  static MOTES_INLINE void nearer(Floats left, Float3 gradient, Floats& least, Floats3& way) {
-    const Floats distance = left * (1.0f / __builtin_sqrtf(dot(gradient, gradient)));
-    const Mask mask = distance < least;
-    least = select(mask, distance, least);
-    way = select(mask, all3(unit(gradient)), way);
+  static MOTES_INLINE void see(Nearest& edge, Floats left, Float3 gradient) {
+    edge.see(left * (1.0f / __builtin_sqrtf(dot(gradient, gradient))), all3(unit(gradient)));
   }
 };
 
@@ -98,16 +129,19 @@ MOTES_INLINE Turn turn_to_edge(const Flat& flat, bool triangle, Floats3 x, Float
 }
 
 // One copy for all callers: a union calls it for each part.
-__attribute__((noinline)) inline Turn turn_from(const shapes::Shape& shape, Floats3 x, Floats3 v, float look_ahead) {
-  if (shape.kind == shapes::Kind::rectangle) {
-    return turn_to_edge(RectangleLanes::from(shape), false, x, v, look_ahead);
+__attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
+  using shapes::Kind;
+  const Float3 start = of(s.number), end = of(s.number + 3);
+  switch (s.kind) {
+    case Kind::rectangle: return turn_to_edge(RectangleLanes::from(s), false, x, v, look_ahead);
+    case Kind::triangle: return turn_to_edge(TriangleLanes::from(s), true, x, v, look_ahead);
+    case Kind::disc: return turn_at(DiscLanes::from(s), x, v, look_ahead);
+    case Kind::sphere: return turn_at(SphereLanes::from(s), x, v, look_ahead);
+    case Kind::box: return turn_at(BoxLanes::from(s), x, v, look_ahead);
+    case Kind::cylinder: return turn_round(CylinderLanes::from(s), start, end, x, v, look_ahead);
+    case Kind::cone: return turn_round(ConeLanes::from(s), start, end, x, v, look_ahead);
+    default: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
   }
-  if (shape.kind == shapes::Kind::triangle) {
-    return turn_to_edge(TriangleLanes::from(shape), true, x, v, look_ahead);
-  }
-  Turn turn;
-  visit(shape, [&](const auto& lanes) __attribute__((always_inline)) { turn = turn_at(lanes, x, v, look_ahead); });
-  return turn;
 }
 
 MOTES_INLINE Turn first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, float look_ahead) {

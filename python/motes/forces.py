@@ -254,11 +254,11 @@ class Wind(Action):
 class Avoid(Action):
     """Turns particles that would meet a shape within `look_ahead`, without changing their speed.
 
-    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until they meet:
-    q = t; aside is the direction from the place of the hit to the nearest edge (Rectangle, Triangle), from
-    the centre to it (Disc), of v along the surface there (Plane; Box, Cylinder, Cone from outside). Sphere,
-    from outside: q = |v| t, aside across v, away from the centre. Union: as the part that would be met
-    first
+    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until they meet,
+    q = t and aside is the direction of v along the surface (Plane), from the place of the hit to the nearest
+    edge (Rectangle, Triangle), from the centre to it (Disc). Sphere, from outside: q = |v| t, aside across v,
+    away from the centre. Box, from outside: as the Rectangle that is hit. Cylinder and Cone, from outside:
+    walls as a Plane, flat ends as a Disc. Union: as the part that would be met first
 
     Attributes:
         shape: what is avoided, m.

@@ -94,6 +94,59 @@ def drift(s: motes.System, frame: int) -> None:
     s.kill_old(-1, younger=True)
 
 
+def whirl(s: motes.System, frame: int) -> None:
+    """What pulls, pushes, turns and leads to given values."""
+    s.configure(
+        velocity=shapes.Box((-2, -2, -2), (2, 2, 2)),
+        lifetime=motes.Uniform(0.2, 2),
+        mass=motes.Uniform(0.1, 3),
+        rotational_velocity=motes.Uniform((-3, -3, -3), (3, 3, 3)),
+        up=motes.Uniform((-1, -1, -1), (1, 1, 1)),
+    )
+    s.source(shapes.Sphere((0, 1, 0), 2), rate=1500)
+    s.copy_vertex_b(velocity=True, where=motes.column("age") == 0)
+    s.vortex((0, 0, 0), axis=(0, 3, 1), tightness=1.7, max_radius=2, in_speed=9, up_speed=3, around_speed=8)
+    s.orbit_point((0.5, 1, 0), magnitude=4, epsilon=0.1, max_radius=2.5)
+    s.orbit_line((0, 1, 0), axis=(1, 1, 0), magnitude=2, epsilon=0.2)
+    s.explosion((0, 1, 0), radius=0.3 * frame, magnitude=20, sigma=0.4, epsilon=0.1)
+    s.jet(shapes.Cylinder((0, 0, 0), (0, 3, 0), 1), acceleration=shapes.Cone((0, 0, 0), (0, 9, 0), 4))
+    s.jet(shapes.Box((-1, 0, -1), (0, 1, 0)), acceleration=(3, 0, 0))
+    s.wind((1, 0, 0.5), drag=0.8)
+    steer(s)
+    s.rotational_damping((0.2, 0.5, 0.9), max_speed=4)
+    s.random_rotational_velocity(shapes.Sphere((0, 0, 0), 2), where=motes.column("age") > 0.4)
+    s.random_displacement(shapes.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5)))
+    s.target_velocity((0, 1, 0), scale=0.3)
+    s.target_rotational_velocity((0, 5, 0), scale=0.7)
+    s.target_color((1, 0.5, 0.2), alpha=0.5, scale=0.9)
+    s.target_size(0.2, scale=(0.3, 0.2, 0.1))
+    s.speed_clamp(0.1, max_speed=12)
+    if frame == 7:
+        s.restore(0.4)
+    s.move()
+    s.restore(0, position=False, where=motes.column("age") > 1)
+    s.color_over_life(
+        [(0, (1, 1, 1)), (0.3, (1, 0.6, 0.1)), (1, (0.2, 0, 0))], where=shapes.Sphere((0, 1, 0), 1)
+    )
+    s.alpha_over_life([(0.1, 0), (0.2, 1), (0.9, 0)])
+    s.size_over_life([(0, 0.1), (1, (0.3, 0.2, 0.1))])
+    s.sink_velocity(shapes.Sphere((0, 0, 0), 11.5), inside=False)
+    s.kill_expired()
+
+
+def steer(s: motes.System) -> None:
+    """Around every shape, and off some as soon as they are seen."""
+    words = {"magnitude": 1.0, "epsilon": 0.2, "look_ahead": 0.4}
+    corner = shapes.Triangle((-1, 0, -1), (1, 0, -1), (0, 2, -1)) | shapes.Box((1, 0, 0), (2, 1, 1))
+    s.avoid(corner | shapes.Sphere((-1, 2, 0), 0.5), **words)
+    s.avoid(shapes.Plane((0, -2, 0), (0, 1, 0)), **words)
+    s.avoid(shapes.Disc((0, 3, 0), (0, 1, 0), 1), **words)
+    s.avoid(shapes.Rectangle((-2, 0, 2), (4, 0, 0), (0, 3, 0)), **words)
+    s.avoid(shapes.Cylinder((-2, 0, -2), (-2, 1, -2), 0.5) | shapes.Cone((2, 2, 2), (2, 0, 2), 0.5), **words)
+    s.bounce(shapes.Sphere((0, 1, 0), 3), restitution=0.8, exact_hit=False)
+    s.bounce(shapes.Plane((0, -1, 0), (0, 1, 0)), friction=0.2, exact_hit=False)
+
+
 def run(number: int, variant: dict[str, Any]) -> None:
     """Run all systems under one variant."""
     world = motes.World(
@@ -116,10 +169,11 @@ def run(number: int, variant: dict[str, Any]) -> None:
             sprite=motes.Sprite("point"),
         ),
         world.system("drift", axis="z", space="fit"),
+        world.system("whirl", axis="y", space=(-1, 3), sprite=motes.Sprite("disc", pixels=3)),
     ]
     with world:
         for frame in world.frames(FRAMES):
-            for system, act in zip(systems, (fountain, snow, drift), strict=True):
+            for system, act in zip(systems, (fountain, snow, drift, whirl), strict=True):
                 act(system, frame)
             if frame % 5 == 3:
                 systems[0].gather()

@@ -1,0 +1,440 @@
+"""What each action does to particles, against what physics or its formula says."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes import actions, shapes
+from motes.errors import ArgumentError
+
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+BALL = shapes.Sphere((0, 0, 0), 1)
+AXES = np.eye(3, dtype=np.float32)
+
+
+def after(
+    state: dict[str, Any], *recorded: actions.Action, dt: float = 0.1, frames: int = 1, substeps: int = 1
+) -> motes.Particles:
+    """Give particles a state, let them act for some frames, and return them."""
+    world = motes.World(seed=3, dt=dt, substeps=substeps, progress="off")
+    system = world.system("all")
+    with world:
+        for frame in world.frames(frames):
+            if frame == 0:
+                system.emit(**state)
+            system.apply(list(recorded))
+            world.step()
+        return system.gather()
+
+
+def cloud(n: int, scale: float = 3, seed: int = 0) -> dict[str, np.ndarray]:
+    """Make positions and velocities."""
+    dice = np.random.default_rng(seed)
+    return {"position": dice.normal(0, scale, (n, 3)), "velocity": dice.normal(0, scale, (n, 3))}
+
+
+def length(vectors: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(vectors.astype(np.float64), axis=1)
+
+
+def test_explosion_is_strongest_at_its_crest():
+    r = np.linspace(0.5, 6, 111)
+    state = {"position": np.outer(r, (0.6, 0.8, 0)), "velocity": np.zeros((111, 3))}
+    blast = actions.Explosion(center=(0, 0, 0), radius=3, magnitude=20, sigma=0.5, epsilon=0.1)
+    v = after(state, blast).velocity
+    wave = np.exp(-((r - 3) ** 2) / (2 * 0.5**2)) / (0.5 * math.sqrt(2 * math.pi))
+    np.testing.assert_allclose(v @ (0.6, 0.8, 0), 0.1 * 20 * wave / (r**2 + 0.1), rtol=2e-5, atol=1e-12)
+    np.testing.assert_allclose(np.cross(v, (0.6, 0.8, 0)), 0, atol=1e-5)
+    assert not after({"position": [(0, 0, 0)]}, blast).velocity.any(), "the centre knows no direction"
+
+
+def test_circular_orbits():
+    # magnitude / r^2 is Newton's law: at speed sqrt(magnitude / r) particles go round, once in 2 pi r / v.
+    r, magnitude = np.array([1.0, 2.0, 4.0]), 5.0
+    speed = np.sqrt(magnitude / r)
+    state = {"position": np.outer(r, (1, 0, 0)), "velocity": np.outer(speed, (0, 0, 1))}
+    pull = actions.OrbitPoint(center=(0, 0, 0), magnitude=magnitude, epsilon=0)
+    for period, i in zip(2 * math.pi * r / speed, range(3), strict=True):
+        p = after(state, pull, actions.Move(), dt=period, substeps=4000)
+        assert abs(length(p.position[i : i + 1])[0] - r[i]) < 2e-3 * r[i]
+        np.testing.assert_allclose(p.position[i], state["position"][i], atol=0.01 * r[i])
+
+
+def test_orbit_line_pulls_across_and_only_near():
+    state = cloud(500)
+    axis, point = np.array((1, 2, -1)) / math.sqrt(6), np.array((0.5, 0, 0))
+    near = actions.OrbitLine(point=point, axis=10 * axis, magnitude=2, epsilon=0.3, max_radius=2.5)
+    change = after(state, near).velocity - np.float32(state["velocity"])
+    to_axis = np.outer((state["position"] - point) @ axis, axis) - (state["position"] - point)
+    r = length(to_axis)
+    np.testing.assert_allclose(change @ axis, 0, atol=1e-5)
+    wanted = np.where(r < 2.5, 0.1 * 2 / (r**2 + 0.3), 0)
+    np.testing.assert_allclose(length(change), wanted, rtol=1e-3, atol=3e-6)
+    assert ((change * to_axis).sum(1)[r < 2.5] > 0).all()
+
+
+def test_vortex_inside_outside_and_beyond():
+    places = [(0.4, 1, 0), (1.5, 1, 0), (2.5, 1, 0), (0.4, -1, 0), (0.4, 5, 0)]
+    state = {"position": places, "velocity": np.ones((5, 3)), "mass": np.full(5, 2.0)}
+    whirl = actions.Vortex(
+        tip=(0, 0, 0), axis=(0, 4, 0), tightness=0.5, max_radius=2, in_speed=8, up_speed=6, around_speed=4
+    )
+    v = after(state, whirl).velocity
+    # At height 1 of 4 the whirl is 2 sqrt(1 / 4) = 1 m wide; inward is -x, around is y x -x = z.
+    np.testing.assert_allclose(v[0], (0, 0.3, 0.2), atol=1e-6)
+    np.testing.assert_allclose(v[1], (1 - 0.4, 1, 1), atol=1e-6)
+    assert (v[2:] == 1).all()
+
+
+def test_wind_converges_to_the_air_and_does_not_mind_the_step():
+    state, air = cloud(100), np.array((3.0, -1.0, 2.0))
+    start = np.float32(state["velocity"])
+    wanted = air + (start - air) * math.exp(-0.7)
+    for dt, substeps in ((1.0, 1), (1.0, 2), (1.0, 500)):
+        v = after(state, actions.Wind(velocity=air, drag=0.7), dt=dt, substeps=substeps).velocity
+        np.testing.assert_allclose(v, wanted, atol=3e-5)
+    for drag in (40, 1e9):
+        v = after(state, actions.Wind(velocity=air, drag=drag), dt=1.0).velocity
+        np.testing.assert_allclose(v, np.broadcast_to(air, v.shape), atol=1e-6)
+    np.testing.assert_array_equal(after(state, actions.Wind(velocity=air, drag=0)).velocity, start)
+    tiny = after({"position": [(0, 0, 0)]}, actions.Wind(velocity=air, drag=1e-5)).velocity[0]
+    np.testing.assert_allclose(tiny, air * 1e-6, rtol=1e-5)
+
+
+def test_dampings_are_alike():
+    state = cloud(300)
+    words = {"damping": (0.1, 0.5, 1.2), "min_speed": 2, "max_speed": 6}
+    v = after(state, actions.Damping(**words)).velocity
+    turned = {"position": state["position"], "rotational_velocity": state["velocity"]}
+    spin = after(turned, actions.RotationalDamping(**words)).rotational_velocity
+    np.testing.assert_array_equal(v, spin)
+    start = np.float32(state["velocity"])
+    hit = (length(start) >= 2) & (length(start) <= 6)
+    np.testing.assert_allclose(v[hit], start[hit] * (1 - (1 - np.array(words["damping"])) * 0.1), rtol=1e-5)
+    np.testing.assert_array_equal(v[~hit], start[~hit])
+
+
+def test_speed_clamp():
+    state = cloud(300)
+    state["velocity"][0] = 0
+    start = np.float32(state["velocity"])
+    v = after(state, actions.SpeedClamp(min_speed=4, max_speed=5)).velocity
+    assert not v[0].any()
+    assert (length(v)[1:] > 4 - 1e-5).all() and (length(v) < 5 + 1e-5).all()
+    np.testing.assert_allclose(np.cross(v, start), 0, atol=2e-5)
+    kept = (length(start) >= 4) & (length(start) <= 5)
+    np.testing.assert_array_equal(v[kept], start[kept])
+    np.testing.assert_array_equal(after(state, actions.SpeedClamp()).velocity, start)
+
+
+def test_targets_are_neared_by_the_same_part_of_the_way():
+    n, scale, dt, frames = 50, 0.8, 0.25, 9
+    dice = np.random.default_rng(1)
+    state = {
+        name: dice.normal(0, 2, (n, 3))
+        for name in ("position", "velocity", "rotational_velocity", "size", "color")
+    }
+    state["alpha"] = dice.random(n)
+    goal = (1.0, -2.0, 0.5)
+    p = after(
+        state,
+        actions.TargetVelocity(velocity=goal, scale=scale),
+        actions.TargetRotationalVelocity(rotational_velocity=goal, scale=scale),
+        actions.TargetColor(color=goal, alpha=0.25, scale=scale),
+        actions.TargetSize(size=2, scale=(scale, 0, 2 * scale)),
+        dt=dt,
+        frames=frames,
+    )
+    left = (1 - scale * dt) ** frames
+    for name in ("velocity", "rotational_velocity", "color"):
+        np.testing.assert_allclose(getattr(p, name), goal + (state[name] - goal) * left, atol=2e-5)
+    np.testing.assert_allclose(p.alpha, 0.25 + (state["alpha"] - 0.25) * left, atol=2e-6)
+    lefts = np.array([left, 1, (1 - 2 * scale * dt) ** frames])
+    np.testing.assert_allclose(p.size, 2 + (state["size"] - 2) * lefts, atol=2e-5)
+
+
+def restored(frames: int) -> motes.Particles:
+    """Let particles return within a second, in so many frames, and one frame more."""
+    world = motes.World(seed=3, dt=1 / frames, progress="off")
+    system = world.system("all")
+    with world:
+        for frame in world.frames(frames + 1):
+            if frame == 0:
+                system.emit(**cloud(100), position_b=np.full((100, 3), 7.0), up_b=np.full((100, 3), 2.0))
+            system.restore(1 - frame / frames if frame < frames else 0)
+            if frame < frames:
+                system.move()
+                nearly = None
+            world.step()
+            if frame == frames - 1:
+                nearly = system.gather()
+                off = length(nearly.position - 7).max(), length(nearly.up - 2).max()
+        p = system.gather()
+    assert (p.position == 7).all() and (p.up == 2).all()
+    assert not p.velocity.any() and not p.rotational_velocity.any()
+    return off
+
+
+def test_restore_arrives_and_rests():
+    coarse, fine = restored(50), restored(400)
+    assert fine[0] < 0.01 and fine[1] < 0.01
+    assert fine[0] < coarse[0] / 4 and fine[1] < coarse[1] / 4, (
+        "the path is met the better the finer the steps"
+    )
+
+
+def test_copies_bring_back_the_very_bits():
+    state = {**cloud(100), "up": cloud(100, seed=1)["position"]}
+    swirl = [
+        actions.RandomDisplacement(shape=shapes.Sphere((1, 0, 0), 30)),
+        actions.RandomVelocity(shape=BALL),
+    ]
+    p = after(state, actions.CopyVertexB(position=True, velocity=True), *swirl)
+    assert (p.position != np.float32(state["position"])).any()
+    np.testing.assert_array_equal(p.velocity_b, np.float32(state["velocity"]))
+    p = after(state, actions.CopyVertexB(), *swirl, actions.Restore(time_left=0))
+    np.testing.assert_array_equal(p.position, np.float32(state["position"]))
+    np.testing.assert_array_equal(p.up, np.float32(state["up"]))
+    p = after(state, *swirl, actions.Restore(time_left=-1, up=False))
+    np.testing.assert_array_equal(p.position, np.float32(state["position"]))
+
+
+def test_ramps_at_knots_between_and_outside():
+    age = np.array([-1, 0, 0.4, 0.5, 0.75, 1, 1.5, 2, 3, 1], np.float32)
+    lifetime = np.array([2] * 9 + [math.inf], np.float32)
+    state = {"position": np.zeros((10, 3)), "age": age, "lifetime": lifetime}
+    ramp = [(0.2, 5.0), (0.25, 1.0), (0.5, 3.0), (0.5, 10.0), (0.75, 0.0)]
+    colors = [(ratio, (value, 1.0, -value)) for ratio, value in ramp]
+    p = after(
+        state,
+        actions.AlphaOverLife(ramp=ramp),
+        actions.ColorOverLife(ramp=colors),
+        actions.SizeOverLife(ramp=ramp),
+    )
+    #          -0.5  0    0.2  0.25 0.375 0.5: behind the jump, 0.75, 1, 1.5, lives for ever
+    wanted = np.array([5, 5, 5, 1, 2, 10, 0, 0, 0, 5], np.float32)
+    np.testing.assert_array_equal(p.alpha, wanted)
+    np.testing.assert_array_equal(p.color, np.stack([wanted, np.ones(10), -wanted], axis=1))
+    np.testing.assert_array_equal(p.size, np.stack([wanted] * 3, axis=1))
+    one = after(state, actions.SizeOverLife(ramp=[(0.5, (1, 2, 3))]))
+    np.testing.assert_array_equal(one.size, np.tile(np.float32((1, 2, 3)), (10, 1)))
+
+
+def test_jet_with_a_random_shape():
+    state = cloud(20_000, scale=1)
+    gusts = shapes.Box((1, -2, 0), (3, 2, 0))
+    p = after(state, actions.Jet(shape=BALL, acceleration=gusts))
+    change = (p.velocity.astype(np.float64) - np.float32(state["velocity"])) / 0.1
+    inside = BALL.contains(state["position"])
+    np.testing.assert_array_equal(p.velocity[~inside], np.float32(state["velocity"])[~inside])
+    blown = change[inside]
+    assert len(blown) > 2000 and (np.abs(blown - (2, 0, 0)) <= np.array((1, 2, 0)) + 1e-4).all()
+    np.testing.assert_allclose(blown.mean(0), (2, 0, 0), atol=0.1)
+    np.testing.assert_allclose(blown.var(0), (1 / 3, 4 / 3, 0), atol=0.1)
+    steady = after(state, actions.Jet(shape=BALL, acceleration=(0, 9, 0))).velocity - np.float32(
+        state["velocity"]
+    )
+    np.testing.assert_allclose(steady, np.outer(inside, (0, 0.9, 0)), atol=2e-6)
+
+
+def test_random_draws_differ_by_particle_step_and_place_in_the_list():
+    state = {"position": np.zeros((4000, 3))}
+    spin = actions.RandomRotationalVelocity(shape=shapes.Sphere((5, 0, 0), 2))
+    once = after(state, spin).rotational_velocity
+    again = after(state, spin).rotational_velocity
+    np.testing.assert_array_equal(once, again)
+    assert (length(once - (5, 0, 0)) <= 2 + 1e-5).all() and len(np.unique(once, axis=0)) == 4000
+    np.testing.assert_allclose((once.astype(np.float64) - (5, 0, 0)).mean(0), 0, atol=0.06)
+    assert (after(state, spin, frames=2).rotational_velocity != once).any(axis=1).all()
+    jump = actions.RandomDisplacement(shape=BALL)
+    single, double = after(state, jump).position, after(state, jump, jump).position
+    assert length(single).max() <= 0.1 + 1e-6, "the shape is in m/s"
+    assert (np.abs(double - 2 * single) > 1e-6).any(axis=1).all()
+
+
+def test_sink_velocity_kills_by_speed_and_direction():
+    state = cloud(400)
+    fast = length(np.float32(state["velocity"])) > 4
+    limit = shapes.Sphere((0, 0, 0), 4)
+    assert set(after(state, actions.SinkVelocity(shape=limit, inside=False)).id) == set(np.flatnonzero(~fast))
+    assert set(after(state, actions.SinkVelocity(shape=limit)).id) == set(np.flatnonzero(fast))
+    falling = np.float32(state["velocity"])[:, 1] <= 0
+    plane = shapes.Plane((0, 0, 0), (0, 1, 0))
+    assert set(after(state, actions.SinkVelocity(shape=plane)).id) == set(np.flatnonzero(~falling))
+
+
+def test_exact_bounces_keep_the_energy_and_everybody_in():
+    box = shapes.Box((-1, -1, -1), (1, 1, 1))
+    state = {
+        "position": np.random.default_rng(5).uniform(-0.9, 0.9, (300, 3)),
+        "velocity": cloud(300)["velocity"],
+    }
+    p = after(state, actions.Bounce(shape=box), actions.Move(), dt=1 / 24, frames=200)
+    assert np.abs(p.position).max() < 1 + 1e-5
+    np.testing.assert_allclose(length(p.velocity), length(np.float32(state["velocity"])), rtol=1e-4)
+
+
+SOLIDS = {
+    "Plane": shapes.Plane((0, 0, 0), (0, 1, 0)),
+    "Rectangle": shapes.Rectangle((-2, 0, -2), (4, 0, 0), (0, 0, 4)),
+    "Triangle": shapes.Triangle((-2, 0, -2), (2, 0, -2), (0, 0, 3)),
+    "Disc": shapes.Disc((0, 0, 0), (0, 1, 0), 2),
+    "Sphere": shapes.Sphere((0, 0, 0), 1.5),
+    "Box": shapes.Box((-1, -1, -1), (1, 1, 1)),
+    "Cylinder": shapes.Cylinder((0, 0, -2), (0, 0, 2), 1.2),
+    "Cone": shapes.Cone((0, 2, 0), (0, -1, 0), 1.5),
+    "Union": shapes.Sphere((0, 0, 0), 1) | shapes.Box((0, -1, -1), (2, 1, 1)),
+}
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_bounce_as_mcallister_turns_velocities_alone(name: str):
+    state = cloud(2000, scale=2)
+    p = after(state, actions.Bounce(shape=SOLIDS[name], restitution=0.5, exact_hit=False), dt=0.2)
+    np.testing.assert_array_equal(p.position, np.float32(state["position"]))
+    turned = (p.velocity != np.float32(state["velocity"])).any(axis=1)
+    assert 20 < turned.sum() < 1500
+    assert (length(p.velocity) <= length(np.float32(state["velocity"])) * (1 + 1e-5))[turned].mean() > 0.99
+    crossing = actions.Bounce(shape=SOLIDS[name], exact_hit=True)
+    met = (after(state, crossing, dt=0.2).velocity != np.float32(state["velocity"])).any(axis=1)
+    if name == "Plane":  # his planes have two sides
+        height = np.float32(state["position"])[:, 1]
+        change = np.float32(state["velocity"])[:, 1] * np.float32(0.2)
+        np.testing.assert_array_equal(turned, height * (height + change) < 0)
+    elif name != "Sphere":
+        np.testing.assert_array_equal(turned, met)
+
+
+@pytest.mark.parametrize("name", SOLIDS)
+def test_avoid_turns_away_without_changing_speed(name: str):
+    shape = SOLIDS[name]
+    state = cloud(3000)
+    start = np.float32(state["velocity"])
+    v = after(state, actions.Avoid(shape=shape, magnitude=3, epsilon=0.2, look_ahead=0.8)).velocity
+    np.testing.assert_allclose(length(v), length(start), rtol=1e-5)
+    turned = (v != start).any(axis=1)
+    assert 10 < turned.sum() < 2900
+    far = after(state, actions.Avoid(shape=shape, magnitude=3, epsilon=0.2, look_ahead=1e-6)).velocity
+    assert (far != start).any(axis=1).sum() < 5, "nothing is met so soon"
+    none = after(state, actions.Avoid(shape=shape, magnitude=0, epsilon=0.2, look_ahead=0.8)).velocity
+    np.testing.assert_allclose(none, start, atol=1e-5)
+
+
+@pytest.mark.parametrize("name", ["Sphere", "Box", "Cylinder", "Cone", "Union"])
+def test_who_avoids_does_not_run_into_it(name: str):
+    dice = np.random.default_rng(2)
+    n = 400
+    start = np.stack([np.full(n, -6.0), dice.uniform(-0.8, 0.8, n), dice.uniform(-0.8, 0.8, n)], axis=1)
+    state = {"position": start, "velocity": np.tile((3.0, 0.0, 0.0), (n, 1))}
+    look = actions.Avoid(shape=SOLIDS[name], magnitude=60, epsilon=0.01, look_ahead=1.5)
+    hits = []
+    for steering in ([], [look]):
+        world = motes.World(seed=3, dt=1 / 48, progress="off")
+        system = world.system("all")
+        entered = np.zeros(n, bool)
+        with world:
+            for frame in world.frames(150):
+                if frame == 0:
+                    system.emit(**state)
+                system.apply([*steering, actions.Move()])
+                world.step()
+                entered |= SOLIDS[name].contains(system.gather().position)
+        hits.append(entered.sum())
+    assert hits[0] > 0.5 * n
+    assert hits[1] <= 0.05 * hits[0]
+
+
+def test_avoid_a_union_as_its_first_part():
+    state = cloud(2000)
+    words = {"magnitude": 3, "epsilon": 0.2, "look_ahead": 0.8}
+    for name in ("Rectangle", "Sphere", "Cone"):
+        alone = after(state, actions.Avoid(shape=SOLIDS[name], **words)).velocity
+        in_union = after(state, actions.Avoid(shape=shapes.Union(SOLIDS[name]), **words)).velocity
+        np.testing.assert_array_equal(alone, in_union)
+    near, far = shapes.Rectangle((1, -9, -9), (0, 18, 0), (0, 0, 30)), shapes.Plane((2, 0, 0), (1, 1, 0))
+    ahead = {"position": np.zeros((9, 3)), "velocity": np.tile((5.0, 1.0, 0.5), (9, 1))}
+    both = after(ahead, actions.Avoid(shape=far | near, **words)).velocity
+    np.testing.assert_array_equal(both, after(ahead, actions.Avoid(shape=near, **words)).velocity)
+
+
+def test_where_limits_them():
+    state = cloud(500)
+    inside = BALL.contains(state["position"])
+    v = after(state, actions.Wind(velocity=(9, 9, 9), drag=1e9, where=BALL)).velocity
+    np.testing.assert_array_equal((v == 9).all(axis=1), inside)
+    gone = after(state, actions.SinkVelocity(shape=shapes.Sphere((0, 0, 0), 99), where=BALL))
+    assert set(gone.id) == set(np.flatnonzero(~inside))
+
+
+WRONG = [
+    (
+        lambda: actions.Avoid(shape=(0, 0, 0), magnitude=1, epsilon=1, look_ahead=1),
+        "shape must have a surface",
+    ),
+    (lambda: actions.Avoid(shape=BALL, magnitude=1, epsilon=-1, look_ahead=1), "epsilon"),
+    (
+        lambda: actions.Explosion(center=(0, 0), radius=1, magnitude=1, sigma=1, epsilon=1),
+        "center must be 3 numbers",
+    ),
+    (lambda: actions.Explosion(center=(0, 0, 0), radius=1, magnitude=1, sigma=0, epsilon=1), "sigma"),
+    (
+        lambda: actions.OrbitLine(point=(0, 0, 0), axis=(0, 0, 0), magnitude=1, epsilon=1),
+        "axis must not be zero",
+    ),
+    (lambda: actions.OrbitPoint(center=(0, 0, 0), magnitude=math.inf, epsilon=1), "magnitude"),
+    (lambda: actions.SpeedClamp(min_speed=2, max_speed=1), "min_speed must not be above max_speed"),
+    (
+        lambda: actions.RotationalDamping(damping=(1, 1, 1), min_speed=2, max_speed=1),
+        "min_speed must not be above",
+    ),
+    (lambda: actions.TargetSize(size=(1, 2), scale=1), "size must be 3 numbers"),
+    (lambda: actions.TargetColor(color=(1, 1, 1), alpha=math.nan, scale=1), "alpha"),
+    (lambda: actions.Wind(velocity=(0, 0, 0), drag=-1), "drag"),
+    (lambda: actions.Restore(time_left="soon"), "time_left must be a number"),
+    (lambda: actions.CopyVertexB(position=1), "position must be True or False"),
+    (lambda: actions.Bounce(shape=BALL, exact_hit=None), "exact_hit must be True or False"),
+    (lambda: actions.Jet(shape=BALL, acceleration=3), "acceleration must be a shape or 3 finite numbers"),
+    (lambda: actions.AlphaOverLife(ramp=[]), "ramp must be a list"),
+    (lambda: actions.AlphaOverLife(ramp=[(0, 1), (1.5, 1)]), "ramp must be a finite number in 0..1, got 1.5"),
+    (lambda: actions.AlphaOverLife(ramp=[(0.5, 1), (0.2, 1)]), "ramp must be ratios in ascending order"),
+    (lambda: actions.ColorOverLife(ramp=[(0, 1)]), "ramp must be 3 numbers"),
+    (lambda: actions.SizeOverLife(ramp=7), "ramp must be a list"),
+]
+
+
+@pytest.mark.parametrize(("make", "message"), WRONG, ids=[message for _, message in WRONG])
+def test_wrong_arguments_are_named(make: Any, message: str):
+    with pytest.raises(ArgumentError, match=message):
+        make()
+
+
+def test_every_action_has_a_method_that_records_it():
+    world = motes.World(progress="off")
+    system = world.system("all")
+    kinds = [
+        kind for kind in vars(actions).values() if isinstance(kind, type) and issubclass(kind, actions.Action)
+    ]
+    names = ["".join("_" + c.lower() if c.isupper() else c for c in kind.__name__)[1:] for kind in kinds]
+    assert sorted(set(names) - {"action"}) == sorted(motes._core.action_names())
+    assert all(callable(getattr(system, name)) for name in names if name != "action")
+    with world:
+        system.jet(BALL, acceleration=(0, 1, 0))
+        system.size_over_life([(0, 1), (1, 0)])
+        assert [type(action).__name__ for action in system.recorded] == ["Jet", "SizeOverLife"]
+
+
+def test_the_page_of_actions_is_current():
+    if not (DOCS / "make_actions.py").is_file():
+        pytest.skip("the page stands in the source tree")
+    spec = importlib.util.spec_from_file_location("make_actions", DOCS / "make_actions.py")
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.page() == module.PAGE.read_text(), "run python docs/make_actions.py"

@@ -364,6 +364,37 @@ def test_avoid_a_union_as_its_first_part():
     np.testing.assert_array_equal(both, after(ahead, actions.Avoid(shape=near, **words)).velocity)
 
 
+def test_special_places_stay_finite():
+    """At the centre, on the axis, at rest, on a surface, straight at a shape: no direction is no disaster."""
+    places = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, -1, 0), (0, 4, 0), (1e-20, 0, 0), (0, 3, 1e-25)]
+    speeds = [(0, 0, 0), (0, -5, 0), (1e-20, 0, 0), (-3, 0, 0), (1e9, 0, 0)]
+    state = {
+        "position": np.repeat(places, len(speeds), axis=0),
+        "velocity": np.tile(speeds, (len(places), 1)),
+        "mass": np.resize([1, 0, 1e-10], len(places) * len(speeds)),
+        "lifetime": np.resize([1, 0, math.inf], len(places) * len(speeds)),
+    }
+    soft = {"magnitude": 5, "epsilon": 0.1}
+    steps: list[actions.Action] = [
+        actions.Explosion(center=(0, 0, 0), radius=0, sigma=0.1, **soft),
+        actions.OrbitPoint(center=(0, 0, 0), **soft),
+        actions.OrbitLine(point=(0, 0, 0), axis=(0, 1, 0), **soft),
+        actions.Wind(velocity=(1, 0, 0), drag=1e15),
+        actions.SpeedClamp(min_speed=1, max_speed=2),
+        actions.SizeOverLife(ramp=[(0, 1), (1, 0)]),
+        actions.Restore(time_left=0.01),
+        actions.TargetVelocity(velocity=(0, 0, 0), scale=1),
+        *(actions.Bounce(shape=shape, exact_hit=False) for shape in SOLIDS.values()),
+        *(actions.Avoid(shape=shape, look_ahead=3, magnitude=9, epsilon=0) for shape in SOLIDS.values()),
+    ]
+    whirl = {"tightness": 0.5, "max_radius": 2, "in_speed": 8, "up_speed": 6, "around_speed": 4}
+    steps.append(actions.Vortex(tip=(0, 0, 0), axis=(0, 4, 0), **whirl))
+    for step in steps:
+        p = after(state, step)
+        for column in (p.position, p.velocity, p.size, p.up):
+            assert np.isfinite(column).all(), f"{step}: {column[~np.isfinite(column).all(axis=1)][0]}"
+
+
 def test_where_limits_them():
     state = cloud(500)
     inside = BALL.contains(state["position"])

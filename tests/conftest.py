@@ -65,7 +65,7 @@ def cpp_units() -> Path:
     cmake, ninja = _tool("cmake"), _tool("ninja")
     configure = [
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
-        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON"),
+        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON"),
     ]
     for words in (configure, [cmake, "--build", str(folder), "--target", "unit_tests"]):
         made = subprocess.run(

@@ -155,7 +155,7 @@ void check_no_leak(const Shape& shape, float dt) {
                            plane[3].data(), plane[4].data(), plane[5].data()};
   components[20] = age.data();
   const float* position[3] = {components[0], components[1], components[2]};
-  const double restitution[3] = {1, 0, 0}, no_turning[1] = {0};
+  const double restitution[4] = {1, 0, 0, 1}, no_turning[1] = {0};
   const motes::actions::Block block{kCount, components, ids.data(), dead.data()};
   const motes::actions::Step step{dt, 0, 0, {}};
   std::vector<std::uint8_t> before(kCount), after(kCount);

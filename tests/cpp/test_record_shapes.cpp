@@ -1,0 +1,83 @@
+// Recorded lists with shapes of every kind: what is written is what is read, and broken bytes are refused.
+#include <stdexcept>
+#include <vector>
+
+#include "check.h"
+#include "recording/record.h"
+
+namespace {
+
+using motes::actions::Action;
+using motes::recording::Record;
+using motes::shapes::Kind;
+using motes::shapes::Shape;
+
+Record record_with(const Shape& shape) {
+  Action sink;
+  sink.kind = motes::actions::Kind::sink;
+  sink.numbers = {1};
+  sink.shapes = {shape};
+  motes::recording::Birth birth;
+  birth.shape = shape;
+  Record record;
+  record.systems.resize(1);
+  record.lists = {{birth, sink}};
+  record.sprites.resize(1);
+  return record;
+}
+
+Record again(const Record& record) {
+  motes::particles::Bytes bytes;
+  motes::recording::write(record, bytes);
+  motes::particles::Reader reader(bytes.view());
+  return motes::recording::read(reader);
+}
+
+const std::vector<Shape> kShapes = {{Kind::triangle, {0, 0, 0, 1, 0, 0, 0, 1, 0}},
+                                    {Kind::cylinder, {0, 0, 0, 1, 0, 0, 2, 1}},
+                                    {Kind::cone, {0, 0, 0, 1, 0, 0, 2, 1}},
+                                    {Kind::blob, {0, 0, 0, 1}},
+                                    {Kind::sphere, {0, 0, 0, 2, 1}}};
+
+}  // namespace
+
+TEST(recorded_shapes_come_back) {
+  std::vector<Shape> all = kShapes;
+  all.push_back(motes::shapes::unite(kShapes));
+  for (const Shape& shape : all) {
+    const Record record = record_with(shape);
+    const Record read = again(record);
+    CHECK(read == record);
+    const auto& found = std::get<Action>(read.lists[0][1]).shapes[0];
+    CHECK(found == shape && found.parts == shape.parts);
+    for (int i = 0; i < found.parts; ++i) CHECK(found.part[i].upto == shape.part[i].upto);
+  }
+}
+
+TEST(unions_differ_by_their_parts) {
+  const Shape two = motes::shapes::unite({kShapes[0], kShapes[1]});
+  const Shape other = motes::shapes::unite({kShapes[0], kShapes[2]});
+  CHECK(two == motes::shapes::unite({motes::shapes::unite({kShapes[0]}), kShapes[1]}));
+  CHECK(!(two == other) && !(two == kShapes[0]) && !(two == motes::shapes::unite({kShapes[0]})));
+  CHECK(!motes::recording::first_difference(record_with(two), record_with(other)).empty());
+  CHECK_THROWS(motes::shapes::unite({}), std::invalid_argument);
+}
+
+TEST(broken_unions_are_refused) {
+  motes::particles::Bytes bytes;
+  motes::recording::write(record_with(motes::shapes::unite({kShapes[4]})), bytes);
+  std::vector<std::byte> raw(bytes.view().begin(), bytes.view().end());
+  std::size_t refused = 0;
+  for (std::size_t i = 0; i < raw.size(); ++i) {
+    if (raw[i] != static_cast<std::byte>(Kind::sphere)) continue;
+    std::vector<std::byte> broken = raw;
+    broken[i] = static_cast<std::byte>(Kind::united);  // a union in a union
+    motes::particles::Reader reader(broken);
+    try {
+      motes::recording::read(reader);
+    } catch (const std::runtime_error&) {
+      ++refused;
+    }
+  }
+  CHECK(refused >= 2);
+}

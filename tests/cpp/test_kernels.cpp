@@ -89,6 +89,10 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
   if (facts.name == std::string("sink") || facts.name == std::string("kill_old")) {
     numbers.back() = dice.coin() ? 1 : 0;
   }
+  for (int knot = 0; knot < 3 && facts.ramp > 0; ++knot) {
+    numbers.push_back(0.4 * knot);
+    for (int i = 0; i < facts.ramp; ++i) numbers.push_back(static_cast<double>(dice.between(0, 9)));
+  }
   return numbers;
 }
 
@@ -107,6 +111,7 @@ TEST(actions_give_the_same_bits_in_every_build) {
         const std::vector<Shape> shapes(static_cast<std::size_t>(facts.shapes) + 1, s);
         actions::Parameters parameters{};
         parameters.number = numbers.data();
+        parameters.numbers = static_cast<int>(numbers.size());
         parameters.shape = shapes.data();
         parameters.flag = dice.coin();
         const actions::Step step{

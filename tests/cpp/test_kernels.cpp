@@ -83,7 +83,9 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
   for (const actions::Number& number : facts.numbers) {
     const double low = std::fmax(number.low, -9);
     const double high = std::fmin(number.high, 9);
-    numbers.push_back(low + (high - low) * static_cast<double>(dice.between(0, 1)));
+    for (int i = 0; i < number.count; ++i) {
+      numbers.push_back(low + (high - low) * static_cast<double>(dice.between(0, 1)));
+    }
   }
   if (dice.coin() && facts.name == std::string("damping")) numbers[4] = std::numeric_limits<double>::infinity();
   if (facts.name == std::string("sink") || facts.name == std::string("kill_old")) {

@@ -32,7 +32,11 @@ std::vector<Shape> all_shapes() {
           shape(Kind::disc, {0, 0, 0, 1, 2, 3, 2, 0.5f}),
           shape(Kind::plane, {0, -0.5f, 0, 0.1f, 1, 0.2f}),
           shape(Kind::box, {-1, -1, -1, 1, 1, 1}),
-          shape(Kind::sphere, {0, 0, 0, 1.5f, 0.5f})};
+          shape(Kind::sphere, {0, 0, 0, 1.5f, 0.5f}),
+          shape(Kind::triangle, {-1, 0, -1, 2, 0.3f, 0, 0, 0.1f, 2}),
+          shape(Kind::cylinder, {0, -1, 0, 0.5f, 1, 0, 1.5f, 0.5f}),
+          shape(Kind::cone, {0, -1, 0, 0.5f, 1, 0, 1.5f, 0}),
+          shapes::unite({shape(Kind::box, {-1, -1, -1, 0, 1, 1}), shape(Kind::disc, {1, 0, 0, 1, 2, 3, 2, 0.5f})})};
 }
 
 // A number that arithmetic may trip over, once in a while.
@@ -84,13 +88,12 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
     const double low = std::fmax(number.low, -9);
     const double high = std::fmin(number.high, 9);
     for (int i = 0; i < number.count; ++i) {
-      numbers.push_back(low + (high - low) * static_cast<double>(dice.between(0, 1)));
+      const double part = static_cast<double>(dice.between(0, 1));
+      const bool flag = number.low == 0 && number.high == 1 && dice.coin();
+      numbers.push_back(flag ? std::round(part) : low + (high - low) * part);
     }
   }
   if (dice.coin() && facts.name == std::string("damping")) numbers[4] = std::numeric_limits<double>::infinity();
-  if (facts.name == std::string("sink") || facts.name == std::string("kill_old")) {
-    numbers.back() = dice.coin() ? 1 : 0;
-  }
   for (int knot = 0; knot < 3 && facts.ramp > 0; ++knot) {
     numbers.push_back(0.4 * knot);
     for (int i = 0; i < facts.ramp; ++i) numbers.push_back(static_cast<double>(dice.between(0, 9)));

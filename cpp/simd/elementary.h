@@ -53,7 +53,8 @@ MOTES_INLINE void cos_sin(Floats x, Floats& cosine, Floats& sine) {
   const Floats s = small_sin(r, rr);
   const Floats c = small_cos(rr);
   const Mask odd = (quarter & 1) != 0;
-  const Floats strange = x - x;  // NaN where x is not finite, else 0
+  // NaN where x is not finite, else 0.
+  const Floats strange = x - x;  // NOLINT(misc-redundant-expression)
   const Floats across = select(odd, s, c), up = select(odd, c, s);
   cosine = select(((quarter + 1) & 2) != 0, -across, across) + strange;
   sine = select((quarter & 2) != 0, -up, up) + strange;

@@ -26,7 +26,11 @@ class Roles:
         """Check what can be checked before the number of ranks is known."""
         arguments.integer("manager", self.manager)
         arguments.integer("image_generator", self.image_generator)
-        for rank in self.calculators:
+        try:
+            ranks = list(self.calculators)
+        except TypeError:
+            raise ArgumentError("calculators", self.calculators, "a list of ranks") from None
+        for rank in ranks:
             arguments.integer("calculators", rank)
 
 

@@ -117,8 +117,15 @@ class Renderer:
             near=arguments.number("near", camera.near, low=0),
             background=arguments.triple("background", self.background, low=0),
             exposure=arguments.number("exposure", self.exposure, low=0, high=1e6),
-            objects=[_solid(value) for value in self.objects],
+            objects=[_solid(value) for value in _listed(self.objects)],
         )
+
+
+def _listed(objects: Any) -> list[Any]:
+    try:
+        return list(objects)
+    except TypeError:
+        raise ArgumentError("objects", objects, "a list of motes.Solid or shapes") from None
 
 
 def _solid(value: Any) -> tuple[_core.Shape, arguments.Triple]:

@@ -281,11 +281,13 @@ def _take_voice() -> bool:
                 return False
     # A socket's name is free again when the speaker dies, which is soon enough in nearly all cases.
     global _voice
+    claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
-        _voice = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
-        _voice.bind(f"\0motes-{_key(_job())}-{os.getuid()}")
+        claim.bind(f"\0motes-{_key(_job())}-{os.getuid()}")
     except OSError:
+        claim.close()
         return sys.platform != "linux"  # no such names there: only the delay keeps ranks apart
+    _voice = claim
     return True
 
 

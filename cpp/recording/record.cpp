@@ -80,7 +80,7 @@ void plain_list(Way& way, std::vector<T>& list) {
 }
 
 // A union's parts have none themselves, so they are their kinds and numbers.
-void parts(Put& put, shapes::Shape& s) {
+void parts(Put& put, const shapes::Shape& s) {
   std::vector<shapes::Shape> list(s.part, s.part + s.parts);
   put.length(list);
   for (shapes::Shape& part : list) {

@@ -1,4 +1,5 @@
 // All kernels in all builds: the same bits from the same particles, whatever the numbers are.
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <limits>
@@ -68,7 +69,9 @@ struct Particles {
 };
 
 // Equal bits, but a NaN equals any NaN: x86 and other processors pick its payload by the order of operands.
-bool same(float a, float b) { return (std::isnan(a) && std::isnan(b)) || std::memcmp(&a, &b, 4) == 0; }
+bool same(float a, float b) {
+  return (std::isnan(a) && std::isnan(b)) || std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
+}
 
 bool same(const Particles& a, const Particles& b) {
   for (std::size_t c = 0; c < a.planes.size(); ++c) {

@@ -45,7 +45,7 @@ struct Folder {
   }
   ~Folder() { std::filesystem::remove_all(path); }
   std::string text(const std::string& file) const {
-    std::ifstream in(path / "log" / file);
+    const std::ifstream in(path / "log" / file);
     std::ostringstream all;
     all << in.rdbuf();
     return all.str();

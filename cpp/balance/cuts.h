@@ -1,0 +1,42 @@
+// Where to cut: from the coordinates of one calculator's particles, or from all calculators' histograms.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace motes::balance {
+
+/// A new cut inside the donor's domain, and how many of its particles are beyond it: never more than were asked for,
+/// fewer where particles at one place cannot be told apart (half-open domains: x < cut is left, x >= cut is right).
+struct Gift {
+  float cut = 0;
+  std::uint64_t count = 0;
+};
+
+/// Up to `wanted` particles of the donor with the highest (lowest) coordinates (paper 3.2.5). Sorts none but those in
+/// one bin: coordinates are counted into bins first. What is no number stays. `low`, `high`: the donor's domain.
+Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
+Gift give_left(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
+
+/// How one calculator's particles lie along the axis: counts between ascending edges, about equally many in each bin
+/// as far as ties allow. counts.size() + 1 edges, the last bin closed; none of either where there are no particles.
+struct Histogram {
+  std::vector<float> edges;
+  std::vector<std::uint64_t> counts;
+};
+
+/// A sample of the coordinates chooses the edges; all are counted. What is no number is left out.
+Histogram histogram(std::span<const float> coordinates, int bins);
+
+/// `quantiles` + 1 ascending coordinates that divide a sample of the particles evenly: the log's picture of a domain.
+/// Empty where there are no particles.
+std::vector<float> quantiles(std::span<const float> coordinates, int quantiles, std::size_t sample = 512);
+
+/// All cuts at once from global prefix sums: calculator c gets shares[c] of the sum of counts * costs (costs empty: 1
+/// each). One histogram and cost a calculator. Particles inside a bin count as evenly spread. Ascending; cuts between
+/// empty domains stay as near to `before` as order allows.
+std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<const double> costs,
+                               std::span<const double> shares, std::span<const float> before);
+
+}  // namespace motes::balance

@@ -1,0 +1,78 @@
+// Load balancing as a pure function: loads and cuts in, orders out. No message, no clock; the same code plans a run and
+// replays its log.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "balance/load.h"
+
+namespace motes::balance {
+
+/// All that a policy may know.
+struct Table {
+  std::uint64_t frame = 0;
+  std::uint64_t evaluation = 0;  // how often the policy was asked about this system before
+  std::string system;  // its name, or "all" for the sum over systems
+  std::vector<Load> loads;  // one a calculator, in the order of the domains
+  std::vector<float> cuts;  // loads.size() - 1
+};
+
+/// Particles from one domain to the next one on its left or right.
+struct Order {
+  std::int32_t from = 0;
+  std::int32_t to = 0;  // from - 1 or from + 1
+  std::uint64_t count = 0;
+
+  bool operator==(const Order&) const = default;
+};
+
+/// What a policy wants: orders for pairs of neighbours, or every calculator's share of all particles; nothing where
+/// both are empty.
+struct Plan {
+  std::vector<Order> orders;
+  std::vector<double> shares;  // one a calculator; any sum above 0
+  /// What a particle costs on each calculator, where shares are shares of cost; empty: all cost the same.
+  std::vector<double> costs;
+  std::vector<std::int32_t> evaluated;  // cuts that were looked at, for the log: cut i is between i and i + 1
+
+  bool empty() const { return orders.empty() && shares.empty(); }
+};
+
+/// A way to balance. Implementations keep no state: the same table gives the same plan.
+class Policy {
+ public:
+  virtual ~Policy() = default;
+
+  /// As the script wrote it, for logs and errors.
+  virtual std::string name() const = 0;
+
+  virtual Plan plan(const Table& table) const = 0;
+
+  /// Whether cuts may move at all.
+  virtual bool moves() const { return true; }
+
+  /// Whether neighbours decide by themselves what goes over the cut between them: `between` is then called on both
+  /// sides with the same loads, and the manager is not asked.
+  virtual bool decentralised() const { return false; }
+  virtual Order between(std::int32_t left, const Load& left_load, const Load& right_load) const;
+
+  SpeedOptions speeds;
+  bool over_all = false;  // balance the sum over systems, not each one
+};
+
+/// Makes any plan legal for this table: orders over the same cut are netted, none gives more than its donor has (both
+/// sides together); shares are made finite. Throws std::invalid_argument, naming policy and frame, for what has no
+/// meaning: a wrong number of shares, a negative or no number, no share above 0, orders between others than
+/// neighbours.
+Plan legal(Plan plan, const Table& table, const std::string& policy);
+
+/// A plan for the sum over systems, as one for a system that holds `mine` of `all` loads' particles: orders in
+/// proportion, shares as they are.
+Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
+
+using PolicyPtr = std::shared_ptr<const Policy>;
+
+}  // namespace motes::balance

@@ -220,6 +220,8 @@ def test_calls(system, call, message):
         (lambda: motes.Renderer(10, 10, camera=CAMERA, objects=[5]), "objects must be"),
         (lambda: motes.Renderer(10, 10, camera=CAMERA, path="magic"), "path must be"),
         (lambda: motes.Solid("ball"), "shape must be"),
+        (lambda: motes.Solid((0, 0, 0)), "shape must be"),
+        (lambda: motes.Solid(BALL | shapes.Line((0, 0, 0), (1, 0, 0))), "not a Point, Line or Blob"),
         (lambda: motes.Solid(BALL, (-1, 0, 0)), "color must be"),
         (lambda: motes.Roles(manager=0.5, image_generator=0, calculators=[0]), "manager must be an integer"),
     ],

@@ -231,13 +231,32 @@ def test_a_sample_depends_on_seed_and_number_alone():
         (lambda: Blob((0, 0, math.nan), 1), "center must be 3 finite numbers"),
         (lambda: Union(), "shapes must be one shape or more"),
         (lambda: Union(3), "shapes must be a shape or 3 finite numbers"),
-        (lambda: motes.Solid(Sphere((0, 0, 0), 1) | Box((0, 0, 0), (1, 1, 1)), (1, 1, 1)), "Union"),
+        (
+            lambda: motes.Solid(Sphere((0, 0, 0), 1) | Blob((0, 0, 0), 1)),
+            "shape must be a shape with a surface",
+        ),
     ],
 )
 def test_refusals(make: Callable[[], object], words: str):
     with pytest.raises(ArgumentError, match="(?s)" + words.replace(".", r"\.")):
         refused = make()
         motes.Renderer(8, 8, camera=motes.Camera((0, 0, 9), (0, 0, 0)), objects=[refused])
+
+
+def test_a_solid_union_looks_like_its_parts():
+    ball, cone = Sphere((-1, 1, 0), 0.8), Cone((1, 2, 0), (1, 0, 0), 0.9)
+    camera = motes.Camera((0, 2, 7), (0, 1, 0))
+    pictures = set()
+    for objects in (
+        [motes.Solid(ball | cone, (0.5, 0.2, 0.1))],
+        [motes.Solid(s, (0.5, 0.2, 0.1)) for s in (ball, cone)],
+    ):
+        renderer = motes.Renderer(64, 36, camera=camera, objects=objects)
+        with motes.World(seed=1, renderer=renderer, progress="off") as world:
+            picture = world.render()
+        assert len(np.unique(np.asarray(picture), axis=None)) > 20
+        pictures.add(picture.digest())
+    assert len(pictures) == 1
 
 
 def test_no_union_with_what_is_no_shape():

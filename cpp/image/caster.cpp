@@ -93,8 +93,8 @@ Vector Caster::shade(const Item& item, const Ray& ray, const Hit& hit, bool& lit
   return light * (1 - fog) + background_ * fog;
 }
 
-// All shapes are convex: a surface that faces the sun is not in the shadow of its own object. (Seen from inside, a
-// box is a room without ceiling.)
+// Outer surfaces are convex: one that faces the sun is not in the shadow of its own object. (Seen from inside, a box is
+// a room without ceiling, and a pipe lets light in.)
 bool Caster::shadowed(const Ray& to_sun, const Item& self) const {
   Hit ignored{};
   for (const Item& item : items_) {

@@ -45,17 +45,34 @@ bool intersect_disc(const Shape& s, const Ray& ray, double nearest, double farth
   return true;
 }
 
+// offset = a u + b v, in the plane that u and v span.
+struct Parts {
+  double a, b;
+};
+Parts parts_of(const Vector& offset, const Vector& u, const Vector& v, const Vector& normal) {
+  const double area = dot(normal, normal);
+  return {dot(cross(offset, v), normal) / area, dot(cross(u, offset), normal) / area};
+}
+
 bool intersect_rectangle(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   const Vector origin = vector_at(s, 0), u = vector_at(s, 3), v = vector_at(s, 6);
   const Vector normal = cross(u, v);
   const double distance = plane_distance(ray, origin, normal);
   if (!(distance > nearest && distance < farthest)) return false;
-  // offset = a u + b v
-  const Vector offset = ray.from + ray.along * distance - origin;
-  const double area = dot(normal, normal);
-  const double a = dot(cross(offset, v), normal) / area;
-  const double b = dot(cross(u, offset), normal) / area;
+  const auto [a, b] = parts_of(ray.from + ray.along * distance - origin, u, v, normal);
   if (!(a >= 0 && a <= 1 && b >= 0 && b <= 1)) return false;
+  hit = {distance, towards(unit(normal), ray), 0};
+  return true;
+}
+
+bool intersect_triangle(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
+  const Vector origin = vector_at(s, 0), u = vector_at(s, 3) - origin, v = vector_at(s, 6) - origin;
+  const Vector normal = cross(u, v);
+  const double distance = plane_distance(ray, origin, normal);
+  if (!(distance > nearest && distance < farthest)) return false;
+  const auto [a, b] = parts_of(ray.from + ray.along * distance - origin, u, v, normal);
+  constexpr double kSeam = 1e-9;  // triangles that share an edge leave no gap between them
+  if (!(a >= -kSeam && b >= -kSeam && a + b <= 1 + kSeam)) return false;
   hit = {distance, towards(unit(normal), ray), 0};
   return true;
 }
@@ -103,6 +120,81 @@ bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthe
   return true;
 }
 
+// A ray seen from the axis of a cylinder or cone: at distance t it is height + t rise along the axis, and across + t
+// aside from it.
+struct AlongAxis {
+  Vector axis;  // unit
+  double length, height, rise;
+  Vector across, aside;
+
+  AlongAxis(const Shape& s, const Ray& ray) {
+    const Vector start = vector_at(s, 0), whole = vector_at(s, 3) - start, from = ray.from - start;
+    length = image::length(whole);
+    axis = whole * (1 / length);
+    height = dot(from, axis), rise = dot(ray.along, axis);
+    across = from - axis * height, aside = ray.along - axis * rise;
+  }
+};
+
+// The surface whose distance from the axis is radius + widening * height, between the ends.
+bool intersect_side(const AlongAxis& at, const Ray& ray, double radius, double widening, double nearest,
+                    double farthest, Hit& hit) {
+  const double here = radius + widening * at.height, change = widening * at.rise;
+  const double a = dot(at.aside, at.aside) - change * change;
+  const double b = dot(at.across, at.aside) - here * change;
+  const double c = dot(at.across, at.across) - here * here;
+  const double discriminant = b * b - a * c;
+  if (!(discriminant >= 0)) return false;
+  // Both roots without cancellation; along a cone's side a is 0 and one of them infinite.
+  const double q = b < 0 ? -b + std::sqrt(discriminant) : -b - std::sqrt(discriminant);
+  const double first = std::min(q / a, c / q), second = std::max(q / a, c / q);
+  for (const double distance : {first, second}) {
+    const double height = at.height + distance * at.rise;
+    if (!(distance > nearest && distance < farthest && height >= 0 && height <= at.length)) continue;
+    const Vector outward = at.across + at.aside * distance - at.axis * (widening * (radius + widening * height));
+    if (dot(outward, outward) == 0) continue;  // a cone's very tip
+    hit = {distance, towards(unit(outward), ray), 0};
+    return true;
+  }
+  return false;
+}
+
+// The flat end at a height, a ring.
+bool intersect_end(const AlongAxis& at, const Ray& ray, double height, double inner, double outer, double nearest,
+                   double farthest, Hit& hit) {
+  const double distance = (height - at.height) / at.rise;
+  if (!(distance > nearest && distance < farthest)) return false;
+  const Vector offset = at.across + at.aside * distance;
+  const double square = dot(offset, offset);
+  if (!(square <= outer * outer && square >= inner * inner)) return false;
+  hit = {distance, towards(at.axis, ray), 1};
+  return true;
+}
+
+// Walls outside and, of a pipe, inside; flat ends between them. With equal radii: the wall alone.
+bool intersect_shell(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
+  const AlongAxis at(s, ray);
+  const bool cone = s.kind == Kind::cone;
+  const double outer = s.number[6], inner = s.number[7];
+  const auto side = [&](double radius, int face) {
+    const double reach = hit.distance;
+    const bool met = cone ? intersect_side(at, ray, 0, radius / at.length, nearest, reach, hit)
+                          : intersect_side(at, ray, radius, 0, nearest, reach, hit);
+    if (met) hit.face = face;
+    return met;
+  };
+  hit.distance = farthest;
+  bool met = side(outer, 0);
+  if (inner == outer) return met;
+  if (inner > 0) met |= side(inner, 3);
+  met |= intersect_end(at, ray, at.length, inner, outer, nearest, hit.distance, hit);
+  if (!cone && intersect_end(at, ray, 0, inner, outer, nearest, hit.distance, hit)) {
+    hit.face = 2;
+    met = true;
+  }
+  return met;
+}
+
 }  // namespace
 
 Ball bounds(const Shape& s) {
@@ -117,16 +209,24 @@ Ball bounds(const Shape& s) {
       const Vector u = vector_at(s, 3), v = vector_at(s, 6);
       return {first + (u + v) * 0.5, std::max(length(u + v), length(u - v)) * (0.5 * kMore)};
     }
+    case Kind::triangle: {
+      const Vector second = vector_at(s, 3), third = vector_at(s, 6);
+      const Vector center = (first + second + third) * (1.0 / 3);
+      return {center, std::max({length(first - center), length(second - center), length(third - center)}) * kMore};
+    }
+    case Kind::cylinder:
+    case Kind::cone: {
+      const Vector half = (vector_at(s, 3) - first) * 0.5;
+      return {first + half, std::hypot(length(half), s.number[6]) * kMore};
+    }
     default: return {first, kInfinity};
   }
 }
 
 void check_solid(const std::string& argument, const Solid& solid) {
   const Kind kind = solid.shape.kind;
-  if (kind != Kind::plane && kind != Kind::box && kind != Kind::sphere && kind != Kind::disc &&
-      kind != Kind::rectangle) {
-    throw std::invalid_argument(argument + " must be a Plane, Box, Sphere, Disc or Rectangle, got a " +
-                                shapes::name(kind));
+  if (kind == Kind::point || kind == Kind::line || kind == Kind::blob || kind == Kind::united) {
+    throw std::invalid_argument(argument + " must be a shape with a surface, got a " + shapes::name(kind));
   }
   shapes::check(solid.shape);
 }
@@ -138,6 +238,9 @@ bool intersect(const Shape& shape, const Ray& ray, double nearest, double farthe
     case Kind::sphere: return intersect_sphere(shape, ray, nearest, farthest, hit);
     case Kind::disc: return intersect_disc(shape, ray, nearest, farthest, hit);
     case Kind::rectangle: return intersect_rectangle(shape, ray, nearest, farthest, hit);
+    case Kind::triangle: return intersect_triangle(shape, ray, nearest, farthest, hit);
+    case Kind::cylinder:
+    case Kind::cone: return intersect_shell(shape, ray, nearest, farthest, hit);
     default: return false;
   }
 }

@@ -23,11 +23,11 @@ struct Ball {
 };
 Ball bounds(const shapes::Shape& shape);
 
-/// Throws std::invalid_argument where the shape is of a kind that is not drawn, or degenerate.
+/// Throws std::invalid_argument where the shape is a union, of a kind that has no surface, or degenerate.
 void check_solid(const std::string& argument, const Solid& solid);
 
 /// The first surface beyond `nearest`: true, and `hit` is set, where there is one nearer than `farthest`. Surfaces are
-/// seen from both sides; a sphere is its outer surface, a disc has its hole.
+/// seen from both sides; a sphere is its outer surface; a disc, a cylinder and a cone have their hole.
 bool intersect(const shapes::Shape& shape, const Ray& ray, double nearest, double farthest, Hit& hit);
 
 }  // namespace motes::image

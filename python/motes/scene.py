@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, arguments
 from .errors import ArgumentError
-from .shapes import Shape
+from .shapes import Blob, Line, Point, Shape, Union
 
 __all__ = ["Camera", "Renderer", "Solid", "Sprite"]
 
@@ -48,9 +48,9 @@ class Camera:
 
 @dataclass(frozen=True)
 class Solid:
-    """An external object (paper 3.2.4): a Plane, Box, Sphere, Disc or Rectangle with a colour.
+    """An external object (paper 3.2.4): a shape that has a surface, or a union of such, with a colour.
 
-    It is drawn, lit, throws a shadow, and hides the particles behind it.
+    It is drawn, lit, throws a shadow, and hides the particles behind it. Point, Line and Blob have none.
     """
 
     shape: Shape
@@ -60,6 +60,8 @@ class Solid:
         """Check the arguments."""
         if not isinstance(self.shape, Shape):
             raise ArgumentError("shape", self.shape, "a shape of motes.shapes")
+        if any(isinstance(part, (Point, Line, Blob)) for part in _parts(self.shape)):
+            raise ArgumentError("shape", self.shape, "a shape with a surface: not a Point, Line or Blob")
         arguments.triple("color", self.color, low=0)
 
 
@@ -117,7 +119,7 @@ class Renderer:
             near=arguments.number("near", camera.near, low=0),
             background=arguments.triple("background", self.background, low=0),
             exposure=arguments.number("exposure", self.exposure, low=0, high=1e6),
-            objects=[_solid(value) for value in _listed(self.objects)],
+            objects=[part for value in _listed(self.objects) for part in _solid(value)],
         )
 
 
@@ -128,8 +130,13 @@ def _listed(objects: Any) -> list[Any]:
         raise ArgumentError("objects", objects, "a list of motes.Solid or shapes") from None
 
 
-def _solid(value: Any) -> tuple[_core.Shape, arguments.Triple]:
+def _parts(shape: Shape) -> tuple[Shape, ...]:
+    return shape.shapes if isinstance(shape, Union) else (shape,)
+
+
+def _solid(value: Any) -> list[tuple[_core.Shape, arguments.Triple]]:
     solid = Solid(value) if isinstance(value, Shape) else value
     if not isinstance(solid, Solid):
         raise ArgumentError("objects", value, "a list of motes.Solid or shapes")
-    return solid.shape.core, arguments.triple("color", solid.color, low=0)
+    color = arguments.triple("color", solid.color, low=0)
+    return [(part.core, color) for part in _parts(solid.shape)]

@@ -83,9 +83,58 @@ TEST(image_rays_meet_flat_shapes) {
   CHECK(!intersect(rectangle, {{1, -0.01, 1}, {0, 0, -1}}, 0, kInfinity, hit));
 }
 
-TEST(image_points_and_lines_are_not_drawn) {
+TEST(image_rays_meet_a_triangle) {
+  const Shape s = shape(Kind::triangle, {0, 0, 0, 2, 0, 0, 0, 2, 0});
+  Hit hit{};
+  CHECK(intersect(s, {{0.9, 0.9, 3}, {0, 0, -1}}, 0, kInfinity, hit));
+  CHECK_NEAR(hit.distance, 3, 1e-12);
+  CHECK(close(hit.normal, {0, 0, 1}));
+  CHECK(!intersect(s, {{1.1, 1.1, 3}, {0, 0, -1}}, 0, kInfinity, hit));
+  CHECK(!intersect(s, {{-0.1, 1, 3}, {0, 0, -1}}, 0, kInfinity, hit));
+  CHECK(!intersect(s, {{0.5, 0.5, 3}, {0, 0, -1}}, 0, 2.9, hit));
+}
+
+TEST(image_rays_meet_a_cylinder_and_a_pipe) {
+  const Shape solid = shape(Kind::cylinder, {1, 0, 0, 1, 4, 0, 2, 0});
+  Hit hit{};
+  CHECK(intersect(solid, {{1, 1, 7}, {0, 0, -2}}, 0, kInfinity, hit));
+  CHECK_NEAR(hit.distance, 2.5, 1e-12);
+  CHECK(close(hit.normal, {0, 0, 1}));
+  CHECK(intersect(solid, {{2, 9, 1}, {0, -1, 0}}, 0, kInfinity, hit));  // the lid
+  CHECK_NEAR(hit.distance, 5, 1e-12);
+  CHECK(close(hit.normal, {0, 1, 0}));
+  CHECK(!intersect(solid, {{1, 4.1, 7}, {0, 0, -1}}, 0, kInfinity, hit));
+  CHECK(!intersect(solid, {{3.1, 1, 7}, {0, 0, -1}}, 0, kInfinity, hit));
+  const Shape pipe = shape(Kind::cylinder, {1, 0, 0, 1, 4, 0, 2, 1});
+  CHECK(!intersect(pipe, {{1.5, 9, 0}, {0, -1, 0}}, 0, kInfinity, hit));  // through the bore
+  CHECK(intersect(pipe, {{2.5, 9, 0}, {0, -1, 0}}, 0, kInfinity, hit));
+  CHECK_NEAR(hit.distance, 5, 1e-12);
+  CHECK(intersect(pipe, {{1, 1, 0}, {1, 0, 0}}, 0, kInfinity, hit));  // from the bore
+  CHECK_NEAR(hit.distance, 1, 1e-12);
+  CHECK(close(hit.normal, {-1, 0, 0}));
+}
+
+TEST(image_rays_meet_a_cone) {
+  const Shape s = shape(Kind::cone, {0, 2, 0, 0, 0, 0, 1, 0});
+  Hit hit{};
+  CHECK(intersect(s, {{0, 1, 5}, {0, 0, -1}}, 0, kInfinity, hit));
+  CHECK_NEAR(hit.distance, 4.5, 1e-12);
+  CHECK(close(hit.normal, {0, 1 / std::sqrt(5.0), 2 / std::sqrt(5.0)}));
+  CHECK(intersect(s, {{0.5, -3, 0}, {0, 1, 0}}, 0, kInfinity, hit));  // the base
+  CHECK_NEAR(hit.distance, 3, 1e-12);
+  CHECK(close(hit.normal, {0, -1, 0}));
+  CHECK(intersect(s, {{0.5, 3, 0}, {0, -1, 0}}, 0, kInfinity, hit));
+  CHECK_NEAR(hit.distance, 2, 1e-12);
+  CHECK(intersect(s, {{0, 1, 1}, {0, -1, -0.5}}, 0, kInfinity, hit));  // along the far side: one root is infinite
+  CHECK_NEAR(hit.distance, 0.5, 1e-12);
+  CHECK(!intersect(s, {{0, 2.5, 5}, {0, 0, -1}}, 0, kInfinity, hit));  // no mirrored cone beyond the apex
+  CHECK(!intersect(s, {{0.8, 1, 5}, {0, 0, -1}}, 0, kInfinity, hit));
+}
+
+TEST(image_shapes_without_a_surface_are_not_drawn) {
   CHECK_THROWS(check_solid("objects[0]", {shape(Kind::point, {0, 0, 0}), {}}), std::invalid_argument);
   CHECK_THROWS(check_solid("objects[0]", {shape(Kind::line, {0, 0, 0, 1, 1, 1}), {}}), std::invalid_argument);
+  CHECK_THROWS(check_solid("objects[0]", {shape(Kind::blob, {0, 0, 0, 1}), {}}), std::invalid_argument);
   CHECK_THROWS(check_solid("objects[0]", {shape(Kind::sphere, {0, 0, 0, -1, 0}), {}}), std::invalid_argument);
 }
 
@@ -145,6 +194,9 @@ TEST(image_objects_out_of_sight_are_left_out_only_where_nothing_of_them_shows) {
     view.objects = {{shape(Kind::sphere, {x, y, z, 0.7f, 0}), {1, 1, 1}},
                     {shape(Kind::box, {y, x, -z, y + 1.5f, x + 0.2f, 0.5f - z + 1}), {1, 1, 0}},
                     {shape(Kind::rectangle, {z, y, x, 1, 0.5f, 0, 0, 0.5f, -2}), {1, 0, 1}},
+                    {shape(Kind::triangle, {y, z, x, y + 1, z, x, y, z - 1, x + 1}), {0, 1, 0}},
+                    {shape(Kind::cylinder, {-z, x, y, 0.5f - z, x + 1, y, 0.5f, 0.3f}), {0, 0, 1}},
+                    {shape(Kind::cone, {-y, -x, z, -y, 1 - x, z + 1, 0.6f, 0}), {1, 0, 0}},
                     {shape(Kind::disc, {-x, y, z, 1, 0.2f, 1, 1.2f, 0.5f}), {0, 1, 1}}};
     if (view.objects[1].shape.number[2] > view.objects[1].shape.number[5]) continue;
     Caster whole(view), part(view);

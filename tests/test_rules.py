@@ -172,6 +172,21 @@ def test_deaths_bear_children_one_frame_later():
         assert (children.count, children.born) == (4 * dead, 4 * dead)
 
 
+def test_children_have_children():
+    world = motes.World(seed=9, dt=DT, progress="off")
+    shells, stars, sparks = (world.system(name) for name in ("shells", "stars", "sparks"))
+    with world:
+        for frame in world.frames(6):
+            shells.burst((0, 1, 0), count=2 if frame == 0 else 0)
+            shells.spawn(into=stars, on="birth", count=5)
+            stars.spawn(into=sparks, on="birth", count=7)
+            stars.burst((0, 2, 0), count=3 if frame == 2 else 0)
+            for system in (shells, stars, sparks):
+                system.move()
+            world.step()
+        assert (stars.born, sparks.born) == (13, 91)
+
+
 def test_a_callback_stands_in_its_place_of_the_list():
     seen = []
 

@@ -1,5 +1,6 @@
 // act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set leavers aside.
 #include <algorithm>
+#include <numeric>
 
 #include "comm/clock.h"
 #include "frame/engine.h"
@@ -51,12 +52,12 @@ void Engine::take_cuts(System& system, particles::Reader& in) {
 
 void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births) {
   const double start = comm::cpu_seconds();
+  const std::size_t children = system.store->size();
   if (system.children.count > 0) {
-    const std::size_t before = system.store->size();
     system.store->unpack(births);
-    system.tally.created += system.store->size() - before;
+    system.tally.created += system.store->size() - children;
   }
-  run_list(system, groups, [&](std::size_t) { system.store->unpack(births); });
+  run_list(system, groups, children, [&](std::size_t) { system.store->unpack(births); });
   if (system.moved && system.outcome.left.empty()) {  // a list without actions has not looked for leavers
     recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
     drop_dead(system.outcome);
@@ -68,11 +69,13 @@ recording::Slice Engine::slice_of(const System& system) const {
   return {system.definition.axis, system.domains.low(calculator()), system.domains.high(calculator())};
 }
 
-// Old particles run the whole list; newborn ones enter it behind the call that made them.
-void Engine::run_list(System& system, const std::vector<BirthGroup>& groups,
+// Old particles run the whole list, and so do the last frame's children, which stand behind them from `children` on;
+// newborn ones enter it behind the call that made them.
+void Engine::run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
                       const std::function<void(std::size_t)>& append) {
   const std::vector<Piece> pieces = system.pending_pieces();
-  std::vector<std::uint32_t> newborn;
+  std::vector<std::uint32_t> newborn(system.store->size() - children);
+  std::iota(newborn.begin(), newborn.end(), static_cast<std::uint32_t>(children));
   const std::vector<const recording::Spawn*> rules = system.rules();
   system.outcome.clear();
   system.outcome.wants_hits = std::any_of(rules.begin(), rules.end(), [](const recording::Spawn* rule) {
@@ -158,7 +161,7 @@ particles::Store& Engine::local(int index) {
   Stores newborn;
   if (calculates || s.waits_for_fit) make_births(s, groups, newborn);
   if (calculates) {
-    run_list(s, groups, [&](std::size_t g) {
+    run_list(s, groups, s.store->size(), [&](std::size_t g) {
       const Store& store = newborn[g];
       const float* x = store.plane(particles::position, s.definition.axis);
       std::vector<std::uint32_t> mine;

@@ -135,7 +135,8 @@ class Engine {
   void act_on_all(particles::Reader& births, std::uint64_t expected);
   static void take_cuts(System& system, particles::Reader& in);
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
-  void run_list(System& system, const std::vector<BirthGroup>& groups, const std::function<void(std::size_t)>& append);
+  void run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
+                const std::function<void(std::size_t)>& append);
   recording::Slice slice_of(const System& system) const;
   void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
                   int first_substep);

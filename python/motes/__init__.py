@@ -10,9 +10,10 @@ from importlib.metadata import version as _version
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
 from . import _last_resort, actions, balance, errors, launch, script, shapes
+from .analysis import Run, Runs, open_run, open_runs
 from .balance import Balancer, Static
 from .distributions import Normal, Uniform
-from .errors import ArgumentError, MotesError, NotHere, RankError, ScriptMismatch
+from .errors import ArgumentError, LogError, MotesError, NotHere, RankError, ScriptMismatch
 from .expressions import column, maximum, minimum
 from .frame import Frame
 from .movie import Movie
@@ -27,6 +28,7 @@ __all__ = [
     "Balancer",
     "Camera",
     "Frame",
+    "LogError",
     "MotesError",
     "Movie",
     "Normal",
@@ -35,6 +37,8 @@ __all__ = [
     "RankError",
     "Renderer",
     "Roles",
+    "Run",
+    "Runs",
     "ScriptMismatch",
     "Solid",
     "Sprite",
@@ -48,6 +52,8 @@ __all__ = [
     "minimum",
     "balance",
     "errors",
+    "open_run",
+    "open_runs",
     "script",
     "shapes",
 ]

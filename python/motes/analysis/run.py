@@ -1,0 +1,204 @@
+"""One run's log as tables: `motes.open_run`."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from . import measures
+from .schema import TABLES
+from .tables import frame_of, read_facts, read_table
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
+
+__all__ = ["Run", "open_run"]
+
+
+def open_run(path: str | os.PathLike[str]) -> Run:
+    """Open the log of a run: a directory that `World(log=...)` wrote.
+
+    Also of a run that was killed or still goes on: all whole rows are read. Tables are read when they are
+    first asked for. Raises LogError, naming path and line, where files are missing or damaged.
+    """
+    directory = Path(path)
+    return Run(read_facts(directory), {}, path=directory)
+
+
+class Run:
+    """A run: `facts` (run.json) and the log's tables as DataFrames.
+
+    Made by `open_run`, or by `replay`, which computes what another balancer would have done.
+    """
+
+    def __init__(
+        self,
+        facts: Mapping[str, Any],
+        tables: Mapping[str, DataFrame],
+        path: str | os.PathLike[str] | None = None,
+    ) -> None:
+        """Take facts and tables ("load", "frames", ...); those not given are read from `path` when needed."""
+        self.facts = dict(facts)
+        self.path = None if path is None else Path(path)
+        self._given = dict(tables)
+        self._read: dict[str, DataFrame] = {}
+        self._torn: list[Path] = []
+
+    # --- tables
+
+    def _table(self, name: str) -> DataFrame:
+        if name in self._given:
+            return self._given[name]
+        if name not in self._read:
+            if self.path is None:
+                self._read[name] = frame_of([], TABLES[name].columns)
+            else:
+                self._read[name], torn = read_table(self.path, TABLES[name])
+                self._torn += torn
+        return self._read[name]
+
+    @property
+    def frames(self) -> DataFrame:
+        """A row a frame: particles, exchanged, imbalance, seconds of each phase."""
+        return self._table("frames")
+
+    @property
+    def load(self) -> DataFrame:
+        """A row a frame, system and calculator: particles, seconds, domain, speed."""
+        return self._table("load")
+
+    @property
+    def balance(self) -> DataFrame:
+        """A row a cut that a balancer looked at; empty where there was none."""
+        return self._table("balance")
+
+    @property
+    def density(self) -> DataFrame:
+        """A row a frame, system and calculator: how its particles lie along the axis."""
+        return self._table("density")
+
+    @property
+    def events(self) -> DataFrame:
+        """Start, end, and what was worth telling between."""
+        return self._table("events")
+
+    @property
+    def spans(self) -> DataFrame:
+        """A row a phase on a rank, of all ranks, with `World(spans=True)`; else empty."""
+        return self._table("spans")
+
+    def reload(self) -> Run:
+        """Forget what was read, so that a run that goes on is read anew; returns itself."""
+        self._read.clear()
+        self._torn.clear()
+        return self
+
+    # --- facts
+
+    @property
+    def finished(self) -> bool:
+        """Whether the run came to its end; False for one that was killed or still goes on."""
+        if self.path is None and "events" not in self._given:
+            return True
+        return bool((self.events["kind"] == "end").any())
+
+    @property
+    def torn(self) -> list[Path]:
+        """Files, of those read so far, whose last line was torn when the run was killed."""
+        return list(self._torn)
+
+    @property
+    def name(self) -> str:
+        """The log's directory, or what a replay calls itself."""
+        if self.path is None:
+            return str(self.facts.get("name", "replay"))
+        return self.path.resolve().name
+
+    @property
+    def balancer(self) -> str:
+        """The balancer as the script wrote it."""
+        return str(self.facts.get("balancer") or "Static()")
+
+    @property
+    def space(self) -> tuple[float, float] | str | None:
+        """The interval that domains divided at the start; None is the paper's infinite space, or "fit"."""
+        space = self.facts.get("space")
+        return (float(space[0]), float(space[1])) if isinstance(space, (list, tuple)) else space
+
+    @property
+    def systems(self) -> list[str]:
+        """The particle systems' names, in the order of their making."""
+        return list(self.facts.get("systems") or measures.systems_of(self.load))
+
+    @property
+    def calculators(self) -> list[int]:
+        """The calculators' ranks in the order of their domains."""
+        told = self.facts.get("calculators")
+        return list(told) if told else [int(rank) for rank in sorted(self.load["rank"].unique())]
+
+    @property
+    def ranks(self) -> int:
+        """How many ranks the run had."""
+        told = self.facts.get("ranks")
+        return len(told) if isinstance(told, list) else int(told or len(self.calculators))
+
+    @property
+    def hosts(self) -> dict[int, str]:
+        """Each rank's host."""
+        told = self.facts.get("ranks")
+        return {row["rank"]: row.get("host", "") for row in told} if isinstance(told, list) else {}
+
+    @property
+    def speeds(self) -> dict[int, float]:
+        """Factors by which ranks were slowed down on purpose (MOTES_SPEEDS); empty where none was."""
+        return {int(rank): float(speed) for rank, speed in (self.facts.get("speeds") or {}).items()}
+
+    # --- measures
+
+    def by_rank(self, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
+        """Return a table frame x rank of one column of `load`, of one system or summed over all."""
+        return measures.by_rank(self.load, column, system)
+
+    def imbalance(self, column: str = "t_compute_s", system: str | None = None) -> Series:
+        """Return largest / mean over the calculators, a frame; 1 is perfect.
+
+        `column`: seconds as they were measured, or "n_end", particles, which know no noise.
+        """
+        return measures.imbalance(self.load, column, system)
+
+    def efficiency(self, column: str = "t_compute_s", system: str | None = None) -> Series:
+        """Return mean / largest over the calculators, a frame: load balance as POP defines it."""
+        return measures.efficiency(self.load, column, system)
+
+    def summary(self) -> dict[str, Any]:
+        """Return the run in figures: names with units, plain numbers; NaN where the log does not say."""
+        frames = self.frames
+        n = len(frames)
+        seconds = float(frames["t_frame_s"].sum()) if n else 0.0
+        worth = self.imbalance() if len(self.load) else None
+        return {
+            "run": self.name,
+            "ranks": self.ranks,
+            "calculators": len(self.calculators),
+            "systems": len(self.systems),
+            "space": "infinite" if self.space is None else self.space,
+            "balancer": self.balancer,
+            "finished": self.finished,
+            "frames": n,
+            "wall_s": seconds,
+            "frames_per_s": n / seconds if seconds > 0 else math.nan,
+            "particles": int(frames["particles"].max()) if n else 0,
+            "mean_imbalance": math.nan if worth is None else float(worth.mean()),
+            "mean_efficiency": math.nan if worth is None else float((1 / worth).mean()),
+            "exchanged_per_frame": float(frames["exchanged"].mean()) if n else math.nan,
+            "exchanged_bytes_per_frame": float(frames["exchanged_bytes"].mean()) if n else math.nan,
+            "moved_to_balance": int(self.balance["given"].abs().sum()),
+        }
+
+    def __repr__(self) -> str:
+        """Show name, size and balancer."""
+        where = self.name if self.path is None else str(self.path)
+        return f"<Run {where}: {self.ranks} ranks, {len(self.frames)} frames, {self.balancer}>"

@@ -1,0 +1,205 @@
+"""Many runs side by side: `motes.open_runs`, and the speed-up tables of the paper."""
+
+from __future__ import annotations
+
+import glob
+import os
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+from ..errors import ArgumentError, LogError
+from . import extras
+from .run import Run, open_run
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["Runs", "configuration", "open_runs"]
+
+
+def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> Runs:
+    """Open all logs that a pattern names, such as "runs/*", in the order of their names; or a list of paths.
+
+    A directory that is no log itself stands for the logs in it. What is no log is passed over; raises
+    LogError where nothing is left.
+    """
+    if isinstance(pattern, (str, os.PathLike)):
+        paths = [Path(name) for name in sorted(glob.glob(os.fspath(pattern)))]
+        if len(paths) == 1 and paths[0].is_dir() and not (paths[0] / "run.json").is_file():
+            paths = sorted(paths[0].iterdir())
+    else:
+        paths = [Path(name) for name in pattern]
+        missing = [path for path in paths if not (path / "run.json").is_file()]
+        if missing:
+            raise LogError(f"{missing[0]} is not a run's log: it has no run.json")
+    logs = [path for path in paths if (path / "run.json").is_file()]
+    if not logs:
+        raise LogError(
+            f"{os.fspath(pattern) if isinstance(pattern, (str, os.PathLike)) else '[]'}: no run's log"
+        )
+    return Runs([open_run(path) for path in logs])
+
+
+def configuration(run: Run) -> str:
+    """Name space and balancing as the paper does: IS or FS, infinite or finite space; SLB or DLB."""
+    space = {None: "IS", "fit": "fit"}.get(run.space if not isinstance(run.space, tuple) else "", "FS")
+    return f"{space}-{'SLB' if _kind(run) in ('Static', 'None') else 'DLB'}"
+
+
+def _kind(run: Run) -> str:
+    return run.balancer.partition("(")[0].rpartition(".")[2]
+
+
+def _scene(run: Run) -> str:
+    argv = run.facts.get("argv") or [""]
+    return Path(argv[0]).stem if argv[0] else str(run.facts.get("script_sha256", ""))[:8]
+
+
+class Runs(Sequence[Run]):
+    """Runs to compare; a sequence of `Run`."""
+
+    def __init__(self, runs: Iterable[Run]) -> None:
+        """Take the runs in the order in which they are shown."""
+        self._runs = list(runs)
+
+    @overload
+    def __getitem__(self, index: int) -> Run: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Runs: ...
+
+    def __getitem__(self, index: int | slice) -> Run | Runs:
+        """Return a run, or those of a slice."""
+        return Runs(self._runs[index]) if isinstance(index, slice) else self._runs[index]
+
+    def __len__(self) -> int:
+        """Count the runs."""
+        return len(self._runs)
+
+    def __iter__(self) -> Iterator[Run]:
+        """Go through the runs."""
+        return iter(self._runs)
+
+    @property
+    def table(self) -> DataFrame:
+        """A row a run: its `summary()`, with the scene and the paper's name of its configuration."""
+        rows = [{"scene": _scene(run), "configuration": configuration(run), **run.summary()} for run in self]
+        table: DataFrame = extras.pandas().DataFrame(rows).set_index("run")
+        return table
+
+    def where(self, **facts: Any) -> Runs:
+        """Return the runs with these facts or figures: `runs.where(ranks=4, balancer="Static()")`."""
+        return Runs(run for run in self if _matches(run, facts))
+
+    def speedup(
+        self,
+        baseline: Run | str | os.PathLike[str] | Mapping[str, Any] | float | None = None,
+        *,
+        layout: str = "paper",
+    ) -> DataFrame:
+        """Return speed-up and efficiency over the baseline, from wall-clock seconds a frame.
+
+        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds a frame, or None: the
+        run of the same scene on one rank, or where there is none the slowest of those with fewest
+        calculators. Frames are compared that both runs have. Efficiency is speed-up over calculators.
+
+        `layout="paper"`: a row a number of calculators, a column IS-SLB, FS-SLB, IS-DLB, FS-DLB as in the
+        paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: a column
+        each). `layout="long"`: a row a run.
+        """
+        if layout not in ("paper", "long"):
+            raise ArgumentError("layout", layout, "'paper' or 'long'")
+        if not self._runs:
+            raise LogError("no runs to compare")
+        dynamic = {_kind(run) for run in self if configuration(run).endswith("DLB")}
+        rows = [self._speedup_row(run, baseline, several=len(dynamic) > 1) for run in self]
+        table = extras.pandas().DataFrame(rows).set_index("run")
+        return table if layout == "long" else _paper_layout(table)
+
+    def _speedup_row(self, run: Run, baseline: Any, *, several: bool) -> dict[str, Any]:
+        reference, seconds = self._reference(run, baseline)
+        name = configuration(run)
+        if several and name.endswith("DLB"):
+            name += f" {_kind(run)}"
+        speedup = reference / seconds if seconds > 0 else float("nan")
+        return {
+            "run": run.name,
+            "scene": _scene(run),
+            "ranks": run.ranks,
+            "calculators": len(run.calculators),
+            "space": "infinite" if run.space is None else run.space,
+            "balancer": run.balancer,
+            "configuration": name,
+            "s_per_frame": seconds,
+            "speedup": speedup,
+            "efficiency": speedup / len(run.calculators),
+        }
+
+    def _reference(self, run: Run, baseline: Any) -> tuple[float, float]:
+        """Seconds a frame of the baseline and of the run, over the frames that both have."""
+        if isinstance(baseline, (int, float)) and not isinstance(baseline, bool):
+            if not baseline > 0:
+                raise ArgumentError("baseline", baseline, "more than 0 seconds a frame")
+            return float(baseline), _seconds(run, len(run.frames))
+        base = self._base_run(run, baseline)
+        common = min(len(run.frames), len(base.frames))
+        return _seconds(base, common), _seconds(run, common)
+
+    def _base_run(self, run: Run, baseline: Any) -> Run:
+        if isinstance(baseline, Run):
+            return baseline
+        if isinstance(baseline, (str, os.PathLike)):
+            return open_run(baseline)
+        same = [other for other in self if _scene(other) == _scene(run)]
+        if isinstance(baseline, Mapping):
+            same = [other for other in same if _matches(other, baseline)]
+            if not same:
+                raise ArgumentError("baseline", dict(baseline), f"facts of a run of {_scene(run)}")
+        elif baseline is not None:
+            raise ArgumentError(
+                "baseline", baseline, "a run, a path, facts of a run, seconds a frame or None"
+            )
+        fewest = min((len(other.calculators), other.ranks) for other in same)
+        same = [other for other in same if (len(other.calculators), other.ranks) == fewest]
+        return max(same, key=lambda other: _seconds(other, len(other.frames)))
+
+    def __repr__(self) -> str:
+        """Show the runs."""
+        return f"<{len(self)} runs: {', '.join(run.name for run in self)}>"
+
+
+def _seconds(run: Run, frames: int) -> float:
+    return float(run.frames["t_frame_s"].iloc[:frames].mean()) if frames else float("nan")
+
+
+def _matches(run: Run, wanted: Mapping[str, Any]) -> bool:
+    values = {**run.facts, **run.summary(), "space": run.space, "calculators": len(run.calculators)}
+    values |= {"configuration": configuration(run), "scene": _scene(run)}
+    return all(key in values and _equal(values[key], value) for key, value in wanted.items())
+
+
+def _equal(have: Any, want: Any) -> bool:
+    if isinstance(have, tuple) and isinstance(want, (list, tuple)):
+        return list(have) == list(want)
+    return type(want) is not bool and have == want or have is want
+
+
+def _paper_layout(table: DataFrame) -> DataFrame:
+    index = ["ranks", "calculators"] if table["scene"].nunique() == 1 else ["scene", "ranks", "calculators"]
+    wide = table.pivot_table(
+        index=index,
+        columns="configuration",
+        values=["speedup", "efficiency"],
+        aggfunc="median",
+        observed=True,
+    )
+    order = sorted(table["configuration"].unique(), key=_column_order)
+    columns = [(measure, name) for measure in ("speedup", "efficiency") for name in order]
+    return wide.reindex(columns=extras.pandas().MultiIndex.from_tuples(columns, names=["", "configuration"]))
+
+
+def _column_order(name: str) -> tuple[int, str]:
+    paper = ("IS-SLB", "FS-SLB", "IS-DLB", "FS-DLB")
+    head = name.partition(" ")[0]
+    return paper.index(head) if head in paper else len(paper), name

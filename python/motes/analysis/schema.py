@@ -1,0 +1,160 @@
+"""The columns of the log's tables: names in order, kinds, units, meaning."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+__all__ = ["QUANTILES", "TABLES", "Column", "Table"]
+
+QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
+"""Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column: `kind` is int, float or str; a float or int may be null."""
+
+    name: str
+    kind: type
+    unit: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Table:
+    """One file of the log."""
+
+    file: str
+    row: str
+    columns: tuple[Column, ...]
+    required: bool = False
+    """Whether every log has the file; the others are there when there was something to write."""
+
+
+def _columns(text: str) -> tuple[Column, ...]:
+    """Read lines "name kind unit meaning"; a unit of - is none."""
+    kinds = {"int": int, "float": float, "str": str}
+    made = []
+    for line in filter(str.strip, text.splitlines()):
+        name, kind, unit, meaning = line.split(maxsplit=3)
+        made.append(Column(name, kinds[kind], "" if unit == "-" else unit, meaning))
+    return tuple(made)
+
+
+_FRAME = "frame int - number of the frame, from 0\n"
+_SYSTEM = "system str - name of the particle system\n"
+
+FRAMES = Table(
+    "frames.jsonl",
+    "a frame",
+    required=True,
+    columns=_columns(
+        _FRAME
+        + """
+        time float s time in the animation at the frame's end
+        particles int - particles of all systems after the exchange
+        exchanged int - particles that went to another calculator
+        exchanged_bytes int B what they weighed in messages
+        dropped int - births above the capacity, since the start
+        imbalance float - slowest calculator's compute seconds over their mean; 1 is perfect
+        slowest_rank int - that calculator's rank
+        t_frame_s float s wall-clock time of the frame, the script's own part included
+        t_create_s float s births; this and the following phases: the slowest rank of each
+        t_act_s float s the recorded list of actions
+        t_report_s float s report and verdict, with the wait for the slowest
+        t_exchange_s float s particles to their owners
+        t_balance_s float s orders, donations, new cuts
+        t_render_s float s projected, sent, drawn
+        """
+    ),
+)
+
+LOAD = Table(
+    "load.jsonl",
+    "a frame, system and calculator",
+    required=True,
+    columns=_columns(
+        _FRAME
+        + _SYSTEM
+        + """
+        rank int - MPI rank of the calculator
+        host str - its host
+        n_start int - particles at the frame's start
+        n_end int - particles after the exchange: n_start + created - killed - sent + received
+        created int - born in this domain
+        killed int - removed
+        sent int - went to another calculator
+        received int - came from another calculator
+        bytes_sent int B what was sent weighed
+        t_compute_s float s from the first action to the last, by the run's clock
+        t_rescaled_s float s the same in proportion to the particles after the exchange (paper 3.2.4)
+        t_exchange_s float s exchange, its waits included; of the rank, the same in each system's row
+        t_wait_s float s waiting for messages in all phases; of the rank
+        t_image_s float s its part of the picture; of the rank
+        domain_lo float m lower end of the domain; null: reaches to infinity
+        domain_hi float m upper end
+        speed float particles/s particles processed a second of compute
+        """
+    ),
+)
+
+BALANCE = Table(
+    "balance.jsonl",
+    "a cut evaluated",
+    columns=_columns(
+        _FRAME
+        + _SYSTEM
+        + """
+        left_rank int - calculator on the left of the cut
+        right_rank int - calculator on its right
+        n_left int - particles on the left
+        n_right int - particles on the right
+        t_left_s float s rescaled compute time on the left
+        t_right_s float s on the right
+        speed_left float particles/s smoothed speed on the left
+        speed_right float particles/s on the right
+        ordered int - particles ordered: + left gives to right, - right gives to left; null: cut by shares
+        given int - particles given, signed alike; fewer than ordered where several share a coordinate
+        cut_before float m the cut
+        cut_after float m the cut from the next frame on
+        policy str - who decided
+        """
+    ),
+)
+
+DENSITY = Table(
+    "density.jsonl",
+    "a frame, system and calculator",
+    columns=_columns(_FRAME + _SYSTEM + "rank int - calculator\nn int - particles")
+    + tuple(
+        Column(name, float, "m", f"{i}/16 of the particles are left of it; null: no particles")
+        for i, name in enumerate(QUANTILES)
+    ),
+)
+
+EVENTS = Table(
+    "events.jsonl",
+    "an event",
+    required=True,
+    columns=_columns(_FRAME + "kind str - start, end, ...\ntext str - what happened"),
+)
+
+SPANS = Table(
+    "spans.r*.jsonl",
+    "a phase of a frame on a rank",
+    columns=_columns(
+        _FRAME
+        + "rank int - the file's rank\nphase str - act, exchange, ...\n"
+        + _SYSTEM
+        + "start_s float s since the run's start, on a clock common to all ranks\nend_s float s its end"
+    ),
+)
+
+TABLES = {
+    "frames": FRAMES,
+    "load": LOAD,
+    "balance": BALANCE,
+    "density": DENSITY,
+    "events": EVENTS,
+    "spans": SPANS,
+}

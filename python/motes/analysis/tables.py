@@ -1,0 +1,156 @@
+"""Reads the log's tables: JSON lines, whole rows only, also of a run that was killed or still goes on."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import LogError
+from . import extras
+from .schema import Column, Table
+
+if TYPE_CHECKING:
+    from pandas import DataFrame
+
+__all__ = ["Follower", "frame_of", "read_facts", "read_rows", "read_table"]
+
+Row = dict[str, Any]
+
+
+def read_facts(directory: Path) -> Row:
+    """Read run.json. Raises LogError where there is none, or no JSON object in it."""
+    path = directory / "run.json"
+    if not directory.is_dir():
+        raise LogError(f"{directory}: no such directory; a run's log is made by World(log=...)")
+    try:
+        facts = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise LogError(f"{path}: no such file; {directory} is not a run's log") from None
+    except (OSError, ValueError) as error:
+        raise LogError(f"{path}: {error}") from error
+    if not isinstance(facts, dict):
+        raise LogError(f"{path}: a JSON object is expected")
+    return facts
+
+
+def read_rows(path: Path) -> tuple[list[Row], bool]:
+    """Return the rows of a table, and whether a torn last line was left out.
+
+    A writer that is killed can leave the beginning of a row at the end: that is left out. Raises LogError,
+    naming the line, for a row that is damaged anywhere else.
+    """
+    try:
+        text = path.read_bytes()
+    except FileNotFoundError:
+        raise LogError(f"{path}: no such file") from None
+    except OSError as error:
+        raise LogError(f"{path}: {error.strerror}") from error
+    return _parse(text, path)
+
+
+class Follower:
+    """Reads a table while it is written: each call returns the rows that became whole since the last."""
+
+    def __init__(self, path: Path) -> None:
+        """Take the file; it need not exist yet."""
+        self.path = path
+        self._offset = 0
+        self._line = 0
+
+    def new_rows(self) -> list[Row]:
+        """Return what is new; nothing where the file is not there yet."""
+        try:
+            with self.path.open("rb") as file:
+                file.seek(self._offset)
+                text = file.read()
+        except FileNotFoundError:
+            return []
+        text = text[: text.rfind(b"\n") + 1]
+        rows, _ = _parse(text, self.path, first_line=self._line + 1, last_may_be_torn=False)
+        self._offset += len(text)
+        self._line += text.count(b"\n")
+        return rows
+
+
+def _parse(
+    text: bytes, path: Path, *, first_line: int = 1, last_may_be_torn: bool = True
+) -> tuple[list[Row], bool]:
+    # A crash of the machine can leave zeros where the file system had not written yet.
+    text = text.rstrip(b"\0 \n\r\t")
+    lines = text.split(b"\n") if text else []
+    try:
+        # One call for all rows; an array of as many objects as there are lines is what whole rows give.
+        rows = json.loads(b"[" + b",".join(lines) + b"]")
+        if len(rows) == len(lines) and all(isinstance(row, dict) for row in rows):
+            return rows, False
+    except ValueError:
+        pass
+    rows = []
+    for number, line in enumerate(lines):
+        if not line.strip():
+            continue
+        try:
+            row = json.loads(line)
+            if not isinstance(row, dict):
+                raise ValueError("a JSON object is expected")
+        except ValueError as error:
+            if last_may_be_torn and number == len(lines) - 1:
+                return rows, True
+            raise LogError(f"{path}, line {first_line + number}: damaged row: {error}") from error
+        rows.append(row)
+    return rows, False
+
+
+def read_table(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
+    """Return a table as a DataFrame, and the files whose last line was torn.
+
+    A table that logs need not have is empty where its file is missing; a required one raises LogError.
+    """
+    if "*" in table.file:
+        return _read_per_rank(directory, table)
+    path = directory / table.file
+    if not table.required and not path.exists():
+        return frame_of([], table.columns), []
+    rows, torn = read_rows(path)
+    return frame_of(rows, table.columns), [path] if torn else []
+
+
+def _read_per_rank(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
+    rows: list[Row] = []
+    torn_files = []
+    for path in sorted(directory.glob(table.file)):
+        rank = re.search(r"\.r(\d+)\.", path.name)
+        if rank is None:
+            continue
+        new, torn = read_rows(path)
+        rows += [{"rank": int(rank[1]), **row} for row in new]
+        torn_files += [path] if torn else []
+    return frame_of(rows, table.columns), torn_files
+
+
+def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
+    """Make a DataFrame: the known columns in order, whether the rows have them or not, then all others."""
+    pd = extras.pandas()
+    columns = tuple(columns)
+    known = {column.name for column in columns}
+    others = list(dict.fromkeys(name for row in rows for name in row if name not in known))
+    data = {column.name: _series([row.get(column.name) for row in rows], column.kind) for column in columns}
+    data.update({name: pd.Series([row.get(name) for row in rows]) for name in others})
+    table: DataFrame = pd.DataFrame(data)
+    return table
+
+
+def _series(values: list[Any], kind: type) -> Any:
+    """Numbers with gaps are floats with NaN; a text that is missing is None."""
+    pd = extras.pandas()
+    if kind is str:
+        return pd.Series(values, dtype=object if None in values else "str")
+    if kind is int and None not in values and all(type(value) is int for value in values):
+        return pd.Series(values, dtype="int64")
+    try:
+        return pd.Series(values, dtype="float64")
+    except (TypeError, ValueError):
+        return pd.Series(values, dtype=object)

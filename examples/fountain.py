@@ -51,9 +51,4 @@ with world, motes.Movie(f"{args.out}/fountain.mp4") as movie:
             water.bounce(ball, restitution=0.3, friction=0.2)
             water.kill_old(life)
             water.move()
-        picture = world.render() if args.images else world.step()
-        movie.write(picture)
-        if frame == args.frames // 2:
-            picture.save(f"{args.out}/fountain.png")
-        if args.digest:
-            motes.script.print_digest(world, picture)
+        motes.script.end_frame(world, movie, args)

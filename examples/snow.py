@@ -53,9 +53,4 @@ with world, motes.Movie(f"{args.out}/snow.mp4") as movie:
                 snow.bounce(shape, restitution=0.1, friction=0.9)
             snow.kill_old(life)
             snow.move()
-        picture = world.render() if args.images else world.step()
-        movie.write(picture)
-        if frame == args.frames // 2:
-            picture.save(f"{args.out}/snow.png")
-        if args.digest:
-            motes.script.print_digest(world, picture)
+        motes.script.end_frame(world, movie, args)

@@ -7,20 +7,27 @@ from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
+import numpy as np
 import pytest
 from launching import mpirun
+from numpy.typing import NDArray
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
+STILLS = Path(__file__).parents[1] / "docs" / "gallery"
 FRAMES, SYSTEMS, PARTICLES = 4, 2, 2000
 SMALL = ("--systems", SYSTEMS, "--particles", PARTICLES, "--frames", FRAMES, "--size", "160x90", "--digest")
 NAMES = ("snow", "fountain")
 ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
 
 
+GALLERY = {"fireworks": (2, 600, 60)}  # systems, particles of each, frames
+
+
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
     """Run an example; the words of each line: frame, particles' digest, picture's digest."""
     lines = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
-    assert [line.split()[0] for line in lines] == [str(frame) for frame in range(FRAMES)]
+    frames = arguments[arguments.index("--frames") + 1] if "--frames" in arguments else FRAMES
+    assert [line.split()[0] for line in lines] == [str(frame) for frame in range(int(str(frames)))]
     return [line.split() for line in lines]
 
 
@@ -37,6 +44,13 @@ def alone(name: str) -> list[list[str]]:
     """Run an example on one rank."""
     with TemporaryDirectory() as out:
         return run_with_pictures(name, 1, Path(out))
+
+
+def pixels(path: Path) -> NDArray[np.uint8]:
+    """Read a picture."""
+    av = pytest.importorskip("av")
+    with av.open(str(path)) as picture:
+        return next(picture.decode(video=0)).to_ndarray(format="rgb24")
 
 
 def movie_frames(path: Path) -> int:
@@ -71,3 +85,22 @@ def test_without_pictures_nothing_is_written_and_fountains_exchange_more_than_sn
 def test_another_space_gives_the_same_particles(name: str):
     lines = run(name, 4, "--no-images", "--space", ELSEWHERE[name])
     assert [line[1] for line in lines] == [line[1] for line in alone(name)]
+
+
+@pytest.mark.parametrize("name", GALLERY)
+def test_the_gallery_looks_the_same_on_three_ranks(name: str, tmp_path: Path):
+    systems, particles, frames = GALLERY[name]
+    small = ("--systems", systems, "--particles", particles, "--frames", frames)
+    one, three = (run(name, ranks, *small, "--out", tmp_path / str(ranks)) for ranks in (1, 3))
+    assert one == three
+    assert len({line[2] for line in one}) > frames // 2, "it moves"
+    for still in (tmp_path / "3" / f"{name}.png", STILLS / f"{name}.png"):
+        picture = pixels(still)
+        assert (picture.max(axis=2) > 80).mean() > 0.01, f"{still} is dark"
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200, f"{still} is empty"
+
+
+def test_the_readme_shows_the_gallery():
+    readme = (EXAMPLES.parent / "README.md").read_text()
+    for name in (*NAMES, *GALLERY):
+        assert f"docs/gallery/{name}.png" in readme and f"examples/{name}.py" in readme

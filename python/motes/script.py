@@ -1,4 +1,4 @@
-"""What scripts that one runs by hand share: the options of the examples, and how they show digests."""
+"""What scripts that one runs by hand share: their options, and a frame's end as these say."""
 
 from __future__ import annotations
 
@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .frame import Frame
+    from .movie import Movie
     from .world import World
 
-__all__ = ["options", "print_digest"]
+__all__ = ["end_frame", "options", "print_digest"]
 
 
 def options(
@@ -45,6 +46,19 @@ def options(
     parser.add_argument("--digest", action="store_true", help="print fingerprints of particles and pictures")
     parser.add_argument("--no-images", action="store_false", dest="images")
     return parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
+
+
+def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:
+    """End the frame as `options` say: render or step, write the movie, print digests. Collective.
+
+    The picture in the middle of the movie is also saved as a PNG beside it.
+    """
+    picture = world.render() if args.images else world.step()
+    movie.write(picture)
+    if picture.index == args.frames // 2:
+        picture.save(movie.path.with_suffix(".png"))
+    if args.digest:
+        print_digest(world, picture)
 
 
 def print_digest(world: World, picture: Frame) -> None:

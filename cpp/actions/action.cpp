@@ -28,56 +28,23 @@ constexpr std::uint32_t kPositionB = bit(particles::position_b);
 constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 
+// Words for the list: what a number may be.
+using Rule = Number::Rule;
 constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
+constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Rule::axis}; }
 constexpr Number any(const char* name) { return {name, -kAny, kAny}; }
 constexpr Number positive(const char* name, int count = 1) { return {name, 0, kAny, count}; }
 constexpr Number limit(const char* name) { return {name, 0, kInf}; }
+constexpr Number not_below(const char* name) { return {name, 0, kInf, 1, Rule::not_below_last}; }
 constexpr Number part(const char* name) { return {name, 0, 1}; }
+constexpr Number whole(const char* name, double low, double high) { return {name, low, high, 1, Rule::whole}; }
 
-// Registration: one line an action, in the order of Kind.
 const std::array<Facts, kKinds>& table() {
-  // clang-format off
   static const std::array<Facts, kKinds> all = {{
-      {"gravity", {vector("acceleration")}, 0, kVelocity, kVelocity},
-      {"damping", {positive("damping", 3), limit("min_speed"), limit("max_speed")}, 0, kVelocity, kVelocity},
-      {"random_acceleration", {}, 1, kVelocity, kVelocity},
-      {"random_velocity", {}, 1, 0, kVelocity},
-      {"bounce", {positive("restitution"), part("friction"), limit("min_tangential_speed"), part("exact_hit")}, 1,
-       kPosition | kVelocity, kPosition | kVelocity},
-      {"sink", {part("inside")}, 1, kPosition, 0, true},
-      {"kill_old", {{"age_limit", -kInf, kInf}, part("younger")}, 0, kAge, 0, true},
-      {"kill_expired", {}, 0, kAge | kLifetime, 0, true},
-      {"move", {part("rotational")}, 0, kPosition | kVelocity | kAge | kUp | kSpin, kPosition | kAge | kUp},
-      {"set", {}, 0, 0, 0},  // what it touches depends on its expressions
-      {"avoid", {any("magnitude"), positive("epsilon"), positive("look_ahead")}, 1, kPosition | kVelocity, kVelocity},
-      {"explosion", {vector("center"), positive("radius"), any("magnitude"), {"sigma", 1e-6, kAny}, positive("epsilon")},
-       0, kPosition | kVelocity, kVelocity},
-      {"jet", {}, 2, kPosition | kVelocity, kVelocity},
-      {"orbit_point", {vector("center"), any("magnitude"), positive("epsilon"), limit("max_radius")}, 0,
-       kPosition | kVelocity, kVelocity},
-      {"orbit_line", {vector("point"), vector("axis"), any("magnitude"), positive("epsilon"), limit("max_radius")}, 0,
-       kPosition | kVelocity, kVelocity},
-      {"vortex", {vector("tip"), vector("axis"), positive("tightness"), limit("max_radius"), any("in_speed"),
-       any("up_speed"), any("around_speed")}, 0, kPosition | kVelocity | kMass, kVelocity},
-      {"random_displacement", {}, 1, kPosition, kPosition},
-      {"random_rotational_velocity", {}, 1, 0, kSpin},
-      {"rotational_damping", {positive("damping", 3), limit("min_speed"), limit("max_speed")}, 0, kSpin, kSpin},
-      {"sink_velocity", {part("inside")}, 1, kVelocity, 0, true},
-      {"speed_clamp", {positive("min_speed"), limit("max_speed")}, 0, kVelocity, kVelocity},
-      {"target_color", {vector("color"), any("alpha"), positive("scale")}, 0, kColor | kAlpha, kColor | kAlpha},
-      {"target_size", {vector("size"), positive("scale", 3)}, 0, kSize, kSize},
-      {"target_velocity", {vector("velocity"), positive("scale")}, 0, kVelocity, kVelocity},
-      {"target_rotational_velocity", {vector("rotational_velocity"), positive("scale")}, 0, kSpin, kSpin},
-      {"restore", {any("time_left"), part("position"), part("up")}, 0,
-       kPosition | kVelocity | kUp | kSpin | kPositionB | kUpB, kPosition | kVelocity | kUp | kSpin},
-      {"copy_vertex_b", {part("position"), part("velocity")}, 0,
-       kPosition | kVelocity | kUp, kPositionB | kVelocityB | kUpB},
-      {"wind", {vector("velocity"), positive("drag")}, 0, kVelocity, kVelocity},
-      {"color_over_life", {}, 0, kAge | kLifetime, kColor, false, 3},
-      {"alpha_over_life", {}, 0, kAge | kLifetime, kAlpha, false, 1},
-      {"size_over_life", {}, 0, kAge | kLifetime, kSize, false, 3},
+#define MOTES_ACTION(action, ...) {.name = #action __VA_OPT__(, ) __VA_ARGS__},
+#include "actions/list.inc"
+#undef MOTES_ACTION
   }};
-  // clang-format on
   return all;
 }
 
@@ -100,13 +67,39 @@ void check_number(const Facts& facts, const Number& number, double value) {
   throw std::invalid_argument(std::string(facts.name) + ": " + what);
 }
 
+// The kernels divide by the float square of the length: it must be a normal number.
+void check_axis(const Facts& facts, const Number& number, const double* v) {
+  const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+  if (!(square > 1e-30 && square < 1e30)) {
+    refuse(facts, std::string(number.name) + " must not be zero, and shorter than 1e15");
+  }
+}
+
+void check_rule(const Facts& facts, const Number* number, const double* value) {
+  switch (number->rule) {
+    case Rule::none: break;
+    case Rule::axis: check_axis(facts, *number, value); break;
+    case Rule::whole:
+      if (std::trunc(*value) != *value) {
+        refuse(facts, std::string(number->name) + " must be a whole number, got " + text(*value));
+      }
+      break;
+    case Rule::not_below_last:
+      if (value[-1] > value[0]) {
+        refuse(facts, std::string(number[-1].name) + " must not be above " + number->name + ", got " + text(value[-1]) +
+                          " > " + text(value[0]));
+      }
+      break;
+  }
+}
+
 void check_numbers(const Facts& facts, const std::vector<double>& numbers) {
   std::size_t at = 0;
   for (const Number& number : facts.numbers) {
-    for (int i = 0; i < number.count; ++i, ++at) {
-      if (at >= numbers.size()) refuse(facts, "too few numbers");
-      check_number(facts, number, numbers[at]);
-    }
+    if (at + static_cast<std::size_t>(number.count) > numbers.size()) refuse(facts, "too few numbers");
+    for (int i = 0; i < number.count; ++i) check_number(facts, number, numbers[at + static_cast<std::size_t>(i)]);
+    check_rule(facts, &number, &numbers[at]);
+    at += static_cast<std::size_t>(number.count);
   }
   if (at != numbers.size()) refuse(facts, "too many numbers");
 }
@@ -119,17 +112,6 @@ void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
     check_number(facts, i % row == 0 ? part("ramp's age / lifetime") : any("ramp's value"), numbers[i]);
     if (i >= row && i % row == 0 && numbers[i] < numbers[i - row]) refuse(facts, "ramp must be in ascending order");
   }
-}
-
-// Two numbers of an action, the first of which must not be above the second.
-void check_range(const Facts& facts, double low, double high) {
-  if (low > high) refuse(facts, "min_speed must not be above max_speed, got " + text(low) + " > " + text(high));
-}
-
-// The kernels divide by the float square of the length: it must be a normal number.
-void check_axis(const Facts& facts, const double* axis) {
-  const double square = axis[0] * axis[0] + axis[1] * axis[1] + axis[2] * axis[2];
-  if (!(square > 1e-30 && square < 1e30)) refuse(facts, "axis must not be zero, and shorter than 1e15");
 }
 
 // The first shape, among it and its parts, that has nothing to meet.
@@ -210,17 +192,7 @@ void check(const Action& action) {
   }
   if (static_cast<int>(action.shapes.size()) < known.shapes) refuse(known, "too few shapes");
   for (const shapes::Shape& shape : action.shapes) shapes::check(shape);
-  const std::vector<double>& n = action.numbers;
-  switch (action.kind) {
-    case Kind::damping:
-    case Kind::rotational_damping: check_range(known, n[3], n[4]); break;
-    case Kind::speed_clamp: check_range(known, n[0], n[1]); break;
-    case Kind::orbit_line:
-    case Kind::vortex: check_axis(known, &n[3]); break;
-    case Kind::bounce:
-    case Kind::avoid: check_surface(known, action.shapes[0]); break;
-    default: break;
-  }
+  if (known.meets) check_surface(known, action.shapes[0]);
 }
 
 }  // namespace motes::actions

@@ -12,39 +12,16 @@
 namespace motes::actions {
 
 enum class Kind : std::uint8_t {
-  gravity,
-  damping,
-  random_acceleration,
-  random_velocity,
-  bounce,
-  sink,
-  kill_old,
-  kill_expired,
-  move,
-  set,
-  avoid,
-  explosion,
-  jet,
-  orbit_point,
-  orbit_line,
-  vortex,
-  random_displacement,
-  random_rotational_velocity,
-  rotational_damping,
-  sink_velocity,
-  speed_clamp,
-  target_color,
-  target_size,
-  target_velocity,
-  target_rotational_velocity,
-  restore,
-  copy_vertex_b,
-  wind,
-  color_over_life,
-  alpha_over_life,
-  size_over_life
+#define MOTES_ACTION(name, ...) name,
+#include "actions/list.inc"
+#undef MOTES_ACTION
 };
-inline constexpr int kKinds = 31;
+
+inline constexpr int kKinds = 0
+#define MOTES_ACTION(name, ...) +1
+#include "actions/list.inc"
+#undef MOTES_ACTION
+    ;
 
 /// What a script recorded: the kind, its numbers in the order of Facts::numbers or the knots of its ramp, its shapes.
 struct Action {
@@ -60,22 +37,24 @@ struct Action {
 
 /// One number of an action, or a vector of them: its name in API.md and the values that it may have.
 struct Number {
+  enum class Rule : std::uint8_t { none, whole, axis, not_below_last };
   const char* name;
   double low;
   double high;
   int count = 1;
+  Rule rule = Rule::none;  // axis: not all zero; not_below_last: at least the number before it
 };
 
 /// What the recorder, the checks and the compiler of programs need to know of a kind. Attributes are indices of
 /// particles::Builtin; a bit mask each.
 struct Facts {
-  const char* name;
-  std::vector<Number> numbers;
-  int shapes;
-  std::uint32_t reads;
-  std::uint32_t writes;
-  bool kills = false;
-  int ramp = 0;  // the numbers are any count of knots: age / lifetime, then this many of the value
+  const char* name = "";
+  std::vector<Number> numbers{};
+  int shapes = 0;
+  std::uint32_t reads = 0;
+  std::uint32_t writes = 0;
+  bool meets = false;  // the shape must have a surface that a particle can meet
+  int ramp = 0;        // the numbers are any count of knots: age / lifetime, then this many of the value
 };
 
 const Facts& facts(Kind kind);

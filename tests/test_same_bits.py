@@ -172,6 +172,7 @@ def random_scripts(count: int, seed: int) -> list[dict[str, Any]]:
             ["sink", {"inside": False}, ["Box", [-5.0, -5.0, -5.0], [5.0, 5.0, 5.0]]],
             ["kill_old", {"age_limit": float(rng.uniform(0.05, 1))}],
             ["kill_expired", {}],
+            ["curl_noise", {"strength": 9.0, "scale": 0.7, "octaves": 2, "speed": float(rng.uniform(0, 5))}],
             ["local", {}],
             ["digest", {}],
             ["gather", {}],

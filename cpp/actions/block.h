@@ -26,6 +26,7 @@ struct Step {
   std::uint32_t step;        // frame * substeps + substep
   std::uint32_t stream;      // particles::action + the action's place in the list
   particles::Key key;
+  double time = 0;           // at its start, seconds
 };
 
 /// The recorded numbers and shapes of the action.

@@ -152,9 +152,10 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
     for (int substep = span.first; substep < last; ++substep) {
       const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
                         static_cast<std::uint32_t>(substep);
+      const double time = (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
       for (std::size_t o = substep == span.first ? entry : 0; o < operations.size(); ++o) {
         const Operation& operation = operations[o];
-        const actions::Step now{dt, step, operation.stream, key};
+        const actions::Step now{dt, step, operation.stream, key, time};
         if (operation.where->empty()) {
           operation.kernel(operation.parameters, block, now);
         } else {

@@ -110,9 +110,11 @@ inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const Noise
     const std::uint32_t key[4] = {from.key.low, from.key.high, from.stream * 2654435769u,
                                   static_cast<std::uint32_t>(octave) * 2246822519u + 3266489917u};
     const CellAxis x = cell_axis(p.x), y = cell_axis(p.y), z = cell_axis(p.z);
-    const auto slice = static_cast<std::uint32_t>(floor);
-    sum = sum + curl_slice(x, y, z, slice, key) * (amplitude * sooner);
-    if (later > 0.0f) sum = sum + curl_slice(x, y, z, slice + 1, key) * (amplitude * later);
+    const int slices = later > 0.0f ? 2 : 1;
+    for (int k = 0; k < slices; ++k) {
+      const auto slice = static_cast<std::uint32_t>(floor + k);
+      sum = sum + curl_slice(x, y, z, slice, key) * (amplitude * (k == 0 ? sooner : later));
+    }
     p = p * 2.0f;
     amplitude *= gain;
   }

@@ -13,6 +13,7 @@ from . import arguments
 from .action import Action, Where, as_action, at_least_0
 from .forces import (
     Avoid,
+    CurlNoise,
     Explosion,
     Gravity,
     Jet,
@@ -49,6 +50,7 @@ __all__ = [
     "Bounce",
     "ColorOverLife",
     "CopyVertexB",
+    "CurlNoise",
     "Damping",
     "Explosion",
     "Gravity",

@@ -13,6 +13,7 @@ from .shapes import Shape, as_shape
 
 __all__ = [
     "Avoid",
+    "CurlNoise",
     "Explosion",
     "Gravity",
     "Jet",
@@ -248,6 +249,48 @@ class Wind(Action):
         """Check and hand to the engine."""
         drag = arguments.number("drag", self.drag, low=0)
         self._set("wind", [*arguments.triple("velocity", self.velocity), drag])
+
+
+@dataclass(frozen=True, kw_only=True)
+class CurlNoise(Action):
+    """Stirs particles as turbulent air does: accelerates them along a random field without divergence.
+
+    The field neither thins particles out nor crowds them, and is smooth in space and time. Two systems have
+    fields of their own.
+
+    Formula: v += strength n(x / scale, speed t) dt, with n the curl of gradient noise, 1 in root mean square;
+    of several octaves each has half the size and half the strength of the one before. t is the animation's
+    time at the start of the (sub)step
+
+    Attributes:
+        strength: root mean square of the acceleration, m/s^2. With `wind` beside it, strength / drag is
+            about the speed that it stirs up.
+        scale: edge of a cell of the noise, about the distance from one eddy to the next, m.
+        octaves: 1 to 8; each adds smaller eddies, at the cost of one more noise.
+        speed: how often a second the field becomes another one, 1/s; 0: it stays.
+        field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
+            wherever the action stands and whatever stands beside it; two actions that shall not be alike
+            need two numbers.
+
+    Source: Bridson, Houriham, Nordenstam: Curl-noise for procedural fluid flow (2007); Perlin's noise.
+    """
+
+    strength: float
+    scale: float
+    octaves: int = 1
+    speed: float = 0
+    field: int = 0
+
+    def __post_init__(self) -> None:
+        """Check and hand to the engine."""
+        numbers = [
+            arguments.number("strength", self.strength),
+            arguments.number("scale", self.scale, low=1e-6),
+            float(arguments.integer("octaves", self.octaves, low=1, high=8)),
+            arguments.number("speed", self.speed),
+            float(arguments.integer("field", self.field, high=65535)),
+        ]
+        self._set("curl_noise", numbers)
 
 
 @dataclass(frozen=True, kw_only=True)

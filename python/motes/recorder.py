@@ -120,6 +120,23 @@ class Recorder(ABC):
         """Record `actions.Wind`."""
         self.apply(actions.Wind(velocity=velocity, drag=drag, where=where))
 
+    def curl_noise(
+        self,
+        strength: float,
+        *,
+        scale: float,
+        octaves: int = 1,
+        speed: float = 0,
+        field: int = 0,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.CurlNoise`."""
+        self.apply(
+            actions.CurlNoise(
+                strength=strength, scale=scale, octaves=octaves, speed=speed, field=field, where=where
+            )
+        )
+
     def avoid(
         self, shape: Shape, *, magnitude: float, epsilon: float, look_ahead: float, where: Where = None
     ) -> None:

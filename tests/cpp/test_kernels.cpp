@@ -93,7 +93,8 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
     for (int i = 0; i < number.count; ++i) {
       const double part = static_cast<double>(dice.between(0, 1));
       const bool flag = number.low == 0 && number.high == 1 && dice.coin();
-      numbers.push_back(flag ? std::round(part) : low + (high - low) * part);
+      const double value = flag ? std::round(part) : low + (high - low) * part;
+      numbers.push_back(number.rule == actions::Number::Rule::whole ? std::round(value) : value);
     }
   }
   if (dice.coin() && facts.name == std::string("damping")) numbers[4] = std::numeric_limits<double>::infinity();

@@ -112,6 +112,8 @@ def whirl(s: motes.System, frame: int) -> None:
     s.jet(shapes.Cylinder((0, 0, 0), (0, 3, 0), 1), acceleration=shapes.Cone((0, 0, 0), (0, 9, 0), 4))
     s.jet(shapes.Box((-1, 0, -1), (0, 1, 0)), acceleration=(3, 0, 0))
     s.wind((1, 0, 0.5), drag=0.8)
+    s.curl_noise(6, scale=0.7, octaves=3, speed=4)
+    s.curl_noise(2, scale=0.2, field=1, where=shapes.Sphere((0, 1, 0), 1))
     steer(s)
     s.rotational_damping((0.2, 0.5, 0.9), max_speed=4)
     s.random_rotational_velocity(shapes.Sphere((0, 0, 0), 2), where=motes.column("age") > 0.4)

@@ -1,0 +1,31 @@
+// curl_noise: v += strength curl(x / scale) dt, an acceleration without divergence (simd/noise.h).
+//
+// The field is keyed by the seed, the system and a number that the script gives, not by the action's place in the list
+// as draws are: it must stay the same field when the list around it changes from frame to frame.
+#pragma once
+
+#include "actions/lanes.h"
+#include "simd/noise.h"
+
+namespace motes::MOTES_ISA {
+
+/// Each octave has half the size and half the speed of the one before it.
+inline constexpr float kOctaveGain = 0.5f;
+
+inline void curl_noise(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const int octaves = static_cast<int>(p.number[2]);
+  float square = 0, gain = 1;  // of the octaves' sum: they are independent
+  for (int k = 0; k < octaves; ++k, gain *= kOctaveGain) square += gain * gain;
+  const float change = number(p, 0) * s.dt / __builtin_sqrtf(square);
+  constexpr double kMostTime = 1e15;  // later, doubles have no fraction
+  const double time = __builtin_fmin(__builtin_fmax(p.number[3] * s.time, -kMostTime), kMostTime);
+  const NoiseKey from{s.key, static_cast<std::uint32_t>(p.number[4])};
+  const Floats scale = all(number(p, 1));
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats3 x = load3(b, kPositionAt, i);
+    const Floats3 flow = curl({x.x / scale, x.y / scale, x.z / scale}, octaves, kOctaveGain, time, from);
+    store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + flow * change);
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,148 @@
+"""The field of `curl_noise` as a user meets it: what the action does to particles at rest."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import motes
+from motes import actions
+from motes.errors import ArgumentError
+
+DT = 0.25
+
+
+def stirred(
+    x: np.ndarray,
+    *recorded: actions.Action,
+    frames: int = 1,
+    substeps: int = 1,
+    seed: int = 8,
+    name: str = "",
+) -> np.ndarray:
+    """Return the velocities that actions give to particles at rest at x in the last of some frames."""
+    world = motes.World(seed=seed, dt=DT, substeps=substeps, progress="off")
+    first, system = world.system("first"), world.system("second")
+    chosen = first if name == "first" else system
+    with world:
+        for frame in world.frames(frames):
+            if frame == frames - 1:
+                chosen.emit(position=x)
+                chosen.apply(list(recorded))
+            world.step()
+        return chosen.gather().velocity.astype(np.float64)
+
+
+def noise(**given: Any) -> actions.CurlNoise:
+    """Make the action, of strength 1 and cells of 1 m unless said."""
+    return actions.CurlNoise(**{"strength": 1, "scale": 1, **given})
+
+
+def scattered(n: int, size: float, seed: int = 3) -> np.ndarray:
+    return np.random.default_rng(seed).uniform(-size, size, (n, 3)).astype(np.float32)
+
+
+def likeness(a: np.ndarray, b: np.ndarray) -> float:
+    """Return the correlation of two fields: 1 for the same, about 0 for independent ones."""
+    return float((a * b).sum() / np.sqrt((a * a).sum() * (b * b).sum()))
+
+
+@pytest.mark.parametrize(("scale", "octaves"), [(1.0, 1), (0.3, 1), (5.0, 1), (1.0, 3)])
+def test_it_has_no_divergence(scale: float, octaves: int):
+    n, step = 4000, scale / 256 / 2 ** (octaves - 1)
+    centre = scattered(n, 3 * scale)
+    # All six neighbours of all points at once, and how far apart float32 has really put them.
+    shifts = [sign * step * np.eye(3)[axis] for axis in range(3) for sign in (1, -1)]
+    points = np.concatenate([(centre + shift).astype(np.float32) for shift in shifts])
+    action = noise(strength=7, scale=scale, octaves=octaves, speed=0.4)
+    v = stirred(points, action, frames=4).reshape(3, 2, n, 3)
+    x = points.astype(np.float64).reshape(3, 2, n, 3)
+    gradient = np.stack([(v[a, 0] - v[a, 1]) / (x[a, 0] - x[a, 1])[:, a, None] for a in range(3)])
+    divergence = gradient[0, :, 0] + gradient[1, :, 1] + gradient[2, :, 2]
+    size = np.sqrt((gradient**2).sum(axis=(0, 2)).mean())
+    assert size > 7 * DT / scale
+    assert np.sqrt((divergence**2).mean()) < 1e-3 * size
+
+
+@pytest.mark.parametrize("octaves", [1, 2, 5])
+@pytest.mark.parametrize("speed", [0, 0.7])
+def test_its_root_mean_square_is_the_strength(octaves: int, speed: float):
+    v = stirred(scattered(40_000, 300), noise(strength=3, octaves=octaves, speed=speed), frames=3)
+    assert abs(np.sqrt((v**2).sum(axis=1).mean()) / (3 * DT) - 1) < 0.02
+    np.testing.assert_allclose(v.mean(axis=0), 0, atol=0.02)
+
+
+def test_it_is_an_acceleration_times_the_step():
+    x = scattered(500, 4)
+    once, twice = stirred(x, noise()), stirred(x, noise(strength=-2))
+    np.testing.assert_allclose(twice, -2 * once, rtol=1e-6)
+    np.testing.assert_allclose(stirred(x, noise(), substeps=5), once, atol=1e-6)
+
+
+def test_scale_stretches_and_octaves_add_detail():
+    x = scattered(3000, 4)
+    np.testing.assert_allclose(stirred(4 * x, noise(scale=4)), stirred(x, noise()), atol=1e-6)
+    one, two = stirred(x, noise()), stirred(x, noise(octaves=2))
+    assert 0.8 < likeness(one, two) < 0.97  # 1 / sqrt(1 + 1/4) = 0.894
+
+
+def test_it_changes_with_the_animations_time():
+    x = scattered(3000, 10)
+    still, flows = noise(), noise(speed=0.5)  # another field every 2 s, 8 frames
+    np.testing.assert_array_equal(stirred(x, still), stirred(x, still, frames=7))
+    start = stirred(x, flows)
+    near = [likeness(start, stirred(x, flows, frames=frames)) for frames in (2, 3, 5, 9)]
+    assert near[0] > 0.99 and near[0] > near[1] > near[2] > near[3]
+    assert abs(near[3]) < 0.1
+    np.testing.assert_array_equal(start, stirred(x, noise()))  # at time 0
+    # The time of a sub-step is its own: of two, the second starts half a frame later.
+    halves = stirred(x, flows, frames=2, substeps=2)
+    assert likeness(halves, stirred(x, flows, frames=2)) > 0.99
+    assert (halves != stirred(x, flows, frames=2)).any()
+
+
+def test_the_field_is_that_of_seed_system_and_number_alone():
+    x = scattered(3000, 10)
+    wanted = stirred(x, noise())
+    pull = actions.Gravity(acceleration=(0, 0, 0))
+    np.testing.assert_array_equal(stirred(x, pull, pull, noise()), wanted)
+    np.testing.assert_array_equal(stirred(x, noise(), noise()), np.float32(wanted) * np.float32(2))
+    for other in (
+        stirred(x, noise(field=1)),
+        stirred(x, noise(field=65535)),
+        stirred(x, noise(), seed=9),
+        stirred(x, noise(), name="first"),
+    ):
+        assert abs(likeness(wanted, other)) < 0.1
+    both = stirred(x, noise(), noise(field=1))
+    np.testing.assert_allclose(both, wanted + stirred(x, noise(field=1)), atol=1e-6)
+
+
+def test_far_and_strange_places_stay_finite():
+    x = np.float32([(1e30, 0, 0), (-3e38, 3e38, 0), (1e-40, 0, 0), (8388607, 0, 0)])
+    for action in (noise(), noise(scale=1e-6, octaves=8), noise(speed=1e15), noise(scale=1e15, speed=-1e15)):
+        assert np.isfinite(stirred(x, action, frames=3)).all()
+
+
+WRONG = [
+    ({"scale": 0}, "scale must be a finite number >= 1e-06, got 0"),
+    ({"octaves": 0}, "octaves must be an integer in 1..8, got 0"),
+    ({"octaves": 2.0}, "octaves must be an integer in 1..8"),
+    ({"octaves": 9}, "octaves must be an integer in 1..8, got 9"),
+    ({"strength": float("nan")}, "strength"),
+    ({"speed": float("inf")}, "speed"),
+    ({"field": -1}, "field must be an integer in 0..65535, got -1"),
+]
+
+
+@pytest.mark.parametrize(("given", "message"), WRONG, ids=[str(given) for given, _ in WRONG])
+def test_wrong_arguments_are_named(given: dict[str, Any], message: str):
+    with pytest.raises(ArgumentError, match=message):
+        noise(**given)
+
+
+def test_the_engine_itself_wants_whole_octaves():
+    with pytest.raises(ValueError, match="octaves must be a whole number, got 1.5"):
+        motes._core.Action("curl_noise", [1, 1, 1.5, 0, 0], [])

@@ -1,0 +1,335 @@
+"""Random scripts as hypothesis draws them: births and lists of 1 to 12 actions, as users write them.
+
+What an action is given follows from the fields of its class: a new action is drawn without a line here.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+from typing import Any
+
+from hypothesis import strategies as st
+
+from motes import actions
+
+__all__ = ["FRAMES", "HEADER", "KINDS", "script"]
+
+Text = st.SearchStrategy[str]
+FRAMES = 5
+SCALARS = ("age", "lifetime", "mass", "alpha", "heat")
+TRIPLES = ("position", "velocity", "up", "rotational_velocity", "color", "size", "wind", "position_b")
+HEADER = """\
+import numpy as np
+import motes
+from motes import Normal, Uniform, column, maximum, minimum
+from motes.actions import *
+from motes.shapes import *
+
+def push(p):
+    p.position[:] += np.float32(0.125) * (p.id % 3).astype(np.float32)[:, None]
+    p.velocity[p.id % 4 == 0] *= np.float32(0.5)
+"""
+
+
+def numbers(low: float, high: float) -> st.SearchStrategy[float]:
+    """Draw numbers that are short in decimals and, as a rule, rounded in float32."""
+    return st.integers(round(low * 1000), round(high * 1000)).map(lambda n: n / 1000)
+
+
+def triples(low: float, high: float) -> st.SearchStrategy[tuple[float, float, float]]:
+    """Draw three numbers."""
+    return st.tuples(numbers(low, high), numbers(low, high), numbers(low, high))
+
+
+def directions() -> st.SearchStrategy[tuple[float, float, float]]:
+    """Draw a vector that is not nearly zero."""
+    return triples(-1, 1).filter(lambda v: sum(c * c for c in v) > 1e-3)
+
+
+def plus(a: Any, b: Any) -> tuple[float, ...]:
+    """Add vectors."""
+    return tuple(round(p + q, 3) for p, q in zip(a, b, strict=True))
+
+
+# --- shapes
+
+EDGES = [((2.0, 0.25, 0.0), (0.125, 1.5, 0.25)), ((0.0, 1.75, 0.5), (1.0, 0.0, -1.0))]
+WITHOUT_SURFACE = ("Point", "Line", "Blob")
+SURFACES = ("Plane", "Box", "Sphere", "Disc", "Rectangle", "Triangle", "Cylinder", "Cone")
+
+
+@st.composite
+def simple_shapes(draw: st.DrawFn, kinds: tuple[str, ...]) -> str:
+    """Draw a shape that is no union."""
+    kind, place = draw(st.sampled_from(kinds)), draw(triples(-2, 2))
+    radius = draw(numbers(0.125, 2))
+    ring = f"{radius}, {radius * draw(st.sampled_from([0.0, 0.5, 1.0]))}"
+    if kind == "Point":
+        return f"Point({place})"
+    if kind == "Blob":
+        return f"Blob({place}, {radius / 2})"
+    if kind == "Sphere":
+        return f"Sphere({place}, {ring})"
+    if kind == "Box":
+        return f"Box({place}, {plus(place, draw(triples(0, 2)))})"
+    if kind in ("Rectangle", "Triangle"):
+        u, v = draw(st.sampled_from(EDGES))
+        edges = (u, v) if kind == "Rectangle" else (plus(place, u), plus(place, v))
+        return f"{kind}({place}, {edges[0]}, {edges[1]})"
+    way = draw(directions())
+    if kind in ("Plane", "Disc"):
+        return f"{kind}({place}, {way}{f', {ring}' if kind == 'Disc' else ''})"
+    end = plus(place, way)
+    return f"Line({place}, {end})" if kind == "Line" else f"{kind}({place}, {end}, {ring})"
+
+
+def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
+    """Draw any shape, unions too."""
+    one = simple_shapes(kinds)
+    return one | one | st.lists(one, min_size=2, max_size=4).map(lambda parts: f"Union({', '.join(parts)})")
+
+
+# --- expressions and conditions
+
+
+def scalars() -> Text:
+    """Draw a column of one number, or what makes one of a vector."""
+    vector = st.sampled_from(TRIPLES)
+    part = st.tuples(vector, st.sampled_from([".x", "[1]", ".z", ".length()"]))
+    return st.sampled_from(SCALARS).map(column) | part.map(lambda drawn: column(drawn[0]) + drawn[1])
+
+
+def column(name: str) -> str:
+    """Name a column."""
+    return f'column("{name}")'
+
+
+def expressions(leaves: Text) -> Text:
+    """Draw an expression of columns and numbers."""
+    constant = numbers(-3, 3).map(str)
+
+    def larger(parts: Text) -> Text:
+        other = parts | constant
+        two = st.tuples(parts, st.sampled_from("+-*/"), other).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
+        chosen = st.tuples(st.sampled_from(["minimum", "maximum"]), parts, other)
+        one = st.tuples(parts, st.sampled_from(["abs({})", "(-{})", "{}.floor()", "abs({}).sqrt()"]))
+        return two | chosen.map(lambda p: f"{p[0]}({p[1]}, {p[2]})") | one.map(lambda p: p[1].format(p[0]))
+
+    return st.recursive(leaves, larger, max_leaves=4)
+
+
+def conditions() -> Text:
+    """Draw what `where=` takes."""
+    signs = st.sampled_from(["<", "<=", ">", ">=", "==", "!="])
+    other = numbers(-1, 2).map(str) | scalars()
+    compared = st.tuples(expressions(scalars()), signs, other).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
+
+    def larger(parts: Text) -> Text:
+        two = st.tuples(parts, st.sampled_from("&|"), parts).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
+        return two | parts.map(lambda p: f"~{p}")
+
+    return st.recursive(shapes() | compared, larger, max_leaves=4)
+
+
+# --- actions: what a field of this name takes, else what one of this type takes
+
+NAMED: dict[str, st.SearchStrategy[Any]] = {
+    "acceleration": triples(-20, 20),
+    "velocity": triples(-6, 6),
+    "rotational_velocity": triples(-6, 6),
+    "axis": directions(),
+    "look": directions(),
+    "damping": triples(0, 1),
+    "color": triples(0, 1),
+    "epsilon": st.just(0.0) | numbers(0, 1),
+    "sigma": numbers(0.125, 2),
+    "scale": numbers(0.125, 4),
+    "restitution": numbers(0, 1),
+    "friction": numbers(0, 1),
+    "alpha": numbers(0, 1),
+    "age_limit": numbers(0, 0.25),
+    "time_left": numbers(-0.125, 0.5),
+    "magnitude": numbers(-4, 4),
+    "min_speed": numbers(0, 2),
+    "max_speed": numbers(2, 20),
+}
+TYPED: dict[str, st.SearchStrategy[Any]] = {
+    "float": numbers(0, 3),
+    "int": st.integers(1, 3),
+    "bool": st.booleans(),
+    "ArrayLike": triples(-2, 2),
+}
+KINDS: dict[str, type[actions.Action]] = {
+    name: kind
+    for name in actions.__all__
+    if inspect.isclass(kind := getattr(actions, name))
+    and issubclass(kind, actions.Action)
+    and kind is not actions.Action
+}
+
+
+def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
+    """Draw what a field of an action takes."""
+    if name == "ramp":
+        value = triples(0, 1) if "ArrayLike" in annotation else numbers(0, 1)
+        return st.lists(st.tuples(numbers(0, 1), value), min_size=1, max_size=4).map(sorted)
+    if annotation == "Shape":
+        return shapes(SURFACES) if kind in ("Bounce", "Avoid") else shapes()
+    if annotation.startswith("Shape"):
+        return shapes() | NAMED.get(name, TYPED["ArrayLike"]).map(str)
+    if annotation == "ArrayLike" and name == "scale":
+        return triples(0, 4)
+    return TYPED[annotation] if annotation == "bool" else NAMED.get(name, TYPED[annotation])
+
+
+@st.composite
+def sets(draw: st.DrawFn, where: Text) -> str:
+    """Draw a `Set`."""
+    if draw(st.booleans()):
+        attribute, value = draw(st.sampled_from(SCALARS)), draw(expressions(scalars()))
+    else:
+        attribute, value = (
+            draw(st.sampled_from(TRIPLES)),
+            draw(expressions(st.sampled_from(TRIPLES).map(column))),
+        )
+    return f'Set(attribute="{attribute}", value={value}, where={draw(where)})'
+
+
+@st.composite
+def one_action(draw: st.DrawFn) -> str:
+    """Draw an action, in two of three cases without a condition."""
+    kind = draw(st.sampled_from(sorted(KINDS)))
+    where = st.just("None") | st.just("None") | conditions()
+    if kind == "Set":
+        return draw(sets(where))
+    words = []
+    for part in dataclasses.fields(KINDS[kind]):
+        if part.name == "where" or (part.default is not dataclasses.MISSING and draw(st.booleans())):
+            continue
+        words.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
+    words.append(f"where={draw(where)}")
+    return f"{kind}({', '.join(words)})"
+
+
+# --- births, and what else a script says to a system
+
+
+@st.composite
+def distribution(draw: st.DrawFn, width: int, low: float, high: float) -> str:
+    """Draw what `configure` takes for an attribute of 1 or 3 numbers."""
+    one = numbers(low, high) if width == 1 else triples(low, high)
+    first, second = draw(one), draw(one)
+    kind = draw(st.sampled_from(["value", "Uniform", "Normal", "shape"]))
+    if kind == "Uniform":
+        pairs = [sorted(pair) for pair in zip(*(numbers_of(v) for v in (first, second)), strict=True)]
+        lows, highs = zip(*pairs, strict=True)
+        return f"Uniform({lows[0] if width == 1 else lows}, {highs[0] if width == 1 else highs})"
+    if kind == "Normal":
+        spread = draw(numbers(0, 1))
+        return f"Normal({first}, {spread if width == 1 else (spread, spread / 2, 0.0)})"
+    return draw(shapes()) if kind == "shape" and width == 3 else str(first)
+
+
+def numbers_of(value: Any) -> tuple[float, ...]:
+    """Make a tuple of one number."""
+    return value if isinstance(value, tuple) else (value,)
+
+
+def configured() -> Text:
+    """Draw a call of `configure`."""
+    wishes = {
+        "velocity": distribution(3, -6, 6),
+        "color": distribution(3, 0, 1),
+        "up": distribution(3, -1, 1),
+        "rotational_velocity": distribution(3, -3, 3),
+        "size": distribution(3, 0, 0.5),
+        "lifetime": distribution(1, 0.0625, 0.5),
+        "mass": distribution(1, 0.125, 3),
+        "age": distribution(1, 0, 0.25),
+        "alpha": distribution(1, 0, 1),
+        "heat": distribution(1, -1, 1),
+        "wind": distribution(3, -1, 1),
+        "velocity_b": distribution(3, -1, 1),
+    }
+    chosen = st.lists(st.sampled_from(sorted(wishes)), min_size=1, max_size=4, unique=True)
+    words = chosen.flatmap(
+        lambda names: st.tuples(*[wishes[n].map(lambda v, n=n: f"{n}={v}") for n in names])
+    )
+    return words.map(lambda parts: f"@.configure({', '.join(parts)})")
+
+
+@st.composite
+def emitted(draw: st.DrawFn) -> str:
+    """Draw a call of `emit`."""
+    rows = draw(st.integers(0, 5))
+    words = [
+        f"position={[draw(triples(-3, 3)) for _ in range(rows)]}" if rows else "position=np.zeros((0, 3))"
+    ]
+    if rows and draw(st.booleans()):
+        words += [f"velocity={[draw(triples(-3, 3)) for _ in range(rows)]}"]
+        words += [f"heat={[draw(numbers(-1, 1)) for _ in range(rows)]}"]
+    return f"@.emit({', '.join(words)})"
+
+
+def births() -> Text:
+    """Draw what bears particles, or says how."""
+    source = st.tuples(shapes(), numbers(0, 1500), st.booleans())
+    burst = st.tuples(shapes(), st.integers(0, 30) | st.integers(500, 1100))
+    return st.one_of(
+        configured(),
+        source.map(lambda p: f"@.source({p[0]}, rate={p[1]}, jitter={p[2]})"),
+        burst.map(lambda p: f"@.burst({p[0]}, count={p[1]})"),
+        triples(-2, 2).map(lambda p: f"@.vertex({p})"),
+        emitted(),
+    )
+
+
+@st.composite
+def spawns(draw: st.DrawFn) -> str:
+    """Draw a call of `spawn`."""
+    into, on = draw(st.sampled_from("ab")), draw(st.sampled_from(["birth", "death", "collision"]))
+    words = f"into={into}, on={on!r}, count={draw(st.integers(1, 3))}"
+    part, where = draw(st.sampled_from([0, 0.5])), draw(st.just("None") | conditions())
+    return f"@.spawn({words}, inherit_velocity={part}, where={where})"
+
+
+OTHERS = ("@.callback(push)", "@.gather()", "with @.local() as p: push(p)")
+
+
+@st.composite
+def calls(draw: st.DrawFn) -> list[str]:
+    """Draw the lines of a frame: 1 to 12 actions, with births and other calls between them."""
+    lines = draw(st.lists(one_action().map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
+    extras = draw(st.lists(births() | spawns() | st.sampled_from(OTHERS), max_size=5))
+    for extra in extras:
+        lines.insert(draw(st.integers(0, len(lines))), extra)
+    if draw(st.integers(0, 3)):
+        lines.append("@.move()")
+    return [line.replace("@", draw(st.sampled_from("aab"))) for line in lines]
+
+
+@st.composite
+def script(draw: st.DrawFn) -> str:
+    """Draw a script of two systems, with a list for even and one for odd frames.
+
+    `note` takes what the frame is known by: the particles' digest and the picture.
+    """
+    axes = st.sampled_from("xyz")
+    space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
+    facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
+    lines = [
+        f"world = motes.World({facts}, roles={draw(st.sampled_from(['auto', 'shared']))!r}, progress='off')",
+        "world.renderer = motes.Renderer(32, 24, camera=motes.Camera((0, 1, 9), (0, 0, 0)))",
+    ]
+    for name in "ab":
+        words = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, axis={draw(axes)!r}, space={draw(space)}"
+        lines.append(f"{name} = world.system({name!r}, {words}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
+    lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
+    start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]
+    start.append("a.source(Box((-2, -2, -2), (2, 2, 2)), rate=1500, jitter=True)")
+    lines += [f"        {line}" for line in start]
+    for test in ("frame % 2 == 0", "frame % 2 == 1"):
+        lines += [f"        if {test}:", *(f"            {line}" for line in draw(calls()))]
+    lines.append("        note(world.digest(), world.render())")
+    return "\n".join(lines) + "\n"

@@ -152,10 +152,10 @@ def test_all_frames_have_one_size(tmp_path):
     ("arguments", "message"),
     [
         ({"path": "a.avi"}, "path must be a name ending in .mp4, .mkv or .mov, got 'a.avi'"),
-        ({"fps": 0}, "fps must be a finite number > 0, got 0"),
-        ({"fps": float("nan")}, "fps must be a finite number > 0, got nan"),
-        ({"crf": 99}, "crf must be a number from 0 to 51, got 99"),
-        ({"preset": "quick"}, "preset must be one of ultrafast"),
+        ({"fps": 0}, "fps must be a finite number in 0.001..10000, got 0"),
+        ({"fps": float("nan")}, "fps must be a finite number in 0.001..10000, got nan"),
+        ({"crf": 99}, "crf must be a finite number in 0..51, got 99"),
+        ({"preset": "quick"}, "preset must be 'ultrafast' or 'superfast'"),
     ],
 )
 def test_wrong_arguments(arguments, message):

@@ -63,7 +63,6 @@ class State:
 state = State()
 _installed = False
 _ending = threading.Lock()
-_voice: socket.socket | None = None
 _previous_hook = sys.excepthook
 _previous_thread_hook = threading.excepthook
 
@@ -280,14 +279,13 @@ def _take_voice() -> bool:
             except FileExistsError:
                 return False
     # A socket's name is free again when the speaker dies, which is soon enough in nearly all cases.
-    global _voice
     claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
         claim.bind(f"\0motes-{_key(_job())}-{os.getuid()}")
     except OSError:
         claim.close()
         return sys.platform != "linux"  # no such names there: only the delay keeps ranks apart
-    _voice = claim
+    claim.detach()  # open, and the name taken, until this process ends
     return True
 
 

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import math
+import os
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import DTypeLike, NDArray
 
 from .errors import ArgumentError
 
-__all__ = ["choice", "flag", "integer", "number", "triple"]
+__all__ = ["choice", "file_path", "flag", "floats", "integer", "listed", "number", "triple"]
 
 MOST = 1.7e308  # a larger int is no float
+NO_NUMBERS = (bool, np.timedelta64)  # although they are integers by their classes
 Triple = tuple[float, float, float]
 
 
@@ -20,10 +24,11 @@ def number(
     argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf, finite: bool = True
 ) -> float:
     """Return `value` as a float in low..high."""
-    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentError(argument, value, "a number")
     try:
-        result = float(value)
+        with np.errstate(over="ignore"):
+            result = float(value)
     except OverflowError:
         raise ArgumentError(argument, value, _range("a finite number", low, high)) from None
     if math.isnan(result) or (finite and math.isinf(result)) or not low <= result <= high:
@@ -33,7 +38,7 @@ def number(
 
 def integer(argument: str, value: Any, *, low: int = 0, high: int | None = None) -> int:
     """Return `value` as an int in low..high."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)):
+    if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, np.integer)):
         raise ArgumentError(argument, value, _range("an integer", low, math.inf if high is None else high))
     result = int(value)
     if result < low or (high is not None and result > high):
@@ -63,10 +68,7 @@ def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
                 raise ArgumentError(argument, value, "3 finite numbers")
         result = (float(value[0]), float(value[1]), float(value[2]))
     else:
-        try:
-            array = np.asarray(value, np.float64)
-        except (TypeError, ValueError, OverflowError):
-            raise ArgumentError(argument, value, "3 numbers") from None
+        array = floats(argument, value, np.float64, "3 numbers")
         if array.shape != (3,):
             raise ArgumentError(argument, value, "3 numbers")
         result = (float(array[0]), float(array[1]), float(array[2]))
@@ -74,6 +76,37 @@ def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
         if not math.isfinite(component) or component < low:
             raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
     return result
+
+
+def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray[Any]:
+    """Return `value` as an array of floats; too large ones become infinite."""
+    try:
+        with np.errstate(over="ignore"):
+            array = np.asarray(value)
+            # NumPy would parse text, drop imaginary parts, and show what a mask hides.
+            if array.dtype.kind not in "biufO" or np.ma.is_masked(value):
+                raise TypeError
+            return np.asarray(array, dtype)
+    except Exception:  # any: the conversion runs methods of users' classes
+        raise ArgumentError(argument, value, allowed) from None
+
+
+def listed(argument: str, value: Any, allowed: str) -> list[Any]:
+    """Return the items of `value`."""
+    try:
+        return list(value)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError(argument, value, allowed) from None
+
+
+def file_path(argument: str, value: Any) -> Path:
+    """Return `value`, a text or a path, as a path."""
+    if not isinstance(value, (str, os.PathLike)):
+        raise ArgumentError(argument, value, "a path")
+    try:
+        return Path(value)
+    except TypeError:  # a path of bytes
+        raise ArgumentError(argument, value, "a path of text") from None
 
 
 def _range(kind: str, low: float, high: float) -> str:

@@ -117,5 +117,8 @@ def place(rank: int, *, role: str = "", frame: int | None = None) -> str:
 
 
 def _short(value: object, *, limit: int = 200) -> str:
-    text = repr(value)
+    try:
+        text = repr(value)
+    except Exception:  # of a user's class; of an int of more digits than Python shows
+        text = f"a value of type {type(value).__name__}"
     return text if len(text) <= limit else text[: limit - 3] + "..."

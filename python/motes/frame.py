@@ -6,13 +6,12 @@ import hashlib
 import os
 import struct
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from . import files, png
+from . import arguments, files, png
 from .errors import ArgumentError, MotesError, NotHere
 
 __all__ = ["Frame"]
@@ -84,7 +83,7 @@ class Frame:
 
         Does nothing off the image generator, except to refuse a suffix it does not know.
         """
-        suffix = Path(path).suffix.lower()
+        suffix = arguments.file_path("path", path).suffix.lower()
         if suffix not in (".png", ".npy", ".exr"):
             raise ArgumentError("path", os.fspath(path), "a name ending in .png, .npy or .exr")
         if self._pixels is None:
@@ -130,7 +129,10 @@ class Frame:
 
 
 def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
-    array: NDArray[Any] = np.asarray(pixels)
+    try:
+        array: NDArray[Any] = np.asarray(pixels)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError("pixels", pixels, "uint8 (height, width, 3)") from None
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
         raise ArgumentError("pixels", f"{array.dtype} {array.shape}", "uint8 (height, width, 3)")
     view = array.view()

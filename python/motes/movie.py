@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import importlib.util
-import math
 import os
 import queue
 import sys
@@ -18,7 +17,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _last_resort, files
+from . import _last_resort, arguments, files
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 
@@ -42,21 +41,15 @@ class Movie:
         self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: str = "superfast"
     ) -> None:
         """Name the file (.mp4, .mkv, .mov); smaller `crf`, slower `preset` look better and take longer."""
-        self.path = Path(path)
+        self.path = arguments.file_path("path", path)
         if self.path.suffix.lower() not in _FORMATS:
             raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
-        if not (math.isfinite(fps) and fps > 0):
-            raise ArgumentError("fps", fps, "a finite number > 0")
-        if not 0 <= crf <= 51:
-            raise ArgumentError("crf", crf, "a number from 0 to 51")
-        if preset not in _PRESETS:
-            raise ArgumentError("preset", preset, "one of " + ", ".join(_PRESETS))
+        self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
+        self.crf = arguments.number("crf", crf, low=0, high=51)
+        self.preset = arguments.choice("preset", preset, _PRESETS)
         # Looked for here, not where frames arrive, so that every rank gets the same error at the same line.
         if importlib.util.find_spec("av") is None:
             raise ImportError('Movie needs PyAV: pip install "motes[video]"', name="av")
-        self.fps = fps
-        self.crf = crf
-        self.preset = preset
         self.frames = 0
         self._shape: tuple[int, ...] | None = None
         self._thread: threading.Thread | None = None

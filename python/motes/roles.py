@@ -11,6 +11,7 @@ from .errors import ArgumentError
 
 __all__ = ["Roles"]
 
+MOST_RANKS = 2**31 - 1
 Core = tuple[int, int, list[int]]
 
 
@@ -24,14 +25,10 @@ class Roles:
 
     def __post_init__(self) -> None:
         """Check what can be checked before the number of ranks is known."""
-        arguments.integer("manager", self.manager)
-        arguments.integer("image_generator", self.image_generator)
-        try:
-            ranks = list(self.calculators)
-        except TypeError:
-            raise ArgumentError("calculators", self.calculators, "a list of ranks") from None
-        for rank in ranks:
-            arguments.integer("calculators", rank)
+        arguments.integer("manager", self.manager, high=MOST_RANKS)
+        arguments.integer("image_generator", self.image_generator, high=MOST_RANKS)
+        for rank in arguments.listed("calculators", self.calculators, "a list of ranks"):
+            arguments.integer("calculators", rank, high=MOST_RANKS)
 
 
 def cast(roles: Any, size: int) -> Core:

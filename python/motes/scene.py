@@ -14,6 +14,8 @@ from .shapes import Blob, Line, Point, Shape, Union
 
 __all__ = ["Camera", "Renderer", "Solid", "Sprite"]
 
+OBJECTS = "a list of motes.Solid or shapes"
+
 
 class Camera:
     """A pinhole camera. Its attributes may change between frames; rendering checks them."""
@@ -101,7 +103,8 @@ class Renderer:
         "auto" chooses. `linear`: keep each frame's light, so that `Frame.linear` can be asked for.
         """
         self.width, self.height, self.camera = width, height, camera
-        self.background, self.exposure, self.objects = background, exposure, objects
+        self.background, self.exposure = background, exposure
+        self.objects: Iterable[Solid | Shape] = arguments.listed("objects", objects, OBJECTS)
         self.path = arguments.choice("path", path, ("auto", "gather"))
         self.linear = arguments.flag("linear", linear)
         self.view()
@@ -111,6 +114,7 @@ class Renderer:
         camera = self.camera
         if not isinstance(camera, Camera):
             raise ArgumentError("camera", camera, "a motes.Camera")
+        given = arguments.listed("objects", self.objects, OBJECTS)
         return _core.View(
             width=arguments.integer("width", self.width, low=1, high=16384),
             height=arguments.integer("height", self.height, low=1, high=16384),
@@ -119,15 +123,8 @@ class Renderer:
             near=arguments.number("near", camera.near, low=0),
             background=arguments.triple("background", self.background, low=0),
             exposure=arguments.number("exposure", self.exposure, low=0, high=1e6),
-            objects=[part for value in _listed(self.objects) for part in _solid(value)],
+            objects=[part for value in given for part in _solid(value)],
         )
-
-
-def _listed(objects: Any) -> list[Any]:
-    try:
-        return list(objects)
-    except TypeError:
-        raise ArgumentError("objects", objects, "a list of motes.Solid or shapes") from None
 
 
 def _parts(shape: Shape) -> tuple[Shape, ...]:
@@ -137,6 +134,6 @@ def _parts(shape: Shape) -> tuple[Shape, ...]:
 def _solid(value: Any) -> list[tuple[_core.Shape, arguments.Triple]]:
     solid = Solid(value) if isinstance(value, Shape) else value
     if not isinstance(solid, Solid):
-        raise ArgumentError("objects", value, "a list of motes.Solid or shapes")
+        raise ArgumentError("objects", value, OBJECTS)
     color = arguments.triple("color", solid.color, low=0)
     return [(part.core, color) for part in _parts(solid.shape)]

@@ -64,10 +64,7 @@ class Shape:
         Shapes without volume (point, line, triangle, rectangle, disc) hold none; a plane holds the half-space
         below it, a blob what is within one sigma of its centre, a union what any of its parts holds.
         """
-        try:
-            array = np.asarray(points, np.float32)
-        except (TypeError, ValueError, OverflowError):
-            raise ArgumentError("points", points, "an array of shape (n, 3) or (3,)") from None
+        array = arguments.floats("points", points, np.float32, "an array of shape (n, 3) or (3,)")
         if array.ndim not in (1, 2) or array.shape[-1] != 3:
             raise ArgumentError("points", points, "an array of shape (n, 3) or (3,)")
         inside = self.core.contains(np.atleast_2d(array))

@@ -148,7 +148,7 @@ class System(Recorder):
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
-        name = getattr(function, "__qualname__", type(function).__name__)
+        name = str(getattr(function, "__qualname__", type(function).__name__))
         engine = self.world._engine_for("callback")
         engine.record_callback(self._index, name, len(self._callbacks))
         self._callbacks.append(function)
@@ -243,10 +243,7 @@ def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, 
 
 def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
     allowed = f"finite numbers of shape (n, {width})" if width > 1 else "finite numbers of shape (n,)"
-    try:
-        array = np.ascontiguousarray(values, np.float32)
-    except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(attribute, values, allowed) from None
+    array = np.ascontiguousarray(arguments.floats(attribute, values, np.float32, allowed))
     fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
     endless = attribute == "lifetime" and not np.isnan(array).any()
     if not fits or not (np.isfinite(array).all() or endless):

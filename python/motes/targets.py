@@ -412,7 +412,7 @@ def _thrice(value: Any) -> Any:
 def _pairs(ramp: Any) -> list[tuple[Any, Any]]:
     try:
         pairs = [(ratio, value) for ratio, value in ramp]
-    except (TypeError, ValueError):
+    except Exception:  # any: this runs methods of users' classes
         pairs = []
     if not pairs:
         raise ArgumentError("ramp", ramp, "a list of (age / lifetime, value), at least one")

@@ -181,6 +181,8 @@ class World:
         """
         if not isinstance(name, str) or not name or any(s.name == name for s in self._systems):
             raise ArgumentError("name", name, "a new, non-empty text")
+        if any("\ud800" <= letter <= "\udfff" for letter in name):
+            raise ArgumentError("name", name, "a text of whole Unicode letters")
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
         if sprite is not None and not isinstance(sprite, Sprite):
@@ -190,7 +192,7 @@ class World:
             "axis": AXES[self._axis if axis is None else arguments.choice("axis", axis, tuple(AXES))],
             "space": self._space if space is None else _space(space),
             "sprite": sprite if sprite is not None else Sprite(),
-            "attributes": _user_attributes(attributes or {}),
+            "attributes": _user_attributes({} if attributes is None else attributes),
         }
         made = System(self, len(self._systems), name, definition)
         if self._ended:

@@ -15,7 +15,8 @@ struct Gift {
 };
 
 /// Up to `wanted` particles of the donor with the highest (lowest) coordinates (paper 3.2.5). Sorts none but those in
-/// one bin: coordinates are counted into bins first. What is no number stays. `low`, `high`: the donor's domain.
+/// one bin: coordinates are counted into bins first. What is no number or outside low <= x < high, the donor's domain,
+/// stays. Nothing to give: the cut stays at the domain's end.
 Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
 Gift give_left(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
 
@@ -26,7 +27,8 @@ struct Histogram {
   std::vector<std::uint64_t> counts;
 };
 
-/// A sample of the coordinates chooses the edges; all are counted. What is no number is left out.
+/// A sample of the coordinates chooses the edges; all are counted. A place that many share gets a bin of its own. What
+/// is no finite number is left out.
 Histogram histogram(std::span<const float> coordinates, int bins);
 
 /// `quantiles` + 1 ascending coordinates that divide a sample of the particles evenly: the log's picture of a domain.
@@ -34,8 +36,9 @@ Histogram histogram(std::span<const float> coordinates, int bins);
 std::vector<float> quantiles(std::span<const float> coordinates, int quantiles, std::size_t sample = 512);
 
 /// All cuts at once from global prefix sums: calculator c gets shares[c] of the sum of counts * costs (costs empty: 1
-/// each). One histogram and cost a calculator. Particles inside a bin count as evenly spread. Ascending; cuts between
-/// empty domains stay as near to `before` as order allows.
+/// each). One histogram and cost a calculator, which may overlap. Particles inside a bin count as evenly spread.
+/// Ascending; where a gap between particles leaves a choice, and between empty domains, a cut stays as near to `before`
+/// as it may. Nothing to divide: `before`.
 std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<const double> costs,
                                std::span<const double> shares, std::span<const float> before);
 

@@ -51,6 +51,9 @@ class Policy {
 
   virtual Plan plan(const Table& table) const = 0;
 
+  /// Throws std::invalid_argument where the policy cannot serve so many calculators.
+  virtual void check(std::size_t) const {}
+
   /// Whether cuts may move at all.
   virtual bool moves() const { return true; }
 
@@ -61,17 +64,26 @@ class Policy {
 
   SpeedOptions speeds;
   bool over_all = false;  // balance the sum over systems, not each one
+
+ protected:
+  /// The options of all policies as arguments at the end of a name.
+  std::string shown_options() const;
 };
 
-/// Makes any plan legal for this table: orders over the same cut are netted, none gives more than its donor has (both
-/// sides together); shares are made finite. Throws std::invalid_argument, naming policy and frame, for what has no
-/// meaning: a wrong number of shares, a negative or no number, no share above 0, orders between others than
-/// neighbours.
+/// Makes any plan legal for this table: orders over the same cut are netted and come in the order of the cuts, none
+/// gives more than its donor has (both sides together); shares sum to 1; nothing is left to do where there are no
+/// particles or no cuts. Throws std::invalid_argument, naming policy and frame, for what has no meaning: a wrong number
+/// of shares or costs, a negative or no finite number, no share above 0, orders between others than neighbours, both
+/// orders and shares.
 Plan legal(Plan plan, const Table& table, const std::string& policy);
 
 /// A plan for the sum over systems, as one for a system that holds `mine` of `all` loads' particles: orders in
 /// proportion, shares as they are.
 Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
+
+/// The shortest digits that read back as this number.
+std::string shown(double number);
+std::string shown(const std::vector<double>& numbers);
 
 using PolicyPtr = std::shared_ptr<const Policy>;
 

@@ -1,0 +1,105 @@
+#include "balance/cuts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "balance/sample.h"
+
+namespace motes::balance {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// The particles that may be given away: those inside the domain, which leaves out what is no number.
+struct Domain {
+  std::span<const float> coordinates;
+  float low, high;
+
+  bool holds(float x) const { return x >= low && x < high; }
+  std::uint64_t count() const { return between(low, high); }
+  // Those of the domain in [from, to).
+  std::uint64_t between(float from, float to) const {
+    std::uint64_t n = 0;
+    for (const float x : coordinates) n += static_cast<std::uint64_t>((x >= from) & (x < to));
+    return n;
+  }
+  float largest() const {
+    float most = -kInfinity;
+    for (const float x : coordinates) most = holds(x) && x > most ? x : most;
+    return most;
+  }
+  // The smallest coordinate of the domain above x, or `high`.
+  float next(float x) const {
+    float least = high;
+    for (const float y : coordinates) least = y > x && y < least ? y : least;
+    return least;
+  }
+};
+
+// The coordinate of one rank in ascending order, and how many are truly below it.
+struct Ranked {
+  float value = 0;
+  std::uint64_t below = 0;
+};
+
+// Three bins whose edges a sample puts close around the rank: counting finds the bin that holds it, and only that one
+// is ordered, as far as the rank needs (R. W. Floyd and R. L. Rivest, "Expected time bounds for selection",
+// Communications of the ACM 18 (1975)).
+Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
+  std::vector<float> sample = sampled(domain.coordinates, 1024);
+  std::erase_if(sample, [&](float x) { return !domain.holds(x); });
+  std::sort(sample.begin(), sample.end());
+  const double place = static_cast<double>(rank) / static_cast<double>(count) * static_cast<double>(sample.size());
+  const double margin = 2 * std::sqrt(static_cast<double>(sample.size()));
+  const auto edge = [&](double at, float beyond) {
+    if (at < 0 || at >= static_cast<double>(sample.size())) return beyond;
+    return sample[static_cast<std::size_t>(at)];
+  };
+  float from = domain.low;
+  float to = edge(place - margin, domain.low);
+  std::uint64_t below = 0;
+  std::uint64_t inside = domain.between(from, to);
+  for (const float next : {edge(place + margin, domain.high), domain.high}) {
+    if (rank < below + inside) break;
+    below += inside;
+    from = to;
+    to = next;
+    inside = domain.between(from, to);
+  }
+  std::vector<float> bin;
+  bin.reserve(inside);
+  for (const float x : domain.coordinates) {
+    if (x >= from && x < to) bin.push_back(x);
+  }
+  const auto nth = bin.begin() + static_cast<std::ptrdiff_t>(rank - below);
+  std::nth_element(bin.begin(), nth, bin.end());
+  const float value = *nth;
+  const auto less = std::count_if(bin.begin(), nth, [&](float x) { return x < value; });
+  return {value, below + static_cast<std::uint64_t>(less)};
+}
+
+}  // namespace
+
+Gift give_left(std::span<const float> coordinates, std::uint64_t wanted, float low, float high) {
+  const Domain domain{coordinates, low, high};
+  const std::uint64_t count = domain.count();
+  if (wanted == 0 || count == 0) return {low, 0};
+  if (wanted >= count) return {std::nextafter(domain.largest(), kInfinity), count};
+  const Ranked first_kept = ranked(domain, count, wanted);
+  return {first_kept.below == 0 ? low : first_kept.value, first_kept.below};
+}
+
+Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float low, float high) {
+  const Domain domain{coordinates, low, high};
+  const std::uint64_t count = domain.count();
+  if (wanted == 0 || count == 0) return {high, 0};
+  const std::uint64_t kept = count - std::min(wanted, count);
+  const Ranked first_given = ranked(domain, count, kept);
+  if (first_given.below == kept) return {first_given.value, count - kept};
+  // Some at this place have to stay, so all of them do.
+  const float cut = domain.next(first_given.value);
+  return {cut, domain.between(cut, high)};
+}
+
+}  // namespace motes::balance

@@ -1,0 +1,87 @@
+// How particles lie along the axis: counts in bins, quantiles of a sample.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+
+#include "balance/cuts.h"
+#include "balance/sample.h"
+
+namespace motes::balance {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// With a number above it: the end of a half-open bin.
+bool finite(float x) { return std::abs(x) < std::numeric_limits<float>::max(); }
+
+std::vector<float> sorted_sample(std::span<const float> coordinates, std::size_t count) {
+  std::vector<float> sample = sampled(coordinates, count);
+  std::erase_if(sample, [](float x) { return !finite(x); });
+  std::sort(sample.begin(), sample.end());
+  return sample;
+}
+
+// Ascending edges between `least` and `most`. A place that takes more than a bin's part of the sample gets a bin of its
+// own, as narrow as floats allow.
+std::vector<float> edges_between(float least, float most, const std::vector<float>& sample, int bins) {
+  std::vector<float> edges{least};
+  const auto add = [&](float x) {
+    if (x > edges.back() && x <= most) edges.push_back(x);
+  };
+  const auto count = static_cast<std::size_t>(bins);
+  for (std::size_t i = 1; i < count && !sample.empty(); ++i) {
+    const float x = sample[sample.size() * i / count];
+    const bool again = x == edges.back();
+    add(again ? std::nextafter(x, kInfinity) : x);
+  }
+  edges.push_back(most);
+  return edges;
+}
+
+// Counts of what is finite, by a search without branches among the inner edges.
+std::vector<std::uint64_t> counted(std::span<const float> coordinates, const std::vector<float>& edges) {
+  const std::size_t bins = edges.size() - 1;
+  const std::size_t padded = std::bit_ceil(bins);
+  std::vector<float> inner(padded, kInfinity);
+  std::copy(edges.begin() + 1, edges.end() - 1, inner.begin());
+  std::vector<std::uint64_t> counts(padded, 0);
+  for (const float x : coordinates) {
+    std::size_t bin = 0;
+    for (std::size_t half = padded / 2; half > 0; half /= 2) {
+      bin += half * static_cast<std::size_t>(x >= inner[bin + half - 1]);
+    }
+    counts[bin] += static_cast<std::uint64_t>(finite(x));
+  }
+  counts.resize(bins);
+  return counts;
+}
+
+}  // namespace
+
+Histogram histogram(std::span<const float> coordinates, int bins) {
+  float least = kInfinity;
+  float most = -kInfinity;
+  for (const float x : coordinates) {
+    least = finite(x) && x < least ? x : least;
+    most = finite(x) && x > most ? x : most;
+  }
+  if (least > most) return {};
+  bins = std::max(bins, 1);
+  const std::vector<float> sample = sorted_sample(coordinates, 16 * static_cast<std::size_t>(bins));
+  Histogram histogram;
+  histogram.edges = edges_between(least, most, sample, bins);
+  histogram.counts = counted(coordinates, histogram.edges);
+  return histogram;
+}
+
+std::vector<float> quantiles(std::span<const float> coordinates, int quantiles, std::size_t sample) {
+  const std::vector<float> sorted = sorted_sample(coordinates, sample);
+  std::vector<float> result;
+  if (sorted.empty()) return result;
+  const auto parts = static_cast<std::size_t>(std::max(quantiles, 1));
+  for (std::size_t i = 0; i <= parts; ++i) result.push_back(sorted[(sorted.size() - 1) * i / parts]);
+  return result;
+}
+
+}  // namespace motes::balance

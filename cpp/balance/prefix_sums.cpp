@@ -1,0 +1,140 @@
+// All cuts at once from global prefix sums of cost along the axis.
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <stdexcept>
+
+#include "balance/cuts.h"
+
+namespace motes::balance {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// Cost spread evenly over low <= x < high.
+struct Piece {
+  float low, high;
+  double cost;
+};
+
+std::vector<Piece> pieces_of(std::span<const Histogram> histograms, std::span<const double> costs) {
+  std::vector<Piece> pieces;
+  for (std::size_t c = 0; c < histograms.size(); ++c) {
+    const Histogram& h = histograms[c];
+    if (!h.counts.empty() && h.edges.size() != h.counts.size() + 1) {
+      throw std::invalid_argument("edges must be one more than counts, got " + std::to_string(h.edges.size()));
+    }
+    for (std::size_t i = 0; i < h.counts.size(); ++i) {
+      const double cost = static_cast<double>(h.counts[i]) * (costs.empty() ? 1 : costs[c]);
+      if (!(cost > 0)) continue;
+      // The last bin is closed: half-open, it ends at the next number.
+      const bool last = i + 1 == h.counts.size();
+      pieces.push_back({h.edges[i], last ? std::nextafter(h.edges[i + 1], kInfinity) : h.edges[i + 1], cost});
+    }
+  }
+  return pieces;
+}
+
+bool in_order(const std::vector<Piece>& pieces) {
+  for (std::size_t i = 1; i < pieces.size(); ++i) {
+    if (pieces[i].low < pieces[i - 1].high) return false;
+  }
+  return true;
+}
+
+// Numbers that come and go, and their sum: exactly 0 when all are gone, as no number is ever subtracted.
+class ChangingSum {
+ public:
+  explicit ChangingSum(std::size_t count) : leaves_(std::bit_ceil(count)), tree_(2 * leaves_, 0.0) {}
+
+  void set(std::size_t i, double value) {
+    i += leaves_;
+    tree_[i] = value;
+    for (i /= 2; i > 0; i /= 2) tree_[i] = tree_[2 * i] + tree_[2 * i + 1];
+  }
+  double sum() const { return tree_[1]; }
+
+ private:
+  std::size_t leaves_;
+  std::vector<double> tree_;
+};
+
+// The same costs as pieces that do not overlap, in ascending order.
+std::vector<Piece> flattened(const std::vector<Piece>& pieces) {
+  struct Event {
+    float x;
+    bool begins;
+    std::size_t piece;
+  };
+  std::vector<Event> events;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    events.push_back({pieces[i].low, true, i});
+    events.push_back({pieces[i].high, false, i});
+  }
+  std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.x < b.x; });
+  const auto width = [](const Piece& p) { return static_cast<double>(p.high) - static_cast<double>(p.low); };
+  ChangingSum density(std::max<std::size_t>(pieces.size(), 2));
+  std::vector<Piece> flat;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    const Piece& p = pieces[events[i].piece];
+    density.set(events[i].piece, events[i].begins ? p.cost / width(p) : 0.0);
+    if (i + 1 == events.size() || events[i + 1].x == events[i].x) continue;
+    Piece part{events[i].x, events[i + 1].x, 0};
+    part.cost = density.sum() * width(part);
+    if (part.cost > 0) flat.push_back(part);
+  }
+  return flat;
+}
+
+// A walk along the axis: where so much of the cost lies to the left.
+class Walk {
+ public:
+  Walk(const std::vector<Piece>& pieces, double total) : pieces_(pieces), near_(1e-12 * total) {}
+
+  /// Targets ascend from call to call. `before`: where in a gap, as near as the gap allows.
+  float cut(double target, float before) {
+    while (at_ < pieces_.size() && passed_ + pieces_[at_].cost <= target + near_) passed_ += pieces_[at_++].cost;
+    const float gap_low = at_ == 0 ? -kInfinity : pieces_[at_ - 1].high;
+    const float gap_high = at_ == pieces_.size() ? kInfinity : pieces_[at_].low;
+    if (at_ == pieces_.size() || target <= passed_ + near_) return std::clamp(before, gap_low, gap_high);
+    const Piece& p = pieces_[at_];
+    const double width = static_cast<double>(p.high) - static_cast<double>(p.low);
+    const double x = static_cast<double>(p.low) + width * ((target - passed_) / p.cost);
+    return std::clamp(static_cast<float>(x), p.low, p.high);
+  }
+
+ private:
+  const std::vector<Piece>& pieces_;
+  double near_;
+  double passed_ = 0;
+  std::size_t at_ = 0;
+};
+
+}  // namespace
+
+std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<const double> costs,
+                               std::span<const double> shares, std::span<const float> before) {
+  const std::size_t calculators = shares.size();
+  const bool fits = histograms.size() == calculators && before.size() + 1 == calculators &&
+                    (costs.empty() || costs.size() == calculators);
+  if (!fits) throw std::invalid_argument("shares must be one a histogram, got " + std::to_string(calculators));
+  std::vector<float> cuts(before.begin(), before.end());
+  std::vector<Piece> pieces = pieces_of(histograms, costs);
+  if (!in_order(pieces)) pieces = flattened(pieces);
+  const double total =
+      std::accumulate(pieces.begin(), pieces.end(), 0.0, [](double sum, const Piece& p) { return sum + p.cost; });
+  const double parts = std::accumulate(shares.begin(), shares.end(), 0.0);
+  if (!(total > 0) || !(parts > 0)) return cuts;
+  Walk walk(pieces, total);
+  double part = 0;
+  for (std::size_t i = 0; i < cuts.size(); ++i) {
+    part += shares[i];
+    cuts[i] = walk.cut(total * std::min(part / parts, 1.0), before[i]);
+    if (i > 0) cuts[i] = std::max(cuts[i], cuts[i - 1]);
+  }
+  return cuts;
+}
+
+}  // namespace motes::balance

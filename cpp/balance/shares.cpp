@@ -1,0 +1,39 @@
+#include "balance/shares.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace motes::balance {
+
+std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<double>& shares,
+                           const std::vector<double>& costs) {
+  double cost = 0;
+  double parts = 0;
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    cost += static_cast<double>(loads[c].particles) * (costs.empty() ? 1 : costs[c]);
+    parts += shares[c];
+  }
+  std::vector<double> wanted;
+  wanted.reserve(loads.size());
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    wanted.push_back(cost * (shares[c] / parts) / (costs.empty() ? 1 : costs[c]));
+  }
+  return wanted;
+}
+
+double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted) {
+  double most = 0;
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    most = std::max(most, std::abs(static_cast<double>(loads[c].particles) - wanted[c]));
+  }
+  return most;
+}
+
+void check_powers(const std::string& policy, const std::vector<double>& powers, std::size_t calculators) {
+  if (powers.size() == calculators) return;
+  throw std::invalid_argument(policy + ": powers must be " + std::to_string(calculators) +
+                              " numbers, one a calculator, got " + std::to_string(powers.size()));
+}
+
+}  // namespace motes::balance

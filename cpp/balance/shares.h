@@ -1,0 +1,21 @@
+// How far calculators are from the shares they should have.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "balance/load.h"
+
+namespace motes::balance {
+
+/// What each calculator should hold, in particles as they cost in its own domain; costs empty: 1 each.
+std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<double>& shares,
+                           const std::vector<double>& costs);
+
+/// The largest difference between what a calculator holds and should hold, in particles.
+double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted);
+
+/// Throws std::invalid_argument where powers are not one a calculator.
+void check_powers(const std::string& policy, const std::vector<double>& powers, std::size_t calculators);
+
+}  // namespace motes::balance

@@ -1,0 +1,15 @@
+// Cuts stay where they are: the paper's static balancing.
+#pragma once
+
+#include "balance/policy.h"
+
+namespace motes::balance {
+
+class Static : public Policy {
+ public:
+  std::string name() const override { return "Static()"; }
+  Plan plan(const Table&) const override { return {}; }
+  bool moves() const override { return false; }
+};
+
+}  // namespace motes::balance

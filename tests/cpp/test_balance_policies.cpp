@@ -1,0 +1,284 @@
+// The paper's rules of balancing (3.2.5), and what the other policies promise.
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <random>
+#include <stdexcept>
+#include <string>
+
+#include "balance/diffusive.h"
+#include "balance/pairwise.h"
+#include "balance/prefix_cuts.h"
+#include "balance/proportional.h"
+#include "balance/static.h"
+#include "check.h"
+
+using namespace motes::balance;
+
+namespace {
+
+Table table_of(std::vector<Load> loads, std::uint64_t evaluation = 0) {
+  Table table;
+  table.frame = 7;
+  table.evaluation = evaluation;
+  table.system = "snow";
+  table.cuts.resize(loads.empty() ? 0 : loads.size() - 1);
+  table.loads = std::move(loads);
+  return table;
+}
+
+std::vector<Load> loads_of(std::initializer_list<std::uint64_t> counts) {
+  std::vector<Load> loads;
+  for (const std::uint64_t n : counts) loads.push_back({n, static_cast<double>(n) * 1e-6, 1e6});
+  return loads;
+}
+
+std::vector<Load> half_fast(std::size_t calculators, std::uint64_t each) {
+  std::vector<Load> loads;
+  for (std::size_t c = 0; c < calculators; ++c) loads.push_back({each, 0, c < calculators / 2 ? 2e6 : 1e6});
+  return loads;
+}
+
+// Orders as if every donor could give exactly what it should.
+void obey(std::vector<Load>& loads, const Plan& plan) {
+  for (const Order& order : plan.orders) {
+    loads[static_cast<std::size_t>(order.from)].particles -= order.count;
+    loads[static_cast<std::size_t>(order.to)].particles += order.count;
+  }
+}
+
+double after(const Policy& policy, std::vector<Load> loads, int evaluations) {
+  for (int i = 0; i < evaluations; ++i) {
+    const Table table = table_of(loads, static_cast<std::uint64_t>(i));
+    obey(loads, legal(policy.plan(table), table, policy.name()));
+  }
+  return imbalance(loads);
+}
+
+std::string refusal(const Plan& plan, const Table& table) {
+  try {
+    (void)legal(plan, table, "Even()");
+  } catch (const std::invalid_argument& error) {
+    return error.what();
+  }
+  return "";
+}
+
+}  // namespace
+
+TEST(load_is_rescaled_and_speeds_are_smoothed) {
+  CHECK(rescaled(2.0, 100, 150) == 3.0);
+  CHECK(rescaled(2.0, 0, 150) == 2.0);
+  CHECK(rescaled(2.0, 100, 0) == 0.0);
+  Speeds speeds(2, {0.75, 1e-3, 100});
+  CHECK(speeds.of(0) == 0);
+  speeds.add(0, 99, 1.0);                                      // too few
+  speeds.add(0, 1000, 1e-4);                                   // too short
+  speeds.add(0, 1000, 0);                                      // no time
+  speeds.add(0, 1000, std::numeric_limits<double>::quiet_NaN());  // no number
+  CHECK(speeds.of(0) == 0);
+  speeds.add(0, 1000, 0.5);
+  CHECK(speeds.of(0) == 2000);
+  speeds.add(0, 1000, 1.0);
+  CHECK(speeds.of(0) == 0.75 * 2000 + 0.25 * 1000);
+  CHECK(speeds.of(1) == 0);
+}
+
+TEST(unknown_speeds_are_the_mean_of_the_known) {
+  CHECK(complete({{1, 0, 0}, {1, 0, 0}}) == std::vector<double>({1, 1}));
+  CHECK(complete({{1, 0, 0}, {1, 0, 2}, {1, 0, 4}}) == std::vector<double>({3, 2, 4}));
+  CHECK(imbalance({{0, 0, 0}, {0, 0, 0}}) == 1);
+  CHECK(imbalance({}) == 1);
+  CHECK(imbalance({{300, 0, 0}, {100, 0, 0}}) == 1.5);
+  CHECK(imbalance({{300, 0, 3}, {100, 0, 1}}) == 1);
+}
+
+TEST(pairwise_begins_with_the_first_or_the_second_pair) {
+  const Pairwise policy(0.1, 1);
+  const std::vector<Load> loads = loads_of({1000, 0, 1000, 0, 1000});
+  CHECK(policy.plan(table_of(loads, 0)).orders == std::vector<Order>({{0, 1, 500}, {2, 3, 500}}));
+  CHECK(policy.plan(table_of(loads, 0)).evaluated == std::vector<std::int32_t>({0, 2}));
+  CHECK(policy.plan(table_of(loads, 1)).orders == std::vector<Order>({{2, 1, 500}, {4, 3, 500}}));
+  CHECK(policy.plan(table_of(loads, 1)).evaluated == std::vector<std::int32_t>({1, 3}));
+  // Two calculators are one pair, and it is evaluated each time.
+  CHECK(policy.plan(table_of(loads_of({1000, 0}), 1)).orders.size() == 1);
+}
+
+TEST(pairwise_goes_on_with_the_next_pair_where_nothing_is_to_do) {
+  const Plan plan = Pairwise(0.1, 1).plan(table_of(loads_of({1000, 1000, 1000, 0, 500}), 0));
+  CHECK(plan.evaluated == std::vector<std::int32_t>({0, 1, 2}));
+  CHECK(plan.orders == std::vector<Order>({{2, 3, 500}}));
+}
+
+TEST(pairwise_has_a_threshold_and_a_minimum) {
+  const std::vector<Load> loads{{1000, 0, 1}, {750, 0, 1}};
+  CHECK(Pairwise(0.25, 1).plan(table_of(loads)).orders.empty());  // exactly the threshold
+  CHECK(Pairwise(0.249, 1).plan(table_of(loads)).orders == std::vector<Order>({{0, 1, 125}}));
+  CHECK(Pairwise(0.249, 125).plan(table_of(loads)).orders.size() == 1);
+  CHECK(Pairwise(0.249, 126).plan(table_of(loads)).orders.empty());
+  CHECK(Pairwise(0, 0).plan(table_of(loads_of({1000, 1000}))).orders.empty());
+}
+
+TEST(pairwise_shares_by_processing_power) {
+  const Pairwise policy(0.1, 1);
+  std::vector<Load> loads{{100, 0, 3e6}, {500, 0, 1e6}};
+  CHECK(policy.plan(table_of(loads)).orders == std::vector<Order>({{1, 0, 350}}));
+  loads = {{0, 0, 0}, {10'000'000'000, 0, 5e6}};  // unknown: as fast as the others
+  CHECK(policy.plan(table_of(loads)).orders == std::vector<Order>({{1, 0, 5'000'000'000}}));
+}
+
+TEST(policies_do_nothing_where_nothing_is_to_do) {
+  const std::vector<std::shared_ptr<Policy>> policies{std::make_shared<Static>(), std::make_shared<Pairwise>(0.1, 1),
+                                                      std::make_shared<Diffusive>(0.01, 0.8, 1),
+                                                      std::make_shared<PrefixCuts>(0.05, std::vector<double>{}, 1)};
+  for (const auto& policy : policies) {
+    for (const std::vector<Load>& loads :
+         {loads_of({}), loads_of({0}), loads_of({12}), loads_of({0, 0, 0}), loads_of({9, 9, 9, 9})}) {
+      const Table table = table_of(loads);
+      CHECK(policy->plan(table).empty());
+      CHECK(legal(policy->plan(table), table, policy->name()).empty());
+    }
+  }
+}
+
+TEST(pairwise_stalls_on_a_slope_and_diffusion_does_not) {
+  const std::vector<Load> loads = half_fast(16, 200'000);
+  CHECK_NEAR(imbalance(loads), 4.0 / 3, 1e-12);
+  CHECK(after(Pairwise(0.05, 64), loads, 1000) > 1.2);
+  CHECK(after(Diffusive(0.01, 0.8, 64), loads, 1000) < 1.1);
+}
+
+TEST(diffusive_neighbours_decide_as_all_together) {
+  std::mt19937_64 random(3);
+  const Diffusive policy(0.02, 1, 5);
+  CHECK(policy.decentralised());
+  for (int round = 0; round < 200; ++round) {
+    std::vector<Load> loads(2 + random() % 9);
+    for (Load& load : loads) {
+      load.particles = random() % 3 == 0 ? 0 : random() % 10000;
+      load.speed = random() % 4 == 0 ? 0 : 1 + static_cast<double>(random() % 100);
+    }
+    const Table table = table_of(loads);
+    std::vector<Order> orders;
+    for (std::size_t i = 0; i + 1 < loads.size(); ++i) {
+      const Order order = policy.between(static_cast<std::int32_t>(i), loads[i], loads[i + 1]);
+      if (order.count > 0) orders.push_back(order);
+    }
+    const Plan plan = policy.plan(table);
+    CHECK(plan.orders == orders);
+    CHECK(legal(plan, table, "").orders == orders);  // nobody gives more than it has
+  }
+}
+
+TEST(diffusive_is_stable_for_any_speeds) {
+  std::vector<Load> loads;
+  for (int c = 0; c < 9; ++c) loads.push_back({100'000, 0, c % 2 == 0 ? 1e7 : 1e5});
+  CHECK(after(Diffusive(0.001, 1, 1), loads, 400) < 1.1);
+}
+
+TEST(prefix_cuts_asks_for_shares_above_its_threshold) {
+  const std::vector<Load> loads{{300, 0, 3e6}, {110, 0, 1e6}};
+  CHECK(PrefixCuts(0.1, {}, 1).plan(table_of(loads)).shares.empty());
+  CHECK(PrefixCuts(0.04, {}, 1).plan(table_of(loads)).shares == std::vector<double>({3e6, 1e6}));
+  CHECK(PrefixCuts(0.04, {}, 100).plan(table_of(loads)).shares.empty());
+  // With powers, a slow place is dear: calculator 1 has the same machine and takes three times as long a particle.
+  const Plan plan = PrefixCuts(0.04, {2, 2, 2}, 1).plan(table_of({{300, 0, 3e6}, {300, 0, 1e6}, {0, 0, 0}}));
+  CHECK(plan.shares == std::vector<double>({2, 2, 2}));
+  CHECK_NEAR(plan.costs[1] / plan.costs[0], 3, 1e-12);
+  CHECK_NEAR(plan.costs[2] / plan.costs[0], 2, 1e-12);
+  const PrefixCuts three(0.1, {1, 1, 1}, 1);
+  CHECK_THROWS(three.plan(table_of(loads)), std::invalid_argument);
+}
+
+TEST(proportional_keeps_fixed_shares) {
+  const Proportional policy({2, 1, 0}, 0.1, 10);
+  CHECK(policy.plan(table_of(loads_of({205, 95, 0}))).shares.empty());
+  CHECK(policy.plan(table_of(loads_of({180, 120, 0}))).shares == std::vector<double>({2, 1, 0}));
+  CHECK(policy.plan(table_of(loads_of({200, 91, 9}))).shares.empty());
+  CHECK(!policy.plan(table_of(loads_of({200, 88, 12}))).shares.empty());
+  CHECK_THROWS(policy.check(2), std::invalid_argument);
+}
+
+TEST(legal_nets_orders_and_limits_donors) {
+  const Table table = table_of(loads_of({100, 50, 10}));
+  Plan plan;
+  plan.orders = {{1, 0, 30}, {0, 1, 40}, {1, 2, 45}, {1, 2, 45}};
+  CHECK(legal(plan, table, "").orders == std::vector<Order>({{0, 1, 10}, {1, 2, 50}}));
+  plan.orders = {{1, 0, 60}, {1, 2, 40}};
+  CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 30}, {1, 2, 20}}));
+  constexpr std::uint64_t most = std::numeric_limits<std::uint64_t>::max();
+  plan.orders = {{1, 0, most}, {1, 0, most}, {1, 2, most}};
+  CHECK(legal(plan, table, "").orders == std::vector<Order>({{1, 0, 25}, {1, 2, 25}}));
+  plan.orders = {{0, 1, 0}};
+  CHECK(legal(plan, table, "").empty());
+}
+
+TEST(legal_makes_shares_parts_of_one) {
+  const Table table = table_of(loads_of({100, 50, 10}));
+  Plan plan;
+  plan.shares = {1e308, 0, 1e308};
+  CHECK(legal(plan, table, "").shares == std::vector<double>({0.5, 0, 0.5}));
+  plan.shares = {1e-320, 3e-320, 0};
+  CHECK_NEAR(legal(plan, table, "").shares[1], 0.75, 1e-3);
+  CHECK(legal(plan, table_of(loads_of({0, 0, 0})), "").empty());
+}
+
+TEST(legal_refuses_what_has_no_meaning) {
+  const Table table = table_of(loads_of({100, 50, 10}));
+  Plan plan;
+  plan.shares = {1, 2};
+  CHECK(refusal(plan, table) == "Even(), frame 7: shares must be 3 numbers, one a calculator, got 2");
+  plan.shares = {1, -2, 1};
+  CHECK(refusal(plan, table) == "Even(), frame 7: shares must be finite and >= 0, got -2");
+  plan.shares = {1, std::nan(""), 1};
+  CHECK(!refusal(plan, table).empty());
+  plan.shares = {1, std::numeric_limits<double>::infinity(), 1};
+  CHECK(!refusal(plan, table).empty());
+  plan.shares = {0, 0, 0};
+  CHECK(!refusal(plan, table).empty());
+  plan.shares = {1, 1, 1};
+  plan.costs = {1, 1};
+  CHECK(!refusal(plan, table).empty());
+  plan.costs.clear();
+  plan.orders = {{0, 1, 5}};
+  CHECK(!refusal(plan, table).empty());
+  plan.shares.clear();
+  for (const Order& wrong : {Order{0, 2, 5}, Order{1, 1, 5}, Order{-1, 0, 5}, Order{2, 3, 5}}) {
+    plan.orders = {wrong};
+    CHECK(refusal(plan, table).find("Even(), frame 7: orders must be between neighbours") == 0);
+  }
+}
+
+TEST(a_plan_for_all_systems_is_divided_among_them) {
+  Plan plan;
+  plan.orders = {{0, 1, 60}, {2, 1, 10}};
+  const Plan part = part_of(plan, loads_of({25, 5, 0}), loads_of({100, 50, 10}));
+  CHECK(part.orders == std::vector<Order>({{0, 1, 15}}));
+  constexpr std::uint64_t many = 10'000'000'000'000;
+  plan.orders = {{0, 1, many / 3}};
+  CHECK(part_of(plan, loads_of({many / 4, 0}), loads_of({many, 0})).orders[0].count == many / 3 / 4);
+}
+
+TEST(planning_for_4096_calculators_is_quick) {
+  std::mt19937_64 random(11);
+  std::vector<Load> loads;
+  std::vector<double> powers;
+  for (int c = 0; c < 4096; ++c) {
+    loads.push_back({random() % 1'000'000, 0, 1e6 * static_cast<double>(1 + random() % 8)});
+    powers.push_back(1);
+  }
+  const Table table = table_of(loads);
+  const std::vector<std::shared_ptr<Policy>> policies{
+      std::make_shared<Pairwise>(0.1, 1), std::make_shared<Diffusive>(0.01, 0.8, 1),
+      std::make_shared<PrefixCuts>(0.05, powers, 1), std::make_shared<Proportional>(powers, 0.05, 1)};
+  for (const auto& policy : policies) {
+    double best = 1;
+    for (int round = 0; round < 5; ++round) {
+      const auto begin = std::chrono::steady_clock::now();
+      CHECK(!legal(policy->plan(table), table, policy->name()).empty());
+      best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
+    }
+    CHECK(best < 0.01);
+  }
+}

@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-__all__ = ["load_row", "rows", "write_log"]
+__all__ = ["load_row", "moving_spot", "rows", "write_log"]
 
 
 def rows(path: Path, table: Iterable[dict[str, Any]], *, mode: str = "w", pad: int = 256) -> None:
@@ -80,4 +80,67 @@ def write_log(
         folder / "events.jsonl",
         [{"frame": 0, "kind": "start", "text": ""}, {"frame": last, "kind": "end", "text": ""}],
     )
+    return folder
+
+
+def moving_spot(folder: Path, *, frames: int = 40, calculators: int = 4, particles: int = 40_000) -> Path:
+    """Write a log in which a cloud of particles wanders and cuts follow it, half of the way a frame.
+
+    The last calculator has half the speed, and all files that a log can have are there.
+    """
+    import numpy as np
+
+    ranks = [rank + 2 for rank in range(calculators)]
+    factors = [1.0] * (calculators - 1) + [0.5]
+    wanted = np.cumsum(factors)[:-1] / sum(factors)
+    cuts = np.linspace(-10, 10, calculators + 1)[1:-1]
+    rest = np.random.default_rng(7).normal(0, 2, particles)
+    load, balance, density, spans, seconds = [], [], [], {rank: [] for rank in range(calculators + 2)}, 0.0
+    for frame in range(frames):
+        x = np.sort(rest + 6 * np.sin(frame / 8))
+        new = cuts + 0.5 * (np.quantile(x, wanted) - cuts)
+        ends = np.searchsorted(x, [-np.inf, *cuts, np.inf])
+        counts, longest = np.diff(ends), 0.0
+        for i, rank in enumerate(ranks):
+            n, took = int(counts[i]), float(counts[i] / (4e6 * factors[i]))
+            longest = max(longest, took)
+            row = load_row(frame, "cloud", rank, n_start=n, n_end=n, t_compute_s=took, t_rescaled_s=took)
+            row |= {"speed": n / took if n else 0.0, "sent": n // 100, "received": n // 100}
+            row |= {"bytes_sent": 41 * (n // 100), "t_exchange_s": 0.0004, "t_wait_s": 0.0005}
+            row |= {"domain_lo": float(cuts[i - 1]) if i else None}
+            load.append(row | {"domain_hi": float(cuts[i]) if i < calculators - 1 else None})
+            mine = x[ends[i] : ends[i + 1]]
+            points = np.quantile(mine, np.linspace(0, 1, 17)).tolist() if n else [None] * 17
+            named = {f"x_q{k:02d}": value for k, value in enumerate(points)}
+            density.append({"frame": frame, "system": "cloud", "rank": rank, "n": n, **named})
+        for i, (before, after) in enumerate(zip(cuts, new, strict=True)):
+            moved = int(np.searchsorted(x, before) - np.searchsorted(x, after))
+            sides = {"left_rank": ranks[i], "right_rank": ranks[i + 1], "n_left": int(counts[i])}
+            sides |= {"n_right": int(counts[i + 1]), "ordered": moved + 3 * (moved > 0), "given": moved}
+            cut = {"cut_before": float(before), "cut_after": float(after), "policy": "Pairwise"}
+            balance.append({"frame": frame, "system": "cloud", **sides, **cut})
+        for rank in spans:
+            took = load[-calculators + rank - 2]["t_compute_s"] if rank in ranks else 0.0
+            stations = [("create", 0.0003), ("act", took), ("report", longest - took + 0.0002)]
+            stations += [
+                ("exchange", 0.0004),
+                ("balance", 0.0003),
+                ("render", 0.0012 if rank < 1 else 0.0005),
+            ]
+            at = seconds
+            for phase, length in stations:
+                system = "cloud" if phase == "act" else ""
+                spans[rank].append({"frame": frame, "phase": phase, "system": system, "start_s": at})
+                at += length
+                spans[rank][-1]["end_s"] = at
+        seconds += longest + 0.0025
+        cuts = new
+    facts = {"balancer": "Pairwise(threshold=0.1)", "space": [-10, 10], "axis": "x", "clock": "cpu"}
+    facts |= {"ranks": [{"rank": rank, "host": "h"} for rank in spans]}
+    facts |= {"speeds": {str(ranks[-1]): 0.5}}
+    write_log(folder, load, facts=facts, t_frame_s=seconds / frames)
+    rows(folder / "balance.jsonl", balance, pad=512)
+    rows(folder / "density.jsonl", density, pad=1024)
+    for rank, table in spans.items():
+        rows(folder / f"spans.r{rank:04d}.jsonl", table)
     return folder

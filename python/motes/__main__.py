@@ -1,4 +1,4 @@
-"""The command line: `python -m motes run | doctor | bench`."""
+"""The command line: `python -m motes run | doctor | bench | watch | report`."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from . import doctor, launch
+from .analysis import report, watch
 from .errors import MotesError
 
 __all__ = ["main"]
@@ -32,6 +33,10 @@ def main(argv: Sequence[str] | None = None) -> int:
         arguments = _parser().parse_args(words)
         if arguments.command == "doctor":
             return doctor.main(as_json=arguments.json)
+        if arguments.command == "watch":
+            return watch.main(arguments.run, once=arguments.once, wait_s=arguments.wait)
+        if arguments.command == "report":
+            return report.main(arguments.run, output=arguments.output, as_json=arguments.json)
         _parser().print_help()
         return 2
     except MotesError as error:
@@ -47,6 +52,16 @@ def _parser() -> argparse.ArgumentParser:
     check.add_argument("--json", action="store_true", help="print one JSON object")
     if _has("bench"):
         commands.add_parser("bench", help="measure this machine")
+    live = commands.add_parser("watch", help="show a run while it goes on, from its log")
+    live.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
+    live.add_argument("--once", action="store_true", help="show what there is now, and end")
+    live.add_argument(
+        "--wait", type=float, default=10.0, metavar="S", help="seconds to wait for the log (10)"
+    )
+    page = commands.add_parser("report", help="write a run's summary and plots as one HTML file")
+    page.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
+    page.add_argument("-o", "--output", metavar="FILE", help="where to (RUN/report.html)")
+    page.add_argument("--json", action="store_true", help="print the figures as one JSON object")
     return parser
 
 

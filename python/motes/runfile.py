@@ -6,6 +6,7 @@ import hashlib
 import json
 import os
 import platform
+import socket
 import sys
 import time
 from collections.abc import Sequence
@@ -43,6 +44,8 @@ def write_run(
         "simd": _core.simd(),
         "machine": platform.machine(),
         "cores": os.cpu_count(),
+        "host": socket.gethostname(),
+        "pid": os.getpid(),
     }
     files.write_whole(Path(directory) / "run.json", (json.dumps(run, indent=1) + "\n").encode())
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import os
 from collections.abc import Mapping
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,8 @@ from .tables import frame_of, read_facts, read_table
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
+
+    from .plots import Plots
 
 __all__ = ["Run", "open_run"]
 
@@ -94,6 +97,7 @@ class Run:
         """Forget what was read, so that a run that goes on is read anew; returns itself."""
         self._read.clear()
         self._torn.clear()
+        self.__dict__.pop("plot", None)
         return self
 
     # --- facts
@@ -198,7 +202,33 @@ class Run:
             "moved_to_balance": int(self.balance["given"].abs().sum()),
         }
 
+    def warnings(self) -> list[str]:
+        """Return sentences on what a reader of this run should know first."""
+        from .summary import warnings
+
+        return warnings(self)
+
+    # --- pictures and ways out
+
+    @cached_property
+    def plot(self) -> Plots:
+        """Plots: `run.plot.imbalance()`, `run.plot.heatmap("n_end")`, ...; each returns a matplotlib Axes."""
+        from .plots import Plots
+
+        return Plots(self)
+
+    def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
+        """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters."""
+        from .trace import write_trace
+
+        return write_trace(self, path)
+
     def __repr__(self) -> str:
         """Show name, size and balancer."""
         where = self.name if self.path is None else str(self.path)
         return f"<Run {where}: {self.ranks} ranks, {len(self.frames)} frames, {self.balancer}>"
+
+    def _repr_html_(self) -> str:
+        from .summary import html
+
+        return html(self)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import glob
 import os
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
@@ -14,6 +15,8 @@ from .run import Run, open_run
 
 if TYPE_CHECKING:
     from pandas import DataFrame
+
+    from .plots_runs import RunsPlots
 
 __all__ = ["Runs", "configuration", "open_runs"]
 
@@ -164,9 +167,21 @@ class Runs(Sequence[Run]):
         same = [other for other in same if (len(other.calculators), other.ranks) == fewest]
         return max(same, key=lambda other: _seconds(other, len(other.frames)))
 
+    @cached_property
+    def plot(self) -> RunsPlots:
+        """Plots of many runs: `runs.plot.speedup()`, ...; each returns a matplotlib Axes."""
+        from .plots_runs import RunsPlots
+
+        return RunsPlots(self)
+
     def __repr__(self) -> str:
         """Show the runs."""
         return f"<{len(self)} runs: {', '.join(run.name for run in self)}>"
+
+    def _repr_html_(self) -> str:
+        from .summary import runs_html
+
+        return runs_html(self)
 
 
 def _seconds(run: Run, frames: int) -> float:

@@ -57,6 +57,8 @@ class Follower:
     def __init__(self, path: Path) -> None:
         """Take the file; it need not exist yet."""
         self.path = path
+        self.restarted = False
+        """Whether the file was begun anew before the last call: another run writes the same log."""
         self._offset = 0
         self._line = 0
 
@@ -64,6 +66,9 @@ class Follower:
         """Return what is new; nothing where the file is not there yet."""
         try:
             with self.path.open("rb") as file:
+                self.restarted = file.seek(0, 2) < self._offset
+                if self.restarted:
+                    self._offset = self._line = 0
                 file.seek(self._offset)
                 text = file.read()
         except FileNotFoundError:

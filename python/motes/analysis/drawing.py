@@ -1,0 +1,146 @@
+"""How plots look: colours for colour-blind readers too, axes with units, nothing shown by itself."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, Literal
+
+from . import extras
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = [
+    "HEAT",
+    "PALETTE",
+    "PHASES",
+    "SIGNED",
+    "axes",
+    "cells",
+    "finish",
+    "integer_frames",
+    "new_axes",
+    "note",
+    "of_phase",
+    "of_rank",
+]
+
+# Okabe and Ito, "Color Universal Design" (2008), without black and in an order that keeps neighbours apart.
+PALETTE = ("#0072B2", "#E69F00", "#009E73", "#CC79A7", "#56B4E9", "#D55E00", "#F0E442")
+HEAT = "cividis"
+SIGNED = "PuOr"
+
+PHASES = {
+    "create": "#56B4E9",
+    "act": "#0072B2",
+    "compute": "#0072B2",
+    "report": "#D9D9D9",
+    "wait": "#D9D9D9",
+    "exchange": "#E69F00",
+    "balance": "#CC79A7",
+    "render": "#009E73",
+    "image": "#009E73",
+    "rest": "#F7F3E3",
+}
+"""Colours of the frame's phases; what only waits is grey."""
+
+_INK = "#333333"
+
+
+def of_phase(phase: str) -> str:
+    """Return a phase's colour; one that has none of its own gets one by its name."""
+    if phase in PHASES:
+        return PHASES[phase]
+    return PALETTE[sum(phase.encode()) % len(PALETTE)]
+
+
+def of_rank(position: int) -> str:
+    """Return the colour of the calculator at this position."""
+    return PALETTE[position % len(PALETTE)]
+
+
+def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
+    """Return the axes to draw on, new ones where the user gave none."""
+    if ax is not None:
+        return ax
+    pyplot = extras.matplotlib("matplotlib.pyplot")
+    made: Axes = pyplot.subplots(figsize=size, layout="constrained")[1]
+    return made
+
+
+def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, list[Axes]]:
+    """Make a figure that pyplot does not know of, and its axes; for pages that embed it."""
+    figure = extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
+    made = figure.subplots(rows, columns, squeeze=False, **options)
+    return figure, list(made.ravel())
+
+
+def finish(
+    ax: Axes,
+    *,
+    title: str = "",
+    x: str = "frame",
+    y: str = "",
+    grid: Literal["x", "y", ""] = "y",
+    legend: Any = None,
+) -> Axes:
+    """Label the axes and take away what is no data."""
+    ax.set_xlabel(x)
+    ax.set_ylabel(y)
+    if title:
+        ax.set_title(title, loc="left", fontsize="medium", color=_INK)
+    for side in ("top", "right"):
+        ax.spines[side].set_visible(False)
+    if grid:
+        ax.grid(True, axis=grid, alpha=0.3, linewidth=0.6)
+        ax.set_axisbelow(True)
+    if legend:
+        options = legend if isinstance(legend, dict) else {}
+        ax.legend(**{"frameon": False, "fontsize": "small", **options})
+    return ax
+
+
+def integer_frames(ax: Axes) -> None:
+    """Have ticks at whole frames only."""
+    ax.xaxis.set_major_locator(extras.matplotlib("matplotlib.ticker").MaxNLocator(integer=True))
+
+
+def note(ax: Axes, text: str) -> None:
+    """Write a remark inside the axes, at the top."""
+    box = {"facecolor": "white", "alpha": 0.8, "edgecolor": "none", "pad": 2}
+    place: dict[str, Any] = {"transform": ax.transAxes, "ha": "right", "va": "top"}
+    ax.text(0.99, 0.97, text, fontsize="x-small", color=_INK, bbox=box, **place)
+
+
+def cells(ax: Axes, table: Any, *, label: str, names: Sequence[str], signed: bool = False) -> None:
+    """Draw a table of frames x things as coloured cells with their scale; one row of cells a thing.
+
+    The scale ends where all but the largest half percent of the values end, if those stand far out: one
+    interrupted frame would otherwise darken all others.
+    """
+    import numpy as np
+
+    colors = extras.matplotlib("matplotlib.colors")
+    values = np.ma.masked_invalid(table.to_numpy(dtype=float).T)
+    low, high = (float(values.min()), float(values.max())) if values.count() else (0.0, 1.0)
+    usual = float(np.percentile(np.abs(values.compressed()), 99.5)) if values.count() else 1.0
+    reach = max(abs(low), abs(high)) or 1.0
+    far_out = 0 < 1.5 * usual < reach
+    reach = usual if far_out else reach
+    norm = colors.Normalize(-reach if signed else min(low, 0.0), reach)
+    frames = table.index.to_numpy(dtype=float)
+    edges = np.concatenate([frames - 0.5, frames[-1:] + 0.5])
+    mesh = ax.pcolormesh(
+        edges,
+        np.arange(len(names) + 1) - 0.5,
+        values,
+        cmap=SIGNED if signed else HEAT,
+        norm=norm,
+        rasterized=True,
+    )
+    few = max(1, -(-len(names) // 16))
+    ax.set_yticks(range(0, len(names), few), list(names)[::few])
+    extend = ("both" if signed else "max") if far_out else "neither"
+    bar = ax.figure.colorbar(mesh, ax=ax, pad=0.01, extend=extend)
+    bar.set_label(label)
+    bar.outline.set_visible(False)

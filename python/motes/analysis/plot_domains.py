@@ -1,0 +1,94 @@
+"""Draws domains over time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from . import drawing
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame
+
+__all__ = ["draw_domains"]
+
+
+def draw_domains(
+    ax: Axes, load: DataFrame, calculators: Sequence[int], density: DataFrame | None, space: Any
+) -> None:
+    """Draw one system's domains: bands, cuts, and where its particles are."""
+    left = load.pivot_table(index="frame", columns="rank", values="domain_lo", dropna=False)
+    frames = left.index.to_numpy(dtype=float)
+    ranks = [rank for rank in calculators if rank in set(load["rank"])]
+    right = load.pivot_table(index="frame", columns="rank", values="domain_hi", dropna=False)
+    low = left.reindex(columns=ranks).to_numpy(dtype=float)
+    high = right.reindex(columns=ranks).to_numpy(dtype=float)
+    bottom, top = _limits(high[:, :-1], density, space)
+    # A frame's domain holds for the whole frame, so the last one gets its width too.
+    at = np.append(frames, frames[-1] + 1)
+    for i, rank in enumerate(ranks):
+        below = _held(np.where(np.isnan(low[:, i]), -np.inf if i == 0 else np.nan, low[:, i]), bottom, top)
+        above = _held(
+            np.where(np.isnan(high[:, i]), np.inf if i == len(ranks) - 1 else np.nan, high[:, i]), bottom, top
+        )
+        color = drawing.of_rank(i)
+        ax.fill_between(at, below, above, step="post", color=color, alpha=0.22, linewidth=0)
+        if i > 0:
+            cut = np.append(low[:, i], low[-1, i])
+            ax.step(at, cut, where="post", color="#333333", linewidth=1.0)
+        if density is not None:
+            _particles(ax, density[density["rank"] == rank], color)
+        if len(ranks) <= 16 and above[-1] - below[-1] > 0.025 * (top - bottom):
+            ax.annotate(
+                f"rank {rank}",
+                (at[-1], (below[-1] + above[-1]) / 2),
+                xytext=(4, 0),
+                textcoords="offset points",
+                va="center",
+                fontsize="small",
+                color="#333333",
+                annotation_clip=False,
+            )
+    outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
+    if outside:
+        drawing.note(ax, f"{outside} cut{'s' if outside > 1 else ''} far outside")
+    ax.set_xlim(at[0], at[-1])
+    ax.set_ylim(bottom, top)
+    drawing.integer_frames(ax)
+
+
+def _held(ends: np.ndarray, bottom: float, top: float) -> np.ndarray:
+    clipped = np.clip(ends, bottom, top)
+    return np.append(clipped, clipped[-1])
+
+
+def _particles(ax: Axes, density: DataFrame, color: str) -> None:
+    density = density.sort_values("frame")
+    at = density["frame"].to_numpy(dtype=float) + 0.5
+    quartiles = [density[name].to_numpy(dtype=float) for name in ("x_q04", "x_q08", "x_q12")]
+    ax.fill_between(at, quartiles[0], quartiles[2], color=color, alpha=0.45, linewidth=0)
+    ax.plot(at, quartiles[1], color=color, linewidth=1.4)
+
+
+def _limits(cuts: np.ndarray, density: DataFrame | None, space: Any) -> tuple[float, float]:
+    """Where to look: at the particles, and at cuts near them; the paper's infinite space is mostly empty."""
+    seen: list[float] = []
+    if density is not None and density["x_q00"].notna().any():
+        # Not the outermost particles: one stray would make all others a line.
+        seen = [float(density["x_q01"].min()), float(density["x_q15"].max())]
+        reach = seen[1] - seen[0] or 1.0
+        seen = [seen[0] - 0.1 * reach, seen[1] + 0.1 * reach]
+        near = cuts[(cuts > seen[0] - 0.5 * reach) & (cuts < seen[1] + 0.5 * reach)]
+        seen += [float(near.min()), float(near.max())] if near.size else []
+    elif isinstance(space, tuple):
+        seen = [*space, float(np.nanmin(cuts, initial=space[0])), float(np.nanmax(cuts, initial=space[1]))]
+    elif cuts.size:
+        moved = cuts[cuts != cuts[0]]
+        values = moved if moved.size else cuts[np.isfinite(cuts)]
+        seen = [float(values.min()), float(values.max())] if values.size else []
+    low, high = (min(seen), max(seen)) if seen else (-1.0, 1.0)
+    margin = 0.06 * (high - low) or 1.0
+    return low - margin, high + margin

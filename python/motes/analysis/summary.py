@@ -1,0 +1,148 @@
+"""What a run looks like at a glance: sentences that warn, and HTML for notebooks and reports."""
+
+from __future__ import annotations
+
+import base64
+import html as _html
+import io
+import math
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+from . import drawing, measures
+
+if TYPE_CHECKING:
+    from .run import Run
+    from .runs import Runs
+
+__all__ = ["STYLE", "html", "image", "runs_html", "summary_table", "warnings"]
+
+STYLE = """
+.motes { font: 14px/1.45 system-ui, sans-serif; }
+.motes table { border-collapse: collapse; margin: 0.4em 0; }
+.motes td, .motes th { padding: 2px 14px 2px 0; text-align: left; vertical-align: top; }
+.motes th { font-weight: normal; opacity: 0.65; white-space: nowrap; }
+.motes .warning { border-left: 3px solid #E69F00; padding: 1px 0 1px 9px; margin: 4px 0; }
+.motes img { max-width: 100%; background: white; }
+"""
+
+
+def warnings(run: Run) -> list[str]:
+    """Return sentences on what a reader of this run should know first."""
+    return [text for rule in _RULES for text in rule(run)]
+
+
+def _ending(run: Run) -> Iterable[str]:
+    if not run.finished:
+        n = len(run.frames)
+        yield f"The run did not come to its end: killed, or still going on. {n} frames are whole."
+    for path in run.torn:
+        yield f"The last line of {path.name} was torn and is left out."
+
+
+def _events(run: Run) -> Iterable[str]:
+    dropped = run.frames["dropped"].max() if len(run.frames) else 0
+    if dropped > 0:
+        yield f"{int(dropped)} births were dropped: capacities were reached."
+    others = run.events[~run.events["kind"].isin(["start", "end", "births_dropped"])]
+    for kind, n in others["kind"].value_counts().items():
+        yield f"{n} event{'s' if n > 1 else ''} of kind {kind}: see run.events."
+
+
+def _machine(run: Run) -> Iterable[str]:
+    if run.speeds:
+        told = ", ".join(f"rank {rank}: {factor:g}" for rank, factor in run.speeds.items())
+        yield f"Ranks were slowed down on purpose (MOTES_SPEEDS): {told}."
+    cores = run.facts.get("cores")
+    if cores and len(set(run.hosts.values())) == 1 and run.ranks > int(cores):
+        yield f"{run.ranks} ranks shared {cores} cores: times on the wall clock tell of that too."
+
+
+def _balance(run: Run) -> Iterable[str]:
+    load = run.load
+    if load.empty:
+        return
+    held = measures.by_rank(load, "n_end").sum()
+    idle = [str(rank) for rank in held.index if held[rank] == 0]
+    if idle and len(idle) < len(held):
+        yield f"Without a particle in all frames: rank{'s' if len(idle) > 1 else ''} {', '.join(idle)}."
+    late = measures.imbalance(load).tail(max(len(run.frames) // 2, 1)).mean()
+    if run.balancer.startswith("Static") and late > 1.25:
+        yield (
+            f"Cuts were static, and the slowest calculator took {late:.2f} times the mean: with perfect "
+            f"balance compute would take {1 / late:.0%} of its time."
+        )
+
+
+_RULES = (_ending, _events, _machine, _balance)
+
+
+# --- HTML
+
+
+def html(run: Run) -> str:
+    """Return a summary for notebooks: figures in words, warnings, imbalance and domains as a picture."""
+    parts = [f"<style>{STYLE}</style><div class='motes'>", f"<b>Run {_escape(run.name)}</b>"]
+    parts.append(summary_table(run))
+    parts += [f"<div class='warning'>{_escape(text)}</div>" for text in warnings(run)]
+    if len(run.load):
+        parts.append(_inline_figure(run))
+    return "".join(parts) + "</div>"
+
+
+def summary_table(run: Run) -> str:
+    """Return the run's figures as an HTML table."""
+    told = run.summary()
+    space = told["space"] if isinstance(told["space"], str) else "[{:g}, {:g}] m".format(*told["space"])
+    rows = [
+        ("ranks", f"{told['ranks']}, of them {told['calculators']} calculators"),
+        ("balancer", told["balancer"]),
+        ("space", space),
+        ("systems", ", ".join(run.systems)),
+        ("frames", f"{told['frames']} in {told['wall_s']:.3g} s, {_number(told['frames_per_s'])} a second"),
+        ("particles", f"{told['particles']:,} at most".replace(",", " ")),
+        ("imbalance", f"{_number(told['mean_imbalance'])} (mean of largest / mean; efficiency "
+         f"{_number(told['mean_efficiency'])})"),
+        ("exchanged", f"{_number(told['exchanged_per_frame'])} particles a frame, "
+         f"{_number(told['exchanged_bytes_per_frame'] / 1024)} KiB"),
+    ]  # fmt: skip
+    if told["moved_to_balance"]:
+        rows.append(("given to balance", f"{told['moved_to_balance']:,} particles in all".replace(",", " ")))
+    cells = (f"<tr><th>{name}</th><td>{_escape(str(text))}</td></tr>" for name, text in rows)
+    return f"<table>{''.join(cells)}</table>"
+
+
+def _number(value: float) -> str:
+    return "unknown" if math.isnan(value) else f"{value:.3g}" if abs(value) < 1000 else f"{value:,.0f}"
+
+
+def _escape(text: str) -> str:
+    return _html.escape(text)
+
+
+def _inline_figure(run: Run) -> str:
+    try:
+        figure, (left, right) = drawing.new_axes(1, 2, (10, 2.9))
+    except ImportError as error:
+        return f"<div class='warning'>{_escape(str(error))}</div>"
+    run.plot.imbalance(ax=left)
+    run.plot.domains(ax=right)
+    return image(figure)
+
+
+def image(figure: Any, *, dpi: int = 110) -> str:
+    """Return a figure as an inline HTML picture."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=dpi)
+    text = base64.b64encode(buffer.getvalue()).decode()
+    return f'<img alt="" width="{figure.get_figwidth() * 72:.0f}" src="data:image/png;base64,{text}">'
+
+
+def runs_html(runs: Runs) -> str:
+    """Return a table of several runs for notebooks."""
+    if not len(runs):
+        return "<p>no runs</p>"
+    columns = ["configuration", "balancer", "ranks", "calculators", "frames", "frames_per_s"]
+    columns += ["particles", "mean_imbalance", "mean_efficiency", "finished"]
+    table = runs.table[columns]
+    return str(table.to_html(float_format=lambda value: f"{value:.3g}", border=0))

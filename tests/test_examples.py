@@ -20,7 +20,11 @@ NAMES = ("snow", "fountain")
 ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
 
 
-GALLERY = {"fireworks": (2, 600, 60), "tornado": (2, 2000, 40)}  # systems, particles of each, frames
+GALLERY = {
+    "fireworks": (2, 600, 60),
+    "tornado": (2, 2000, 40),
+    "bounce_toy": (3, 1000, 40),
+}  # systems, particles of each, frames
 
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:

@@ -24,17 +24,36 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
   return watch;
 }
 
-std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles, std::uint64_t seed,
-                                    double dt, int substeps, bool digest, const std::string& log,
-                                    std::vector<std::string> hosts, py::function while_waiting, py::function describe,
+// Named facts of a run, as World gives them.
+frame::Options make_options(const py::dict& facts) {
+  frame::Options options;
+  options.seed = facts["seed"].cast<std::uint64_t>();
+  options.dt = facts["dt"].cast<double>();
+  options.substeps = facts["substeps"].cast<int>();
+  options.digest = facts["digest"].cast<bool>();
+  options.log = facts["log"].cast<std::string>();
+  options.hosts = facts["hosts"].cast<std::vector<std::string>>();
+  if (!facts["policy"].is_none()) options.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
+  const auto combine = facts["combine"].cast<std::string>();
+  options.combine = combine == "one_by_one"  ? frame::Combine::one_by_one
+                    : combine == "overlapped" ? frame::Combine::overlapped
+                                              : frame::Combine::together;
+  options.wall_clock = facts["clock"].cast<std::string>() == "wall";
+  options.speed = facts["speed"].cast<double>();
+  options.spans = facts["spans"].cast<bool>();
+  return options;
+}
+
+std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles,
+                                    const py::dict& facts, py::function while_waiting, py::function describe,
                                     double stall_s) {
   auto [manager, image_generator, calculators] = roles;
   roles::Cast cast{manager, image_generator, std::move(calculators)};
   comm::Watch watch = make_watch(std::move(while_waiting), std::move(describe), stall_s);
+  frame::Options options = make_options(facts);
   const py::gil_scoped_release release;
   auto communicator = std::make_unique<comm::Communicator>(comm, std::move(watch));
   roles::check(cast, communicator->size());
-  frame::Options options{seed, dt, substeps, digest, log, std::move(hosts)};
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(options));
 }
 
@@ -111,8 +130,7 @@ std::string combined(const std::vector<particles::Digest>& systems) { return par
 
 void bind_engine(py::module_& m) {
   py::class_<Engine>(m, "Engine")
-      .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("seed"), py::arg("dt"),
-           py::arg("substeps"), py::arg("digest"), py::arg("log"), py::arg("hosts"), py::arg("while_waiting"),
+      .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("facts"), py::arg("while_waiting"),
            py::arg("describe"), py::arg("stall_s"))
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
            py::arg("sprite"), py::arg("attributes"))

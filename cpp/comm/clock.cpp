@@ -15,4 +15,10 @@ double cpu_seconds() {
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
+void spend(double seconds) {
+  const double until = cpu_seconds() + seconds;
+  while (cpu_seconds() < until) {
+  }
+}
+
 }  // namespace motes::comm

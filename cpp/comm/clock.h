@@ -9,4 +9,7 @@ double wall_seconds();
 /// Seconds of processor time that this thread has used. Unlike wall time it is not stretched by other processes.
 double cpu_seconds();
 
+/// Keeps this thread busy until it has used so many seconds of processor time more.
+void spend(double seconds);
+
 }  // namespace motes::comm

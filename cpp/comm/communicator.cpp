@@ -35,7 +35,8 @@ int tag(Phase phase) { return 100 + static_cast<int>(phase); }
 // all have reported.
 double patience(Phase phase) {
   switch (phase) {
-    case Phase::report: return 1.25;
+    case Phase::report:
+    case Phase::proposals: return 1.25;
     case Phase::begin:
     case Phase::verdict: return 1.5;
     default: return 1;
@@ -66,7 +67,8 @@ void back_off(int round) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[] = {"begin", "report", "verdict", "exchange", "records", "gather", "particles"};
+  constexpr const char* kNames[] = {"begin",  "report",    "verdict", "exchange", "records",
+                                    "gather", "particles", "loads",   "proposals"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <numeric>
 
-#include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/work.h"
 
@@ -10,32 +9,30 @@ namespace motes::frame {
 
 using particles::Store;
 
-void Engine::act(const comm::Message& births) {
-  const double start = comm::wall_seconds();
-  leaving_.clear();
-  leaving_.resize(cast_.calculators.size());
-  sent_.assign(systems_.size(), {});
+void Engine::act(Round& round, const comm::Message& births) {
+  const Timed timed(*this, times_.act, "act", name_of(round));
+  round.leaving.resize(cast_.calculators.size());
   if (births.header().failed == 0) {
     work("act", [&] {
       particles::Reader in = births.reader();
       in.get<recording::Hash>();
-      for (const auto& system : systems_) take_cuts(*system, in);
-      if (in_frame() && calculator() >= 0) act_on_all(in, births.header().count);
-      for (std::size_t i = 0; record_.verb == recording::Verb::digest && i < systems_.size(); ++i) {
+      in.get<std::uint32_t>();
+      for (std::size_t i = round.first; i < round.last; ++i) take_cuts(*systems_[i], in);
+      if (in_frame() && calculator() >= 0) act_on_all(round, in, births.header().count);
+      for (std::size_t i = round.first; record_.verb == recording::Verb::digest && i < round.last; ++i) {
         digests_[i] = particles::digest(*systems_[i]->store);
       }
     });
   }
-  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) systems_[i]->mark_run();
-  times_.act = comm::wall_seconds() - start;
+  for (std::size_t i = round.first; in_frame() && i < round.last; ++i) systems_[i]->mark_run();
 }
 
-void Engine::act_on_all(particles::Reader& births, std::uint64_t expected) {
+void Engine::act_on_all(Round& round, particles::Reader& births, std::uint64_t expected) {
   std::uint64_t received = 0;
-  for (std::size_t i = 0; i < systems_.size(); ++i) {
+  for (std::size_t i = round.first; i < round.last; ++i) {
     const std::uint64_t before = systems_[i]->tally.created;
     act_on(*systems_[i], groups_[i], births);
-    pack_leavers(*systems_[i], i);
+    pack_leavers(round, i);
     received += systems_[i]->tally.created - before;
   }
   if (received != expected) throw std::runtime_error("births were lost on the way from the manager");
@@ -48,10 +45,11 @@ void Engine::take_cuts(System& system, particles::Reader& in) {
   if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
   system.domains = domains::Domains(std::move(cuts));
   system.waits_for_fit = false;
+  system.moved = true;  // its particles may be outside now: the next exchange takes them to their owners
 }
 
 void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births) {
-  const double start = comm::cpu_seconds();
+  const double start = compute_seconds();
   const std::size_t children = system.store->size();
   if (system.children.count > 0) {
     system.store->unpack(births);
@@ -62,7 +60,8 @@ void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, parti
     recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
     drop_dead(system.outcome);
   }
-  system.tally.compute_s += comm::cpu_seconds() - start;
+  slow_down(start);
+  system.tally.compute_s += compute_seconds() - start;
 }
 
 recording::Slice Engine::slice_of(const System& system) const {
@@ -157,7 +156,7 @@ particles::Store& Engine::local(int index) {
   const simd::FloatMode mode;
   const bool calculates = calculator() >= 0;
   const std::vector<BirthGroup> groups = s.count_births(frame_, options_.dt, options_.substeps);
-  const double start = comm::cpu_seconds();
+  const double start = compute_seconds();
   Stores newborn;
   if (calculates || s.waits_for_fit) make_births(s, groups, newborn);
   if (calculates) {
@@ -176,7 +175,8 @@ particles::Store& Engine::local(int index) {
     s.store->remove(s.outcome.dead);
     s.outcome.clear();
     s.moved = true;
-    s.tally.compute_s += comm::cpu_seconds() - start;
+    slow_down(start);
+    s.tally.compute_s += compute_seconds() - start;
   }
   s.list.emplace_back(recording::Read{});
   s.mark_run();
@@ -184,9 +184,10 @@ particles::Store& Engine::local(int index) {
 }
 
 // The dead go; those that left their domain are packed for their owners and go too.
-void Engine::pack_leavers(System& system, std::size_t index) {
+void Engine::pack_leavers(Round& round, std::size_t index) {
+  System& system = *systems_[index];
   Store& store = *system.store;
-  std::vector<std::vector<std::uint32_t>> to(leaving_.size());
+  std::vector<std::vector<std::uint32_t>> to(round.leaving.size());
   std::vector<std::uint32_t> gone;
   const float* x = store.plane(particles::position, system.definition.axis);
   for (const std::uint32_t p : system.outcome.left) {
@@ -200,11 +201,11 @@ void Engine::pack_leavers(System& system, std::size_t index) {
     digests_[index] -= particles::digest(store, system.outcome.dead);
   }
   for (std::size_t c = 0; c < to.size(); ++c) {
-    const std::size_t before = leaving_[c].bytes().size();
-    store.pack(to[c], leaving_[c].bytes());
+    const std::size_t before = round.leaving[c].bytes().size();
+    store.pack(to[c], round.leaving[c].bytes());
     if (to[c].empty()) continue;
-    sent_[index].push_back({static_cast<std::int32_t>(c), to[c].size()});
-    system.tally.bytes_sent += leaving_[c].bytes().size() - before;
+    system.sent.push_back({static_cast<std::int32_t>(c), to[c].size()});
+    system.tally.bytes_sent += round.leaving[c].bytes().size() - before;
   }
   system.tally.sent = gone.size();
   std::vector<std::uint32_t> all(gone.size() + system.outcome.dead.size());

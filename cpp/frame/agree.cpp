@@ -1,7 +1,7 @@
 // agree: all ranks report to the manager, which answers all: loads and counts, who sends particles to whom, and
 // whether a rank failed or recorded another list. Whatever the answer is, all ranks do the same thing next.
 #include <algorithm>
-#include <map>
+#include <utility>
 
 #include "comm/clock.h"
 #include "frame/engine.h"
@@ -12,26 +12,21 @@ namespace motes::frame {
 using comm::Message;
 using comm::Phase;
 
-void Engine::agree() {
-  const double start = comm::wall_seconds();
+void Engine::report(Round& round) {
+  const Timed timed(*this, times_.report, "report", name_of(round));
+  round.reported_s = comm::wall_seconds();
   Message message;
-  write(own_report(), message.bytes());
-  comm_->post(cast_.manager, Phase::report, stamp(), std::move(message), 0, failure_.failed());
-  if (manages()) judge();
-  const Message answer = comm_->expect(cast_.manager, Phase::verdict, stamp());
-  particles::Reader in = answer.reader();
-  Verdict verdict = read_verdict(in);
-  times_.report = comm::wall_seconds() - start;
-  obey(std::move(verdict));
+  write(own_report(round), message.bytes());
+  comm_->post(cast_.manager, Phase::report, stamp(round), std::move(message), 0, failure_.failed());
 }
 
-Report Engine::own_report() {
+Report Engine::own_report(const Round& round) {
   Report report;
   report.failure = failure_;
   if (failure_.kind == Failure::Kind::mismatch) {
     report.record.put_raw(record_bytes_.data(), record_bytes_.size());
   }
-  for (std::size_t i = 0; calculator() >= 0 && i < systems_.size(); ++i) {
+  for (std::size_t i = round.first; calculator() >= 0 && i < round.last; ++i) {
     const System& s = *systems_[i];
     SystemReport row;
     row.at_start = s.tally.at_start;
@@ -39,62 +34,84 @@ Report Engine::own_report() {
     row.killed = s.tally.killed;
     row.kept = s.store->size();
     row.compute_s = s.tally.compute_s;
-    row.sent = sent_[i];
+    row.sent = s.sent;
     row.digest = digests_[i];
     if (in_frame()) row.events = s.events;
     report.systems.push_back(std::move(row));
   }
-  report.tail = std::move(tail_);
-  tail_ = {};
+  report.tail = std::exchange(tail_, {});
   return report;
 }
 
-void Engine::judge() {
+void Engine::judge(Round& round) {
+  const Timed timed(*this, times_.report, "judge", name_of(round));
   std::vector<Report> reports;
   for (int from = 0; from < comm_->size(); ++from) {
-    const Message message = comm_->expect(from, Phase::report, stamp());
+    const Message message = comm_->expect(from, Phase::report, stamp(round));
     particles::Reader in = message.reader();
     reports.push_back(read_report(in));
   }
   Verdict verdict = compare(reports);
   std::vector<std::vector<std::int32_t>> sources(cast_.calculators.size());
+  Requests requests(cast_.calculators.size());
   if (!verdict.failure.failed()) {
-    note_tails(reports);
-    verdict.alive.assign(systems_.size(), 0);
-    verdict.digests.assign(systems_.size(), {});
-    for (const int rank : cast_.calculators) {
-      const Report& report = reports[static_cast<std::size_t>(rank)];
-      for (std::size_t i = 0; i < report.systems.size(); ++i) {
-        verdict.alive[i] += report.systems[i].kept;
-        verdict.digests[i] += report.systems[i].digest;
-        for (const Sent& sent : report.systems[i].sent) {
-          verdict.alive[i] += sent.count;
-          std::vector<std::int32_t>& from = sources[static_cast<std::size_t>(sent.domain)];
-          if (from.empty() || from.back() != rank) from.push_back(rank);
-        }
+    if (round.first == 0) note_tails(reports);
+    sum_up(round, reports, verdict, sources);
+    collect_offspring(round, reports, verdict);
+    note_round(round, reports, verdict);
+    if (balances() && !failure_.failed()) {
+      work("balancer " + options_.policy->name(), [&] { requests = plan(round); });
+      if (failure_.failed()) {
+        verdict.failure = failure_;
+        verdict.failed_rank = rank();
       }
     }
-    collect_offspring(reports, verdict);
-    note_frame(reports, verdict);
   }
   for (int to = 0; to < comm_->size(); ++to) {
     const int calculator = cast_.calculator_of(to);
-    verdict.sources = calculator >= 0 ? sources[static_cast<std::size_t>(calculator)] : std::vector<std::int32_t>{};
+    if (calculator >= 0) {
+      verdict.sources = sources[static_cast<std::size_t>(calculator)];
+      verdict.requests = requests[static_cast<std::size_t>(calculator)];
+      if (!verdict.requests.empty()) round.asked.push_back(to);
+    } else {
+      verdict.sources.clear();
+      verdict.requests.clear();
+    }
     Message message;
     write(verdict, message.bytes());
-    comm_->post(to, Phase::verdict, stamp(), std::move(message), 0, verdict.failure.failed());
+    comm_->post(to, Phase::verdict, stamp(round), std::move(message), 0, verdict.failure.failed());
+  }
+}
+
+// Counts and fingerprints over all calculators, and for each calculator the ranks that will send it particles.
+void Engine::sum_up(const Round& round, const std::vector<Report>& reports, Verdict& verdict,
+                    std::vector<std::vector<std::int32_t>>& sources) const {
+  verdict.alive.assign(systems_.size(), 0);
+  verdict.digests.assign(systems_.size(), {});
+  for (const int rank : cast_.calculators) {
+    const std::vector<SystemReport>& systems = reports[static_cast<std::size_t>(rank)].systems;
+    for (std::size_t i = round.first; i < round.last; ++i) {
+      const SystemReport& system = systems[i - round.first];
+      verdict.alive[i] += system.kept;
+      verdict.digests[i] += system.digest;
+      for (const Sent& sent : system.sent) {
+        verdict.alive[i] += sent.count;
+        std::vector<std::int32_t>& from = sources[static_cast<std::size_t>(sent.domain)];
+        if (from.empty() || from.back() != rank) from.push_back(rank);
+      }
+    }
   }
 }
 
 // Children are numbered in the order of systems, rules and the parents' ids: no rank can show in it.
-void Engine::collect_offspring(std::vector<Report>& reports, Verdict& verdict) {
+void Engine::collect_offspring(const Round& round, std::vector<Report>& reports, Verdict& verdict) {
   verdict.spawned.assign(systems_.size(), 0);
-  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) {
+  for (std::size_t i = round.first; in_frame() && i < round.last; ++i) {
     const std::vector<const recording::Spawn*> rules = systems_[i]->rules();
     for (std::size_t r = 0; r < rules.size(); ++r) {
       recording::Offspring offspring{*rules[r], {}};
       for (const int rank : cast_.calculators) {
-        const auto& events = reports[static_cast<std::size_t>(rank)].systems[i].events;
+        const auto& events = reports[static_cast<std::size_t>(rank)].systems[i - round.first].events;
         if (r < events.size()) offspring.events.insert(offspring.events.end(), events[r].begin(), events[r].end());
       }
       if (offspring.events.empty()) continue;
@@ -155,14 +172,13 @@ Verdict Engine::mismatch(std::vector<Report>& reports) const {
   return verdict;
 }
 
-void Engine::obey(Verdict verdict) {
+void Engine::obey(Round& round, Verdict verdict) {
   if (verdict.failure.failed()) {
     broken_ = true;
     const std::exception_ptr own = own_exception_;
     const bool mine = verdict.failed_rank == rank() && failure_.kind == Failure::Kind::compute;
     failure_ = {};
     own_exception_ = nullptr;
-    leaving_.clear();
     if (mine && own) std::rethrow_exception(own);
     const std::string role = cast_.describe(verdict.failed_rank);
     const std::string who =
@@ -172,12 +188,12 @@ void Engine::obey(Verdict verdict) {
                                  : who + ", " + verdict.failure.action + ": " + verdict.failure.text;
     throw Agreed(std::move(verdict), frame_, role, text);
   }
-  for (std::size_t i = 0; i < systems_.size(); ++i) {
+  for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->spawned += verdict.spawned[i];
+  for (std::size_t i = round.first; i < round.last; ++i) {
     systems_[i]->alive = verdict.alive[i];
-    systems_[i]->spawned += verdict.spawned[i];
+    digests_[i] = verdict.digests[i];
   }
-  digests_ = verdict.digests;
-  verdict_ = std::move(verdict);
+  round.verdict = std::move(verdict);
 }
 
 }  // namespace motes::frame

@@ -1,8 +1,8 @@
 // create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
 // its message is also the notice that transmission has ended, and says what it was asked to do.
 #include <numeric>
+#include <utility>
 
-#include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/work.h"
 
@@ -11,32 +11,28 @@ namespace motes::frame {
 using comm::Message;
 using comm::Phase;
 
-void Engine::create() {
-  const double start = comm::wall_seconds();
+void Engine::count_births() {
+  groups_.assign(systems_.size(), {});
   for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) {
     groups_[i] = systems_[i]->count_births(frame_, options_.dt, options_.substeps);
   }
-  if (manages()) deal();
-  const Message births = receive_births();
-  times_.create = comm::wall_seconds() - start;
-  act(births);
 }
 
-void Engine::deal() {
+void Engine::deal(const Round& round) {
+  const Timed timed(*this, times_.create, "create", name_of(round));
   particles::Bytes cuts;
   std::vector<Hand> hands(cast_.calculators.size());
   work("create", [&] {
-    for (std::size_t i = 0; i < systems_.size(); ++i) {
+    for (std::size_t i = round.first; i < round.last; ++i) {
       System& system = *systems_[i];
       Stores newborn;
+      if (system.next_domains) {
+        system.domains = *std::exchange(system.next_domains, std::nullopt);
+        system.new_cuts = true;
+      }
       if (in_frame() && system.children.count > 0) newborn.push_back(make_children(system));
       make_births(system, groups_[i], newborn);
-      cuts.put(system.new_cuts);
-      if (system.new_cuts) {
-        cuts.put(static_cast<std::uint32_t>(system.domains.cuts().size()));
-        cuts.put_raw(system.domains.cuts().data(), system.domains.cuts().size() * sizeof(float));
-      }
-      system.new_cuts = false;
+      put_cuts(system, cuts);
       for (const particles::Store& store : newborn) deal_out(system, store, hands);
     }
   });
@@ -44,14 +40,23 @@ void Engine::deal() {
   for (int to = 0; to < comm_->size(); ++to) {
     Message message;
     message.bytes().put(hash);
+    message.bytes().put(static_cast<std::uint32_t>(rounds_.size()));
     const int calculator = cast_.calculator_of(to);
     Hand hand = calculator >= 0 ? std::move(hands[static_cast<std::size_t>(calculator)]) : Hand{};
     if (!failure_.failed()) {
       message.bytes().put_raw(cuts.data(), cuts.size());
       message.bytes().put_raw(hand.bytes.data(), hand.bytes.size());
     }
-    comm_->post(to, Phase::begin, stamp(), std::move(message), hand.count, failure_.failed());
+    comm_->post(to, Phase::begin, stamp(round), std::move(message), hand.count, failure_.failed());
   }
+}
+
+void Engine::put_cuts(System& system, particles::Bytes& out) {
+  out.put(system.new_cuts);
+  if (!std::exchange(system.new_cuts, false)) return;
+  const std::vector<float>& cuts = system.domains.cuts();
+  out.put(static_cast<std::uint32_t>(cuts.size()));
+  out.put_raw(cuts.data(), cuts.size() * sizeof(float));
 }
 
 void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands) {
@@ -66,11 +71,16 @@ void Engine::deal_out(const System& system, const particles::Store& newborn, std
   }
 }
 
-Message Engine::receive_births() {
-  Message message = comm_->expect(cast_.manager, Phase::begin, stamp());
+Message Engine::receive_births(std::size_t round) {
+  const Timed timed(*this, times_.create, "wait for births", name_of(rounds_[round]));
+  Message message = comm_->expect(cast_.manager, Phase::begin, stamp(rounds_[round]));
   particles::Reader in = message.reader();
   if (in.get<recording::Hash>() != recording::hash(record_bytes_.view())) {
     failure_ = {Failure::Kind::mismatch, recording::name(record_.verb), "another list than the manager's"};
+    // The conversation goes on by the manager's list until all agree that this one differs.
+    const std::size_t before = rounds_.size();
+    rounds_.resize(in.get<std::uint32_t>());
+    for (std::size_t r = before; r < rounds_.size(); ++r) rounds_[r].turn = rounds_[r - 1].turn + 1;
   }
   return message;
 }

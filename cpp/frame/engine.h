@@ -5,15 +5,19 @@
 #include <cstdint>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
 
+#include "balance/policy.h"
 #include "comm/communicator.h"
 #include "frame/log.h"
 #include "frame/report.h"
+#include "frame/round.h"
+#include "frame/spans.h"
 #include "frame/system.h"
 #include "image/canvas.h"
 #include "image/records.h"
@@ -45,6 +49,11 @@ struct Options {
   bool digest = false;   // fingerprint the particles of every frame for the log
   std::string log;       // directory, or empty
   std::vector<std::string> hosts;  // one a rank
+  balance::PolicyPtr policy;       // null: cuts stay
+  Combine combine = Combine::together;
+  bool wall_clock = false;  // what compute seconds are: processor time of this thread, or wall time
+  double speed = 1;         // 0..1: this rank spends as much time as a machine of this part of its speed would
+  bool spans = false;       // write a timeline of each rank to the log
 };
 
 class Engine {
@@ -99,7 +108,7 @@ class Engine {
   std::unique_ptr<particles::Store> gather(int system, bool to_all);
 
   /// Seconds of this rank's phases in the last frame.
-  const PhaseTimes& times() const { return times_; }
+  const PhaseTimes& times() const { return last_times_; }
   /// Manager: the last frame about which all is known, for progress and logs.
   const std::optional<FrameRow>& last_row() const { return last_row_; }
   /// The image generator tells the log about its picture.
@@ -112,27 +121,53 @@ class Engine {
   bool in_frame() const { return record_.verb == recording::Verb::render || record_.verb == recording::Verb::step; }
   void begin_frame(recording::Verb verb, const std::optional<image::View>& view, const std::string& argument);
   void end_frame();
+  void split();
+  void talk();
+  void open(std::size_t round);
+  void settle(Round& round);
+  void close(Round& round);
   comm::Stamp stamp() const { return {frame_, turn_}; }
+  comm::Stamp stamp(const Round& round) const { return {frame_, round.turn}; }
+  std::string name_of(const Round& round) const;
   template <class Work>
   void work(const std::string& action, const Work& compute);
   void converse(recording::Verb verb, const std::string& argument);
 
+  // work.h: what a phase took, for times and spans
+  class Timed {
+   public:
+    Timed(Engine& engine, double& seconds, const char* phase, std::string system = "");
+    ~Timed();
+    Timed(const Timed&) = delete;
+    Timed& operator=(const Timed&) = delete;
+
+   private:
+    Engine& engine_;
+    double& seconds_;
+    const char* phase_;
+    std::string system_;
+    double start_;
+  };
+  double compute_seconds() const;
+  void slow_down(double since) const;
+
   // create.cpp: manager -> all
-  void create();
+  void count_births();
   struct Hand {  // newborn particles for one calculator
     particles::Bytes bytes;
     std::uint64_t count = 0;
   };
-  void deal();
+  void deal(const Round& round);
+  static void put_cuts(System& system, particles::Bytes& out);
   static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
-  comm::Message receive_births();
+  comm::Message receive_births(std::size_t round);
   void make_births(System& system, const std::vector<BirthGroup>& groups, Stores& newborn);
   void fit(System& system, const Stores& newborn) const;
   static particles::Store make_children(System& system);
 
   // act.cpp: calculators
-  void act(const comm::Message& births);
-  void act_on_all(particles::Reader& births, std::uint64_t expected);
+  void act(Round& round, const comm::Message& births);
+  void act_on_all(Round& round, particles::Reader& births, std::uint64_t expected);
   static void take_cuts(System& system, particles::Reader& in);
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
   void run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
@@ -144,19 +179,41 @@ class Engine {
   static void drop_dead(recording::Outcome& outcome);
   static void note_events(System& system, const std::vector<const recording::Spawn*>& rules,
                           const std::vector<std::uint32_t>& newborn);
-  void pack_leavers(System& system, std::size_t index);
+  void pack_leavers(Round& round, std::size_t index);
 
   // agree.cpp: all -> manager -> all
-  void agree();
-  Report own_report();
-  void judge();
-  void collect_offspring(std::vector<Report>& reports, Verdict& verdict);
+  void report(Round& round);
+  Report own_report(const Round& round);
+  void judge(Round& round);
+  void sum_up(const Round& round, const std::vector<Report>& reports, Verdict& verdict,
+              std::vector<std::vector<std::int32_t>>& sources) const;
+  void collect_offspring(const Round& round, std::vector<Report>& reports, Verdict& verdict);
   Verdict compare(std::vector<Report>& reports) const;
   Verdict mismatch(std::vector<Report>& reports) const;
-  void obey(Verdict verdict);
+  void obey(Round& round, Verdict verdict);
 
   // exchange.cpp: calculators <-> calculators
-  void exchange();
+  void send_leavers(Round& round);
+  void receive_strangers(Round& round);
+
+  // balance.cpp: manager -> calculators -> manager, or calculators <-> calculators -> manager
+  using Requests = std::vector<std::vector<Request>>;  // one list a calculator
+  bool balances() const;
+  std::vector<std::size_t> systems_to_balance(const Round& round) const;
+  Requests plan(const Round& round);
+  void ask(std::size_t system, const balance::Plan& plan, Requests& requests);
+  void balance(Round& round);
+  std::vector<Request> decide_with_neighbours(const Round& round, const std::vector<std::size_t>& systems);
+  std::vector<Request> requests_between(int me, int other, const std::vector<balance::Load>& own,
+                                        const std::vector<balance::Load>& theirs,
+                                        const std::vector<std::size_t>& systems) const;
+  Proposal propose(const Request& request);
+  void take_proposals(const Round& round);
+  void take_proposal(int calculator, const Proposal& proposal);
+  void move_cuts(const std::vector<std::size_t>& systems);
+  BalanceRow& row_of(std::size_t system, std::int32_t cut);
+  balance::Load own_load(const System& system) const;
+  void note_density();
 
   // render.cpp: calculators -> image generator
   void render();
@@ -164,10 +221,11 @@ class Engine {
   void draw();
 
   // rows.cpp: the manager's account
-  void note_frame(const std::vector<Report>& reports, const Verdict& verdict);
-  void note_imbalance(const std::vector<Report>& reports, FrameRow& row) const;
-  void note_loads(const std::vector<Report>& reports, std::size_t system, FrameRow& row) const;
+  void note_round(const Round& round, const std::vector<Report>& reports, const Verdict& verdict);
+  void note_imbalance();
+  void note_loads(const std::vector<Report>& reports, std::size_t system, std::size_t first);
   void note_tails(const std::vector<Report>& reports);
+  void note_tail(int rank, const Tail& tail, FrameRow& row);
 
   std::function<void(int system, int callback, std::size_t begin)> callback_;
   std::unique_ptr<comm::Communicator> comm_;
@@ -175,7 +233,8 @@ class Engine {
   Options options_;
   std::vector<std::unique_ptr<System>> systems_;
   std::uint64_t frame_ = 0;
-  std::uint32_t turn_ = 0;  // conversations so far
+  std::uint32_t turn_ = 0;  // rounds of conversation so far
+  std::vector<Round> rounds_;
 
   recording::Record record_;
   particles::Bytes record_bytes_;
@@ -183,24 +242,26 @@ class Engine {
   Failure failure_;
   bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
   std::exception_ptr own_exception_;
-  std::vector<comm::Message> leaving_;            // one a calculator
-  std::vector<std::vector<Sent>> sent_;           // one a system
   std::vector<particles::Digest> digests_;        // one a system: this rank's, then the agreed ones
   std::vector<std::uint64_t> exchange_bytes_;     // one a system
-  Verdict verdict_;
   image::Projector projector_;
   image::Records records_;
   image::Canvas canvas_;
   bool keep_linear_ = false;
   std::vector<std::uint8_t> pixels_;
 
-  PhaseTimes times_;
+  PhaseTimes times_, last_times_;
   double frame_start_s_ = 0;
   double waited_before_s_ = 0;
   Tail tail_;
   std::unique_ptr<Log> log_;
+  std::unique_ptr<Spans> spans_;
+  FrameRow row_;                       // of the frame whose rounds are being judged
+  std::vector<particles::Digest> row_digests_;
   std::optional<FrameRow> open_row_;   // waits for the tails
   std::optional<FrameRow> last_row_;
+  std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> balance_rows_;  // by system and cut, of this round
+  std::vector<std::vector<balance::Histogram>> histograms_;  // manager: one list a system, one histogram a calculator
 };
 
 }  // namespace motes::frame

@@ -1,5 +1,4 @@
 // exchange (paper 3.2.4): particles that left their domain go straight to their owner, all systems in one message.
-#include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/work.h"
 
@@ -8,34 +7,40 @@ namespace motes::frame {
 using comm::Message;
 using comm::Phase;
 
-void Engine::exchange() {
-  const double start = comm::wall_seconds();
-  exchange_bytes_.assign(systems_.size(), 0);
-  for (std::size_t c = 0; c < leaving_.size(); ++c) {
+void Engine::send_leavers(Round& round) {
+  const Timed timed(*this, times_.exchange, "send leavers", name_of(round));
+  for (std::size_t c = 0; c < round.leaving.size(); ++c) {
     std::uint64_t count = 0;
-    for (const std::vector<Sent>& sent : sent_) {
-      for (const Sent& s : sent) count += s.domain == static_cast<std::int32_t>(c) ? s.count : 0;
+    for (std::size_t i = round.first; i < round.last; ++i) {
+      for (const Sent& s : systems_[i]->sent) count += s.domain == static_cast<std::int32_t>(c) ? s.count : 0;
     }
-    if (count > 0) comm_->post(cast_.calculators[c], Phase::exchange, stamp(), std::move(leaving_[c]), count);
+    if (count > 0) {
+      comm_->post(cast_.calculators[c], Phase::exchange, stamp(round), std::move(round.leaving[c]), count);
+    }
   }
-  for (const std::int32_t source : verdict_.sources) {
-    const Message message = comm_->expect(source, Phase::exchange, stamp());
+  round.leaving.clear();
+}
+
+void Engine::receive_strangers(Round& round) {
+  const Timed timed(*this, times_.exchange, "receive", name_of(round));
+  exchange_bytes_.resize(systems_.size());
+  for (const std::int32_t source : round.verdict.sources) {
+    const Message message = comm_->expect(source, Phase::exchange, stamp(round));
     work("exchange", [&] {
       particles::Reader in = message.reader();
       std::uint64_t count = 0;
-      for (const auto& system : systems_) {
-        const std::size_t before = system->store->size();
-        system->store->unpack(in);
-        system->tally.received += system->store->size() - before;
-        count += system->store->size() - before;
+      for (std::size_t i = round.first; i < round.last; ++i) {
+        System& system = *systems_[i];
+        const std::size_t before = system.store->size();
+        system.store->unpack(in);
+        system.tally.received += system.store->size() - before;
+        count += system.store->size() - before;
       }
       if (count != message.header().count)
         throw std::runtime_error("particles were lost on the way between calculators");
     });
   }
-  for (std::size_t i = 0; i < systems_.size(); ++i) exchange_bytes_[i] = systems_[i]->tally.bytes_sent;
-  leaving_.clear();
-  times_.exchange = comm::wall_seconds() - start;
+  for (std::size_t i = round.first; i < round.last; ++i) exchange_bytes_[i] = systems_[i]->tally.bytes_sent;
 }
 
 }  // namespace motes::frame

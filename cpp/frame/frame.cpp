@@ -14,21 +14,75 @@ Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cas
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.
 void Engine::run_frame(const std::optional<image::View>& view) {
   begin_frame(view ? Verb::render : Verb::step, view, "");
-  create();    // manager -> calculators, which act, move and set leavers aside
-  agree();     // all -> manager -> all: loads, failures, who sends to whom
-  exchange();  // calculators <-> calculators
-  render();    // calculators -> image generator
+  talk();    // create, act, agree, exchange, balance
+  render();  // calculators -> image generator
   end_frame();
+}
+
+// Round by round; or, overlapped, what one round says travels while the next ones compute.
+void Engine::talk() {
+  const std::size_t lag = in_frame() && options_.combine == Combine::overlapped ? 1 : 0;
+  if (manages() && lag > 0) {
+    for (const Round& round : rounds_) deal(round);
+  }
+  for (std::size_t step = 0; step < rounds_.size() + 2 * lag; ++step) {
+    if (step < rounds_.size()) {
+      if (manages() && lag == 0) deal(rounds_[step]);
+      open(step);
+    }
+    if (step >= lag && step - lag < rounds_.size()) settle(rounds_[step - lag]);
+    if (step >= 2 * lag) close(rounds_[step - 2 * lag]);
+  }
+}
+
+void Engine::open(std::size_t round) {
+  const comm::Message births = receive_births(round);  // may learn that the manager has other rounds
+  act(rounds_[round], births);  // calculators run the list and set leavers aside
+  report(rounds_[round]);       // all -> manager: loads, failures
+}
+
+void Engine::settle(Round& round) {
+  if (manages()) judge(round);
+  const Timed timed(*this, times_.report, "wait for verdict", name_of(round));
+  const comm::Message answer = comm_->expect(cast_.manager, comm::Phase::verdict, stamp(round));
+  particles::Reader in = answer.reader();
+  obey(round, read_verdict(in));
+  send_leavers(round);  // calculators -> calculators
+}
+
+void Engine::close(Round& round) {
+  receive_strangers(round);
+  if (in_frame()) balance(round);
+  if (spans_) spans_->add(frame_, "messages", name_of(round), round.reported_s, comm::wall_seconds());
+}
+
+// The rounds of this conversation: the systems one by one, or all at once.
+void Engine::split() {
+  rounds_.clear();
+  const std::size_t n = systems_.size();
+  const std::size_t width = in_frame() && options_.combine != Combine::together ? 1 : n;
+  for (std::size_t first = 0; first < n; first += width) rounds_.push_back({first, first + width, ++turn_, {}, {}, {}});
+  if (rounds_.empty()) rounds_.push_back({0, 0, ++turn_, {}, {}, {}});
+}
+
+std::string Engine::name_of(const Round& round) const {
+  return round.last == round.first + 1 ? systems_[round.first]->definition.name : "";
 }
 
 void Engine::start() {
   frame_start_s_ = comm::wall_seconds();
-  converse(Verb::start, "");
+  // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
+  constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
+  const std::string policy = options_.policy ? options_.policy->name() : "None";
+  converse(Verb::start, std::string("combine=") + kCombine[static_cast<int>(options_.combine)] + ", balancer=" + policy);
   if (manages() && !options_.log.empty()) {
     work("log", [&] { log_ = std::make_unique<Log>(options_.log, options_.hosts); });
     if (log_) log_->event("start", frame_, "");
   }
   converse(Verb::start, "log");  // all know now whether the manager can write its log
+  if (!options_.spans) return;
+  const double zero = comm::wall_seconds();
+  work("spans", [&] { spans_ = std::make_unique<Spans>(options_.log, rank(), zero); });
 }
 
 void Engine::finish() {
@@ -39,13 +93,14 @@ void Engine::finish() {
 
 std::vector<particles::Digest> Engine::digest() {
   converse(Verb::digest, "");
-  return verdict_.digests;
+  return digests_;
 }
 
 int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(systems_.size());
   const int calculators = static_cast<int>(cast_.calculators.size());
   systems_.push_back(std::make_unique<System>(std::move(definition), options_.seed, index, calculators));
+  if (options_.policy) systems_.back()->speeds = balance::Speeds(calculators, options_.policy->speeds);
   return static_cast<int>(index);
 }
 
@@ -69,7 +124,7 @@ void Engine::record(int index, recording::Item item) {
 
 void Engine::begin_frame(Verb verb, const std::optional<image::View>& view, const std::string& argument) {
   if (broken_) throw std::runtime_error("the run ended when frame " + std::to_string(frame_) + " failed");
-  ++turn_;
+  times_ = {};
   waited_before_s_ = comm_->waited_s();
   record_ = {};
   record_.verb = verb;
@@ -89,7 +144,8 @@ void Engine::begin_frame(Verb verb, const std::optional<image::View>& view, cons
   for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->list = std::move(record_.lists[i]);
   record_.lists.clear();
   digests_.assign(systems_.size(), {});
-  groups_.assign(systems_.size(), {});
+  count_births();
+  split();
 }
 
 void Engine::end_frame() {
@@ -99,8 +155,10 @@ void Engine::end_frame() {
   frame_start_s_ = now;
   tail_.valid = true;
   tail_.frame = frame_;
-  tail_.times = times_;
+  tail_.times = last_times_ = times_;
   tail_.bytes_sent = exchange_bytes_;
+  if (!options_.log.empty()) note_density();
+  if (spans_) work("spans", [&] { spans_->write(); });
   ++frame_;
   for (const auto& s : systems_) s->start_frame();
   comm::set_place("rank " + std::to_string(rank()) + " (" + cast_.describe(rank()) + "), frame " +
@@ -113,8 +171,7 @@ void Engine::converse(Verb verb, const std::string& argument) {
     if (verb == Verb::digest || verb == Verb::gather) work("act", [&] { local(i); });
   }
   begin_frame(verb, std::nullopt, argument);
-  create();
-  agree();
+  talk();
 }
 
 }  // namespace motes::frame

@@ -6,7 +6,9 @@
 #include <string>
 #include <vector>
 
+#include "balance/load.h"
 #include "frame/report.h"
+#include "frame/table.h"
 
 namespace motes::frame {
 
@@ -18,6 +20,18 @@ struct LoadRow {
   double compute_s = 0, rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
   double domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
   double speed = 0;                     // particles a second
+  Density density;
+};
+
+/// A row of balance.jsonl: a cut that a policy looked at.
+struct BalanceRow {
+  std::uint64_t frame = 0;
+  std::string system;
+  int left_rank = 0, right_rank = 0;
+  balance::Load left, right;
+  std::optional<std::int64_t> ordered, given;  // particles; above 0: from left to right
+  double cut_before = 0, cut_after = 0;        // metres
+  std::string policy;
 };
 
 /// A row of frames.jsonl.
@@ -32,28 +46,21 @@ struct FrameRow {
   std::vector<LoadRow> load;
 };
 
-/// Each row is one line, padded so that it never crosses a page, and one write: a killed run is readable to its last
-/// whole row. Numbers that are not finite become null.
+/// The tables of a run but run.json and the spans: written a frame at a time.
 class Log {
  public:
   /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.
-  Log(std::string directory, std::vector<std::string> hosts);
-  ~Log();
-  Log(const Log&) = delete;
-  Log& operator=(const Log&) = delete;
+  Log(const std::string& directory, std::vector<std::string> hosts);
 
   void add(const FrameRow& row);
+  void add(const BalanceRow& row);  // kept until
+  void write_balance();
   /// kind: "start", "end", "births_dropped", ...
   void event(const std::string& kind, std::uint64_t frame, const std::string& text);
 
  private:
-  void write_line(int file, std::string line);
-
-  std::string directory_;
   std::vector<std::string> hosts_;
-  int frames_ = -1;
-  int load_ = -1;
-  int events_ = -1;
+  Table frames_, load_, density_, balance_, events_;
 };
 
 }  // namespace motes::frame

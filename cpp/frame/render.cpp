@@ -1,6 +1,5 @@
 // render (paper 3.2.4): calculators project their particles and send what is visible; the image generator draws it
 // with the external objects.
-#include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/work.h"
 
@@ -24,15 +23,14 @@ image::Drawn drawn(const particles::Store& store) {
 }  // namespace
 
 void Engine::render() {
-  const double start = comm::wall_seconds();
-  if (record_.view) {
-    if (calculator() >= 0) send_sprites();
-    if (draws()) draw();
-  }
-  times_.render = comm::wall_seconds() - start;
+  if (!record_.view) return;
+  if (calculator() >= 0) send_sprites();
+  if (draws()) draw();
 }
 
 void Engine::send_sprites() {
+  const Timed timed(*this, times_.render, "project");
+  const double start = compute_seconds();
   comm::Message message;
   std::uint64_t visible = 0;
   work("render", [&] {
@@ -44,11 +42,13 @@ void Engine::send_sprites() {
       visible += system->store->size();
     }
   });
+  slow_down(start);
   if (failure_.failed()) message = comm::Message();
   comm_->post(cast_.image_generator, comm::Phase::records, stamp(), std::move(message), visible, failure_.failed());
 }
 
 void Engine::draw() {
+  const Timed timed(*this, times_.render, "draw");
   std::vector<comm::Message> messages;
   for (const int from : cast_.calculators) messages.push_back(comm_->expect(from, comm::Phase::records, stamp()));
   work("render", [&] {

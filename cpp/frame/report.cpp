@@ -76,6 +76,7 @@ void write(const Report& report, Bytes& out) {
   out.put(report.tail.frame);
   out.put(report.tail.times);
   put_list(out, report.tail.bytes_sent);
+  put_list(out, report.tail.density);
   out.put_text(report.tail.image_sha256);
 }
 
@@ -90,6 +91,7 @@ Report read_report(Reader& in) {
   report.tail.frame = in.get<std::uint64_t>();
   report.tail.times = in.get<PhaseTimes>();
   report.tail.bytes_sent = get_list<std::uint64_t>(in);
+  report.tail.density = get_list<Density>(in);
   report.tail.image_sha256 = in.get_text();
   return report;
 }
@@ -102,6 +104,7 @@ void write(const Verdict& verdict, Bytes& out) {
   put_list(out, verdict.alive);
   put_list(out, verdict.digests);
   put_list(out, verdict.spawned);
+  put_list(out, verdict.requests);
 }
 
 Verdict read_verdict(Reader& in) {
@@ -113,7 +116,24 @@ Verdict read_verdict(Reader& in) {
   verdict.alive = get_list<std::uint64_t>(in);
   verdict.digests = get_list<particles::Digest>(in);
   verdict.spawned = get_list<std::uint64_t>(in);
+  verdict.requests = get_list<Request>(in);
   return verdict;
+}
+
+void write(const Proposal& proposal, Bytes& out) {
+  out.put(proposal.request);
+  out.put(proposal.gift);
+  put_list(out, proposal.histogram.edges);
+  put_list(out, proposal.histogram.counts);
+}
+
+Proposal read_proposal(Reader& in) {
+  Proposal proposal;
+  proposal.request = in.get<Request>();
+  proposal.gift = in.get<balance::Gift>();
+  proposal.histogram.edges = get_list<float>(in);
+  proposal.histogram.counts = get_list<std::uint64_t>(in);
+  return proposal;
 }
 
 }  // namespace motes::frame

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "balance/cuts.h"
 #include "particles/bytes.h"
 #include "particles/digest.h"
 #include "recording/spawn.h"
@@ -51,12 +52,20 @@ struct SystemReport {
   std::vector<std::vector<recording::Event>> events;  // one list a spawn rule
 };
 
+/// How the log pictures where a calculator's particles of one system are.
+inline constexpr int kQuantiles = 16;
+struct Density {
+  std::uint64_t particles = 0;
+  float quantiles[kQuantiles + 1] = {};  // metres along the system's axis
+};
+
 /// What became known too late for the report of its own frame: it travels with the next one.
 struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;
   std::vector<std::uint64_t> bytes_sent;  // exchange, one a system
+  std::vector<Density> density;           // one a system, where there is a log
   std::string image_sha256;
 };
 
@@ -67,6 +76,21 @@ struct Report {
   Tail tail;
 };
 
+/// What a calculator is asked for before cuts move: up to so many particles for a neighbour, or where all of its are.
+struct Request {
+  enum class Kind : std::uint32_t { give_left, give_right, histogram };
+  std::int32_t system = 0;
+  Kind kind = Kind::histogram;
+  std::uint64_t count = 0;
+};
+
+/// The answer.
+struct Proposal {
+  Request request;
+  balance::Gift gift;
+  balance::Histogram histogram;
+};
+
 struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
@@ -75,11 +99,14 @@ struct Verdict {
   std::vector<std::uint64_t> alive;     // one a system, over all ranks
   std::vector<particles::Digest> digests;
   std::vector<std::uint64_t> spawned;   // one a system: children that the next frame starts with
+  std::vector<Request> requests;        // to this rank, before cuts move
 };
 
 void write(const Report& report, particles::Bytes& out);
 Report read_report(particles::Reader& in);
 void write(const Verdict& verdict, particles::Bytes& out);
 Verdict read_verdict(particles::Reader& in);
+void write(const Proposal& proposal, particles::Bytes& out);
+Proposal read_proposal(particles::Reader& in);
 
 }  // namespace motes::frame

@@ -7,17 +7,6 @@
 namespace motes::frame {
 namespace {
 
-double seconds_of(const Report& report) {
-  double sum = 0;
-  for (const SystemReport& system : report.systems) sum += system.compute_s;
-  return sum;
-}
-
-// Processing time in proportion to the particles held after the exchange (paper 3.2.4).
-double rescaled(double seconds, std::uint64_t before, std::uint64_t after) {
-  return before == 0 ? seconds : seconds * static_cast<double>(after) / static_cast<double>(before);
-}
-
 void take_larger(PhaseTimes& most, const PhaseTimes& times) {
   most.create = std::max(most.create, times.create);
   most.act = std::max(most.act, times.act);
@@ -31,42 +20,49 @@ void take_larger(PhaseTimes& most, const PhaseTimes& times) {
 
 }  // namespace
 
-void Engine::note_frame(const std::vector<Report>& reports, const Verdict& verdict) {
+// One round of a frame; the row is complete, but for the tails, with its last one.
+void Engine::note_round(const Round& round, const std::vector<Report>& reports, const Verdict& verdict) {
   if (!in_frame()) return;
-  FrameRow row;
-  row.frame = frame_;
-  row.time = static_cast<double>(frame_ + 1) * options_.dt;
-  for (const std::uint64_t alive : verdict.alive) row.particles += alive;
-  for (const auto& system : systems_) row.dropped += system->dropped;
-  if (options_.digest) row.particles_digest = particles::combine(verdict.digests).text();
-  note_imbalance(reports, row);
-  for (std::size_t i = 0; i < systems_.size(); ++i) note_loads(reports, i, row);
-  open_row_ = std::move(row);
-}
-
-void Engine::note_imbalance(const std::vector<Report>& reports, FrameRow& row) const {
-  double sum = 0;
-  double slowest = 0;
-  for (const int rank : cast_.calculators) {
-    const double seconds = seconds_of(reports[static_cast<std::size_t>(rank)]);
-    sum += seconds;
-    if (seconds < slowest) continue;
-    slowest = seconds;
-    row.slowest_rank = rank;
+  if (round.first == 0) {
+    row_ = {};
+    row_.frame = frame_;
+    row_.time = static_cast<double>(frame_ + 1) * options_.dt;
+    row_digests_.clear();
+    for (const auto& system : systems_) row_.dropped += system->dropped;
   }
-  if (sum > 0) row.imbalance = slowest * static_cast<double>(cast_.calculators.size()) / sum;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    row_.particles += verdict.alive[i];
+    row_digests_.push_back(verdict.digests[i]);
+    note_loads(reports, i, round.first);
+  }
+  if (round.last < systems_.size()) return;
+  if (options_.digest) row_.particles_digest = particles::combine(row_digests_).text();
+  note_imbalance();
+  open_row_ = std::move(row_);
 }
 
-void Engine::note_loads(const std::vector<Report>& reports, std::size_t system, FrameRow& row) const {
+void Engine::note_imbalance() {
+  const std::size_t calculators = cast_.calculators.size();
+  std::vector<double> seconds(calculators, 0.0);
+  for (std::size_t i = 0; i < row_.load.size(); ++i) seconds[i % calculators] += row_.load[i].compute_s;
+  double sum = 0;
+  for (const double s : seconds) sum += s;
+  const auto slowest = std::max_element(seconds.begin(), seconds.end());
+  row_.slowest_rank = cast_.calculators[static_cast<std::size_t>(slowest - seconds.begin())];
+  if (sum > 0) row_.imbalance = *slowest * static_cast<double>(calculators) / sum;
+}
+
+void Engine::note_loads(const std::vector<Report>& reports, std::size_t index, std::size_t first) {
   std::vector<std::uint64_t> received(cast_.calculators.size(), 0);
   for (const int rank : cast_.calculators) {
-    for (const Sent& sent : reports[static_cast<std::size_t>(rank)].systems[system].sent) {
+    for (const Sent& sent : reports[static_cast<std::size_t>(rank)].systems[index - first].sent) {
       received[static_cast<std::size_t>(sent.domain)] += sent.count;
     }
   }
-  const System& s = *systems_[system];
+  System& s = *systems_[index];
+  s.loads.assign(cast_.calculators.size(), {});
   for (std::size_t c = 0; c < cast_.calculators.size(); ++c) {
-    const SystemReport& from = reports[static_cast<std::size_t>(cast_.calculators[c])].systems[system];
+    const SystemReport& from = reports[static_cast<std::size_t>(cast_.calculators[c])].systems[index - first];
     LoadRow load;
     load.system = s.definition.name;
     load.rank = cast_.calculators[c];
@@ -78,12 +74,16 @@ void Engine::note_loads(const std::vector<Report>& reports, std::size_t system, 
     load.n_end = from.kept + received[c];
     load.compute_s = from.compute_s;
     const std::uint64_t processed = from.at_start + from.created;
-    load.rescaled_s = rescaled(from.compute_s, processed, load.n_end);
+    load.rescaled_s = balance::rescaled(from.compute_s, processed, load.n_end);
     load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
     load.domain_lo = s.domains.low(static_cast<int>(c));
     load.domain_hi = s.domains.high(static_cast<int>(c));
-    row.exchanged += load.sent;
-    row.load.push_back(std::move(load));
+    if (balances()) {
+      s.speeds.add(static_cast<int>(c), processed, from.compute_s);
+      s.loads[c] = {load.n_end, load.rescaled_s, s.speeds.of(static_cast<int>(c))};
+    }
+    row_.exchanged += load.sent;
+    row_.load.push_back(std::move(load));
   }
 }
 
@@ -92,23 +92,28 @@ void Engine::note_tails(const std::vector<Report>& reports) {
   FrameRow& row = *open_row_;
   for (std::size_t rank = 0; rank < reports.size(); ++rank) {
     const Tail& tail = reports[rank].tail;
-    if (!tail.valid || tail.frame != row.frame) continue;
-    take_larger(row.times, tail.times);
-    if (!tail.image_sha256.empty()) row.image_sha256 = tail.image_sha256;
-    std::size_t system = 0;
-    for (LoadRow& load : row.load) {
-      if (load.rank != static_cast<int>(rank)) continue;
-      load.bytes_sent = system < tail.bytes_sent.size() ? tail.bytes_sent[system] : 0;
-      load.exchange_s = tail.times.exchange;
-      load.image_s = tail.times.render;
-      load.wait_s = tail.times.wait;
-      row.exchanged_bytes += load.bytes_sent;
-      ++system;
-    }
+    if (tail.valid && tail.frame == row.frame) note_tail(static_cast<int>(rank), tail, row);
   }
   if (log_) log_->add(row);
   last_row_ = std::move(row);
   open_row_.reset();
+}
+
+void Engine::note_tail(int rank, const Tail& tail, FrameRow& row) {
+  take_larger(row.times, tail.times);
+  if (!tail.image_sha256.empty()) row.image_sha256 = tail.image_sha256;
+  const int calculator = cast_.calculator_of(rank);
+  if (calculator < 0) return;
+  std::size_t at = static_cast<std::size_t>(calculator);
+  for (std::size_t system = 0; at < row.load.size(); ++system, at += cast_.calculators.size()) {
+    LoadRow& load = row.load[at];
+    load.bytes_sent = system < tail.bytes_sent.size() ? tail.bytes_sent[system] : 0;
+    if (system < tail.density.size()) load.density = tail.density[system];
+    load.exchange_s = tail.times.exchange;
+    load.image_s = tail.times.render;
+    load.wait_s = tail.times.wait;
+    row.exchanged_bytes += load.bytes_sent;
+  }
 }
 
 }  // namespace motes::frame

@@ -97,6 +97,7 @@ void System::start_frame() {
   moved = false;
   tally = {};
   tally.at_start = store->size();
+  sent.clear();
   events.clear();
   const std::uint64_t room = definition.capacity > alive ? definition.capacity - alive : 0;
   children = {0, 0, 0, born, std::min(spawned, room)};

@@ -3,9 +3,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "balance/policy.h"
 #include "domains/domains.h"
+#include "frame/report.h"
 #include "particles/schema.h"
 #include "particles/store.h"
 #include "recording/program.h"
@@ -71,6 +74,11 @@ class System {
   domains::Domains domains;
   bool waits_for_fit = false;       // space "fit", and no birth yet
   bool new_cuts = false;            // manager: the other ranks have not been told
+  std::optional<domains::Domains> next_domains;  // manager: from the next frame's births on
+  balance::Speeds speeds;           // manager: of all calculators; elsewhere: of this one alone
+  std::vector<balance::Load> loads;  // manager: after the exchange of this frame, one a calculator
+  balance::Plan plan;               // manager: what this frame's loads call for
+  std::uint64_t evaluations = 0;    // how often cuts were looked at
   std::unique_ptr<particles::Store> store;
   image::Sprite sprite;
   bool keeps_copies = false;
@@ -86,6 +94,8 @@ class System {
   std::uint64_t dropped = 0;          // births above the capacity so far
   recording::Outcome outcome;
   Tally tally;
+
+  std::vector<Sent> sent;             // leavers of this frame, by domain
 
   std::vector<std::vector<recording::Event>> events;  // one list a rule: parents on this rank
   std::uint64_t spawned = 0;  // children of all rules and ranks that the next frame starts with

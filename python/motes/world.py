@@ -57,7 +57,9 @@ class World:
         balancer: Balancer | None = None,
         renderer: Renderer | None = None,
         combine: str = "together",
+        clock: str = "cpu",
         log: str | os.PathLike[str] | None = None,
+        spans: bool = False,
         digest: bool = False,
         checkpoint: None = None,
         progress: str | Callable[[dict[str, Any]], None] = "lines",
@@ -68,33 +70,43 @@ class World:
         `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds a frame, in which the recorded
         list runs `substeps` times. `axis` and `space`: what the domains cut, and the interval (m) they share
         at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the first
-        births. `roles`: "auto", "shared" or Roles(...). `log`: a directory. `digest`: also log fingerprints
-        of particles and pictures, a frame. `progress`: "lines", "bar", "off" or a function of a row.
-        `comm`: an mpi4py communicator.
+        births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance, or None: cuts stay.
+        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message a pair
+        for all systems) or "overlapped" (the messages of one travel while the next computes). `clock`: what a
+        calculator's load is measured in: "cpu" (processor time of its thread, which others on the same
+        processor do not stretch) or "wall". `log`: a directory. `spans`: also log a timeline of each rank.
+        `digest`: also log fingerprints of particles and pictures, a frame. `progress`: "lines", "bar", "off"
+        or a function of a row. `comm`: an mpi4py communicator.
         """
         self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
         self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)
         self._substeps = arguments.integer("substeps", substeps, low=1, high=10_000)
         self._axis = arguments.choice("axis", axis, tuple(AXES))
         self._space = _space(space)
-        if balancer is not None and not isinstance(balancer, Static):
-            raise ArgumentError("balancer", balancer, "None or Static()")
+        if balancer is not None and not isinstance(balancer, Balancer):
+            raise ArgumentError("balancer", balancer, "None or a balancer of motes.balance")
+        self._balancer = balancer if balancer is not None else Static()
         if renderer is not None and not isinstance(renderer, Renderer):
             raise ArgumentError("renderer", renderer, "None or a motes.Renderer")
         if checkpoint is not None:
             raise ArgumentError("checkpoint", checkpoint, "None")
-        arguments.choice("combine", combine, ("together",))
+        self._combine = arguments.choice("combine", combine, ("one_by_one", "together", "overlapped"))
+        self._clock = arguments.choice("clock", clock, ("cpu", "wall"))
         if comm is not None and not isinstance(comm, MPI.Intracomm):
             raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
         if log is not None and not isinstance(log, (str, os.PathLike)):
             raise ArgumentError("log", log, "None or a directory's path")
         self.renderer = renderer
         self._log = None if log is None else os.fspath(log)
+        self._spans = arguments.flag("spans", spans)
+        if self._spans and log is None:
+            raise ArgumentError("spans", spans, "False where there is no log")
         self._digest = arguments.flag("digest", digest)
         self._progress_way = check_progress(progress)
         self._stall_s = _stall_s()
         self._comm: MPI.Intracomm = MPI.COMM_WORLD if comm is None else comm
         self._cast = _roles.cast(roles, self._comm.size)
+        self._speeds = _roles.speeds(roles, self._comm.size)
         self._systems: list[System] = []
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
@@ -238,12 +250,19 @@ class World:
         self._engine = _core.Engine(
             comm=self._comm.py2f(),
             roles=self._cast,
-            seed=self._seed,
-            dt=self._dt,
-            substeps=self._substeps,
-            digest=self._digest,
-            log=self._log or "",
-            hosts=hosts,
+            facts={
+                "seed": self._seed,
+                "dt": self._dt,
+                "substeps": self._substeps,
+                "digest": self._digest,
+                "log": self._log or "",
+                "hosts": hosts,
+                "policy": self._balancer.policy,
+                "combine": self._combine,
+                "clock": self._clock,
+                "speed": self._speeds.get(self.rank, 1.0),
+                "spans": self._spans,
+            },
             while_waiting=self._while_waiting,
             describe=lambda rank: f"rank {rank} ({_core.describe_role(self._cast, rank)})",
             stall_s=self._stall_s,
@@ -270,8 +289,10 @@ class World:
             "substeps": self._substeps,
             "axis": self._axis,
             "space": self._space,
-            "balancer": "Static()",
-            "combine": "together",
+            "balancer": repr(self._balancer),
+            "combine": self._combine,
+            "clock": self._clock,
+            "speeds": {str(rank): speed for rank, speed in sorted(self._speeds.items())},
             "manager": manager,
             "image_generator": image_generator,
             "calculators": calculators,

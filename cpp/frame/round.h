@@ -1,0 +1,26 @@
+// A round: the systems whose conversations are held together (paper 3.3), and what is known of them on the way.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "comm/message.h"
+#include "frame/report.h"
+
+namespace motes::frame {
+
+/// How several systems share a frame (API: World.combine): each has all of its conversations before the next one
+/// computes; all share their messages; or the messages of one travel while the next one computes.
+enum class Combine : std::uint8_t { one_by_one, together, overlapped };
+
+struct Round {
+  std::size_t first = 0;  // systems first .. last - 1
+  std::size_t last = 0;
+  std::uint32_t turn = 0;
+  std::vector<comm::Message> leaving;  // one a calculator
+  Verdict verdict;
+  std::vector<std::int32_t> asked;  // manager: the ranks whose proposals will come
+  double reported_s = 0;            // when this rank's report went off
+};
+
+}  // namespace motes::frame

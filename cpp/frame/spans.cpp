@@ -1,0 +1,26 @@
+#include "frame/spans.h"
+
+#include <cstdio>
+
+namespace motes::frame {
+namespace {
+
+std::string path_of(const std::string& directory, int rank) {
+  char name[32];
+  std::snprintf(name, sizeof name, "/spans.r%04d.jsonl", rank);
+  return directory + name;
+}
+
+}  // namespace
+
+Spans::Spans(const std::string& directory, int rank, double zero)
+    : table_(path_of(directory, rank), 256), zero_(zero) {}
+
+void Spans::add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end) {
+  Row row;
+  row.field("frame", frame).field("phase", std::string(phase)).field("system", system);
+  row.field("start_s", start - zero_).field("end_s", end - zero_);
+  table_.add(row);
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,27 @@
+// When this rank did what: one line a phase and round, for timelines.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "frame/table.h"
+
+namespace motes::frame {
+
+/// Written by each rank to a file of its own, a write a frame. Times count from `zero`, a moment that all ranks share as
+/// nearly as messages allow.
+class Spans {
+ public:
+  /// Throws std::runtime_error, naming the path, where it cannot write.
+  Spans(const std::string& directory, int rank, double zero);
+
+  /// `system`: its name, or empty for all.
+  void add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end);
+  void write() { table_.write(); }
+
+ private:
+  Table table_;
+  double zero_;
+};
+
+}  // namespace motes::frame

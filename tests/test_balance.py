@@ -1,0 +1,329 @@
+"""Balancing in real runs: cuts follow the load, particles follow the cuts, and no bit of the animation changes."""
+
+from __future__ import annotations
+
+import json
+from collections import defaultdict
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launching import mpirun
+
+POLICIES = {
+    "static": "None",
+    "pairwise": "balance.Pairwise(threshold=0.05, min_particles=8)",
+    "diffusive": "balance.Diffusive(threshold=0.01, min_particles=8)",
+    "prefix": "balance.PrefixCuts(threshold=0.02)",
+    "proportional": "balance.Proportional(powers=[1 + c for c in range(n)])",
+    "own": "Leftmost()",
+    "orders": "Shove()",
+    "all": "balance.Pairwise(threshold=0.05, min_particles=8, over='all')",
+    "diffusive-all": "balance.Diffusive(threshold=0.01, min_particles=8, over='all')",
+    "prefix-all": "balance.PrefixCuts(threshold=0.02, over='all')",
+}
+
+# Particles fly through the domains, die, are born of others; the script reads and moves some on the way.
+SCENE = """
+import sys
+import motes
+from motes import balance, shapes
+
+policy, space, combine, frames = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
+log = sys.argv[5] if len(sys.argv) > 5 else None
+from mpi4py import MPI
+n = max(1, MPI.COMM_WORLD.size - 2)
+
+class Leftmost(balance.Balancer):
+    def decide(self, load):
+        return balance.Targets([float(len(load) - c) for c in range(len(load))])
+
+class Shove(balance.Balancer):
+    def decide(self, load):
+        if len(load) < 2:
+            return balance.Orders([])
+        return balance.Orders([(0, 1, 10**9 if load.frame % 2 else 7), (1, 0, 3)])
+
+world = motes.World(
+    seed=3, space=eval(space), balancer=eval(policy), combine=combine, log=log, spans=log is not None, progress="off",
+    renderer=motes.Renderer(64, 48, camera=motes.Camera((0, 0, 60), (0, 0, 0))), substeps=2,
+)
+drops, rain, dust = world.system("drops", capacity=3000), world.system("rain", axis="y"), world.system("dust")
+with world:
+    for frame in world.frames(frames):
+        drops.configure(velocity=motes.Normal((2, 0, 0), (6, 3, 3)), lifetime=motes.Uniform(0.2, 2))
+        drops.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=6000)
+        drops.gravity((0, -9.81, 0))
+        drops.bounce(shapes.Plane((0, -2, 0), (0, 1, 0)), restitution=0.5)
+        drops.spawn(into=dust, on="collision", count=1, inherit_velocity=0.3)
+        drops.kill_expired()
+        drops.move()
+        rain.configure(velocity=(0, -20, 0))
+        rain.source(shapes.Line((-9, 30, 0), (9, 30, 0)), rate=2000)
+        rain.random_displacement(shapes.Sphere((0, 0, 0), 0.1))
+        rain.move()
+        rain.kill_old(1.5)
+        dust.random_velocity(shapes.Sphere((0, 0, 0), 1))
+        dust.move()
+        dust.kill_old(0.5)
+        if frame == 5:
+            with drops.local() as p:
+                p.position[:, 0] *= 3
+        digest = world.digest()
+        picture = world.render()
+        world.say(f"{frame} {digest} {drops.count} {rain.count} {dust.count}")
+        if picture:
+            print("picture", frame, picture.digest(), flush=True)
+"""
+
+FINITE, INFINITE = "(-3, 3)", "None"
+
+
+def rows_of(path: Path) -> list[dict[str, Any]]:
+    return [json.loads(line) for line in path.read_text().splitlines()]
+
+
+def sorted_lines(result) -> list[str]:
+    return sorted(result.lines)
+
+
+@pytest.fixture(scope="module")
+def alone():
+    """Give what one rank says: the truth for all others."""
+    return sorted_lines(mpirun(1, SCENE, "None", FINITE, "together", 10))
+
+
+@pytest.mark.parametrize("policy", POLICIES)
+@pytest.mark.parametrize("ranks", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+def test_no_policy_changes_a_bit(policy, ranks, alone, tmp_path):
+    space = INFINITE if policy in ("pairwise", "prefix", "diffusive-all") else FINITE
+    result = mpirun(ranks, SCENE, POLICIES[policy], space, "together", 10, tmp_path / "log")
+    assert sorted_lines(result) == alone
+    if ranks == 2 or policy == "static":
+        return
+    cuts = {(row["system"], row["rank"], row["domain_hi"]) for row in rows_of(tmp_path / "log" / "load.jsonl")}
+    assert len(cuts) > 3 * (ranks - 2), "cuts moved"
+
+
+@pytest.mark.parametrize("combine", ["one_by_one", "overlapped"])
+@pytest.mark.parametrize("policy", ["static", "pairwise", "diffusive", "prefix", "all"])
+@pytest.mark.parametrize("ranks", [5, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+def test_systems_combined_otherwise_give_the_same_bits(combine, policy, ranks, alone):
+    assert sorted_lines(mpirun(ranks, SCENE, POLICIES[policy], FINITE, combine, 10)) == alone
+
+
+# --- the paper's infinite space
+
+MIDDLE = """
+import sys
+import motes
+from motes import balance, shapes
+
+world = motes.World(seed=1, space=None, balancer=eval(sys.argv[1]), log=sys.argv[2], progress="off")
+snow = world.system("snow")
+with world:
+    for frame in world.frames(int(sys.argv[3])):
+        if frame == 0:
+            snow.burst(shapes.Box((-1, -1, -1), (1, 1, 1)), count=4000)
+        snow.move()
+        world.step()
+"""
+
+
+def last_counts(log: Path) -> list[int]:
+    rows = rows_of(log / "load.jsonl")
+    return [row["n_end"] for row in rows if row["frame"] == rows[-1]["frame"]]
+
+
+@pytest.mark.parametrize(("ranks", "middle"), [(4, [0, 1]), (5, [1]), (7, [2])])
+def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tmp_path):
+    mpirun(ranks, MIDDLE, "None", tmp_path / "static", 3)
+    counts = last_counts(tmp_path / "static")
+    assert sum(counts) == 4000
+    assert [c for c, n in enumerate(counts) if n > 0] == middle
+    mpirun(ranks, MIDDLE, "balance.Pairwise(min_particles=8)", tmp_path / "pairwise", 40)
+    counts = last_counts(tmp_path / "pairwise")
+    assert sum(counts) == 4000
+    assert max(counts) < 1.35 * min(counts), counts
+    mpirun(ranks, MIDDLE, "balance.PrefixCuts(threshold=0.02)", tmp_path / "prefix", 6)
+    counts = last_counts(tmp_path / "prefix")
+    assert max(counts) < 1.05 * min(counts), counts
+
+
+# --- slower machines
+
+SLOW = """
+import sys
+import motes
+from motes import balance, shapes
+
+world = motes.World(seed=1, space=(-1, 1), balancer=eval(sys.argv[1]), log=sys.argv[2], progress="off")
+snow = world.system("snow")
+with world:
+    for frame in world.frames(int(sys.argv[3])):
+        if frame == 0:
+            snow.burst(shapes.Box((-1, -1, -1), (1, 1, 1)), count=200_000)
+        snow.random_acceleration(shapes.Sphere((0, 0, 0), 1))
+        snow.move()
+        world.step()
+"""
+
+
+@pytest.mark.parametrize(
+    ("policy", "frames"), [("balance.Pairwise()", 16), ("balance.PrefixCuts()", 6), ("balance.Diffusive()", 16)]
+)
+def test_work_is_shared_by_speed(policy, frames, tmp_path):
+    env = {"MOTES_SPEEDS": "2:1.0,3:0.5"}
+    mpirun(4, SLOW, policy, tmp_path / "log", frames, env=env)
+    facts = json.loads((tmp_path / "log" / "run.json").read_text())
+    assert facts["speeds"] == {"2": 1.0, "3": 0.5}
+    assert facts["balancer"].startswith(policy.split("(")[0].removeprefix("balance."))
+    fast, slow = last_counts(tmp_path / "log")
+    assert abs(fast / (fast + slow) - 2 / 3) < 0.1 * 2 / 3, (fast, slow)
+    load = rows_of(tmp_path / "log" / "load.jsonl")
+    per_particle = defaultdict(list)
+    for row in load[4:]:
+        per_particle[row["rank"]].append(row["t_compute_s"] / (row["n_start"] + row["created"]))
+    middle = {rank: sorted(values)[len(values) // 2] for rank, values in per_particle.items()}
+    assert 1.5 < middle[3] / middle[2] < 2.7, "the slower machine really spends the time"
+
+
+# --- what the log says of it
+
+
+def test_rows_of_balance(tmp_path):
+    mpirun(5, SCENE, POLICIES["pairwise"], FINITE, "together", 10, tmp_path / "log")
+    rows = rows_of(tmp_path / "log" / "balance.jsonl")
+    load = {(r["frame"], r["system"], r["rank"]): r for r in rows_of(tmp_path / "log" / "load.jsonl")}
+    moved = 0
+    for row in rows:
+        left, right = (load[row["frame"], row["system"], row[f"{side}_rank"]] for side in ("left", "right"))
+        assert row["right_rank"] == row["left_rank"] + 1
+        assert (row["n_left"], row["n_right"]) == (left["n_end"], right["n_end"])
+        assert row["cut_before"] == pytest.approx(left["domain_hi"])
+        if not row["ordered"]:
+            assert row["cut_after"] == row["cut_before"]
+            continue
+        assert abs(row["given"]) <= abs(row["ordered"])
+        assert row["given"] * row["ordered"] >= 0
+        if row["given"]:
+            moved += 1
+            assert (row["cut_after"] < row["cut_before"]) == (row["given"] > 0)
+            after = load.get((row["frame"] + 1, row["system"], row["left_rank"]))
+            if after is not None:
+                assert after["domain_hi"] == pytest.approx(row["cut_after"])
+    assert moved > 5
+
+
+def test_the_timeline_shows_messages_under_way_while_the_next_system_computes(tmp_path):
+    mpirun(4, SCENE, "None", FINITE, "overlapped", 10, tmp_path / "log")
+    files = sorted(path.name for path in (tmp_path / "log").glob("spans.*"))
+    assert files == [f"spans.r{rank:04d}.jsonl" for rank in range(4)]
+    rows = rows_of(tmp_path / "log" / "spans.r0002.jsonl")
+    for frame in range(10):
+        mine = [row for row in rows if row["frame"] == frame]
+        acts = {row["system"]: row for row in mine if row["phase"] == "act"}
+        messages = {row["system"]: row for row in mine if row["phase"] == "messages"}
+        assert set(acts) == set(messages) == {"drops", "rain", "dust"}
+        for here, following in (("drops", "rain"), ("rain", "dust")):
+            assert messages[here]["start_s"] <= acts[following]["start_s"]
+            assert acts[following]["end_s"] <= messages[here]["end_s"]
+
+
+def test_densities_lie_inside_their_domains(tmp_path):
+    mpirun(4, SCENE, POLICIES["prefix"], FINITE, "together", 10, tmp_path / "log")
+    for row in rows_of(tmp_path / "log" / "density.jsonl"):
+        quantiles = [row[f"x_q{q:02d}"] for q in range(17)]
+        if row["n"] == 0:
+            assert quantiles == [None] * 17
+        else:
+            assert quantiles == sorted(quantiles)
+
+
+# --- what cannot be
+
+
+WRONG = """
+import sys
+import motes
+from motes import balance, shapes
+
+class Wrong(balance.Balancer):
+    def decide(self, load):
+        if load.frame < 2:
+            return balance.Targets([1.0] * len(load))
+        return eval(sys.argv[1])
+
+world = motes.World(seed=1, space=(-1, 1), balancer=Wrong(), progress="off")
+snow = world.system("snow")
+try:
+    with world:
+        for frame in world.frames(5):
+            snow.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=2400)
+            snow.move()
+            try:
+                world.step()
+            except BaseException as error:
+                sys.stderr.write(f"<{type(error).__name__}|{frame}|{error}>\\n")
+                raise
+finally:
+    sys.stderr.flush()
+"""
+
+
+@pytest.mark.parametrize(
+    ("answer", "kinds"),
+    [
+        ("None", "ArgumentError"),
+        ("[1.0]", "ArgumentError"),
+        ("balance.Targets([1.0])", "ArgumentError"),
+        ("balance.Targets([float('nan'), 1.0])", "ArgumentError"),
+        ("balance.Targets([-1.0, 1.0])", "ArgumentError"),
+        ("balance.Orders([(0, 5, 3)])", "ArgumentError"),
+        ("1 / 0", "ZeroDivisionError"),
+    ],
+)
+def test_a_wrong_policy_ends_the_run_everywhere(answer, kinds):
+    result = mpirun(4, WRONG, answer, timeout=30)
+    assert result.code != 0
+    assert "Wrong" in result.err, result.text
+    assert kinds in result.err, result.text
+    assert "frame 2" in result.err, result.text
+
+
+DIFFERENT = """
+import motes
+from motes import balance, shapes
+from mpi4py import MPI
+
+world = motes.World(seed=1, space=(-1, 1), progress="off", {0})
+a, b = world.system("a"), world.system("b")
+with world:
+    for frame in world.frames(3):
+        a.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=2400)
+        a.move()
+        world.step()
+"""
+
+
+@pytest.mark.parametrize(
+    "argument",
+    [
+        "combine='overlapped' if MPI.COMM_WORLD.rank == 2 else 'together'",
+        "balancer=balance.Diffusive() if MPI.COMM_WORLD.rank == 2 else None",
+    ],
+)
+def test_ranks_that_balance_otherwise_are_found_out(argument):
+    result = mpirun(4, DIFFERENT.replace("{0}", argument), timeout=30)
+    assert result.code != 0
+    assert "ScriptMismatch" in result.err, result.text
+
+
+@pytest.mark.parametrize(
+    ("speeds", "complaint"), [("2", "MOTES_SPEEDS"), ("9:0.5", "0..3"), ("2:0", "0.001..1"), ("2:2", "0.001..1")]
+)
+def test_wrong_speeds_are_refused(speeds, complaint):
+    result = mpirun(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)
+    assert result.code != 0
+    assert complaint in result.err
+    assert "MOTES_SPEEDS" in result.err

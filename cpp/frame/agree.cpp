@@ -119,7 +119,7 @@ void Engine::collect_offspring(const Round& round, std::vector<Report>& reports,
                 [](const recording::Event& a, const recording::Event& b) { return a.id < b.id; });
       const auto into = static_cast<std::size_t>(offspring.rule.into);
       verdict.spawned[into] += offspring.events.size() * offspring.rule.count;
-      systems_[into]->offspring.push_back(std::move(offspring));
+      systems_[into]->next_offspring.push_back(std::move(offspring));
     }
   }
 }

@@ -1,6 +1,7 @@
 #include "frame/system.h"
 
 #include <algorithm>
+#include <utility>
 
 namespace motes::frame {
 
@@ -105,6 +106,7 @@ void System::start_frame() {
   born += children.count;
   born_this_frame += children.count;
   spawned = 0;
+  offspring = std::exchange(next_offspring, {});
 }
 
 }  // namespace motes::frame

@@ -100,7 +100,8 @@ class System {
   std::vector<std::vector<recording::Event>> events;  // one list a rule: parents on this rank
   std::uint64_t spawned = 0;  // children of all rules and ranks that the next frame starts with
   BirthGroup children;  // of which this frame starts with so many
-  std::vector<recording::Offspring> offspring;  // manager: what they are made of
+  std::vector<recording::Offspring> offspring;       // manager: what they are made of
+  std::vector<recording::Offspring> next_offspring;  // the next frame's
 };
 
 }  // namespace motes::frame

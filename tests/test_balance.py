@@ -94,20 +94,26 @@ def alone():
 
 
 @pytest.mark.parametrize("policy", POLICIES)
-@pytest.mark.parametrize("ranks", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "ranks", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)]
+)
 def test_no_policy_changes_a_bit(policy, ranks, alone, tmp_path):
     space = INFINITE if policy in ("pairwise", "prefix", "diffusive-all") else FINITE
     result = mpirun(ranks, SCENE, POLICIES[policy], space, "together", 10, tmp_path / "log")
     assert sorted_lines(result) == alone
     if ranks == 2 or policy == "static":
         return
-    cuts = {(row["system"], row["rank"], row["domain_hi"]) for row in rows_of(tmp_path / "log" / "load.jsonl")}
+    cuts = {
+        (row["system"], row["rank"], row["domain_hi"]) for row in rows_of(tmp_path / "log" / "load.jsonl")
+    }
     assert len(cuts) > 3 * (ranks - 2), "cuts moved"
 
 
 @pytest.mark.parametrize("combine", ["one_by_one", "overlapped"])
 @pytest.mark.parametrize("policy", ["static", "pairwise", "diffusive", "prefix", "all"])
-@pytest.mark.parametrize("ranks", [5, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "ranks", [5, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
+)
 def test_systems_combined_otherwise_give_the_same_bits(combine, policy, ranks, alone):
     assert sorted_lines(mpirun(ranks, SCENE, POLICIES[policy], FINITE, combine, 10)) == alone
 
@@ -170,7 +176,8 @@ with world:
 
 
 @pytest.mark.parametrize(
-    ("policy", "frames"), [("balance.Pairwise()", 16), ("balance.PrefixCuts()", 6), ("balance.Diffusive()", 16)]
+    ("policy", "frames"),
+    [("balance.Pairwise()", 16), ("balance.PrefixCuts()", 6), ("balance.Diffusive()", 16)],
 )
 def test_work_is_shared_by_speed(policy, frames, tmp_path):
     env = {"MOTES_SPEEDS": "2:1.0,3:0.5"}
@@ -320,7 +327,8 @@ def test_ranks_that_balance_otherwise_are_found_out(argument):
 
 
 @pytest.mark.parametrize(
-    ("speeds", "complaint"), [("2", "MOTES_SPEEDS"), ("9:0.5", "0..3"), ("2:0", "0.001..1"), ("2:2", "0.001..1")]
+    ("speeds", "complaint"),
+    [("2", "MOTES_SPEEDS"), ("9:0.5", "0..3"), ("2:0", "0.001..1"), ("2:2", "0.001..1")],
 )
 def test_wrong_speeds_are_refused(speeds, complaint):
     result = mpirun(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)

@@ -35,7 +35,7 @@ frame::Options make_options(const py::dict& facts) {
   options.hosts = facts["hosts"].cast<std::vector<std::string>>();
   if (!facts["policy"].is_none()) options.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
   const auto combine = facts["combine"].cast<std::string>();
-  options.combine = combine == "one_by_one"  ? frame::Combine::one_by_one
+  options.combine = combine == "one_by_one"   ? frame::Combine::one_by_one
                     : combine == "overlapped" ? frame::Combine::overlapped
                                               : frame::Combine::together;
   options.wall_clock = facts["clock"].cast<std::string>() == "wall";

@@ -176,8 +176,7 @@ std::vector<Request> Engine::requests_between(int me, int other, const std::vect
                                               const std::vector<std::size_t>& systems) const {
   const balance::Policy& policy = *options_.policy;
   const auto between = [&](const Load& mine, const Load& his) {
-    const balance::Order order =
-        other < me ? policy.between(other, his, mine) : policy.between(me, mine, his);
+    const balance::Order order = other < me ? policy.between(other, his, mine) : policy.between(me, mine, his);
     return order.from == me ? std::min(order.count, mine.particles / 2) : 0;
   };
   std::vector<std::uint64_t> counts;
@@ -192,7 +191,8 @@ std::vector<Request> Engine::requests_between(int me, int other, const std::vect
     const std::vector<Load> sum = sum_of(pointers);
     const double part = static_cast<double>(between(sum[0], sum[1])) /
                         static_cast<double>(std::max<std::uint64_t>(sum[0].particles, 1));
-    for (const Load& load : own) counts.push_back(static_cast<std::uint64_t>(static_cast<double>(load.particles) * part));
+    for (const Load& load : own)
+      counts.push_back(static_cast<std::uint64_t>(static_cast<double>(load.particles) * part));
   } else {
     for (std::size_t k = 0; k < systems.size(); ++k) counts.push_back(between(own[k], theirs[k]));
   }

@@ -73,8 +73,9 @@ void Engine::start() {
   frame_start_s_ = comm::wall_seconds();
   // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
   constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
-  const std::string policy = options_.policy ? options_.policy->name() : "None";
-  converse(Verb::start, std::string("combine=") + kCombine[static_cast<int>(options_.combine)] + ", balancer=" + policy);
+  std::string shared = kCombine[static_cast<int>(options_.combine)];
+  shared.append(", ").append(options_.policy ? options_.policy->name() : "cuts stay");
+  converse(Verb::start, shared);
   if (manages() && !options_.log.empty()) {
     work("log", [&] { log_ = std::make_unique<Log>(options_.log, options_.hosts); });
     if (log_) log_->event("start", frame_, "");

@@ -8,8 +8,8 @@
 
 namespace motes::frame {
 
-/// Written by each rank to a file of its own, a write a frame. Times count from `zero`, a moment that all ranks share as
-/// nearly as messages allow.
+/// Written by each rank to a file of its own, a write a frame. Times count from `zero`, a moment that all ranks share
+/// as nearly as messages allow.
 class Spans {
  public:
   /// Throws std::runtime_error, naming the path, where it cannot write.

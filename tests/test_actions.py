@@ -469,3 +469,44 @@ def test_the_page_of_actions_is_current():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     assert module.page() == module.PAGE.read_text(), "run python docs/make_actions.py"
+
+
+def test_who_leaves_the_numbers_dies_where_it_was():
+    state = {
+        "position": [(0, 0, 0), (3e38, 0, 0), (1, 2, 3)],
+        "velocity": [(1, 0, 0), (3e38, 0, 0), (0, -3e38, 0)],
+    }
+    p = after(state, actions.Move(), dt=1.0)
+    assert p.id.tolist() == [0, 2]
+    p = after(state, actions.Gravity(acceleration=(0, -1e15, 0)), actions.Move(), dt=1e9, frames=1)
+    assert p.id.tolist() == [0] and np.isfinite(p.position).all()
+
+
+@pytest.mark.parametrize(
+    "value", [motes.column("zero") / 0, 1 / motes.column("zero"), motes.column("minus").sqrt()]
+)
+def test_what_is_no_finite_number_is_not_set(value):
+    world = motes.World(seed=1, progress="off")
+    s = world.system("a", attributes={"zero": 0.0, "minus": -1.0, "heat": 5.0, "wind": (1, 2, 3)})
+    with world:
+        s.burst(BALL, count=3)
+        s.set(heat=value, wind=value + motes.column("velocity") * 0, mass=motes.column("minus") * -2)
+        world.step()
+        p = s.gather()
+    assert p.heat.tolist() == [5] * 3 and p.mass.tolist() == [2] * 3
+    assert p.wind.tolist() == [[1, 2, 3]] * 3
+
+
+def test_children_of_the_lost_are_not_born():
+    world = motes.World(seed=1, dt=1.0, progress="off")
+    s = world.system("a")
+    with world:
+        for frame in world.frames(3):
+            s.spawn(into=s, on="death", count=5, inherit_velocity=1)
+            if frame == 0:
+                s.emit(position=[(3e38, 0, 0), (1, 0, 0)], velocity=[(3e38, 0, 0), (1, 0, 0)])
+                with s.local() as p:
+                    p.velocity[0] = np.inf
+            s.move()
+            world.step()
+        assert (s.count, s.born) == (1, 2)

@@ -54,7 +54,9 @@ inline void jitter(const actions::Block& b, const actions::Step& s) {
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     Draws draws = draws_of(b, s, i);
     const Floats passed = unit(draws.words().a) * s.dt;
-    store3(b, kPositionAt, i, load3(b, kPositionAt, i) + load3(b, kVelocityAt, i) * passed);
+    const Floats3 from = load3(b, kPositionAt, i);
+    const Floats3 to = from + load3(b, kVelocityAt, i) * passed;
+    store3(b, kPositionAt, i, select(finite(to), to, from));
     store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + passed);
   }
 }

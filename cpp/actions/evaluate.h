@@ -91,7 +91,8 @@ inline void evaluate(const actions::Instruction* code, std::size_t length, const
 #undef MOTES_BINARY
 #undef MOTES_UNARY
 
-/// set: attribute = values, computed from the particle as it was before the action.
+/// set: attribute = values, computed from the particle as it was before the action. Where one is not finite (a division
+/// by 0, the root of a negative number) that component stays.
 inline void set(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
   for (int c = 0; c < p.width; ++c) {
     float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
@@ -99,8 +100,11 @@ inline void set(const actions::Parameters& p, const actions::Block& b, const act
   }
   for (int c = 0; c < p.width; ++c) {
     const float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;
-    each(b.count,
-         [&](std::size_t i) __attribute__((always_inline)) { store(b.component[p.target + c] + i, load(result + i)); });
+    float* plane = b.component[p.target + c];
+    each(b.count, [&](std::size_t i) __attribute__((always_inline)) {
+      const Floats value = load(result + i);
+      store(plane + i, select(abs(value) <= __FLT_MAX__, value, load(plane + i)));
+    });
   }
 }
 

@@ -1,4 +1,5 @@
-// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move).
+// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move). Who would leave the
+// numbers of float32, or has a velocity that is none, stays where it is and dies.
 #pragma once
 
 #include "actions/lanes.h"
@@ -8,7 +9,14 @@ namespace motes::MOTES_ISA {
 inline void move(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Floats dt = all(s.dt);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    store3(b, kPositionAt, i, load3(b, kPositionAt, i) + load3(b, kVelocityAt, i) * dt);
+    const Floats3 from = load3(b, kPositionAt, i);
+    Floats3 to = from + load3(b, kVelocityAt, i) * dt;
+    const Mask lost = ~finite(to);
+    if (any(lost)) {
+      to = select(lost, from, to);
+      kill(b, i, lost);
+    }
+    store3(b, kPositionAt, i, to);
     store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + dt);
   }
   if (!p.flag) return;

@@ -13,6 +13,12 @@ namespace {
 using particles::kBlock;
 using particles::Store;
 
+bool finite(const Event& event) {
+  const auto is_finite = [](float v) { return std::isfinite(v); };
+  return std::all_of(event.position, event.position + 3, is_finite) &&
+         std::all_of(event.velocity, event.velocity + 3, is_finite);
+}
+
 // Removes the particles for which the condition does not hold.
 void keep_where(const Spawn& spawn, Store& store) {
   if (spawn.where.empty() || store.size() == 0) return;
@@ -73,6 +79,8 @@ std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std
           v != nullptr ? v[i] : chosen.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
     }
   }
+  // A child of what is nowhere would be nowhere too, and die at once, and bear again.
+  std::erase_if(events, [](const Event& event) { return !finite(event); });
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
   return events;
 }

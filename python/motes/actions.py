@@ -206,6 +206,8 @@ class KillExpired(Action):
 class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity, and lets them age.
 
+    Who would leave the numbers of float32 (3e38 m), or has a velocity that is no finite number, dies.
+
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
 
     Attributes:

@@ -13,6 +13,8 @@ from .shapes import Shape
 
 __all__ = ["Normal", "Uniform", "distribution"]
 
+MOST = 1e37  # no draw leaves float32: neither a range of twice that, nor 7 sigma
+
 
 class Uniform:
     """Drawn uniformly from lo..hi, each component by itself."""
@@ -66,6 +68,6 @@ def _numbers(attribute: str, width: int, value: Any, *, endless: bool = False) -
 
 
 def _in_float32(attribute: str, value: float) -> float:
-    if abs(value) > 3e38 and abs(value) != float("inf"):
-        raise ArgumentError(attribute, value, "within the range of float32")
+    if abs(value) > MOST and value != float("inf"):
+        raise ArgumentError(attribute, value, f"within {MOST:g}")
     return value

@@ -222,6 +222,8 @@ def as_expression(argument: str, value: Any) -> Expression:
         numbers: tuple[float, ...] = (arguments.number(argument, value),)
     else:
         numbers = arguments.triple(argument, value)
+    if any(abs(v) > 3e38 for v in numbers):
+        raise ArgumentError(argument, value, "within the range of float32")
     return Expression(lambda _: [(("constant", v),) for v in numbers], repr(value))
 
 

@@ -72,7 +72,8 @@ class Shape:
 
     def sample(self, n: int, seed: int = 0) -> NDArray[np.float32]:
         """Draw n points, float32 (n, 3); the same seed gives the same points. A plane gives its own point."""
-        return self.core.sample(arguments.integer("n", n), arguments.integer("seed", seed, high=2**64 - 1))
+        n = arguments.integer("n", n, high=2**32 - 1)
+        return self.core.sample(n, arguments.integer("seed", seed, high=2**64 - 1))
 
     def __or__(self, other: Shape | ArrayLike) -> Union:
         """Unite two shapes: `a | b | c` is one union of three."""

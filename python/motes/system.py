@@ -245,7 +245,7 @@ def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray
     allowed = f"finite numbers of shape (n, {width})" if width > 1 else "finite numbers of shape (n,)"
     array = np.ascontiguousarray(arguments.floats(attribute, values, np.float32, allowed))
     fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
-    endless = attribute == "lifetime" and not np.isnan(array).any()
+    endless = attribute == "lifetime" and (array > -np.inf).all()
     if not fits or not (np.isfinite(array).all() or endless):
         raise ArgumentError(attribute, values, allowed)
     if count is not None and len(array) != count:

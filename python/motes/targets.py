@@ -369,6 +369,8 @@ class SizeOverLife(Action):
 class Set(Action):
     """Sets an attribute to a value, or to what an expression of columns gives for each particle.
 
+    Where that is no finite number, as in a division by 0, the attribute stays as it was.
+
     Formula: attribute = value, computed from the particle as it was before the action
 
     Attributes:

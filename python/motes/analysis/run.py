@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import arguments
 from . import measures
 from .schema import TABLES
 from .tables import frame_of, read_facts, read_table
@@ -27,7 +28,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
     Also of a run that was killed or still goes on: all whole rows are read. Tables are read when they are
     first asked for. Raises LogError, naming path and line, where files are missing or damaged.
     """
-    directory = Path(path)
+    directory = arguments.file_path("path", path)
     return Run(read_facts(directory), {}, path=directory)
 
 

@@ -9,6 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
+from .. import arguments
 from ..errors import ArgumentError, LogError
 from . import extras
 from .run import Run, open_run
@@ -32,7 +33,8 @@ def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]
         if len(paths) == 1 and paths[0].is_dir() and not (paths[0] / "run.json").is_file():
             paths = sorted(paths[0].iterdir())
     else:
-        paths = [Path(name) for name in pattern]
+        wanted = arguments.listed("pattern", pattern, "a pattern of paths, or a list of them")
+        paths = [arguments.file_path("pattern", name) for name in wanted]
         missing = [path for path in paths if not (path / "run.json").is_file()]
         if missing:
             raise LogError(f"{missing[0]} is not a run's log: it has no run.json")

@@ -103,7 +103,10 @@ std::string shown(double number) {
 
 std::string shown(const std::vector<double>& numbers) {
   std::string text = "[";
-  for (std::size_t i = 0; i < numbers.size(); ++i) text += (i == 0 ? "" : ", ") + shown(numbers[i]);
+  for (const double number : numbers) {
+    if (text.size() > 1) text += ", ";
+    text += shown(number);
+  }
   return text + "]";
 }
 

@@ -21,6 +21,7 @@ void bind_errors(py::module_& m);
 void bind_shapes(py::module_& m);
 void bind_recording(py::module_& m);
 void bind_image(py::module_& m);
+void bind_balance(py::module_& m);
 void bind_engine(py::module_& m);
 void bind_bench(py::module_& m);
 

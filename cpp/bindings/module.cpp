@@ -6,6 +6,7 @@ PYBIND11_MODULE(_core, m) {
   motes::bindings::bind_shapes(m);
   motes::bindings::bind_recording(m);
   motes::bindings::bind_image(m);
+  motes::bindings::bind_balance(m);
   motes::bindings::bind_engine(m);
   motes::bindings::bind_bench(m);
 }

@@ -11,7 +11,17 @@ from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library
 
 from . import _last_resort, actions, balance, errors, launch, script, shapes
 from .analysis import Run, Runs, open_run, open_runs
-from .balance import Balancer, Static
+from .balance import (
+    Balancer,
+    Diffusive,
+    LoadTable,
+    Orders,
+    Pairwise,
+    PrefixCuts,
+    Proportional,
+    Static,
+    Targets,
+)
 from .distributions import Normal, Uniform
 from .errors import ArgumentError, LogError, MotesError, NotHere, RankError, ScriptMismatch
 from .expressions import column, maximum, minimum
@@ -27,13 +37,19 @@ __all__ = [
     "ArgumentError",
     "Balancer",
     "Camera",
+    "Diffusive",
     "Frame",
+    "LoadTable",
     "LogError",
     "MotesError",
     "Movie",
     "Normal",
     "NotHere",
+    "Orders",
+    "Pairwise",
     "Particles",
+    "PrefixCuts",
+    "Proportional",
     "RankError",
     "Renderer",
     "Roles",
@@ -44,14 +60,15 @@ __all__ = [
     "Sprite",
     "Static",
     "System",
+    "Targets",
     "Uniform",
     "World",
     "actions",
+    "balance",
     "column",
+    "errors",
     "maximum",
     "minimum",
-    "balance",
-    "errors",
     "open_run",
     "open_runs",
     "script",

@@ -12,11 +12,15 @@ import numpy.typing
 
 __all__: list[str] = [
     "Action",
+    "BalancePlan",
+    "BalanceTable",
     "Birth",
     "Distribution",
     "Engine",
+    "Policy",
     "Shape",
     "Spawn",
+    "Speeds",
     "Sprite",
     "View",
     "act_bench",
@@ -25,12 +29,25 @@ __all__: list[str] = [
     "cast",
     "check_roles",
     "describe_role",
+    "diffusive_policy",
+    "give_left",
+    "give_right",
+    "histogram",
     "leaver_bench",
+    "legal_plan",
     "mpi_version",
     "name_crashes",
+    "pairwise_policy",
+    "plan_part",
+    "prefix_cuts",
+    "prefix_cuts_policy",
+    "proportional_policy",
+    "quantiles",
     "render_bench",
+    "scripted_policy",
     "set_place",
     "simd",
+    "static_policy",
 ]
 
 class Shape:
@@ -122,6 +139,69 @@ class View:
         objects: collections.abc.Sequence[tuple[Shape, collections.abc.Sequence[float]]],
     ) -> None: ...
 
+class BalanceTable:
+    def __init__(
+        self,
+        frame: int,
+        evaluation: int,
+        system: str,
+        particles: numpy.typing.ArrayLike,
+        seconds: numpy.typing.ArrayLike,
+        speed: numpy.typing.ArrayLike,
+        cuts: numpy.typing.ArrayLike,
+    ) -> None: ...
+    @property
+    def complete_speed(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def cuts(self) -> numpy.typing.NDArray[numpy.float32]: ...
+    @property
+    def evaluation(self) -> int: ...
+    @property
+    def frame(self) -> int: ...
+    @property
+    def imbalance(self) -> float: ...
+    @property
+    def particles(self) -> numpy.typing.NDArray[numpy.uint64]: ...
+    @property
+    def seconds(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def speed(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def system(self) -> str: ...
+
+class BalancePlan:
+    def __init__(
+        self,
+        orders: collections.abc.Sequence[tuple[int, int, int]],
+        shares: collections.abc.Sequence[float],
+        costs: collections.abc.Sequence[float],
+    ) -> None: ...
+    @property
+    def costs(self) -> numpy.typing.NDArray[numpy.float64]: ...
+    @property
+    def evaluated(self) -> numpy.typing.NDArray[numpy.int32]: ...
+    @property
+    def orders(self) -> list[tuple[int, int, int]]: ...
+    @property
+    def shares(self) -> numpy.typing.NDArray[numpy.float64]: ...
+
+class Speeds:
+    def add(self, calculator: int, particles: int, seconds: float) -> None: ...
+    def of(self, calculator: int) -> float: ...
+
+class Policy:
+    def check(self, calculators: int) -> None: ...
+    def plan(self, table: BalanceTable) -> BalancePlan: ...
+    def speeds(self, calculators: int) -> Speeds: ...
+    @property
+    def decentralised(self) -> bool: ...
+    @property
+    def moves(self) -> bool: ...
+    @property
+    def name(self) -> str: ...
+    @property
+    def over_all(self) -> bool: ...
+
 class Engine:
     keep_linear: bool
     def __init__(
@@ -179,11 +259,51 @@ def builtin_attributes() -> list[tuple[str, int]]: ...
 def cast(arg0: str, arg1: int) -> tuple[int, int, list[int]]: ...
 def check_roles(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> None: ...
 def describe_role(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: int) -> str: ...
+def diffusive_policy(
+    threshold: float, rate: float, min_particles: int, smoothing: float, over_all: bool
+) -> Policy: ...
+def give_left(
+    coordinates: numpy.typing.ArrayLike, wanted: int, low: float, high: float
+) -> tuple[float, int]: ...
+def give_right(
+    coordinates: numpy.typing.ArrayLike, wanted: int, low: float, high: float
+) -> tuple[float, int]: ...
+def histogram(
+    coordinates: numpy.typing.ArrayLike, bins: int
+) -> tuple[numpy.typing.NDArray[numpy.float32], numpy.typing.NDArray[numpy.uint64]]: ...
 def leaver_bench(particles: int, bins: int, steps: int) -> dict[str, typing.Any]: ...
+def legal_plan(plan: BalancePlan, table: BalanceTable, policy: str) -> BalancePlan: ...
 def mpi_version() -> str: ...
 def name_crashes(mark: str) -> None: ...
+def pairwise_policy(threshold: float, min_particles: int, smoothing: float, over_all: bool) -> Policy: ...
+def plan_part(plan: BalancePlan, mine: BalanceTable, all: BalanceTable) -> BalancePlan: ...
+def prefix_cuts(
+    histograms: collections.abc.Sequence[tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike]],
+    costs: numpy.typing.ArrayLike,
+    shares: numpy.typing.ArrayLike,
+    before: numpy.typing.ArrayLike,
+) -> numpy.typing.NDArray[numpy.float32]: ...
+def prefix_cuts_policy(
+    threshold: float,
+    powers: collections.abc.Sequence[float],
+    min_particles: int,
+    smoothing: float,
+    over_all: bool,
+) -> Policy: ...
+def proportional_policy(
+    powers: collections.abc.Sequence[float],
+    threshold: float,
+    min_particles: int,
+    smoothing: float,
+    over_all: bool,
+) -> Policy: ...
+def quantiles(coordinates: numpy.typing.ArrayLike, count: int) -> numpy.typing.NDArray[numpy.float32]: ...
 def render_bench(
     particles: int, width: int, height: int, pixels: int, frames: int, fountain: bool
 ) -> dict[str, typing.Any]: ...
+def scripted_policy(
+    name: str, decide: collections.abc.Callable[..., typing.Any], smoothing: float, over_all: bool
+) -> Policy: ...
 def set_place(place: str) -> None: ...
 def simd() -> str: ...
+def static_policy() -> Policy: ...

@@ -1,17 +1,323 @@
-"""Load balancers (paper 3.2.5)."""
+"""Load balancers (paper 3.2.5): how domains change so that all calculators need the same time.
+
+After each frame the manager has each calculator's load: particles, seconds, speed. A balancer turns loads
+into orders for neighbours, or into every calculator's share; donors then find the new cuts. Particles and
+pixels never depend on it. A balancer of your own is a subclass with one method:
+
+    class BySpeed(motes.Balancer):
+        def decide(self, load):
+            return motes.Targets(load.powers)
+
+The same object balances a run, `World(balancer=BySpeed())`, and replays the log of an earlier one,
+`run.replay(BySpeed())`.
+"""
 
 from __future__ import annotations
 
-__all__ = ["Balancer", "Static"]
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from . import _core, arguments
+from .errors import ArgumentError
+from .load_table import LoadTable
+
+__all__ = [
+    "Balancer",
+    "Diffusive",
+    "LoadTable",
+    "Orders",
+    "Pairwise",
+    "PrefixCuts",
+    "Proportional",
+    "Static",
+    "Targets",
+]
+
+MOST = 2**64 - 1
+
+
+@dataclass(frozen=True)
+class Targets:
+    """Wanted parts of all particles, one a calculator in the order of their domains; any positive scale.
+
+    The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
+    domains anew at once.
+    """
+
+    shares: npt.ArrayLike
+
+
+@dataclass(frozen=True)
+class Orders:
+    """Particles to move between neighbours: `(from, to, count)`, calculators numbered by their domains.
+
+    The engine makes them legal: orders over the same cut are netted, and nobody gives more than it has.
+    """
+
+    moves: Iterable[tuple[int, int, int]]
 
 
 class Balancer:
-    """Base of all balancers."""
+    """Base of all balancers; a user's own overrides `decide`.
+
+    Options of all, attributes of the class or the object:
+
+    `smoothing`: weight in 0..1 of what was known of a calculator's speed, against a new sample; 0 believes
+    the last frame. `over`: "system" balances each particle system by itself, "all" the sum over systems.
+    """
+
+    smoothing: float = 0.5
+    over: str = "system"
+
+    def decide(self, load: LoadTable) -> Targets | Orders:
+        """Return `Targets` or `Orders` for one system's loads of one frame. Called on the manager only."""
+        raise NotImplementedError
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it. Raises ArgumentError where it has none of its own."""
+        if type(self).decide is Balancer.decide:
+            raise ArgumentError("balancer", self, "a subclass of Balancer with decide(load)")
+        return _core.scripted_policy(self._name(), self._plan, *self._options())
+
+    def _plan(self, table: _core.BalanceTable) -> _core.BalancePlan:
+        """Ask `decide`, and make of its answer what the engine understands."""
+        where = f"{self._name()}, frame {table.frame}"
+        try:
+            answer = self.decide(LoadTable(table))
+        except Exception as error:
+            error.add_note(f"in the balancer {where}, system {table.system!r}")
+            raise
+        if isinstance(answer, Targets):
+            plan = _core.BalancePlan([], _shares(where, answer), [])
+        elif isinstance(answer, Orders):
+            plan = _core.BalancePlan(_moves(where, answer), [], [])
+        else:
+            raise ArgumentError(f"{where}: decide's answer", answer, "Targets or Orders")
+        return _core.legal_plan(plan, table, self._name())
+
+    def _name(self) -> str:
+        kind, shown = type(self).__name__, repr(self)
+        return shown if kind in shown else f"{kind}: {shown}"
+
+    def _options(self) -> tuple[float, bool]:
+        smoothing = arguments.number("smoothing", self.smoothing, low=0, high=1)
+        return smoothing, arguments.choice("over", self.over, ("system", "all")) == "all"
+
+    def __repr__(self) -> str:
+        """Show the class, as a call."""
+        return f"{type(self).__name__}()"
 
 
-class Static(Balancer):
-    """Cuts stay where they are."""
+class _Native(Balancer):
+    """A balancer whose policy is the core's."""
+
+    def __init__(self, smoothing: float, over: str) -> None:
+        self.smoothing = smoothing
+        self.over = over
+
+    def decide(self, load: LoadTable) -> Targets | Orders:
+        """Return what the core's policy plans for these loads."""
+        plan = self.policy.plan(load.table)
+        return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     def __repr__(self) -> str:
         """Show the call."""
-        return "Static()"
+        return self.policy.name
+
+
+class Static(_Native):
+    """Cuts stay where they are: the paper's static load balancing."""
+
+    def __init__(self) -> None:
+        """There is nothing to choose."""
+        super().__init__(Balancer.smoothing, Balancer.over)
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        return _core.static_policy()
+
+
+class Pairwise(_Native):
+    """The paper's dynamic load balancing (3.2.5), by the manager, between neighbours.
+
+    Pairs of neighbours are looked at from left to right, every other time from the second on. A pair whose
+    times differ by more than the threshold divides its particles by processing power, and the next pair is
+    the one after: each calculator only gives or only takes, and with one neighbour. Times are particles
+    over measured speed.
+    """
+
+    def __init__(
+        self,
+        threshold: float = 0.10,
+        *,
+        min_particles: int = 64,
+        smoothing: float = 0.5,
+        over: str = "system",
+    ) -> None:
+        """Fix the rules.
+
+        `threshold`: smallest difference in time that counts, as a part of the longer one. `min_particles`:
+        fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        """
+        super().__init__(smoothing, over)
+        self.threshold = arguments.number("threshold", threshold, low=0, high=1)
+        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
+        self._options()
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        return _core.pairwise_policy(self.threshold, self.min_particles, *self._options())
+
+
+class Diffusive(_Native):
+    """Neighbours decide by themselves, without a manager (the paper's future work, section 6).
+
+    Each calculator tells its two neighbours its load, and over each cut flows part of the difference:
+    first-order diffusion (G. Cybenko, 1989). Since the flow fades with the difference, it needs no wide
+    threshold and does not stall on a long slope as pairs do; but a far imbalance takes many frames.
+    """
+
+    def __init__(
+        self,
+        threshold: float = 0.01,
+        *,
+        rate: float = 0.8,
+        min_particles: int = 64,
+        smoothing: float = 0.5,
+        over: str = "system",
+    ) -> None:
+        """Fix the rules.
+
+        `threshold`: smallest difference in time that counts, as a part of the longer one. `rate`: part of
+        half the difference that flows, in 0..1; all of it may swing where speeds are equal.
+        `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        """
+        super().__init__(smoothing, over)
+        self.threshold = arguments.number("threshold", threshold, low=0, high=1)
+        self.rate = arguments.number("rate", rate, low=0, high=1)
+        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
+        self._options()
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        return _core.diffusive_policy(self.threshold, self.rate, self.min_particles, *self._options())
+
+
+class PrefixCuts(_Native):
+    """All cuts at once, from global prefix sums along the axis; particles may jump over several domains.
+
+    Each calculator counts its particles into bins; the manager adds up and cuts where each calculator gets
+    its share. One evaluation is enough wherever the imbalance is.
+    """
+
+    def __init__(
+        self,
+        threshold: float = 0.05,
+        *,
+        powers: Sequence[float] | None = None,
+        min_particles: int = 64,
+        smoothing: float = 0.5,
+        over: str = "system",
+    ) -> None:
+        """Fix the rules.
+
+        `threshold`: cuts move where the slowest calculator is that much above the mean. `powers`: None, and
+        shares are measured speeds, which suits machines that differ; or each machine's power, one a
+        calculator, and what was measured beyond that is the cost of the place, which suits particles that
+        differ. `min_particles`: cuts stay where no calculator is that many off its share. `smoothing`,
+        `over`: see `Balancer`.
+        """
+        super().__init__(smoothing, over)
+        self.threshold = arguments.number("threshold", threshold, low=0)
+        self.powers = None if powers is None else _powers(powers, above=True)
+        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
+        self._options()
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        return _core.prefix_cuts_policy(
+            self.threshold, self.powers or [], self.min_particles, *self._options()
+        )
+
+
+class Proportional(_Native):
+    """Fixed shares of the particles, whatever the clock says: cuts follow the particles alone."""
+
+    def __init__(
+        self,
+        powers: Sequence[float],
+        *,
+        threshold: float = 0.05,
+        min_particles: int = 64,
+        over: str = "system",
+    ) -> None:
+        """Fix the shares.
+
+        `powers`: each calculator's share, on any scale; 0 leaves one idle. `threshold`: cuts move where a
+        calculator is off its share by more than that part of it, and by `min_particles` at least. `over`:
+        see `Balancer`.
+        """
+        super().__init__(Balancer.smoothing, over)
+        self.powers = _powers(powers, above=False)
+        self.threshold = arguments.number("threshold", threshold, low=0)
+        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
+        self._options()
+
+    @property
+    def policy(self) -> _core.Policy:
+        """This balancer as the engine takes it."""
+        return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
+
+
+def _powers(powers: Any, *, above: bool) -> list[float]:
+    allowed = f"a list of finite numbers {'>' if above else '>='} 0, one a calculator"
+    try:
+        values = np.asarray(powers, np.float64)
+    except (TypeError, ValueError):
+        raise ArgumentError("powers", powers, allowed) from None
+    good = values.ndim == 1 and values.size > 0 and bool(np.isfinite(values).all())
+    if not good or bool((values < 0).any()) or (above and bool((values == 0).any())):
+        raise ArgumentError("powers", powers, allowed)
+    if not values.any():
+        raise ArgumentError("powers", powers, f"{allowed}, not all 0")
+    return [float(value) for value in values]
+
+
+def _shares(where: str, targets: Targets) -> list[float]:
+    try:
+        shares = np.asarray(targets.shares, np.float64)
+    except (TypeError, ValueError):
+        shares = np.zeros((0, 0))
+    if shares.ndim != 1 or shares.size == 0:
+        raise ArgumentError(f"{where}: shares", targets.shares, "numbers, one a calculator")
+    return [float(share) for share in shares]
+
+
+def _moves(where: str, orders: Orders) -> list[tuple[int, int, int]]:
+    allowed = "a list of (from, to, count), integers >= 0"
+    moves = []
+    try:
+        for move in orders.moves:
+            source, to, count = (_whole(number) for number in move)
+            if min(source, to) < 0 or max(source, to) >= 2**31 or not 0 <= count <= MOST:
+                raise ValueError
+            moves.append((source, to, count))
+    except (TypeError, ValueError, OverflowError):
+        raise ArgumentError(f"{where}: orders", orders.moves, allowed) from None
+    return moves
+
+
+def _whole(number: Any) -> int:
+    result = int(number)
+    if result != number:
+        raise ValueError
+    return result

@@ -1,0 +1,214 @@
+// Balancing policies as values, a user's own among them; where to cut, for replays and tests.
+#include "balance/cuts.h"
+#include "balance/diffusive.h"
+#include "balance/pairwise.h"
+#include "balance/prefix_cuts.h"
+#include "balance/proportional.h"
+#include "balance/static.h"
+#include "bindings/bindings.h"
+
+namespace motes::bindings {
+namespace {
+
+using namespace balance;
+using DoubleArray = py::array_t<double, py::array::c_style | py::array::forcecast>;
+using CountArray = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
+using OrderTuple = std::tuple<std::int32_t, std::int32_t, std::uint64_t>;
+
+template <class T, class Array>
+std::span<const T> span_of(const Array& array) {
+  if (array.ndim() != 1) throw std::invalid_argument("arrays must be (n,), got " + std::to_string(array.ndim()) + "-d");
+  return {array.data(), static_cast<std::size_t>(array.size())};
+}
+
+template <class T>
+py::array_t<T> array_of(std::vector<T> values) {
+  const auto size = static_cast<py::ssize_t>(values.size());
+  return owned_array(std::move(values), {size});
+}
+
+// The policy that a user wrote in Python: a callable from table to plan. Only the manager calls it.
+class Scripted : public Policy {
+ public:
+  Scripted(std::string name, py::function decide)
+      : name_(std::move(name)), decide_(new py::function(std::move(decide)), [](py::function* f) {
+          const py::gil_scoped_acquire gil;  // whoever ends the run last
+          delete f;
+        }) {}
+
+  std::string name() const override { return name_; }
+  Plan plan(const Table& table) const override {
+    const py::gil_scoped_acquire gil;
+    return (*decide_)(table).cast<Plan>();
+  }
+
+ private:
+  std::string name_;
+  std::shared_ptr<py::function> decide_;
+};
+
+template <class P, class... Arguments>
+std::shared_ptr<Policy> made(double smoothing, bool over_all, Arguments&&... arguments) {
+  auto policy = std::make_shared<P>(std::forward<Arguments>(arguments)...);
+  policy->speeds.smoothing = smoothing;
+  policy->over_all = over_all;
+  return policy;
+}
+
+Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::string& system, const CountArray& particles,
+                 const DoubleArray& seconds, const DoubleArray& speed, const FloatArray& cuts) {
+  const auto n = span_of<std::uint64_t>(particles);
+  const auto s = span_of<double>(seconds);
+  const auto v = span_of<double>(speed);
+  const auto c = span_of<float>(cuts);
+  if (s.size() != n.size() || v.size() != n.size() || c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
+    throw std::invalid_argument("particles, seconds and speed must be one a calculator, and cuts one less, got " +
+                                std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
+  }
+  Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
+  for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i]});
+  return table;
+}
+
+template <class T>
+py::array_t<T> column(const Table& table, T Load::* member) {
+  std::vector<T> values;
+  for (const Load& load : table.loads) values.push_back(load.*member);
+  return array_of(std::move(values));
+}
+
+std::vector<OrderTuple> tuples(const Plan& plan) {
+  std::vector<OrderTuple> orders;
+  for (const Order& order : plan.orders) orders.emplace_back(order.from, order.to, order.count);
+  return orders;
+}
+
+Plan make_plan(const std::vector<OrderTuple>& orders, std::vector<double> shares, std::vector<double> costs) {
+  Plan plan;
+  for (const auto& [from, to, count] : orders) plan.orders.push_back({from, to, count});
+  plan.shares = std::move(shares);
+  plan.costs = std::move(costs);
+  return plan;
+}
+
+std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>>& histograms, const DoubleArray& costs,
+                             const DoubleArray& shares, const FloatArray& before) {
+  std::vector<Histogram> all;
+  for (const auto& [edges, counts] : histograms) {
+    const auto e = span_of<float>(edges);
+    const auto c = span_of<std::uint64_t>(counts);
+    all.push_back({{e.begin(), e.end()}, {c.begin(), c.end()}});
+  }
+  return prefix_cuts(all, span_of<double>(costs), span_of<double>(shares), span_of<float>(before));
+}
+
+void bind_values(py::module_& m) {
+  py::class_<Table>(m, "BalanceTable")
+      .def(py::init(&make_table), py::arg("frame"), py::arg("evaluation"), py::arg("system"), py::arg("particles"),
+           py::arg("seconds"), py::arg("speed"), py::arg("cuts"))
+      .def_readonly("frame", &Table::frame)
+      .def_readonly("evaluation", &Table::evaluation)
+      .def_readonly("system", &Table::system)
+      .def_property_readonly("particles", [](const Table& t) { return column(t, &Load::particles); })
+      .def_property_readonly("seconds", [](const Table& t) { return column(t, &Load::seconds); })
+      .def_property_readonly("speed", [](const Table& t) { return column(t, &Load::speed); })
+      .def_property_readonly("complete_speed", [](const Table& t) { return array_of(complete(t.loads)); })
+      .def_property_readonly("cuts", [](const Table& t) { return array_of(t.cuts); })
+      .def_property_readonly("imbalance", [](const Table& t) { return imbalance(t.loads); });
+  py::class_<Plan>(m, "BalancePlan")
+      .def(py::init(&make_plan), py::arg("orders"), py::arg("shares"), py::arg("costs"))
+      .def_property_readonly("orders", &tuples)
+      .def_property_readonly("shares", [](const Plan& p) { return array_of(p.shares); })
+      .def_property_readonly("costs", [](const Plan& p) { return array_of(p.costs); })
+      .def_property_readonly("evaluated", [](const Plan& p) { return array_of(p.evaluated); });
+  m.def("legal_plan", &legal, py::arg("plan"), py::arg("table"), py::arg("policy"));
+  m.def(
+      "plan_part",
+      [](const Plan& plan, const Table& mine, const Table& all) { return part_of(plan, mine.loads, all.loads); },
+      py::arg("plan"), py::arg("mine"), py::arg("all"));
+}
+
+void bind_policies(py::module_& m) {
+  py::class_<Speeds>(m, "Speeds")
+      .def("add", &Speeds::add, py::arg("calculator"), py::arg("particles"), py::arg("seconds"))
+      .def("of", &Speeds::of, py::arg("calculator"));
+  py::class_<Policy, std::shared_ptr<Policy>>(m, "Policy")
+      .def_property_readonly("name", &Policy::name)
+      .def_property_readonly("moves", &Policy::moves)
+      .def_property_readonly("decentralised", &Policy::decentralised)
+      .def_readonly("over_all", &Policy::over_all)
+      .def("check", &Policy::check, py::arg("calculators"))
+      .def("plan", &Policy::plan, py::arg("table"))
+      .def(
+          "speeds", [](const Policy& p, int calculators) { return Speeds(calculators, p.speeds); },
+          py::arg("calculators"));
+  m.def("static_policy", [] { return std::shared_ptr<Policy>(std::make_shared<Static>()); });
+  m.def(
+      "pairwise_policy",
+      [](double threshold, std::uint64_t min_particles, double smoothing, bool over_all) {
+        return made<Pairwise>(smoothing, over_all, threshold, min_particles);
+      },
+      py::arg("threshold"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+  m.def(
+      "diffusive_policy",
+      [](double threshold, double rate, std::uint64_t min_particles, double smoothing, bool over_all) {
+        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles);
+      },
+      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+  m.def(
+      "prefix_cuts_policy",
+      [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {
+        return made<PrefixCuts>(smoothing, over_all, threshold, std::move(powers), min_particles);
+      },
+      py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+  m.def(
+      "proportional_policy",
+      [](std::vector<double> powers, double threshold, std::uint64_t min_particles, double smoothing, bool over_all) {
+        return made<Proportional>(smoothing, over_all, std::move(powers), threshold, min_particles);
+      },
+      py::arg("powers"), py::arg("threshold"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+  m.def(
+      "scripted_policy",
+      [](std::string name, py::function decide, double smoothing, bool over_all) {
+        return made<Scripted>(smoothing, over_all, std::move(name), std::move(decide));
+      },
+      py::arg("name"), py::arg("decide"), py::arg("smoothing"), py::arg("over_all"));
+}
+
+void bind_cuts(py::module_& m) {
+  const auto gift = [](Gift (*give)(std::span<const float>, std::uint64_t, float, float)) {
+    return [give](const FloatArray& coordinates, std::uint64_t wanted, float low, float high) {
+      const Gift g = give(span_of<float>(coordinates), wanted, low, high);
+      return std::pair(g.cut, g.count);
+    };
+  };
+  m.def("give_left", gift(&give_left), py::arg("coordinates"), py::arg("wanted"), py::arg("low"), py::arg("high"));
+  m.def("give_right", gift(&give_right), py::arg("coordinates"), py::arg("wanted"), py::arg("low"), py::arg("high"));
+  m.def(
+      "histogram",
+      [](const FloatArray& coordinates, int bins) {
+        Histogram h = histogram(span_of<float>(coordinates), bins);
+        return std::pair(array_of(std::move(h.edges)), array_of(std::move(h.counts)));
+      },
+      py::arg("coordinates"), py::arg("bins"));
+  m.def(
+      "quantiles",
+      [](const FloatArray& coordinates, int count) { return array_of(quantiles(span_of<float>(coordinates), count)); },
+      py::arg("coordinates"), py::arg("count"));
+  m.def(
+      "prefix_cuts",
+      [](const std::vector<std::pair<FloatArray, CountArray>>& histograms, const DoubleArray& costs,
+         const DoubleArray& shares,
+         const FloatArray& before) { return array_of(cuts_from(histograms, costs, shares, before)); },
+      py::arg("histograms"), py::arg("costs"), py::arg("shares"), py::arg("before"));
+}
+
+}  // namespace
+
+void bind_balance(py::module_& m) {
+  bind_values(m);
+  bind_policies(m);
+  bind_cuts(m);
+}
+
+}  // namespace motes::bindings

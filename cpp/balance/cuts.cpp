@@ -47,11 +47,11 @@ struct Ranked {
 // is ordered, as far as the rank needs (R. W. Floyd and R. L. Rivest, "Expected time bounds for selection",
 // Communications of the ACM 18 (1975)).
 Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
-  std::vector<float> sample = sampled(domain.coordinates, 1024);
+  std::vector<float> sample = sampled(domain.coordinates, 2048);
   std::erase_if(sample, [&](float x) { return !domain.holds(x); });
   std::sort(sample.begin(), sample.end());
   const double place = static_cast<double>(rank) / static_cast<double>(count) * static_cast<double>(sample.size());
-  const double margin = 2 * std::sqrt(static_cast<double>(sample.size()));
+  const double margin = 1.5 * std::sqrt(static_cast<double>(sample.size()));
   const auto edge = [&](double at, float beyond) {
     if (at < 0 || at >= static_cast<double>(sample.size())) return beyond;
     return sample[static_cast<std::size_t>(at)];
@@ -67,13 +67,14 @@ Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
     to = next;
     inside = domain.between(from, to);
   }
-  std::vector<float> bin;
-  bin.reserve(inside);
+  std::vector<float> bin(inside + 1);  // one more: each coordinate is written, and kept by counting on
+  std::size_t kept = 0;
   for (const float x : domain.coordinates) {
-    if (x >= from && x < to) bin.push_back(x);
+    bin[kept] = x;
+    kept += static_cast<std::size_t>((x >= from) & (x < to));
   }
   const auto nth = bin.begin() + static_cast<std::ptrdiff_t>(rank - below);
-  std::nth_element(bin.begin(), nth, bin.end());
+  std::nth_element(bin.begin(), nth, bin.end() - 1);
   const float value = *nth;
   const auto less = std::count_if(bin.begin(), nth, [&](float x) { return x < value; });
   return {value, below + static_cast<std::uint64_t>(less)};

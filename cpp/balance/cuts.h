@@ -27,8 +27,8 @@ struct Histogram {
   std::vector<std::uint64_t> counts;
 };
 
-/// A sample of the coordinates chooses the edges; all are counted. A place that many share gets a bin of its own. What
-/// is no finite number is left out.
+/// At most `bins` of them, 1..4096. A sample of the coordinates chooses the edges; all are counted. A place that many
+/// share gets a bin of its own. What is no finite number is left out.
 Histogram histogram(std::span<const float> coordinates, int bins);
 
 /// `quantiles` + 1 ascending coordinates that divide a sample of the particles evenly: the log's picture of a domain.

@@ -10,7 +10,7 @@ std::string PrefixCuts::name() const {
 }
 
 void PrefixCuts::check(std::size_t calculators) const {
-  if (!powers_.empty()) check_powers(name(), powers_, calculators);
+  if (!powers_.empty()) check_powers(*this, powers_, calculators);
 }
 
 // What a particle costs in each domain, on a machine of power 1; where no speed is known, the mean of what is.

@@ -11,17 +11,19 @@ std::string Proportional::name() const {
          ", min_particles=" + std::to_string(min_particles_) + (over_all ? ", over=\"all\"" : "") + ")";
 }
 
-void Proportional::check(std::size_t calculators) const { check_powers(name(), powers_, calculators); }
+void Proportional::check(std::size_t calculators) const { check_powers(*this, powers_, calculators); }
 
 Plan Proportional::plan(const Table& table) const {
   check(table.loads.size());
   Plan plan;
   for (std::size_t i = 0; i + 1 < table.loads.size(); ++i) plan.evaluated.push_back(static_cast<std::int32_t>(i));
   const std::vector<double> wants = wanted(table.loads, powers_, {});
+  bool apart = false;
   for (std::size_t c = 0; c < wants.size(); ++c) {
     const double off = std::abs(static_cast<double>(table.loads[c].particles) - wants[c]);
-    if (off > threshold_ * wants[c] && off >= static_cast<double>(min_particles_)) plan.shares = powers_;
+    apart = apart || (off > threshold_ * wants[c] && off >= static_cast<double>(min_particles_));
   }
+  if (apart) plan.shares = powers_;
   return plan;
 }
 

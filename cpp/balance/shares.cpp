@@ -30,9 +30,9 @@ double most_off(const std::vector<Load>& loads, const std::vector<double>& wante
   return most;
 }
 
-void check_powers(const std::string& policy, const std::vector<double>& powers, std::size_t calculators) {
+void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators) {
   if (powers.size() == calculators) return;
-  throw std::invalid_argument(policy + ": powers must be " + std::to_string(calculators) +
+  throw std::invalid_argument(policy.name() + ": powers must be " + std::to_string(calculators) +
                               " numbers, one a calculator, got " + std::to_string(powers.size()));
 }
 

@@ -1,10 +1,9 @@
 // How far calculators are from the shares they should have.
 #pragma once
 
-#include <string>
 #include <vector>
 
-#include "balance/load.h"
+#include "balance/policy.h"
 
 namespace motes::balance {
 
@@ -15,7 +14,7 @@ std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<dou
 /// The largest difference between what a calculator holds and should hold, in particles.
 double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted);
 
-/// Throws std::invalid_argument where powers are not one a calculator.
-void check_powers(const std::string& policy, const std::vector<double>& powers, std::size_t calculators);
+/// Throws std::invalid_argument, naming the policy, where powers are not one a calculator.
+void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators);
 
 }  // namespace motes::balance

@@ -220,6 +220,28 @@ def test_slices_that_overlap_without_nesting_get_threads_of_their_own(tmp_path):
     assert lanes == {"whole": 0, "act": 0, "inner": 0, "exchange": 1}
 
 
+def test_messages_under_way_have_a_track_of_their_own(tmp_path):
+    log = write_log(tmp_path / "run", [load_row(0, "a", 0)])
+    times = [
+        ("act", "a", 0.0, 1.0),
+        ("messages", "a", 1.0, 3.0),
+        ("act", "b", 1.0, 2.0),
+        ("messages", "b", 2.0, 4.0),
+    ]
+    rows(
+        log / "spans.r0000.jsonl",
+        [{"frame": 0, "phase": p, "system": s, "start_s": a, "end_s": b} for p, s, a, b in times],
+    )
+    run = motes.open_run(log)
+    events = trace_of(run, tmp_path / "trace.json")
+    assert_nested(events)
+    lanes = {e["name"]: e["tid"] for e in events if e["ph"] == "X" and e["pid"] == 0}
+    assert lanes == {"act a": 0, "act b": 0, "messages a": 100, "messages b": 101}
+    bars = {box.get_label(): [bar.get_height() for bar in box] for box in run.plot.phases().containers}
+    assert bars == {"act": [2000.0]}, "what is under way takes no time of the rank"
+    assert "messages under way" in {box.get_label() for box in run.plot.gantt().containers}
+
+
 def test_trace_is_whole_or_not_there(log, tmp_path, monkeypatch):
     def broken(*_):
         raise RuntimeError("stop")

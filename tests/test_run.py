@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import importlib.util
+import re
 import subprocess
 import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 from handmade import load_row, rows, write_log
+from launching import mpirun, python
 
 import motes
 from motes import ArgumentError, LogError
@@ -312,3 +316,27 @@ def test_no_runs(tmp_path):
         motes.open_runs(f"{tmp_path}/*")
     with pytest.raises(LogError, match="nothing is not a run's log"):
         motes.open_runs([tmp_path / "nothing"])
+
+
+# --- the page
+
+
+def test_the_page_says_what_the_schema_says():
+    docs = Path(__file__).resolve().parents[1] / "docs"
+    if not (docs / "make_analysis.py").is_file():
+        pytest.skip("the page needs the source tree")
+    spec = importlib.util.spec_from_file_location("make_analysis", docs / "make_analysis.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    assert module.page() == module.PAGE.read_text(), "run python docs/make_analysis.py"
+
+
+def test_the_pages_example_runs(tmp_path):
+    page = Path(__file__).resolve().parents[1] / "docs" / "analysis.md"
+    if not page.is_file():
+        pytest.skip("the page needs the source tree")
+    (block,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
+    (tmp_path / "script.py").write_text(f"import os; os.chdir({str(tmp_path)!r})\n{block}")
+    for result in (python(tmp_path / "script.py"), mpirun(3, tmp_path / "script.py")):
+        assert result.code == 0, result.text
+    assert (tmp_path / "out" / "rain.trace.json").stat().st_size > 10_000

@@ -15,6 +15,7 @@ __all__ = [
     "PALETTE",
     "PHASES",
     "SIGNED",
+    "UNDER_WAY",
     "axes",
     "cells",
     "finish",
@@ -32,17 +33,28 @@ SIGNED = "PuOr"
 
 PHASES = {
     "create": "#56B4E9",
+    "wait for births": "#E4E4E4",
     "act": "#0072B2",
     "compute": "#0072B2",
-    "report": "#D9D9D9",
-    "wait": "#D9D9D9",
+    "report": "#F0E442",
+    "judge": "#A9B4C2",
+    "wait": "#CFCFCF",
+    "wait for verdict": "#CFCFCF",
     "exchange": "#E69F00",
+    "send leavers": "#E69F00",
+    "receive": "#F6D08B",
     "balance": "#CC79A7",
     "render": "#009E73",
     "image": "#009E73",
+    "project": "#009E73",
+    "draw": "#8FD3BC",
     "rest": "#F7F3E3",
 }
-"""Colours of the frame's phases; what only waits is grey."""
+"""Colours of the frame's phases in their order; what only waits is grey, as is the manager, who mostly
+waits for reports."""
+
+UNDER_WAY = "messages"
+"""The span that is no work: from a report to the last message of its round, while other systems compute."""
 
 _INK = "#333333"
 

@@ -351,16 +351,16 @@ class Plots:
         order += [name for name in found["phase"].unique() if name not in order]
         for depth, phase in enumerate(order):
             mine = found[found["phase"] == phase]
-            color: Any = drawing.of_phase(phase)
+            under_way = phase == drawing.UNDER_WAY
             ax.barh(
-                [lanes[int(rank)] for rank in mine["rank"]],
+                [lanes[int(rank)] + (0.43 if under_way else 0) for rank in mine["rank"]],
                 mine["length"] * 1e3,
                 left=(mine["start_s"] - begin) * 1e3,
-                height=0.72,
-                color=color,
+                height=0.07 if under_way else 0.72,
+                color="#333333" if under_way else drawing.of_phase(phase),
                 edgecolor="white",
                 linewidth=0.4,
-                label=phase,
+                label=f"{phase} under way" if under_way else phase,
                 zorder=2 + 0.01 * depth,
             )
 

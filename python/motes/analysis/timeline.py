@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import extras, measures
+from .drawing import UNDER_WAY
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -82,7 +83,7 @@ def _calculator(load: DataFrame, acting: float, together: float) -> list[tuple[s
     for system, seconds in zip(load["system"], load["t_compute_s"], strict=True):
         lane.append(("act", str(system), at, at + seconds))
         at += seconds
-    lane.append(("report", "", at, together))
+    lane.append(("wait", "", at, together))
     exchanged = together + float(load["t_exchange_s"].max())
     lane.append(("exchange", "", together, exchanged))
     lane.append(("render", "", exchanged, exchanged + float(load["t_image_s"].max())))
@@ -98,6 +99,7 @@ def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFr
     pd = extras.pandas()
     if not run.spans.empty:
         found, _ = slices(run, frames)
+        found = found[found["phase"] != UNDER_WAY]
         n = max(found["frame"].nunique(), 1)
         seconds = (found["end_s"] - found["start_s"]).groupby([found["rank"], found["phase"]]).sum() / n
         return seconds.unstack("phase").fillna(0.0), True

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from .. import files
 from ..errors import LogError
 from . import timeline
+from .drawing import UNDER_WAY
 
 if TYPE_CHECKING:
     from .run import Run
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 __all__ = ["write_trace"]
 
 Event = dict[str, Any]
+Slice = tuple[int, int, str, dict[str, Any]]
+_MESSAGES = 100
+"""The first thread of what is under way: apart from what a rank does meanwhile."""
 _RUN = 1_000_000
 """The process that stands for the whole run; a number that no rank has. Ranks are processes of their own."""
 
@@ -45,18 +49,21 @@ def _events(run: Run) -> Iterator[Event]:
     starts = timeline.frame_starts(run)
     found, measured = timeline.slices(run)
     origin = min(start for start, _ in starts.values())
-    phases: dict[int, list[tuple[int, int, str, dict[str, Any]]]] = {}
+    phases: dict[int, list[Slice]] = {}
+    messages: dict[int, list[Slice]] = {}
     for row in found.to_dict("records"):
         details = {"frame": int(row["frame"]), **({"system": row["system"]} if row["system"] else {})}
         name = f"{row['phase']} {row['system'] or ''}".rstrip()
         slice_ = (_ns(row["start_s"] - origin), _ns(row["end_s"] - origin), name, details)
-        phases.setdefault(int(row["rank"]), []).append(slice_)
+        chosen = messages if row["phase"] == UNDER_WAY else phases
+        chosen.setdefault(int(row["rank"]), []).append(slice_)
     yield from _process(_RUN, f"run {run.name}", -1)
     whole = [(_ns(a - origin), _ns(b - origin), f"frame {f}", {"frame": f}) for f, (a, b) in starts.items()]
     yield from _thread(_RUN, whole, "frames")
     for rank in sorted(set(phases) | set(run.hosts)):
         yield from _process(rank, _who(run, rank), rank)
         yield from _thread(rank, phases.get(rank, []), "phases" if measured else "phases, put together")
+        yield from _thread(rank, messages.get(rank, []), "messages under way", first=_MESSAGES)
     yield from _counters(run, {frame: _ns(end - origin) for frame, (_, end) in starts.items()})
     for row in run.events.to_dict("records"):
         if row["kind"] not in ("start", "end") and int(row["frame"]) in starts:
@@ -91,18 +98,19 @@ def _process(pid: int, name: str, position: int) -> Iterator[Event]:
     }
 
 
-def _thread(pid: int, found: Iterable[tuple[int, int, str, dict[str, Any]]], name: str) -> Iterator[Event]:
-    """Slices of one process: those that overlap without nesting go to threads of their own."""
+def _thread(pid: int, found: Iterable[Slice], name: str, *, first: int = 0) -> Iterator[Event]:
+    """Slices of one process from thread `first` on; those that overlap without nesting get more threads."""
     lanes: list[list[int]] = []
     for start, end, label, details in sorted(found, key=lambda one: (one[0], -one[1])):
         lane = _lane_for(lanes, start, end)
         if lane == len(lanes):
             lanes.append([])
             title = name if lane == 0 else f"{name}, meanwhile"
-            yield {"ph": "M", "pid": pid, "tid": lane, "name": "thread_name", "args": {"name": title}}
+            tid = first + lane
+            yield {"ph": "M", "pid": pid, "tid": tid, "name": "thread_name", "args": {"name": title}}
         lanes[lane].append(end)
         event = _event("X", pid, label, start, dur=(end - start) / 1e3, cat=label.partition(" ")[0])
-        yield {**event, "tid": lane, "args": details}
+        yield {**event, "tid": first + lane, "args": details}
 
 
 def _lane_for(lanes: list[list[int]], start: int, end: int) -> int:
@@ -117,6 +125,8 @@ def _lane_for(lanes: list[list[int]], start: int, end: int) -> int:
 
 def _counters(run: Run, at_ns: dict[int, int]) -> Iterator[Event]:
     for row in run.frames[["frame", "imbalance", "exchanged"]].fillna(0.0).to_dict("records"):
+        if int(row["frame"]) not in at_ns:
+            continue
         at = at_ns[int(row["frame"])]
         yield _event("C", _RUN, "imbalance", at, args={"largest / mean": float(row["imbalance"])})
         yield _event("C", _RUN, "exchanged", at, args={"particles": int(row["exchanged"])})

@@ -1,0 +1,62 @@
+"""Write the lists in docs/analysis.md from the log's schema and the plots' docstrings.
+
+`python docs/make_analysis.py`. A test compares the file with `page()`, so it cannot fall behind.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from motes.analysis.plots import Plots
+from motes.analysis.plots_runs import RunsPlots
+from motes.analysis.schema import QUANTILES, TABLES, Table
+
+PAGE = Path(__file__).with_name("analysis.md")
+
+
+def page() -> str:
+    """Return the whole page: its own text, and the lists anew."""
+    text = PAGE.read_text()
+    text = _between(text, "plots", plots())
+    return _between(text, "tables", "\n\n".join(table(name, one) for name, one in TABLES.items()))
+
+
+def _between(text: str, name: str, content: str) -> str:
+    start, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    head, _, rest = text.partition(start)
+    return f"{head}{start}\n{content}\n\n{end}{rest.partition(end)[2]}"
+
+
+def plots() -> str:
+    """List the plots."""
+    lines = ["## Plots", ""]
+    lines += ["Each returns a matplotlib Axes, takes `ax=`, and shows nothing by itself.", ""]
+    lines += ["| plot | shows |", "|---|---|"]
+    for kind, owner in ((Plots, "run.plot"), (RunsPlots, "runs.plot")):
+        for name, method in vars(kind).items():
+            if inspect.isfunction(method) and not name.startswith("_") and name != "labels":
+                first = inspect.cleandoc(method.__doc__ or "").split("\n\n")[0]
+                lines.append(f"| `{owner}.{name}` | {' '.join(first.split())} |")
+    return "\n".join(lines)
+
+
+def table(name: str, one: Table) -> str:
+    """Describe one table."""
+    when = "" if one.required else "; where there was something to write"
+    lines = [f"### `run.{name}`: {one.file}", "", f"A row {one.row}{when}.", ""]
+    lines += ["| column | unit | meaning |", "|---|---|---|"]
+    for column in one.columns:
+        if column.name in QUANTILES[1:]:
+            continue
+        label = f"`{column.name}`"
+        meaning = column.meaning
+        if column.name == QUANTILES[0]:
+            label = f"`{QUANTILES[0]}` .. `{QUANTILES[-1]}`"
+            meaning = "coordinates along the axis that part the particles into sixteenths; null: no particles"
+        lines.append(f"| {label} | {column.unit} | {meaning} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())

@@ -24,13 +24,14 @@ def options(
     frames: int = 96,
     size: str = "1280x720",
     argv: Sequence[str] | None = None,
+    **own: str | int | float,
 ) -> argparse.Namespace:
-    """Read a script's command line; the arguments are its defaults.
+    """Read a script's command line; the arguments are its defaults, and `own` are the script's own options.
 
     `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
     `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit. The result has them as
     attributes: `size` and `space` as Renderer and World take them, `images` for the opposite of
-    `--no-images`.
+    `--no-images`. `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
@@ -45,6 +46,9 @@ def options(
     parser.add_argument("--log", default=None, metavar="DIR", help="write the run's log there")
     parser.add_argument("--digest", action="store_true", help="print fingerprints of particles and pictures")
     parser.add_argument("--no-images", action="store_false", dest="images")
+    for name, default in own.items():
+        help_ = f"{type(default).__name__}, {default!r} where not given"
+        parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default, help=help_)
     return parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
 
 

@@ -12,6 +12,8 @@ import pytest
 from launching import mpirun
 from numpy.typing import NDArray
 
+import motes
+
 EXAMPLES = Path(__file__).parents[1] / "examples"
 STILLS = Path(__file__).parents[1] / "docs" / "gallery"
 FRAMES, SYSTEMS, PARTICLES = 4, 2, 2000
@@ -24,6 +26,7 @@ GALLERY = {
     "fireworks": (2, 600, 60),
     "tornado": (2, 2000, 40),
     "bounce_toy": (3, 1000, 40),
+    "photo": (1, 9000, 40),
 }  # systems, particles of each, frames
 
 
@@ -108,3 +111,25 @@ def test_the_readme_shows_the_gallery():
     readme = (EXAMPLES.parent / "README.md").read_text()
     for name in (*NAMES, *GALLERY):
         assert f"docs/gallery/{name}.png" in readme and f"examples/{name}.py" in readme
+
+
+def test_photo_takes_any_picture_and_gives_it_back(tmp_path: Path):
+    given = STILLS / "fountain.png"
+    run("photo", 3, "--picture", given, "--particles", 14400, "--frames", 12, "--out", tmp_path)
+    av = pytest.importorskip("av")
+    with av.open(str(tmp_path / "photo.mp4")) as movie:
+        first, *_, last = [frame.to_ndarray(format="gray").astype(float) for frame in movie.decode(video=0)]
+    fine = pixels(given).mean(axis=2)
+    high, wide = fine.shape[0] // 90, fine.shape[1] // 160
+    picture = fine.reshape(90, high, 160, wide).mean(axis=(1, 3))
+    for frame in (first, last):
+        assert np.corrcoef(frame.ravel(), picture.ravel())[0, 1] > 0.5
+
+
+def test_a_script_has_options_of_its_own():
+    own = motes.script.options(
+        None, wind=2.5, count=3, sky_color="blue", argv=["--wind", "3", "--sky-color", "red"]
+    )
+    assert (own.wind, own.count, own.sky_color, own.frames) == (3.0, 3, "red", 96)
+    with pytest.raises(SystemExit):
+        motes.script.options(None, wind=2.5, argv=["--wind", "strong"])

@@ -27,6 +27,7 @@ GALLERY = {
     "tornado": (2, 2000, 40),
     "bounce_toy": (3, 1000, 40),
     "photo": (1, 9000, 40),
+    "flame": (2, 4000, 24),
 }  # systems, particles of each, frames
 
 

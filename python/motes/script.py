@@ -7,12 +7,16 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
+
 if TYPE_CHECKING:
     from .frame import Frame
     from .movie import Movie
     from .world import World
 
 __all__ = ["end_frame", "options", "print_digest"]
+
+BALANCERS = "static, pairwise (the paper's), diffusive or prefix"
 
 
 def options(
@@ -23,15 +27,17 @@ def options(
     particles: int = 400_000,
     frames: int = 96,
     size: str = "1280x720",
+    balancer: str = "static",
     argv: Sequence[str] | None = None,
     **own: str | int | float,
 ) -> argparse.Namespace:
     """Read a script's command line; the arguments are its defaults, and `own` are the script's own options.
 
     `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
-    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit. The result has them as
-    attributes: `size` and `space` as Renderer and World take them, `images` for the opposite of
-    `--no-images`. `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
+    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit, `--balancer` static,
+    pairwise, diffusive or prefix. The result has them as attributes: `size`, `space` and `balancer` as
+    Renderer and World take them, `images` for the opposite of `--no-images`. `options(__doc__, wind=2.5)`
+    adds `--wind`, a float like its default.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
@@ -41,6 +47,7 @@ def options(
         "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
     )
     parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
+    parser.add_argument("--balancer", type=_balancer, default=_balancer(balancer), metavar="NAME", help=BALANCERS)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", default="out", metavar="DIR", help="where pictures and movies go")
     parser.add_argument("--log", default=None, metavar="DIR", help="write the run's log there")
@@ -98,6 +105,13 @@ def _count(text: str) -> int:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     return int(width), int(height)
+
+
+def _balancer(text: str) -> Balancer:
+    kinds = {"static": Static, "pairwise": Pairwise, "diffusive": Diffusive, "prefix": PrefixCuts}
+    if text not in kinds:
+        raise argparse.ArgumentTypeError(f"must be {', '.join(kinds)}, got {text!r}")
+    return kinds[text]()
 
 
 def _space(text: str) -> tuple[float, float] | str | None:

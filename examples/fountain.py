@@ -26,9 +26,7 @@ solids = [
 ]
 camera = motes.Camera((-14.5, 1.5, 18.5), (-1.9, 4.2, 0), fov_deg=35)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.002, 0.003, 0.008), objects=solids)
-world = motes.World(
-    seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log
-)
+world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
 fountains = []
 for part, ball in zip(row, balls, strict=True):
     water = world.system(f"at {part:.3f}", capacity=args.particles, sprite=motes.Sprite("disc", pixels=4))

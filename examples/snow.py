@@ -23,9 +23,7 @@ paint = {
 camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
 solids = [motes.Solid(shape, color) for color, shapes in paint.items() for shape in shapes]
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
-world = motes.World(
-    seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log
-)
+world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
 
 top, fall, rest = 12.0, 1.3, 3.0  # m of air, m/s, s on the ground
 life = top / fall + rest

@@ -32,7 +32,8 @@ from motes import balance, shapes
 policy, space, combine, frames = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
 log = sys.argv[5] if len(sys.argv) > 5 else None
 from mpi4py import MPI
-n = max(1, MPI.COMM_WORLD.size - 2)
+roles = sys.argv[6] if len(sys.argv) > 6 else "auto"
+n = MPI.COMM_WORLD.size if roles == "shared" else max(1, MPI.COMM_WORLD.size - 2)
 
 class Leftmost(balance.Balancer):
     def decide(self, load):
@@ -45,10 +46,12 @@ class Shove(balance.Balancer):
         return balance.Orders([(0, 1, 10**9 if load.frame % 2 else 7), (1, 0, 3)])
 
 world = motes.World(
-    seed=3, space=eval(space), balancer=eval(policy), combine=combine, log=log, spans=log is not None, progress="off",
-    renderer=motes.Renderer(64, 48, camera=motes.Camera((0, 0, 60), (0, 0, 0))), substeps=2,
+    seed=3, space=eval(space), balancer=eval(policy), combine=combine, roles=roles, substeps=2,
+    log=log, spans=log is not None, progress="off",
+    renderer=motes.Renderer(64, 48, camera=motes.Camera((0, 0, 60), (0, 0, 0))),
 )
-drops, rain, dust = world.system("drops", capacity=3000), world.system("rain", axis="y"), world.system("dust")
+drops, dust = world.system("drops", capacity=3000), world.system("dust")
+rain = world.system("rain", axis="y")
 with world:
     for frame in world.frames(frames):
         drops.configure(velocity=motes.Normal((2, 0, 0), (6, 3, 3)), lifetime=motes.Uniform(0.2, 2))
@@ -116,6 +119,13 @@ def test_no_policy_changes_a_bit(policy, ranks, alone, tmp_path):
 )
 def test_systems_combined_otherwise_give_the_same_bits(combine, policy, ranks, alone):
     assert sorted_lines(mpirun(ranks, SCENE, POLICIES[policy], FINITE, combine, 10)) == alone
+
+
+@pytest.mark.parametrize("policy", ["pairwise", "diffusive", "prefix", "prefix-all"])
+@pytest.mark.parametrize("combine", ["together", "overlapped"])
+def test_ranks_of_several_roles_give_the_same_bits(policy, combine, alone, tmp_path):
+    result = mpirun(3, SCENE, POLICIES[policy], FINITE, combine, 10, tmp_path / "log", "shared")
+    assert sorted_lines(result) == alone
 
 
 # --- the paper's infinite space
@@ -232,7 +242,7 @@ def test_the_timeline_shows_messages_under_way_while_the_next_system_computes(tm
         acts = {row["system"]: row for row in mine if row["phase"] == "act"}
         messages = {row["system"]: row for row in mine if row["phase"] == "messages"}
         assert set(acts) == set(messages) == {"drops", "rain", "dust"}
-        for here, following in (("drops", "rain"), ("rain", "dust")):
+        for here, following in (("drops", "dust"), ("dust", "rain")):
             assert messages[here]["start_s"] <= acts[following]["start_s"]
             assert acts[following]["end_s"] <= messages[here]["end_s"]
 

@@ -9,7 +9,9 @@ namespace motes::frame {
 using recording::Verb;
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Options options)
-    : comm_(std::move(communicator)), cast_(std::move(cast)), options_(std::move(options)) {}
+    : comm_(std::move(communicator)), cast_(std::move(cast)), options_(std::move(options)) {
+  if (options_.policy) options_.policy->check(cast_.calculators.size());
+}
 
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.
 void Engine::run_frame(const std::optional<image::View>& view) {
@@ -53,7 +55,7 @@ void Engine::settle(Round& round) {
 void Engine::close(Round& round) {
   receive_strangers(round);
   if (in_frame()) balance(round);
-  if (spans_) spans_->add(frame_, "messages", name_of(round), round.reported_s, comm::wall_seconds());
+  if (spans_ && in_frame()) spans_->add(frame_, "messages", name_of(round), round.reported_s, comm::wall_seconds());
 }
 
 // The rounds of this conversation: the systems one by one, or all at once.

@@ -26,7 +26,7 @@ inline Engine::Timed::Timed(Engine& engine, double& seconds, const char* phase, 
 inline Engine::Timed::~Timed() {
   const double end = comm::wall_seconds();
   seconds_ += end - start_;
-  if (engine_.spans_) engine_.spans_->add(engine_.frame_, phase_, system_, start_, end);
+  if (engine_.spans_ && engine_.in_frame()) engine_.spans_->add(engine_.frame_, phase_, system_, start_, end);
 }
 
 // Seconds of work, by the clock that the run chose.

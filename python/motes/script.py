@@ -47,7 +47,9 @@ def options(
         "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
     )
     parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
-    parser.add_argument("--balancer", type=_balancer, default=_balancer(balancer), metavar="NAME", help=BALANCERS)
+    parser.add_argument(
+        "--balancer", type=_balancer, default=_balancer(balancer), metavar="NAME", help=BALANCERS
+    )
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--out", default="out", metavar="DIR", help="where pictures and movies go")
     parser.add_argument("--log", default=None, metavar="DIR", help="write the run's log there")

@@ -257,7 +257,7 @@ class World:
                 "digest": self._digest,
                 "log": self._log or "",
                 "hosts": hosts,
-                "policy": getattr(self._balancer, "policy", None),
+                "policy": self._balancer.policy,
                 "combine": self._combine,
                 "clock": self._clock,
                 "speed": self._speeds.get(self.rank, 1.0),

@@ -1,7 +1,7 @@
 """A fountain on a fast and a slow machine: python -m motes run -n 4 examples/heterogeneous.py.
 
-The last calculator spends as much time as a machine of half the speed would. Watch the work split 2:1; then try
---balancer static, and compare the seconds.
+The last calculator spends as much time as a machine of half the speed would. Watch the work split 2:1;
+then try --balancer static, and compare the seconds.
 """
 
 import json
@@ -49,7 +49,7 @@ with world, motes.Movie(f"{args.out}/heterogeneous.mp4") as movie:
 
 if "manager" in world.role:
     held = defaultdict(list)
-    for line in Path(args.log, "load.jsonl").open():
+    for line in Path(args.log, "load.jsonl").read_text().splitlines():
         row = json.loads(line)
         held[row["frame"]].append(row["n_end"])
     for frame in range(0, args.frames, 4):

@@ -1,4 +1,4 @@
-"""Balancing in real runs: cuts follow the load, particles follow the cuts, and no bit of the animation changes."""
+"""Balancing in real runs: cuts follow the load, particles the cuts, and no bit changes."""
 
 from __future__ import annotations
 

@@ -36,6 +36,8 @@ def options(
     `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
     `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit, `--balancer` static,
     pairwise, diffusive or prefix. The result has them as attributes: `size`, `space` and `balancer` as
+    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit, `--balancer` static,
+    pairwise, diffusive or prefix. The result has them as attributes: `size`, `space` and `balancer` as
     Renderer and World take them, `images` for the opposite of `--no-images`. `options(__doc__, wind=2.5)`
     adds `--wind`, a float like its default.
     """

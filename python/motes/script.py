@@ -112,7 +112,12 @@ def _size(text: str) -> tuple[int, int]:
 
 
 def _balancer(text: str) -> Balancer:
-    kinds = {"static": Static, "pairwise": Pairwise, "diffusive": Diffusive, "prefix": PrefixCuts}
+    kinds: dict[str, type[Balancer]] = {
+        "static": Static,
+        "pairwise": Pairwise,
+        "diffusive": Diffusive,
+        "prefix": PrefixCuts,
+    }
     if text not in kinds:
         raise argparse.ArgumentTypeError(f"must be {', '.join(kinds)}, got {text!r}")
     return kinds[text]()

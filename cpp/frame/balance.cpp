@@ -16,7 +16,15 @@ using comm::Phase;
 
 namespace {
 
-constexpr int kBins = 256;  // a calculator's histogram: 3 KiB
+// Bins of a calculator's histogram: many where many particles are, so that a bin holds under a hundredth of a fair
+// share, and all histograms together grow with the number of calculators alone.
+std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
+  double all = 0;
+  for (const Load& load : loads) all += static_cast<double>(load.particles);
+  const double bins = 512 + 128 * static_cast<double>(loads.size());
+  const double part = static_cast<double>(loads[calculator].particles) / std::max(all, 1.0);
+  return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
+}
 
 std::span<const float> coordinates(const System& system, std::vector<float>& room) {
   const particles::Store& store = *system.store;
@@ -96,7 +104,9 @@ void Engine::ask(std::size_t system, const balance::Plan& plan, Requests& reques
     row_of(system, std::min(order.from, order.to)).ordered = right ? count : -count;
   }
   if (!plan.shares.empty()) {
-    for (auto& list : requests) list.push_back({index, Request::Kind::histogram, 0});
+    for (std::size_t c = 0; c < requests.size(); ++c) {
+      requests[c].push_back({index, Request::Kind::histogram, bins_for(systems_[system]->loads, c)});
+    }
   }
   systems_[system]->plan = plan;
 }
@@ -221,7 +231,7 @@ Proposal Engine::propose(const Request& request) {
   switch (request.kind) {
     case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;
     case Request::Kind::give_right: proposal.gift = balance::give_right(x, request.count, low, high); break;
-    case Request::Kind::histogram: proposal.histogram = balance::histogram(x, kBins); break;
+    case Request::Kind::histogram: proposal.histogram = balance::histogram(x, static_cast<int>(request.count)); break;
   }
   return proposal;
 }

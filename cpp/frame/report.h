@@ -81,7 +81,7 @@ struct Request {
   enum class Kind : std::uint32_t { give_left, give_right, histogram };
   std::int32_t system = 0;
   Kind kind = Kind::histogram;
-  std::uint64_t count = 0;
+  std::uint64_t count = 0;  // particles, or bins of the histogram
 };
 
 /// The answer.

@@ -15,6 +15,12 @@ void check_rank(const std::string& role, int rank, int size) {
 }  // namespace
 
 int Cast::calculator_of(int rank) const {
+  // Mostly they follow each other: no search, with thousands of ranks.
+  const int guess = calculators.empty() ? -1 : rank - calculators.front();
+  if (guess >= 0 && guess < static_cast<int>(calculators.size()) &&
+      calculators[static_cast<std::size_t>(guess)] == rank) {
+    return guess;
+  }
   const auto found = std::find(calculators.begin(), calculators.end(), rank);
   return found == calculators.end() ? -1 : static_cast<int>(found - calculators.begin());
 }

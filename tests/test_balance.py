@@ -345,3 +345,44 @@ def test_wrong_speeds_are_refused(speeds, complaint):
     assert result.code != 0
     assert complaint in result.err
     assert "MOTES_SPEEDS" in result.err
+
+
+FAILING = """
+import os
+import signal
+import sys
+import motes
+from motes import balance, shapes
+
+how, combine, policy = sys.argv[1:4]
+world = motes.World(seed=1, space=(-1, 1), balancer=eval(policy), combine=combine, progress="off")
+systems = [world.system(name) for name in "abc"]
+
+def fail(particles):
+    if world.frame == 3 and world.rank == 3:
+        if how == "kill":
+            os.kill(os.getpid(), signal.SIGKILL)
+        raise ValueError("out of luck")
+
+with world:
+    for frame in world.frames(6):
+        for s in systems:
+            s.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=2400)
+            s.move()
+            if s is systems[1]:
+                s.callback(fail)
+        world.step()
+"""
+
+
+@pytest.mark.parametrize("how", ["raise", "kill"])
+@pytest.mark.parametrize("combine", ["one_by_one", "together", "overlapped"])
+@pytest.mark.parametrize("policy", ["pairwise", pytest.param("diffusive", marks=pytest.mark.slow)])
+def test_a_rank_that_fails_between_rounds_ends_the_job(how, combine, policy):
+    result = mpirun(5, FAILING, how, combine, POLICIES[policy], timeout=30)
+    assert result.code != 0
+    assert "rank 3" in result.err, result.text
+    if how == "raise":
+        assert "out of luck" in result.err, result.text
+        assert "frame 3" in result.err, result.text
+    assert result.err.count("*** motes") == 1, "one message"

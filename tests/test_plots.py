@@ -179,6 +179,17 @@ def test_given_is_signed(spot):
     assert [text.get_text() for text in ax.get_yticklabels()] == ["2|3", "3|4", "4|5"]
 
 
+def test_given_of_a_balancer_that_cuts_anew_shows_the_cuts(tmp_path, spot):
+    log = write_log(tmp_path / "run", [load_row(f, "a", r) for f in range(2) for r in range(3)])
+    ends = [(0, 0, 1.0, 1.5), (0, 1, 4.0, 2.0), (1, 0, 1.5, 1.5), (1, 1, 2.0, 2.25)]
+    fields = ("frame", "left_rank", "cut_before", "cut_after")
+    table = [dict(zip(fields, row, strict=True)) for row in ends]
+    rows(log / "balance.jsonl", [{**row, "system": "a", "right_rank": row["left_rank"] + 1} for row in table])
+    ax = motes.open_run(log).plot.given()
+    assert ax.collections[0].get_array().tolist() == [[0.5, 0.0], [-2.0, 0.25]]
+    assert ax.figure.axes[1].get_ylabel() == "moved to the right (m)"
+
+
 def test_given_without_a_balancer_says_so(small):
     with pytest.raises(LogError, match=r"no cut was evaluated.*Static"):
         small.plot.given()

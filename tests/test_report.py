@@ -291,6 +291,16 @@ def test_not_a_terminal_gets_lines(log):
     assert "\x1b" not in out.getvalue()
 
 
+def test_once_prints_the_whole_view_anywhere(log, tmp_path):
+    out = io.StringIO()
+    assert watch.main(str(log), once=True, out=out) == 0
+    assert out.getvalue().count("rank ") == 4
+    assert "\x1b" not in out.getvalue()
+    assert watch.main(str(unfinished(tmp_path / "run")), once=True, out=out) == 0, (
+        "it does not wait for an end"
+    )
+
+
 def test_following_a_run_that_is_written(tmp_path):
     log = unfinished(tmp_path / "run")
     view = watch.View(log, {})

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+import numpy.typing as npt
 
 from . import drawing
 
@@ -14,6 +15,8 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 __all__ = ["draw_domains"]
+
+Array = npt.NDArray[np.float64]
 
 
 def draw_domains(
@@ -24,34 +27,25 @@ def draw_domains(
     frames = left.index.to_numpy(dtype=float)
     ranks = [rank for rank in calculators if rank in set(load["rank"])]
     right = load.pivot_table(index="frame", columns="rank", values="domain_hi", dropna=False)
-    low = left.reindex(columns=ranks).to_numpy(dtype=float)
-    high = right.reindex(columns=ranks).to_numpy(dtype=float)
+    low = left.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
+    high = right.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
+    low[:, 0] = np.where(np.isnan(low[:, 0]), -np.inf, low[:, 0])
+    high[:, -1] = np.where(np.isnan(high[:, -1]), np.inf, high[:, -1])
     bottom, top = _limits(high[:, :-1], density, space)
+    # Bands reach far beyond what is seen, for one who then sets other limits.
+    reach = 20 * (top - bottom)
     # A frame's domain holds for the whole frame, so the last one gets its width too.
     at = np.append(frames, frames[-1] + 1)
+    low, high = (np.clip(np.vstack([ends, ends[-1:]]), bottom - reach, top + reach) for ends in (low, high))
     for i, rank in enumerate(ranks):
-        below = _held(np.where(np.isnan(low[:, i]), -np.inf if i == 0 else np.nan, low[:, i]), bottom, top)
-        above = _held(
-            np.where(np.isnan(high[:, i]), np.inf if i == len(ranks) - 1 else np.nan, high[:, i]), bottom, top
-        )
         color = drawing.of_rank(i)
-        ax.fill_between(at, below, above, step="post", color=color, alpha=0.22, linewidth=0)
+        ax.fill_between(at, low[:, i], high[:, i], step="post", color=color, alpha=0.22, linewidth=0)
         if i > 0:
-            cut = np.append(low[:, i], low[-1, i])
-            ax.step(at, cut, where="post", color="#333333", linewidth=1.0)
+            ax.step(at, low[:, i], where="post", color="#333333", linewidth=1.0)
         if density is not None:
             _particles(ax, density[density["rank"] == rank], color)
-        if len(ranks) <= 16 and above[-1] - below[-1] > 0.025 * (top - bottom):
-            ax.annotate(
-                f"rank {rank}",
-                (at[-1], (below[-1] + above[-1]) / 2),
-                xytext=(4, 0),
-                textcoords="offset points",
-                va="center",
-                fontsize="small",
-                color="#333333",
-                annotation_clip=False,
-            )
+        if len(ranks) <= 16:
+            _name(ax, rank, at[-1], np.clip([low[-1, i], high[-1, i]], bottom, top), top - bottom)
     outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
     if outside:
         drawing.note(ax, f"{outside} cut{'s' if outside > 1 else ''} far outside")
@@ -60,9 +54,12 @@ def draw_domains(
     drawing.integer_frames(ax)
 
 
-def _held(ends: np.ndarray, bottom: float, top: float) -> np.ndarray:
-    clipped = np.clip(ends, bottom, top)
-    return np.append(clipped, clipped[-1])
+def _name(ax: Axes, rank: int, x: float, ends: Array, height: float) -> None:
+    """Name a calculator on the right of its domain, where there is room."""
+    if ends[1] - ends[0] > 0.025 * height:
+        offset: dict[str, Any] = {"xytext": (4, 0), "textcoords": "offset points", "va": "center"}
+        text = ax.annotate(f"rank {rank}", (x, float(ends.mean())), annotation_clip=False, **offset)
+        text.set(fontsize="small", color="#333333")
 
 
 def _particles(ax: Axes, density: DataFrame, color: str) -> None:
@@ -73,7 +70,7 @@ def _particles(ax: Axes, density: DataFrame, color: str) -> None:
     ax.plot(at, quartiles[1], color=color, linewidth=1.4)
 
 
-def _limits(cuts: np.ndarray, density: DataFrame | None, space: Any) -> tuple[float, float]:
+def _limits(cuts: Array, density: DataFrame | None, space: Any) -> tuple[float, float]:
     """Where to look: at the particles, and at cuts near them; the paper's infinite space is mostly empty."""
     seen: list[float] = []
     if density is not None and density["x_q00"].notna().any():

@@ -251,23 +251,27 @@ class Plots:
     def given(self, system: str | None = None, *, ax: Axes | None = None) -> Axes:
         """What balancing moved over each cut: + from left to right, - from right to left.
 
-        Raises LogError for a run whose balancer looked at no cut.
+        Where a balancer cuts all domains anew nobody gives: then how far each cut went, in m. Raises LogError
+        for a run whose balancer looked at no cut.
         """
         balance = self._run.balance
         if balance.empty:
             raise LogError(f"{self._run.name}: no cut was evaluated (balance.jsonl); {self._run.balancer}")
         balance = measures.of_system(balance, system)
-        table = balance.pivot_table(
-            index="frame", columns=["left_rank", "right_rank"], values="given", aggfunc="sum", dropna=True
-        )
+        anew = bool(balance["given"].isna().all())
+        balance = balance.assign(went=balance["cut_after"] - balance["cut_before"])
+        over = balance.groupby(["frame", "left_rank", "right_rank"])["went" if anew else "given"].sum()
+        table: DataFrame = over.unstack(["left_rank", "right_rank"]).sort_index(axis=1)
         frames = range(int(balance["frame"].min()), int(balance["frame"].max()) + 1)
         table = table.reindex(index=frames)
         pairs: list[Any] = list(table.columns)
         names = [f"{int(left)}|{int(right)}" for left, right in pairs]
         ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(names), 6.0)))
-        drawing.cells(ax, table, label="particles, left → right", names=names, signed=True)
+        label = "moved to the right (m)" if anew else "particles, left → right"
+        drawing.cells(ax, table, label=label, names=names, signed=True)
         drawing.integer_frames(ax)
-        return finish(ax, title=self._title("Particles given to balance"), y="cut", grid="")
+        title = self._title("Cuts moved" if anew else "Particles given to balance")
+        return finish(ax, title=title, y="cut", grid="")
 
     # --- phases
 

@@ -42,12 +42,16 @@ def main(path: str, *, once: bool = False, wait_s: float = 10.0, out: TextIO | N
 def _watch(path: Path, *, once: bool, wait_s: float, out: TextIO) -> int:
     view = View(path, _facts_when_there(path, 0.0 if once else wait_s))
     screen = _Screen(out)
+    if once:
+        view.read()
+        screen.print_whole(view)
+        return 0
     while True:
         dead = view.process_is_gone()  # asked before reading: what it wrote last is read below
         view.read()
-        over = once or view.ended or dead or view.silent_s > SILENT_S
+        over = view.ended or dead or view.silent_s > SILENT_S
         screen.show(view, last=over)
-        if once or view.ended:
+        if view.ended:
             return 0
         if dead or view.silent_s > SILENT_S:
             why = "its process is gone" if dead else f"nothing was written for {view.silent_s:.0f} s"
@@ -235,6 +239,11 @@ class _Screen:
             self._redraw(view)
         else:
             self._tell(view, last=last)
+
+    def print_whole(self, view: View) -> None:
+        """Print the view once, without moving the cursor: for a file, a notebook, a mail."""
+        width = shutil.get_terminal_size().columns - 1
+        print("\n".join(view.lines(width, plain=self._plain)), file=self._out, flush=True)
 
     def _redraw(self, view: View) -> None:
         size = shutil.get_terminal_size()

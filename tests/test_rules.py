@@ -105,6 +105,9 @@ def test_expressions_refuse_what_they_cannot_say():
             lambda: s.spawn(into=s, count=1, on="lunch"),
             lambda: s.spawn(into=s, count=1, inherit_velocity=float("inf")),
             lambda: s.callback(3),
+            lambda: s.callback(print, where=3),
+            lambda: s.callback(print, where=column("nothing") > 1),
+            lambda: s.spawn(into=s, count=1, where=column("age")),
             lambda: sum([column("age")] * 500),
         ):
             with pytest.raises(motes.ArgumentError):
@@ -206,6 +209,38 @@ def test_a_callback_stands_in_its_place_of_the_list():
     expected[:, 1] += np.float32(-0.5)
     np.testing.assert_array_equal(after.velocity, expected)
     assert seen == [400]
+
+
+def test_a_callback_sees_and_changes_only_particles_where_a_condition_holds():
+    seen: dict[str, Any] = {}
+
+    def mark(particles: Any) -> None:
+        seen.update(n=len(particles), id=particles.id.copy(), x=particles.position[:, 0].copy())
+        particles.heat[:] = 7
+        particles.velocity[particles.age > 2] = (1, 2, 3)
+        assert (particles.alpha == 1).all()
+        with pytest.raises(ValueError, match="read-only"):
+            particles.id[:] = 0
+        seen["kept"] = particles.heat
+
+    chosen = Box((0, -2, -2), (2, 2, 2)) & (column("age") > 1)
+    before, after = run(lambda s, _: s.callback(mark, where=chosen), heat=0.5)
+    mask = (before.position[:, 0] >= 0) & (before.age > 1)
+    assert 0 < mask.sum() == seen["n"] < 400
+    np.testing.assert_array_equal(np.sort(seen["id"]), before.id[mask])
+    np.testing.assert_array_equal(np.sort(seen["x"]), np.sort(before.position[mask, 0]))
+    np.testing.assert_array_equal(after.heat, np.where(mask, np.float32(7), np.float32(0.5)))
+    expected = before.velocity.copy()
+    expected[mask & (before.age > 2)] = (1, 2, 3)
+    np.testing.assert_array_equal(after.velocity, expected)
+    with pytest.raises(ValueError, match="read-only"):
+        seen["kept"][:] = 0
+
+
+def test_a_callback_is_not_called_where_no_particle_fulfils_its_condition():
+    calls: list[int] = []
+    run(lambda s, _: s.callback(lambda p: calls.append(len(p)), where=column("age") > 99))
+    assert calls == []
 
 
 def test_a_failing_callback_ends_the_run_and_is_named():

@@ -139,8 +139,6 @@ Kind kind_of(const std::string& name) {
   throw std::invalid_argument("no action is called '" + name + "'");
 }
 
-namespace {
-
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema) {
   std::uint64_t mask = 0;
   for (const Instruction& instruction : expression) {
@@ -149,8 +147,6 @@ std::uint64_t columns_of(const Expression& expression, const particles::Schema& 
   }
   return mask;
 }
-
-}  // namespace
 
 std::uint64_t reads(const Action& action, const particles::Schema& schema) {
   std::uint64_t mask = facts(action.kind).reads | columns_of(action.where, schema);
@@ -181,6 +177,14 @@ void check(const Action& action, const particles::Schema& schema) {
     throw std::invalid_argument("set must give an attribute of the system as many numbers as it has");
   }
   for (const Expression& value : action.values) check_type(value, Type::number, "set must give numbers");
+}
+
+void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
+                     const particles::Schema& schema) {
+  for (const shapes::Shape& shape : shapes) shapes::check(shape);
+  if (!where.empty() && check(where, schema.components(), static_cast<int>(shapes.size())) != Type::truth) {
+    throw std::invalid_argument("where must be a shape or a comparison");
+  }
 }
 
 void check(const Action& action) {

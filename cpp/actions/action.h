@@ -66,6 +66,9 @@ Kind kind_of(const std::string& name);
 std::uint64_t reads(const Action& action, const particles::Schema& schema);
 std::uint64_t writes(const Action& action, const particles::Schema& schema);
 
+/// Attributes that an expression reads, a bit each.
+std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema);
+
 /// Whether the action reads or writes a *_b attribute.
 bool uses_copies(const Action& action, const particles::Schema& schema);
 
@@ -73,5 +76,9 @@ bool uses_copies(const Action& action, const particles::Schema& schema);
 void check(const Action& action);
 /// The same for its expressions, which name columns of a schema.
 void check(const Action& action, const particles::Schema& schema);
+
+/// The same for a condition that stands alone; an empty one is none.
+void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
+                     const particles::Schema& schema);
 
 }  // namespace motes::actions

@@ -104,11 +104,14 @@ py::object last_row(const Engine& engine) {
 }
 
 void on_callback(Engine& engine, py::function call) {
-  engine.on_callback(
-      [held = std::make_shared<py::function>(std::move(call))](int system, int number, std::size_t begin) {
-        const py::gil_scoped_acquire gil;
-        (*held)(system, number, begin);
-      });
+  engine.on_callback([held = std::make_shared<py::function>(std::move(call))](const Engine::Call& now) {
+    const py::gil_scoped_acquire gil;
+    py::object chosen = py::none();
+    if (now.chosen != nullptr) {
+      chosen = py::array_t<std::uint32_t>(static_cast<py::ssize_t>(now.chosen->size()), now.chosen->data());
+    }
+    (*held)(now.system, now.callback, now.begin, chosen);
+  });
 }
 
 py::object gather(Engine& engine, int system, bool to_all) {
@@ -146,8 +149,8 @@ void bind_engine(py::module_& m) {
       .def(
           "run_pending", [](Engine& e, int system) { e.local(system); }, Release())
       .def("touched", &Engine::touched)
-      .def("record_callback", [](Engine& e, int system, const std::string& name,
-                                 int number) { e.record(system, recording::Callback{name, number}); })
+      .def("record_callback",
+           [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); })
       .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })
       .def("on_callback", &on_callback)
       .def(

@@ -113,6 +113,11 @@ recording::Spawn make_spawn(int into, const std::string& on, std::uint32_t count
   return spawn;
 }
 
+recording::Callback make_callback(const std::string& name, int number, const Steps& where,
+                                  std::vector<shapes::Shape> shapes) {
+  return {name, number, expression(where), std::move(shapes)};
+}
+
 }  // namespace
 
 void bind_recording(py::module_& m) {
@@ -137,6 +142,8 @@ void bind_recording(py::module_& m) {
   py::class_<recording::Spawn>(m, "Spawn")
       .def(py::init(&make_spawn), py::arg("into"), py::arg("on"), py::arg("count"), py::arg("inherit_velocity"),
            py::arg("state"), py::arg("where"), py::arg("shapes"));
+  py::class_<recording::Callback>(m, "Callback")
+      .def(py::init(&make_callback), py::arg("name"), py::arg("number"), py::arg("where"), py::arg("shapes"));
   m.def("action_names", [] {
     std::vector<std::string> names;
     for (int k = 0; k < actions::kKinds; ++k) names.emplace_back(actions::facts(static_cast<actions::Kind>(k)).name);

@@ -4,6 +4,7 @@
 
 #include "frame/engine.h"
 #include "frame/work.h"
+#include "recording/select.h"
 
 namespace motes::frame {
 
@@ -88,7 +89,7 @@ void Engine::run_list(System& system, const std::vector<BirthGroup>& groups, std
     system.tally.created += system.store->size() - begin;
     run_pieces(system, pieces, begin, groups[g].entry, groups[g].substep);
   }
-  if (pieces.size() > 1 || pieces[0].callback >= 0) {
+  if (pieces.size() > 1 || pieces[0].callback != nullptr) {
     system.outcome.left.clear();
     recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
     drop_dead(system.outcome);
@@ -102,7 +103,7 @@ void Engine::run_pieces(System& system, const std::vector<Piece>& pieces, std::s
                         int first_substep) {
   particles::Store& store = *system.store;
   recording::Span span{frame_, options_.substeps, options_.dt, first_substep, 0};
-  if (pieces.size() == 1 && pieces[0].callback < 0) {
+  if (pieces.size() == 1 && pieces[0].callback == nullptr) {
     pieces[0].program.run(store, begin, entry, span, system.key, slice_of(system), system.outcome);
     return;
   }
@@ -116,14 +117,20 @@ void Engine::run_pieces(System& system, const std::vector<Piece>& pieces, std::s
       const std::size_t end = piece.first + piece.program.size();
       const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
       piece.program.run(store, begin, skip, span, system.key, everywhere, system.outcome);
-      if (piece.callback >= 0 && from <= end) call_back(system, piece.callback, begin);
+      if (piece.callback != nullptr && from <= end) call_back(system, *piece.callback, begin);
     }
   }
 }
 
-void Engine::call_back(System& system, int number, std::size_t begin) {
+void Engine::call_back(System& system, const recording::Callback& callback, std::size_t begin) {
+  std::vector<std::uint32_t> chosen;
+  if (!callback.where.empty()) {
+    chosen = recording::select(callback.where, callback.shapes, *system.store, begin);
+    if (chosen.empty()) return;
+  }
   for (std::size_t i = 0; i < systems_.size(); ++i) {
-    if (systems_[i].get() == &system) callback_(static_cast<int>(i), number, begin);
+    if (systems_[i].get() != &system) continue;
+    callback_({static_cast<int>(i), callback.number, begin, callback.where.empty() ? nullptr : &chosen});
   }
 }
 

@@ -81,10 +81,15 @@ class Engine {
   /// The script may have moved particles of this rank.
   void touched(int system) { this->system(system).moved = true; }
 
-  /// How the script's callbacks are called: with a system, the callback's number and the first particle it concerns.
-  void on_callback(std::function<void(int system, int callback, std::size_t begin)> call) {
-    callback_ = std::move(call);
-  }
+  /// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those
+  /// at the indices `chosen`.
+  struct Call {
+    int system;
+    int callback;  // its number
+    std::size_t begin;
+    const std::vector<std::uint32_t>* chosen;
+  };
+  void on_callback(std::function<void(const Call&)> call) { callback_ = std::move(call); }
 
   /// Collective. The first and the last word of a run: all ranks are here, with the same systems and seed.
   void start();
@@ -175,7 +180,7 @@ class Engine {
   recording::Slice slice_of(const System& system) const;
   void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
                   int first_substep);
-  void call_back(System& system, int number, std::size_t begin);
+  void call_back(System& system, const recording::Callback& callback, std::size_t begin);
   static void drop_dead(recording::Outcome& outcome);
   static void note_events(System& system, const std::vector<const recording::Spawn*>& rules,
                           const std::vector<std::uint32_t>& newborn);
@@ -227,7 +232,7 @@ class Engine {
   void note_tails(const std::vector<Report>& reports);
   void note_tail(int rank, const Tail& tail, FrameRow& row);
 
-  std::function<void(int system, int callback, std::size_t begin)> callback_;
+  std::function<void(const Call&)> callback_;
   std::unique_ptr<comm::Communicator> comm_;
   roles::Cast cast_;
   Options options_;

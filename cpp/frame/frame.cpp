@@ -122,6 +122,9 @@ void Engine::record(int index, recording::Item item) {
     if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
   }
+  if (const auto* callback = std::get_if<recording::Callback>(&item)) {
+    actions::check_condition(callback->where, callback->shapes, s.schema);
+  }
   s.list.push_back(std::move(item));
 }
 

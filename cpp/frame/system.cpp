@@ -60,7 +60,7 @@ std::vector<Piece> System::pending_pieces() const {
   std::vector<actions::Action> actions;
   std::uint32_t before = 0;  // actions of earlier segments and pieces
   std::size_t first = 0;
-  const auto cut = [&](int callback) {
+  const auto cut = [&](const recording::Callback* callback) {
     const std::size_t length = actions.size();
     pieces.push_back({recording::Program(std::move(actions), before), first, callback});
     actions.clear();
@@ -75,10 +75,10 @@ std::vector<Piece> System::pending_pieces() const {
         actions.push_back(*action);
       }
     } else if (const auto* callback = std::get_if<recording::Callback>(&list[i]); callback && i >= run_items) {
-      cut(callback->number);
+      cut(callback);
     }
   }
-  if (!actions.empty() || pieces.empty()) cut(-1);
+  if (!actions.empty() || pieces.empty()) cut(nullptr);
   return pieces;
 }
 

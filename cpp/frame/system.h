@@ -29,7 +29,7 @@ struct BirthGroup {
 struct Piece {
   recording::Program program;
   std::size_t first = 0;   // actions before it in the segment
-  int callback = -1;       // that stands behind it, or -1
+  const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
 };
 
 /// What happened to one system on one calculator in this frame.

@@ -6,6 +6,7 @@
 
 #include "particles/schema.h"
 #include "particles/streams.h"
+#include "recording/planes.h"
 #include "simd/float_mode.h"
 
 namespace motes::recording {
@@ -29,37 +30,6 @@ bool turns(const Store& store, const std::vector<actions::Action>& list) {
 std::uint64_t untouched(const actions::Action& action, bool turns) {
   return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
-
-// The planes of the attributes that a program touches, at a block's first particle. A uniform attribute that is only
-// read is a page of its value.
-class Planes {
- public:
-  Planes(Store& store, std::uint64_t touched) : current_(static_cast<std::size_t>(store.schema().components())) {
-    for (int a = 0; a < store.schema().size(); ++a) {
-      if ((touched >> a & 1u) == 0) continue;
-      const particles::Attribute& attribute = store.schema()[a];
-      for (int c = 0; c < attribute.width; ++c) {
-        const auto at = static_cast<std::size_t>(attribute.first_component + c);
-        if (store.uniform(a)) {
-          pages_.emplace_back(kBlock + particles::kPadding, store.uniform_value(a)[static_cast<std::size_t>(c)]);
-          current_[at] = pages_.back().data();
-        } else {
-          moving_.push_back({at, store.writable_plane(a, c)});
-        }
-      }
-    }
-  }
-
-  float* const* at(std::size_t particle) {
-    for (const auto& [component, plane] : moving_) current_[component] = plane + particle;
-    return current_.data();
-  }
-
- private:
-  std::vector<float*> current_;
-  std::vector<std::pair<std::size_t, float*>> moving_;
-  std::vector<std::vector<float>> pages_;
-};
 
 // Room for one more block's indices; the collector reports how many it used.
 void collect(const actions::Block& block, const float* axis, const Slice& slice, std::size_t base, Outcome& outcome) {

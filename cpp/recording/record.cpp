@@ -182,6 +182,9 @@ template <class Way>
 void fields(Way& way, Callback& c) {
   way.text(c.name);
   way.plain(c.number);
+  fields(way, c.where);
+  way.length(c.shapes);
+  for (shapes::Shape& shape : c.shapes) fields(way, shape);
 }
 
 template <class Way>

@@ -48,6 +48,8 @@ struct Read {
 struct Callback {
   std::string name;
   std::int32_t number = 0;  // place among the callbacks of its system in this frame
+  actions::Expression where{};            // a truth; empty: all particles
+  std::vector<shapes::Shape> shapes{};  // that `where` names
 
   bool operator==(const Callback&) const = default;
 };

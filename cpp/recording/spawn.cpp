@@ -4,13 +4,13 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "actions/kernels.h"
+#include "actions/action.h"
+#include "recording/select.h"
 #include "simd/float_mode.h"
 
 namespace motes::recording {
 namespace {
 
-using particles::kBlock;
 using particles::Store;
 
 bool finite(const Event& event) {
@@ -21,22 +21,15 @@ bool finite(const Event& event) {
 
 // Removes the particles for which the condition does not hold.
 void keep_where(const Spawn& spawn, Store& store) {
-  if (spawn.where.empty() || store.size() == 0) return;
-  std::vector<float> scratch(actions::kScratch);
-  std::vector<float*> components(static_cast<std::size_t>(store.schema().components()));
+  if (spawn.where.empty()) return;
+  const std::vector<std::uint32_t> chosen = select(spawn.where, spawn.shapes, store);
   std::vector<std::uint32_t> out;
-  for (std::size_t at = 0; at < store.size(); at += kBlock) {
-    for (int a = 0; a < store.schema().size(); ++a) {
-      for (int c = 0; c < store.schema()[a].width; ++c) {
-        components[static_cast<std::size_t>(store.schema()[a].first_component + c)] = store.writable_plane(a, c) + at;
-      }
-    }
-    const actions::Block block{std::min(kBlock, store.size() - at), components.data(), store.ids() + at, nullptr};
-    actions::kernels().evaluate(spawn.where.data(), spawn.where.size(), spawn.shapes.data(), block, scratch.data());
-    for (std::size_t i = 0; i < block.count; ++i) {
-      std::uint32_t truth;
-      std::memcpy(&truth, &scratch[i], sizeof truth);
-      if (truth == 0) out.push_back(static_cast<std::uint32_t>(at + i));
+  std::size_t next = 0;
+  for (std::uint32_t i = 0; i < store.size(); ++i) {
+    if (next < chosen.size() && chosen[next] == i) {
+      ++next;
+    } else {
+      out.push_back(i);
     }
   }
   store.remove(out);
@@ -54,11 +47,7 @@ void check(const Spawn& spawn, const particles::Schema& parents, const particles
   Birth birth;
   birth.state = spawn.state;
   check(birth, children);
-  for (const shapes::Shape& shape : spawn.shapes) shapes::check(shape);
-  const auto named = static_cast<int>(spawn.shapes.size());
-  if (!spawn.where.empty() && actions::check(spawn.where, parents.components(), named) != actions::Type::truth) {
-    throw std::invalid_argument("where must be a shape or a comparison");
-  }
+  actions::check_condition(spawn.where, spawn.shapes, parents);
 }
 
 std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std::vector<std::uint32_t>& indices) {

@@ -21,10 +21,16 @@ class LocalParticles:
     """
 
     def __init__(
-        self, engine: _core.Engine, system: int, attributes: dict[str, tuple[int, int]], begin: int = 0
+        self,
+        engine: _core.Engine,
+        system: int,
+        attributes: dict[str, tuple[int, int]],
+        begin: int = 0,
+        chosen: NDArray[np.uint32] | None = None,
     ) -> None:
-        """Belong to `System.local`; `begin` is the first particle seen."""
-        self._begin = begin
+        """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`."""
+        self._begin = 0 if chosen is not None else begin
+        self._chosen = chosen
         self._engine: _core.Engine | None = engine
         self._system = system
         self._attributes = attributes
@@ -32,22 +38,36 @@ class LocalParticles:
 
     def __len__(self) -> int:
         """Particles on this rank."""
-        return self._live().local_size(self._system) - self._begin
+        size = self._live().local_size(self._system) - self._begin
+        return size if self._chosen is None else len(self._chosen)
 
     def __getattr__(self, name: str) -> NDArray[Any]:
         """Return the view of an attribute."""
         if name.startswith("_"):
             raise AttributeError(name)
-        engine = self._live()
+        self._live()
         if name not in self._views:
-            if name == "id":
-                self._views[name] = engine.local_ids(self._system, self._begin)
-            elif name in self._attributes:
-                self._views[name] = engine.local_column(self._system, self._attributes[name][0], self._begin)
-            else:
-                known = ", ".join(["id", *self._attributes])
-                raise AttributeError(f"no attribute {name!r}; there are {known}")
+            view = self._column(name)
+            if self._chosen is not None:
+                view = view[self._chosen]
+                view.flags.writeable = name != "id"
+            self._views[name] = view
         return self._views[name]
+
+    def _column(self, name: str) -> NDArray[Any]:
+        engine = self._live()
+        if name == "id":
+            return engine.local_ids(self._system, self._begin)
+        if name in self._attributes:
+            return engine.local_column(self._system, self._attributes[name][0], self._begin)
+        known = ", ".join(["id", *self._attributes])
+        raise AttributeError(f"no attribute {name!r}; there are {known}")
+
+    def _write_back(self) -> None:
+        """Give the particles what was written to the copies of those chosen."""
+        for name, copy in self._views.items() if self._chosen is not None else ():
+            if name != "id":
+                self._column(name)[self._chosen] = copy
 
     def _live(self) -> _core.Engine:
         if self._engine is None:

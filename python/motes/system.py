@@ -140,24 +140,33 @@ class System(Recorder):
             engine.record_action(self._index, value.compiled(self._columns))
             self._list.append(value)
 
-    def callback(self, function: Callable[[LocalParticles], object]) -> None:
+    def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
         """Call `function(particles)` here in the list, on each calculator, with views of its particles.
 
         It must act on each particle alone, and not look at how many there are: newborn particles may come in
-        a call of their own. With sub-steps it is called in each.
+        a call of their own. With sub-steps it is called in each. With `where`, it sees only the particles in
+        a shape or for which a comparison holds: their columns are copies, which are written back behind it,
+        and there is no call where there are none.
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
-        name = str(getattr(function, "__qualname__", type(function).__name__))
-        engine = self.world._engine_for("callback")
-        engine.record_callback(self._index, name, len(self._callbacks))
+        shapes: list[_core.Shape] = []
+        callback = _core.Callback(
+            name=str(getattr(function, "__qualname__", type(function).__name__)),
+            number=len(self._callbacks),
+            where=compile_condition(where, self._columns, shapes),
+            shapes=shapes,
+        )
+        self.world._engine_for("callback").record_callback(self._index, callback)
         self._callbacks.append(function)
         self._list.append(function)
 
-    def _call_back(self, number: int, begin: int) -> None:
-        view = LocalParticles(self.world._engine_for("callback"), self._index, self._attributes, begin)
+    def _call_back(self, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
+        engine = self.world._engine_for("callback")
+        view = LocalParticles(engine, self._index, self._attributes, begin, chosen)
         try:
             self._callbacks[number](view)
+            view._write_back()
         finally:
             view._close()
 

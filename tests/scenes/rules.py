@@ -32,7 +32,7 @@ with world:
         if frame == 4:
             with rockets.local() as particles:
                 particles.velocity[:] *= np.float32(1.5)
-        sparks.callback(slow_down)
+        sparks.callback(slow_down, where=Sphere((0, 2, 0), 3) | (column("age") < 0.1))
         for system in (rockets, sparks):
             system.gravity((0, -9.81, 0))
             system.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)

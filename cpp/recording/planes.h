@@ -1,0 +1,45 @@
+// The columns of a store as the kernels want them: a pointer a component.
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "particles/store.h"
+
+namespace motes::recording {
+
+/// The planes of some attributes (a bit each) at a block's first particle. A uniform attribute is a page of its value,
+/// which must not be written.
+class Planes {
+ public:
+  Planes(particles::Store& store, std::uint64_t attributes)
+      : current_(static_cast<std::size_t>(store.schema().components())) {
+    for (int a = 0; a < store.schema().size(); ++a) {
+      if ((attributes >> a & 1u) == 0) continue;
+      const particles::Attribute& attribute = store.schema()[a];
+      for (int c = 0; c < attribute.width; ++c) {
+        const auto at = static_cast<std::size_t>(attribute.first_component + c);
+        if (store.uniform(a)) {
+          pages_.emplace_back(particles::kBlock + particles::kPadding,
+                              store.uniform_value(a)[static_cast<std::size_t>(c)]);
+          current_[at] = pages_.back().data();
+        } else {
+          moving_.push_back({at, store.writable_plane(a, c)});
+        }
+      }
+    }
+  }
+
+  float* const* at(std::size_t particle) {
+    for (const auto& [component, plane] : moving_) current_[component] = plane + particle;
+    return current_.data();
+  }
+
+ private:
+  std::vector<float*> current_;
+  std::vector<std::pair<std::size_t, float*>> moving_;
+  std::vector<std::vector<float>> pages_;
+};
+
+}  // namespace motes::recording

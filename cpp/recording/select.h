@@ -1,0 +1,17 @@
+// Which particles a condition holds for, where a whole store is looked at: callbacks, sort, the parents of children.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "actions/expression.h"
+#include "particles/store.h"
+#include "shapes/shape.h"
+
+namespace motes::recording {
+
+/// Indices, ascending, of the particles begin.. for which `where` holds; an empty one holds for all. Changes nothing.
+std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
+                                  particles::Store& store, std::size_t begin = 0);
+
+}  // namespace motes::recording

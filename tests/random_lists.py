@@ -294,7 +294,12 @@ def spawns(draw: st.DrawFn) -> str:
     return f"@.spawn({words}, inherit_velocity={part}, where={where})"
 
 
-OTHERS = ("@.callback(push)", "@.gather()", "with @.local() as p: push(p)")
+OTHERS = (
+    "@.callback(push)",
+    "@.callback(push, where=column('age') > 0.125)",
+    "@.gather()",
+    "with @.local() as p: push(p)",
+)
 
 
 @st.composite

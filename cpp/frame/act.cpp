@@ -4,6 +4,7 @@
 
 #include "frame/engine.h"
 #include "frame/work.h"
+#include "recording/order.h"
 #include "recording/select.h"
 
 namespace motes::frame {
@@ -134,6 +135,25 @@ void Engine::call_back(System& system, const recording::Callback& callback, std:
   }
 }
 
+// What `sort` is for: the particles that a calculator has at the end stand in the order of drawing.
+void Engine::order() {
+  if (calculator() < 0) return;
+  const Timed timed(*this, times_.act, "order");
+  const double start = compute_seconds();
+  work("sort", [&] {
+    for (const auto& system : systems_) order(*system, 0);
+  });
+  slow_down(start);
+}
+
+// Obeys the sorts from item `first` of the list on.
+void Engine::order(System& system, std::size_t first) {
+  for (std::size_t i = first; i < system.list.size(); ++i) {
+    const auto* action = std::get_if<actions::Action>(&system.list[i]);
+    if (action != nullptr && action->kind == actions::Kind::sort) recording::order(*action, *system.store);
+  }
+}
+
 // Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
 void Engine::drop_dead(recording::Outcome& outcome) {
   for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
@@ -181,6 +201,7 @@ particles::Store& Engine::local(int index) {
     });
     s.store->remove(s.outcome.dead);
     s.outcome.clear();
+    order(s, s.run_items);
     s.moved = true;
     slow_down(start);
     s.tally.compute_s += compute_seconds() - start;

@@ -180,6 +180,8 @@ class Engine {
   recording::Slice slice_of(const System& system) const;
   void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
                   int first_substep);
+  void order();
+  static void order(System& system, std::size_t first);
   void call_back(System& system, const recording::Callback& callback, std::size_t begin);
   static void drop_dead(recording::Outcome& outcome);
   static void note_events(System& system, const std::vector<const recording::Spawn*>& rules,

@@ -17,6 +17,7 @@ Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cas
 void Engine::run_frame(const std::optional<image::View>& view) {
   begin_frame(view ? Verb::render : Verb::step, view, "");
   talk();    // create, act, agree, exchange, balance
+  order();   // calculators, each by itself
   render();  // calculators -> image generator
   end_frame();
 }

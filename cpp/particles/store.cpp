@@ -137,6 +137,22 @@ void Store::remove(std::span<const std::uint32_t> indices) {
   size_ = left;
 }
 
+void Store::permute(std::span<const std::uint32_t> from) {
+  const auto shuffle = [&](auto* plane, auto& before) {
+    before.assign(plane, plane + size_);
+    for (std::size_t i = 0; i < size_; ++i) plane[i] = before[from[i]];
+  };
+  std::vector<std::uint64_t> ids;
+  if (size_ != 0) shuffle(ids_.get(), ids);
+  std::vector<float> values;
+  for (int a = 0; a < schema_->size(); ++a) {
+    const Column& column = columns_[index(a)];
+    for (int c = 0; column.planes && c < width(a); ++c) {
+      shuffle(column.planes.get() + static_cast<std::size_t>(c) * capacity_, values);
+    }
+  }
+}
+
 void Store::pack(std::span<const std::uint32_t> indices, Bytes& out) const {
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;

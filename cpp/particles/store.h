@@ -64,6 +64,9 @@ class Store {
   void remove(std::span<const std::uint32_t> indices);
   void clear() { size_ = 0; }
 
+  /// Puts the particle at from[i] to place i, for all: `from` names each index once. Planes stay where they are.
+  void permute(std::span<const std::uint32_t> from);
+
   /// Appends the particles at `indices` of this store to a message, in that order.
   void pack(std::span<const std::uint32_t> indices, Bytes& out) const;
 

@@ -263,6 +263,10 @@ class Recorder(ABC):
         """Record `actions.Move`."""
         self.apply(actions.Move(rotational=rotational, where=where))
 
+    def sort(self, eye: ArrayLike, *, look: ArrayLike, where: Where = None) -> None:
+        """Record `actions.Sort`."""
+        self.apply(actions.Sort(eye=eye, look=look, where=where))
+
     def set(self, *, where: Where = None, **attributes: Any) -> None:
         """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
         for name, value in attributes.items():

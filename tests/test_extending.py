@@ -1,0 +1,38 @@
+"""docs/extending.md shows real code: each of its blocks is a piece of the file that it names."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+PAGE = ROOT / "docs" / "extending.md"
+QUOTE = re.compile(r"^`([\w./]+)`:\n\n```\w+\n(.*?)\n```$", re.MULTILINE | re.DOTALL)
+
+if not PAGE.is_file():
+    pytest.skip("the page stands in the source tree", allow_module_level=True)
+
+
+def test_every_block_of_code_is_a_piece_of_its_file():
+    text = PAGE.read_text()
+    quotes = QUOTE.findall(text)
+    assert len(quotes) == text.count("\n```\n") == 5, "each block has its file's name above it"
+    for path, code in quotes:
+        assert f"{code}\n" in (ROOT / path).read_text(), f"{path} has changed: quote it anew\n{code}"
+
+
+def test_every_file_that_the_page_names_exists():
+    named = set(re.findall(r"`((?:cpp|python|tests|docs|\.ci)/[\w./]+)`", PAGE.read_text()))
+    assert len(named) >= 10
+    assert [path for path in sorted(named) if not (ROOT / path).exists()] == []
+
+
+def test_the_list_is_the_only_place_that_registers():
+    """The page says that a new action is one entry: no other file of the core names the one it shows."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
+    named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\bwind\b", path.read_text())}
+    # The word stands for a user's column in a comment or two; as code it is the kernel's and the list's.
+    code = {path for path in named if re.search(r"\bwind\b", re.sub(r"//.*", "", (ROOT / path).read_text()))}
+    assert code == {"cpp/actions/wind.h", "cpp/actions/list.inc"}

@@ -186,7 +186,7 @@ class Diffusive(_Native):
 
     def __init__(
         self,
-        threshold: float = 0.01,
+        threshold: float = 0.005,
         *,
         rate: float = 0.8,
         min_particles: int = 64,

@@ -22,6 +22,9 @@ def main(words: Sequence[str]) -> int:
     if arguments.json:
         print(json.dumps(figures))
         return 0
+    if arguments.name == "balance":
+        print(_table(figures))
+        return 0
     width = max(map(len, figures))
     for name, value in figures.items():
         print(f"{name:<{width}}  {_shown(value)}")
@@ -47,6 +50,11 @@ def _parser() -> argparse.ArgumentParser:
     render.add_argument("--pixels", type=_positive, default=5, help="diameter of the discs")
     render.add_argument("--frames", type=_positive, default=9)
     render.add_argument("--fountain", action="store_true", help="eight fountains instead of snow")
+    balance = names.add_parser("balance", help="balancers compared on made-up and recorded loads")
+    balance.add_argument("--calculators", type=_positive, default=16)
+    balance.add_argument("--particles", type=_positive, default=3_200_000)
+    balance.add_argument("--frames", type=_positive, default=200)
+    balance.add_argument("--run", metavar="DIR", help="the log of a run, instead of made-up loads")
     for command in names.choices.values():
         command.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
@@ -94,10 +102,50 @@ def _render(arguments: argparse.Namespace) -> dict[str, Any]:
     )
 
 
+def _balance(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Compare balancers; --run needs pandas, made-up loads need nothing."""
+    from .replay.compare import candidates, compare, planning_ms
+    from .replay.history import History, Recorded
+    from .replay.synthetic import LOADS, synthetic
+
+    histories: dict[str, History] = {}
+    if arguments.run is not None:
+        from .analysis import open_run
+
+        histories[arguments.run] = Recorded(open_run(arguments.run))
+    else:
+        size = {"calculators": arguments.calculators, "particles": arguments.particles}
+        histories = {load: synthetic(load, **size, frames=arguments.frames) for load in LOADS}
+    rows = []
+    for load, history in histories.items():
+        speeds = history.moment(0, 0).speeds
+        rows += [{"load": load, **row} for row in compare(history, candidates(speeds))]
+    many = 4096
+    planning = {type(b).__name__: planning_ms(b, many) for b in candidates([1.0] * many)}
+    return {"rows": rows, "planning_calculators": many, "planning_ms": planning}
+
+
+def _table(figures: dict[str, Any]) -> str:
+    """Show a comparison as aligned columns."""
+    names = list(figures["rows"][0])
+    lines = [[name.replace("_", " ") for name in names]]
+    lines += [["-" if row[n] is None else _shown(row[n]) for n in names] for row in figures["rows"]]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(names))]
+    text = [
+        "  ".join(
+            cell.ljust(w) if i < 2 else cell.rjust(w)
+            for i, (cell, w) in enumerate(zip(line, widths, strict=True))
+        ).rstrip()
+        for line in lines
+    ]
+    planning = ", ".join(f"{name} {ms:.3f} ms" for name, ms in figures["planning_ms"].items())
+    return "\n".join([*text, "", f"planning for {figures['planning_calculators']} calculators: {planning}"])
+
+
 def _shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:,.0f}" if value >= 1e5 else f"{value:.4g}"
     return str(value)
 
 
-_RUNS = {"snow": _act, "fountain": _act, "leavers": _leavers, "render": _render}
+_RUNS = {"snow": _act, "fountain": _act, "leavers": _leavers, "render": _render, "balance": _balance}

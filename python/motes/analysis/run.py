@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -17,6 +17,7 @@ from .tables import frame_of, read_facts, read_table
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
+    from ..balance import Balancer
     from .plots import Plots
 
 __all__ = ["Run", "open_run"]
@@ -223,6 +224,12 @@ class Run:
         from .trace import write_trace
 
         return write_trace(self, path)
+
+    def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
+        """Return this run as it would have been under another balancer; see `motes.replay.replay`."""
+        from ..replay import replay
+
+        return replay(self, balancer, powers=powers)
 
     def __repr__(self) -> str:
         """Show name, size and balancer."""

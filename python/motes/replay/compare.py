@@ -1,0 +1,80 @@
+"""Balancers side by side on the same load: `python -m motes bench balance`."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from .. import _core
+from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from .history import History
+from .simulate import simulate
+
+__all__ = ["compare", "candidates", "planning_ms"]
+
+GOAL = 1.05
+"""The imbalance that counts as balanced."""
+
+
+def candidates(speeds: Iterable[float]) -> list[Balancer]:
+    """Return the balancers that a comparison shows; `speeds` are what `Proportional` is told."""
+    return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
+
+
+def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:
+    """Run each balancer on a history: a row of figures each.
+
+    `mean_imbalance` and `last_imbalance` are slowest over mean of the calculators' seconds;
+    `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below (None: never);
+    `moved` is what all new cuts together gave to other calculators.
+    """
+    rows = []
+    for balancer in balancers:
+        imbalances, moved = [], 0
+        for step in simulate(history, balancer):
+            seconds = step.seconds
+            mean = float(seconds.mean())
+            imbalances.append(float(seconds.max()) / mean if mean > 0 else 1.0)
+            moved += sum(system.moved for system in step.systems)
+        rows.append(
+            {
+                "balancer": _short(balancer),
+                "mean_imbalance": float(np.mean(imbalances)),
+                "last_imbalance": imbalances[-1],
+                "evaluations_to_goal": _reached(imbalances),
+                "moved": moved,
+            }
+        )
+    return rows
+
+
+def planning_ms(balancer: Balancer, calculators: int) -> float:
+    """Time of one plan, made legal: the shortest of several, milliseconds."""
+    random = np.random.default_rng(1)
+    particles = random.integers(0, 1_000_000, calculators)
+    speed = 1e6 * random.integers(1, 9, calculators)
+    cuts = np.arange(calculators - 1, dtype=np.float32)
+    table = _core.BalanceTable(0, 0, "s", particles, particles / speed, speed, cuts)
+    policy = balancer.policy
+    name = policy.name
+    shortest = np.inf
+    for _ in range(10):
+        begin = time.perf_counter()
+        _core.legal_plan(policy.plan(table), table, name)
+        shortest = min(shortest, time.perf_counter() - begin)
+    return 1e3 * float(shortest)
+
+
+def _reached(imbalances: list[float]) -> int | None:
+    worst = int(np.argmax(imbalances))
+    good = [k for k in range(worst, len(imbalances)) if imbalances[k] <= GOAL]
+    return good[0] - worst if good else None
+
+
+def _short(balancer: Balancer) -> str:
+    if isinstance(balancer, Pairwise):
+        return f"Pairwise(threshold={balancer.threshold:g})"
+    return f"{type(balancer).__name__}"

@@ -1,0 +1,187 @@
+"""The frames of a history under another balancer: who holds what, how long it takes, where cuts go."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+from ..balance import Balancer
+from .density import Density, crossing, exchange, overlaps
+from .history import Cuts, Floats, History, Moment
+
+__all__ = ["Step", "SystemStep", "simulate"]
+
+Counts = npt.NDArray[np.int64]
+
+
+@dataclass
+class SystemStep:
+    """One system in one frame under the other balancer; arrays are (calculators,)."""
+
+    cuts: Cuts
+    n_start: Counts
+    created: Counts
+    n_end: Counts
+    seconds: Floats
+    rescaled: Floats
+    smoothed: Floats
+    moved: int
+    """Particles that the new cuts gave to another calculator in this frame."""
+    sent: Floats
+    received: Floats
+    changing: float
+    """Particles that change places over a cut beside those that `sent` and `received` count."""
+    density: Density
+    killed: int
+    plan: _core.BalancePlan | None = None
+    next_cuts: Cuts = field(default_factory=lambda: np.zeros(0, np.float32))
+
+
+@dataclass
+class Step:
+    """One frame."""
+
+    k: int
+    frame: int
+    systems: list[SystemStep]
+
+    @property
+    def seconds(self) -> Floats:
+        """Each calculator's time for all systems."""
+        total: Floats = np.sum([system.seconds for system in self.systems], axis=0)
+        return total
+
+    @property
+    def particles(self) -> Counts:
+        """Each calculator's particles at the frame's end."""
+        total: Counts = np.sum([system.n_end for system in self.systems], axis=0)
+        return total
+
+
+class _System:
+    """What a system's frames remember of those before."""
+
+    def __init__(self, policy: _core.Policy, calculators: int) -> None:
+        self.cuts: Cuts = np.zeros(0, np.float32)
+        self.cuts_before: Cuts = self.cuts
+        self.began = False
+        self.density = Density(np.zeros(0), np.zeros(0))
+        self.n_end = np.zeros(calculators, np.int64)
+        self.speeds = policy.speeds(calculators)
+        self.evaluations = 0
+
+    def act(self, moment: Moment, powers: Floats | None) -> SystemStep:
+        """One frame up to the report: births by the new cuts, the old act once more where they were."""
+        if not self.began:
+            self.cuts = self.cuts_before = moment.cuts  # nobody balances before there are particles
+            self.began = moment.density.total > 0
+        n_start = self.n_end
+        created = moment.births.domains(self.cuts)
+        seconds = _seconds(self.density, self.cuts_before, moment, powers)
+        seconds = seconds + _seconds(moment.births, self.cuts, moment, powers)
+        n_end = moment.density.domains(self.cuts)
+        processed = n_start + created
+        seconds = seconds + np.where(processed > 0, moment.overhead_s, 0.0)
+        rescaled = np.where(processed > 0, seconds * n_end / np.maximum(processed, 1), seconds)
+        for c, (n, s) in enumerate(zip(processed, seconds, strict=True)):
+            self.speeds.add(c, int(n), float(s))
+        smoothed = np.array([self.speeds.of(c) for c in range(len(n_end))])
+        moved = round(crossing(moment.density, self.cuts_before, self.cuts))
+        sent, received = exchange(processed, n_end)
+        around = moment.density.around(moment.cuts)
+        share = moment.density.around(self.cuts) / around if around > 0 else 0.0
+        self.density, self.n_end, self.cuts_before = moment.density, n_end, self.cuts
+        return SystemStep(
+            self.cuts,
+            n_start,
+            created,
+            n_end,
+            seconds,
+            rescaled,
+            smoothed,
+            moved,
+            sent,
+            received,
+            moment.changing * share,
+            moment.density,
+            moment.killed,
+            next_cuts=self.cuts,
+        )
+
+
+def simulate(history: History, balancer: Balancer, powers: Floats | None = None) -> Iterator[Step]:
+    """Run a history's frames under a balancer, as the engine would.
+
+    The balancer plans at a frame's end; births of the next frame are dealt by the new cuts, and particles
+    that are then outside their domain go to their owner in that frame's exchange. With `powers`, one a
+    calculator, what was measured beyond them is the cost of a place; without, it is the machine's.
+    """
+    policy = balancer.policy
+    policy.check(len(history.ranks))
+    systems = [_System(policy, len(history.ranks)) for _ in history.systems]
+    for k, frame in enumerate(history.frames):
+        moments = [history.moment(k, s) for s in range(len(systems))]
+        steps = [system.act(moment, powers) for system, moment in zip(systems, moments, strict=True)]
+        if policy.moves and len(history.ranks) > 1:
+            _balance(history, frame, policy, systems, steps)
+        yield Step(k, frame, steps)
+
+
+def _seconds(density: Density, cuts: Cuts, moment: Moment, powers: Floats | None) -> Floats:
+    """Time of each calculator for these particles, cut by `cuts`."""
+    if powers is None:
+        return density.domains(cuts) / moment.speeds
+    mine, theirs, n = overlaps(density, cuts, moment.cuts)
+    cost = (powers / moment.speeds)[theirs]
+    return np.bincount(mine, n * cost, len(cuts) + 1) / powers
+
+
+def _balance(
+    history: History, frame: int, policy: _core.Policy, systems: list[_System], steps: list[SystemStep]
+) -> None:
+    tables = [
+        _core.BalanceTable(
+            frame, system.evaluations, name, step.n_end, step.rescaled, step.smoothed, step.cuts
+        )
+        for name, system, step in zip(history.systems, systems, steps, strict=True)
+    ]
+    if policy.over_all:
+        whole = _sum(frame, systems[0].evaluations, steps)
+        plan = _core.legal_plan(policy.plan(whole), whole, policy.name)
+        plans = [_core.plan_part(plan, table, whole) for table in tables]
+    else:
+        plans = [_core.legal_plan(policy.plan(table), table, policy.name) for table in tables]
+    for system, step, plan in zip(systems, steps, plans, strict=True):
+        system.evaluations += 1
+        step.plan = plan
+        step.next_cuts = system.cuts = _cuts_after(plan, step.density, step.cuts)
+
+
+def _sum(frame: int, evaluation: int, steps: list[SystemStep]) -> _core.BalanceTable:
+    """All systems as one; the speed of a mix is its particles over the sum of what each part takes."""
+    particles = np.sum([step.n_end for step in steps], axis=0)
+    known = [np.where(step.smoothed > 0, step.n_end / np.maximum(step.smoothed, 1e-300), 0) for step in steps]
+    takes = np.sum(known, axis=0)
+    speed = np.where(takes > 0, particles / np.where(takes > 0, takes, 1), 0.0)
+    seconds = np.sum([step.rescaled for step in steps], axis=0)
+    return _core.BalanceTable(frame, evaluation, "all", particles, seconds, speed, steps[0].cuts)
+
+
+def _cuts_after(plan: _core.BalancePlan, density: Density, cuts: Cuts) -> Cuts:
+    if len(plan.shares):
+        return _core.prefix_cuts(density.histograms(cuts), plan.costs, plan.shares, cuts)
+    if not plan.orders:
+        return cuts
+    after = cuts.copy()
+    below = density.count_below(cuts)
+    ends = np.concatenate([[-np.inf], cuts, [np.inf]])
+    for source, to, count in plan.orders:
+        cut = min(source, to)
+        wanted = below[cut] + (count if source > to else -count)
+        # Inside the donor's domain, where a gap leaves a choice.
+        after[cut] = np.clip(density.place(wanted), ends[source], ends[source + 1])
+    return after

@@ -1,0 +1,103 @@
+"""Made-up loads, for comparing balancers without a cluster: each shows one thing that real runs mix."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from .density import Density
+from .history import Floats, Moment
+
+__all__ = ["LOADS", "Synthetic", "synthetic"]
+
+
+class Synthetic:
+    """A history that a formula makes: particles on the axis 0..1, one system, cut into equal domains."""
+
+    def __init__(
+        self,
+        frames: int,
+        speeds: Callable[[int], Floats],
+        shape: Callable[[int], Floats],
+        *,
+        calculators: int,
+        particles: int,
+    ) -> None:
+        """`speeds(k)`: of machines, particles/s; `shape(k)`: relative density at 0..1 in equal steps."""
+        self.ranks = list(range(calculators))
+        self.systems = ["particles"]
+        self.frames = list(range(frames))
+        self._speeds = speeds
+        self._shape = shape
+        self._particles = particles
+        self._cuts = np.linspace(0, 1, calculators + 1)[1:-1].astype(np.float32)
+
+    def moment(self, k: int, system: int) -> Moment:
+        """Return the k-th frame; all particles are born in the first."""
+        shape = self._shape(k)
+        below = np.concatenate([[0.0], np.cumsum((shape[1:] + shape[:-1]) / 2)])
+        density = Density(np.linspace(0, 1, len(shape)), below * (self._particles / below[-1]))
+        none = Density(np.zeros(0), np.zeros(0))
+        speeds = self._speeds(k)
+        return Moment(density, none if k else density, 0, self._cuts, speeds, np.zeros(len(speeds)))
+
+
+def synthetic(
+    load: str, *, calculators: int = 16, particles: int = 3_200_000, frames: int = 100
+) -> Synthetic:
+    """Make a load by its name in `LOADS`: from 1 to thousands of calculators, any number of particles.
+
+    "halves": the first half of the machines is twice as fast as the second. "alternating": every other one
+    is. "step": equal machines; after a tenth of the frames, half of all particles stand within a fifth of the
+    axis. "hot_spot": equal machines; such a crowd wanders from end to end.
+    """
+    return LOADS[load](calculators, particles, frames)
+
+
+def _halves(calculators: int, particles: int, frames: int) -> Synthetic:
+    speeds = np.where(np.arange(calculators) < calculators / 2, 2e7, 1e7)
+    return _even(speeds, particles, frames)
+
+
+def _alternating(calculators: int, particles: int, frames: int) -> Synthetic:
+    return _even(np.where(np.arange(calculators) % 2 == 0, 2e7, 1e7), particles, frames)
+
+
+def _even(speeds: Floats, particles: int, frames: int) -> Synthetic:
+    return Synthetic(
+        frames, lambda _: speeds, lambda _: np.ones(2), calculators=len(speeds), particles=particles
+    )
+
+
+def _step(calculators: int, particles: int, frames: int) -> Synthetic:
+    return _crowd(calculators, particles, frames, lambda k: 0.25 if k >= frames // 10 else None)
+
+
+def _hot_spot(calculators: int, particles: int, frames: int) -> Synthetic:
+    return _crowd(calculators, particles, frames, lambda k: 0.1 + 0.8 * k / frames)
+
+
+def _crowd(calculators: int, particles: int, frames: int, center: Callable[[int], float | None]) -> Synthetic:
+    """Make half of all particles stand around a place, 0.05 wide (sigma), the others evenly."""
+    x = np.linspace(0, 1, 4097)
+
+    def shape(k: int) -> Floats:
+        at = center(k)
+        if at is None:
+            return np.ones(len(x))
+        crowd = np.exp(-0.5 * ((x - at) / 0.05) ** 2)
+        even: Floats = np.full(len(x), 1.0) + crowd * (len(x) / crowd.sum())
+        return even
+
+    speeds = np.full(calculators, 1e7)
+    return Synthetic(frames, lambda _: speeds, shape, calculators=calculators, particles=particles)
+
+
+LOADS: dict[str, Callable[[int, int, int], Synthetic]] = {
+    "halves": _halves,
+    "alternating": _alternating,
+    "step": _step,
+    "hot_spot": _hot_spot,
+}
+"""Loads by name: calculators, particles, frames -> history."""

@@ -51,7 +51,6 @@ with world, motes.Movie(f"{args.out}/photo.mp4") as movie:
     for frame in world.frames(args.frames):
         if frame == 0:
             grains.emit(position=place, color=image[row, col].round(3))
-            grains.copy_vertex_b()  # home is here
         camera.position = (5 * (frame / args.frames - 0.5), 0.5, 13.4)
         if burst <= frame < turn:
             hit = column("velocity").length() > 0.05

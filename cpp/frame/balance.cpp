@@ -270,7 +270,8 @@ void Engine::take_proposals(const Round& round) {
 void Engine::take_proposal(int calculator, const Proposal& proposal) {
   const auto system = static_cast<std::size_t>(proposal.request.system);
   if (proposal.request.kind == Request::Kind::histogram) {
-    histograms_[system].push_back(proposal.histogram);
+    histograms_[system].resize(cast_.calculators.size());
+    histograms_[system][static_cast<std::size_t>(calculator)] = proposal.histogram;
     return;
   }
   const bool right = proposal.request.kind == Request::Kind::give_right;

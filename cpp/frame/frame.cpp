@@ -122,6 +122,7 @@ void Engine::record(int index, recording::Item item) {
   if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
     if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
+    system(spawn->into).keep_copies();  // only the manager knows what children are made of
   }
   if (const auto* callback = std::get_if<recording::Callback>(&item)) {
     actions::check_condition(callback->where, callback->shapes, s.schema);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "simd/float_mode.h"
+
 namespace motes::frame {
 
 using recording::Birth;
@@ -36,6 +38,7 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
       dropped += wanted - count;
       if (count == 0) continue;
       groups.push_back({i, entry, substep, born, count});
+      if (!keeps_copies) history.add(*birth, born, count, static_cast<float>(dt / substeps));
       born += count;
       born_this_frame += count;
     }
@@ -52,7 +55,8 @@ particles::Store System::make(const BirthGroup& group, double dt, int substeps) 
 void System::keep_copies() {
   if (keeps_copies) return;
   keeps_copies = true;
-  for (const auto& [copy, original] : particles::kCopies) store->copy_attribute(original, copy);
+  const simd::FloatMode mode;
+  history.restore_copies(*store, key);
 }
 
 std::vector<Piece> System::pending_pieces() const {
@@ -91,6 +95,7 @@ std::vector<const recording::Spawn*> System::rules() const {
 }
 
 void System::start_frame() {
+  history.forget_dead(*store);
   list.clear();
   run_items = 0;
   born_this_frame = 0;

@@ -8,6 +8,7 @@
 
 #include "balance/policy.h"
 #include "domains/domains.h"
+#include "frame/birth_history.h"
 #include "frame/report.h"
 #include "particles/schema.h"
 #include "particles/store.h"
@@ -54,7 +55,7 @@ class System {
   /// Makes a group's particles.
   particles::Store make(const BirthGroup& group, double dt, int substeps) const;
 
-  /// The *_b attributes are in use from here on: particles that live already get copies of what they are now.
+  /// The *_b attributes are in use from here on: particles that live already get copies of what they were at birth.
   void keep_copies();
 
   /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
@@ -82,6 +83,7 @@ class System {
   std::unique_ptr<particles::Store> store;
   image::Sprite sprite;
   bool keeps_copies = false;
+  BirthHistory history;  // calculators: until copies are kept
 
   std::vector<recording::Item> list;  // this frame's
   std::size_t run_items = 0;          // of which have run

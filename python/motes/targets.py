@@ -261,8 +261,8 @@ class TargetRotationalVelocity(Action):
 class Restore(Action):
     """Leads particles back: position to position_b, up to up_b, where they come to rest when no time is left.
 
-    The script lowers `time_left` by dt from frame to frame. Targets exist from the first call on that names
-    them: `copy_vertex_b` at birth, or `emit(position_b=...)`, says where home is.
+    The script lowers `time_left` by dt from frame to frame. Home is where a particle was born, unless
+    `copy_vertex_b`, `configure` or `emit(position_b=...)` say otherwise.
 
     Formula: v = v ((1 - q) (1 - 3 q) - 0.0002 q) + (position_b - x) 6 q (1 - q) / time_left, with q = dt /
     time_left, at most 1: the cubic path that ends at rest (0.0002: his, it ends that much short). From

@@ -1,0 +1,97 @@
+"""position_b, velocity_b and up_b are the birth values, whenever a script first asks for them."""
+
+from __future__ import annotations
+
+import pytest
+from launching import mpirun
+
+SCENE = """
+import sys
+import numpy as np
+import motes
+from motes import shapes
+
+first, frames = int(sys.argv[1]), 12
+world = motes.World(seed=5, space=(-2, 2), substeps=2, progress="off")
+s, children = world.system("s", capacity=900), world.system("children")
+rng = np.random.default_rng(1)
+home = {}
+with world:
+    for frame in world.frames(frames):
+        s.configure(velocity=motes.Normal((0, 0, 0), (2, 2, 2)), up=shapes.Sphere((0, 0, 0), 1))
+        before = s.recorded
+        if frame % 2 == 0:
+            s.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=1000, jitter=frame > 4)
+        if frame == 3:
+            s.emit(position=rng.normal(size=(50, 3)), velocity=rng.normal(size=(50, 3)))
+        if frame < 2:
+            s.burst(shapes.Sphere((0, 0, 0), 1), count=70000 if len(sys.argv) > 2 else 70)
+        s.random_acceleration(shapes.Sphere((0, 0, 0), 30))
+        s.sink(shapes.Sphere((3, 0, 0), 1.5))
+        s.spawn(into=children, on="death", count=1)
+        s.move()
+        if frame >= first:
+            s.set(color=motes.column("position_b"), alpha=motes.column("velocity_b").x)
+        children.move()
+        if frame >= 10:
+            children.set(color=motes.column("position_b"))
+        world.step()
+    p = s.gather()
+    if p:
+        for row in zip(p.id, p.position_b.tolist(), p.velocity_b.tolist(), p.up_b.tolist(), p.color.tolist()):
+            print(*row)
+    p = children.gather()
+    if p:
+        for row in zip(p.id, p.position_b.tolist(), p.color.tolist()):
+            print("child", *row)
+"""
+
+
+@pytest.fixture(scope="module")
+def from_the_start():
+    """Give what a script sees that named the targets in its first frame."""
+    return mpirun(1, SCENE, 0).lines
+
+
+@pytest.mark.parametrize("ranks", [1, 3, 5])
+@pytest.mark.parametrize("first", [7, 11])
+def test_targets_are_birth_values_however_late_they_are_named(first, ranks, from_the_start):
+    lines = mpirun(ranks, SCENE, first).lines
+    assert len(lines) > 300
+    assert any(line.startswith("child") for line in lines)
+    assert lines == from_the_start
+
+
+def test_many_births_at_once_are_made_again_in_parts():
+    assert mpirun(3, SCENE, 9, "many").lines == mpirun(1, SCENE, 0, "many").lines
+
+
+RETURN = """
+import numpy as np
+import motes
+from motes import shapes
+
+world = motes.World(seed=2, progress="off")
+s = world.system("s")
+with world:
+    for frame in world.frames(40):
+        if frame == 0:
+            s.burst(shapes.Sphere((0, 0, 0), 1), count=500)
+            born = s.gather(to="all").position
+        if frame < 10:
+            s.explosion((0, 0, 0), radius=frame * 0.2, magnitude=50, sigma=0.5, epsilon=0.5)
+        else:
+            s.restore((39 - frame) * world.dt)
+        s.move()
+        if frame == 10:
+            away = np.abs(s.gather(to="all").position - born).max()
+        world.step()
+    back = np.abs(s.gather(to="all").position - born).max()
+    world.say(f"{away} {back}")
+"""
+
+
+def test_particles_return_to_where_they_were_born():
+    away, back = map(float, mpirun(3, RETURN).lines[-1].split())
+    assert away > 0.5
+    assert back < 1e-5

@@ -197,8 +197,9 @@ def test_given_without_a_balancer_says_so(small):
 
 def test_exchange(spot):
     ax = spot.plot.exchange()
-    heights = [bar.get_height() for bar in ax.patches]
-    assert heights == spot.frames["exchanged"].tolist()
+    (stairs,) = ax.patches
+    assert stairs.get_data().values.tolist() == spot.frames["exchanged"].tolist()
+    assert stairs.get_data().edges[:2].tolist() == [-0.5, 0.5]
     right = next(other for other in ax.figure.axes if other is not ax)
     assert right.get_lines()[0].get_ydata() * 1024 == pytest.approx(spot.frames["exchanged_bytes"].to_numpy())
     assert "KiB" in right.get_ylabel()

@@ -237,7 +237,8 @@ class Plots:
         if frames.empty:
             raise LogError(f"{self._run.name}: no frame in the log yet")
         ax = drawing.axes(ax)
-        ax.bar(frames["frame"], frames["exchanged"], width=1.0, color=drawing.PALETTE[4])
+        edges = np.append(frames["frame"] - 0.5, frames["frame"].iloc[-1] + 0.5)
+        ax.stairs(frames["exchanged"], edges, fill=True, color=drawing.PALETTE[4])
         right = ax.twinx()
         right.plot(frames["frame"], frames["exchanged_bytes"] / 1024, color=drawing.PALETTE[5], linewidth=1.4)
         right.set_ylabel("sent (KiB)", color=drawing.PALETTE[5])

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 __all__ = ["COLUMNS", "frame_starts", "phase_seconds", "slices"]
 
+Row = dict[str, Any]
+Slice = tuple[str, str, float, float]
 COLUMNS = ("frame", "rank", "phase", "system", "start_s", "end_s")
 
 
@@ -31,7 +33,7 @@ def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bo
     if not spans.empty:
         mine = spans if chosen is None else spans[spans["frame"].isin(chosen)]
         return mine[list(COLUMNS)].sort_values(["start_s", "end_s"], ignore_index=True), True
-    rows = [row for row in _laid_out(run) if chosen is None or row["frame"] in chosen]
+    rows = list(_laid_out(run, chosen))
     return extras.pandas().DataFrame(rows, columns=list(COLUMNS)), False
 
 
@@ -48,28 +50,19 @@ def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
     return {int(row["frame"]): (float(row["start_s"]), float(row["end_s"])) for row in rows}
 
 
-def _laid_out(run: Run) -> Iterator[dict[str, Any]]:
+def _laid_out(run: Run, chosen: set[int] | None) -> Iterator[Row]:
     starts = frame_starts(run)
-    manager, image_generator = run.facts.get("manager"), run.facts.get("image_generator")
-    by_frame = dict(tuple(run.load.groupby("frame")))
-    for row in run.frames.fillna(0.0).to_dict("records"):
+    by_frame: dict[int, dict[int, list[Row]]] = {}
+    load, frames = run.load, run.frames
+    if chosen is not None:
+        load, frames = load[load["frame"].isin(chosen)], frames[frames["frame"].isin(chosen)]
+    row: Any
+    for row in load.fillna(0.0).to_dict("records"):
+        by_frame.setdefault(int(row["frame"]), {}).setdefault(int(row["rank"]), []).append(row)
+    for row in frames.fillna(0.0).to_dict("records"):
         frame = int(row["frame"])
         start, end = starts[frame]
-        load = by_frame.get(frame, run.load.iloc[:0])
-        acting = start + row["t_create_s"]
-        slowest = float(load.groupby("rank")["t_compute_s"].sum().max()) if len(load) else 0.0
-        together = acting + slowest
-        lanes: dict[int, list[tuple[str, str, float, float]]] = {}
-        if manager is not None:
-            lanes[int(manager)] = [("create", "", start, acting)]
-        if image_generator is not None:
-            drawn = together + row["t_exchange_s"]
-            lanes.setdefault(int(image_generator), []).append(
-                ("render", "", drawn, drawn + row["t_render_s"])
-            )
-        for rank in load["rank"].unique():
-            lanes[int(rank)] = _calculator(load[load["rank"] == rank].fillna(0.0), acting, together)
-        for rank, lane in lanes.items():
+        for rank, lane in _lanes(run, row, by_frame.get(frame, {}), start).items():
             for phase, system, low, high in lane:
                 low, high = min(low, end), min(high, end)
                 if high > low:
@@ -77,16 +70,33 @@ def _laid_out(run: Run) -> Iterator[dict[str, Any]]:
                     yield dict(zip(COLUMNS, values, strict=True))
 
 
-def _calculator(load: DataFrame, acting: float, together: float) -> list[tuple[str, str, float, float]]:
-    lane = []
+def _lanes(run: Run, frame: Row, load: dict[int, list[Row]], start: float) -> dict[int, list[Slice]]:
+    """Lay out one frame: what each rank does from `start` on."""
+    acting = start + frame["t_create_s"]
+    slowest = max((sum(row["t_compute_s"] for row in mine) for mine in load.values()), default=0.0)
+    together = acting + slowest
+    lanes: dict[int, list[Slice]] = {}
+    if run.facts.get("manager") is not None:
+        lanes[int(run.facts["manager"])] = [("create", "", start, acting)]
+    for rank, rows in load.items():
+        lanes.setdefault(rank, []).extend(_calculator(rows, acting, together))
+    draws = run.facts.get("image_generator")
+    if draws is not None and int(draws) not in load:  # a calculator's own row has its time
+        drawn = together + frame["t_exchange_s"]
+        lanes.setdefault(int(draws), []).append(("render", "", drawn, drawn + frame["t_render_s"]))
+    return lanes
+
+
+def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
+    lane: list[Slice] = []
     at = acting
-    for system, seconds in zip(load["system"], load["t_compute_s"], strict=True):
-        lane.append(("act", str(system), at, at + seconds))
-        at += seconds
+    for row in load:
+        lane.append(("act", str(row["system"]), at, at + row["t_compute_s"]))
+        at += row["t_compute_s"]
     lane.append(("wait", "", at, together))
-    exchanged = together + float(load["t_exchange_s"].max())
+    exchanged = together + max(row["t_exchange_s"] for row in load)
     lane.append(("exchange", "", together, exchanged))
-    lane.append(("render", "", exchanged, exchanged + float(load["t_image_s"].max())))
+    lane.append(("render", "", exchanged, exchanged + max(row["t_image_s"] for row in load)))
     return lane
 
 

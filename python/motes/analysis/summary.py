@@ -127,7 +127,7 @@ def _inline_figure(run: Run) -> str:
         return f"<div class='warning'>{_escape(str(error))}</div>"
     run.plot.imbalance(ax=left)
     run.plot.domains(ax=right)
-    return image(figure)
+    return image(figure, dpi=90)
 
 
 def image(figure: Any, *, dpi: int = 110) -> str:

@@ -171,6 +171,7 @@ def test_the_run_itself(run):
     facts = json.loads((log / "run.json").read_text())
     assert facts["seed"] == 3
     assert facts["systems"] == ["snow", "rain"]
+    assert facts["axes"] == ["x", "y"]
     assert len(facts["calculators"]) == calculators
     assert len(facts["ranks"]) == (4 if calculators == 2 else 3)
     assert "world.frames" in facts["script"], "the script is kept"

@@ -139,6 +139,12 @@ def test_domains_show_where_particles_are(spot):
         spot.plot.domains("sand")
 
 
+def test_a_system_may_have_an_axis_of_its_own(tmp_path):
+    load = [load_row(0, system, 0) for system in ("a", "b")]
+    run = motes.open_run(write_log(tmp_path / "run", load, facts={"axis": "x", "axes": ["x", "z"]}))
+    assert [run.plot.domains(system).get_ylabel() for system in ("a", "b")] == ["x (m)", "z (m)"]
+
+
 def test_infinite_space_is_looked_at_where_the_particles_are(tmp_path):
     cuts = {0: 0.0, 1: 2.0**19}
     load = [

@@ -301,6 +301,15 @@ def test_once_prints_the_whole_view_anywhere(log, tmp_path):
     )
 
 
+def test_the_view_as_json(log, capsys):
+    assert main(["watch", str(log), "--json"]) == 0
+    told = json.loads(capsys.readouterr().out)
+    last = motes.open_run(log).load.query("frame == 7")
+    assert (told["frame"], told["particles"], told["ended"]) == (7, 40_000, True)
+    assert [row["particles"] for row in told["ranks"]] == last["n_end"].tolist()
+    assert [row["t_compute_s"] for row in told["ranks"]] == pytest.approx(last["t_compute_s"].tolist())
+
+
 def test_following_a_run_that_is_written(tmp_path):
     log = unfinished(tmp_path / "run")
     view = watch.View(log, {})

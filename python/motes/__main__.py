@@ -34,7 +34,9 @@ def main(argv: Sequence[str] | None = None) -> int:
         if arguments.command == "doctor":
             return doctor.main(as_json=arguments.json)
         if arguments.command == "watch":
-            return watch.main(arguments.run, once=arguments.once, wait_s=arguments.wait)
+            return watch.main(
+                arguments.run, once=arguments.once, as_json=arguments.json, wait_s=arguments.wait
+            )
         if arguments.command == "report":
             return report.main(arguments.run, output=arguments.output, as_json=arguments.json)
         _parser().print_help()
@@ -55,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     live = commands.add_parser("watch", help="show a run while it goes on, from its log")
     live.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
     live.add_argument("--once", action="store_true", help="show what there is now, and end")
+    live.add_argument("--json", action="store_true", help="show it as one JSON object, and end")
     live.add_argument(
         "--wait", type=float, default=10.0, metavar="S", help="seconds to wait for the log (10)"
     )

@@ -297,6 +297,7 @@ class World:
             "image_generator": image_generator,
             "calculators": calculators,
             "systems": [system.name for system in self._systems],
+            "axes": ["xyz"[system._definition["axis"]] for system in self._systems],
         }
 
     def _tell(self, text: str) -> None:

@@ -165,9 +165,8 @@ class Plots:
         )
         ax = drawing.axes(ax, (7.0, 3.8))
         draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, self._run.space)
-        axis = self._run.facts.get("axis", "x")
         title = "Domains" if len(self._run.systems) == 1 else f"Domains of {name}"
-        return finish(ax, title=self._title(title), y=f"{axis} (m)", grid="")
+        return finish(ax, title=self._title(title), y=f"{self._run.axis(name)} (m)", grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Each calculator's part of all particles, or of another column, stacked to 1.

@@ -139,6 +139,11 @@ class Run:
         """The particle systems' names, in the order of their making."""
         return list(self.facts.get("systems") or measures.systems_of(self.load))
 
+    def axis(self, system: str) -> str:
+        """Return the axis that a system's domains cut: "x", "y" or "z"."""
+        axes = dict(zip(self.systems, self.facts.get("axes") or [], strict=False))
+        return str(axes.get(system, self.facts.get("axis", "x")))
+
     @property
     def calculators(self) -> list[int]:
         """The calculators' ranks in the order of their domains."""

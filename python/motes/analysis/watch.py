@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
 import socket
@@ -26,10 +27,20 @@ SILENT_S = 120.0
 _SPARKS = "▁▂▃▄▅▆▇█"
 
 
-def main(path: str, *, once: bool = False, wait_s: float = 10.0, out: TextIO | None = None) -> int:
-    """Show the run until it ends; 0, or 1 where it was killed. Ctrl-C ends this, not the run."""
+def main(
+    path: str, *, once: bool = False, as_json: bool = False, wait_s: float = 10.0, out: TextIO | None = None
+) -> int:
+    """Show the run until it ends; 0, or 1 where it was killed. Ctrl-C ends this, not the run.
+
+    `once`: what there is now, and end; `as_json`: the same as one JSON object.
+    """
     out = sys.stdout if out is None else out
     try:
+        if as_json:
+            view = View(Path(path), read_facts(Path(path)))
+            view.read()
+            print(json.dumps(view.figures()), file=out, flush=True)
+            return 0
         return _watch(Path(path), once=once, wait_s=wait_s, out=out)
     except KeyboardInterrupt:
         return 0
@@ -141,6 +152,24 @@ class View:
         row |= {name: value for name, value in (self.frame or {}).items() if value is not None}
         return progress.line(row, total=0, fps=self.fps)
 
+    def figures(self) -> dict[str, Any]:
+        """Return what is seen, as plain values: of the last frame, and by rank."""
+        ranks = {rank: {"t_compute_s": 0.0, "particles": 0} for rank in self._ranks()}
+        for (_, rank), row in self.load.items():
+            ranks[rank]["t_compute_s"] += float(row.get("t_compute_s") or 0.0)
+            ranks[rank]["particles"] += int(row.get("n_end") or 0)
+        told = {
+            name: (self.frame or {}).get(name) for name in ("frame", "particles", "imbalance", "exchanged")
+        }
+        by_rank = [{"rank": rank, **values} for rank, values in ranks.items()]
+        return {
+            "run": str(self.path),
+            "ended": self.ended,
+            **told,
+            "frames_per_s": self.fps,
+            "ranks": by_rank,
+        }
+
     def lines(self, width: int, *, plain: bool = False) -> list[str]:
         """Draw the run in a terminal of this width; `plain`: ASCII only."""
         told = self.facts
@@ -158,19 +187,16 @@ class View:
         return made
 
     def _bars(self, width: int, plain: bool) -> list[str]:
-        seconds: dict[int, float] = {}
-        particles: dict[int, int] = {}
-        for (_, rank), row in self.load.items():
-            seconds[rank] = seconds.get(rank, 0.0) + float(row.get("t_compute_s") or 0.0)
-            particles[rank] = particles.get(rank, 0) + int(row.get("n_end") or 0)
-        longest = max(seconds.values(), default=0.0) or 1.0
+        rows = self.figures()["ranks"]
+        longest = max((row["t_compute_s"] for row in rows), default=0.0) or 1.0
         room = max(width - 40, 8)
         full, rest = ("#", ".") if plain else ("█", "░")
         made = []
-        for rank in self._ranks():
-            part = round(room * seconds[rank] / longest)
+        for row in rows:
+            part = round(room * row["t_compute_s"] / longest)
             bar = full * part + rest * (room - part)
-            made.append(f"rank {rank:<4} {bar} {seconds[rank] * 1e3:8.2f} ms {particles[rank]:11,d}")
+            figures = f"{row['t_compute_s'] * 1e3:8.2f} ms {row['particles']:11,d}"
+            made.append(f"rank {row['rank']:<4} {bar} {figures}")
         return [text.replace(",", " ")[:width] for text in made]
 
     def _ranks(self) -> list[int]:

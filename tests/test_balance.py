@@ -34,6 +34,8 @@ log = sys.argv[5] if len(sys.argv) > 5 else None
 from mpi4py import MPI
 roles = sys.argv[6] if len(sys.argv) > 6 else "auto"
 n = MPI.COMM_WORLD.size if roles == "shared" else max(1, MPI.COMM_WORLD.size - 2)
+if roles == "odd":
+    roles, n = motes.Roles(manager=0, image_generator=2, calculators=[3, 1, 2]), 3
 
 class Leftmost(balance.Balancer):
     def decide(self, load):
@@ -126,6 +128,18 @@ def test_systems_combined_otherwise_give_the_same_bits(combine, policy, ranks, a
 def test_ranks_of_several_roles_give_the_same_bits(policy, combine, alone, tmp_path):
     result = mpirun(3, SCENE, POLICIES[policy], FINITE, combine, 10, tmp_path / "log", "shared")
     assert sorted_lines(result) == alone
+
+
+@pytest.mark.parametrize("policy", ["diffusive", "proportional"])
+def test_domains_in_another_order_than_ranks_give_the_same_bits(policy, alone, tmp_path):
+    result = mpirun(4, SCENE, POLICIES[policy], FINITE, "together", 10, tmp_path / "log", "odd")
+    assert sorted_lines(result) == alone
+    rows = rows_of(tmp_path / "log" / "balance.jsonl")
+    assert {(row["left_rank"], row["right_rank"]) for row in rows} == {(3, 1), (1, 2)}
+    if policy == "proportional":  # powers 1, 2, 3
+        load = [row for row in rows_of(tmp_path / "log" / "load.jsonl") if row["system"] == "rain"]
+        last = [row["n_end"] for row in load if row["frame"] == 9]
+        assert last[0] < last[1] < last[2], last
 
 
 # --- the paper's infinite space

@@ -48,4 +48,22 @@ double imbalance(const std::vector<Load>& loads) {
   return sum > 0 ? slowest * static_cast<double>(loads.size()) / sum : 1;
 }
 
+std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems) {
+  std::vector<Load> sum(systems.empty() ? 0 : systems.front().size());
+  for (std::size_t c = 0; c < sum.size(); ++c) {
+    double timed = 0;  // particles whose speed is known
+    double takes = 0;
+    for (const std::vector<Load>& loads : systems) {
+      const Load& load = loads[c];
+      sum[c].particles += load.particles;
+      sum[c].seconds += load.seconds;
+      if (!(load.speed > 0)) continue;
+      timed += static_cast<double>(load.particles);
+      takes += static_cast<double>(load.particles) / load.speed;
+    }
+    sum[c].speed = takes > 0 ? timed / takes : 0;
+  }
+  return sum;
+}
+
 }  // namespace motes::balance

@@ -46,4 +46,8 @@ std::vector<double> complete(const std::vector<Load>& loads);
 /// The slowest calculator's predicted seconds over the mean, from particles and complete speeds; 1 where all are idle.
 double imbalance(const std::vector<Load>& loads);
 
+/// All systems' loads, calculator by calculator. The speed of a mix is its particles over the sum of what each part
+/// takes, where that is known.
+std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems);
+
 }  // namespace motes::balance

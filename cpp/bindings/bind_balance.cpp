@@ -121,6 +121,15 @@ void bind_values(py::module_& m) {
       .def_property_readonly("shares", [](const Plan& p) { return array_of(p.shares); })
       .def_property_readonly("costs", [](const Plan& p) { return array_of(p.costs); })
       .def_property_readonly("evaluated", [](const Plan& p) { return array_of(p.evaluated); });
+  m.def(
+      "sum_of_tables",
+      [](const std::vector<Table>& systems) {
+        if (systems.empty()) throw std::invalid_argument("systems must be one table at least");
+        std::vector<std::vector<Load>> loads;
+        for (const Table& table : systems) loads.push_back(table.loads);
+        return Table{systems.front().frame, systems.front().evaluation, "all", sum_of(loads), systems.front().cuts};
+      },
+      py::arg("systems"));
   m.def("legal_plan", &legal, py::arg("plan"), py::arg("table"), py::arg("policy"));
   m.def(
       "plan_part",

@@ -34,20 +34,6 @@ std::span<const float> coordinates(const System& system, std::vector<float>& roo
   return room;
 }
 
-std::vector<Load> sum_of(const std::vector<const std::vector<Load>*>& systems) {
-  std::vector<Load> sum(systems.front()->size());
-  for (const std::vector<Load>* loads : systems) {
-    for (std::size_t c = 0; c < sum.size(); ++c) {
-      sum[c].particles += (*loads)[c].particles;
-      sum[c].seconds += (*loads)[c].seconds;
-      // The speed of a mix: its particles over the sum of what each part takes.
-      if ((*loads)[c].speed > 0) sum[c].speed += static_cast<double>((*loads)[c].particles) / (*loads)[c].speed;
-    }
-  }
-  for (Load& load : sum) load.speed = load.speed > 0 ? static_cast<double>(load.particles) / load.speed : 0;
-  return sum;
-}
-
 }  // namespace
 
 bool Engine::balances() const {
@@ -74,9 +60,9 @@ Engine::Requests Engine::plan(const Round& round) {
   balance::Plan whole;
   std::vector<Load> sum;
   if (policy.over_all && !systems.empty()) {
-    std::vector<const std::vector<Load>*> loads;
-    for (const std::size_t i : systems) loads.push_back(&systems_[i]->loads);
-    sum = sum_of(loads);
+    std::vector<std::vector<Load>> loads;
+    for (const std::size_t i : systems) loads.push_back(systems_[i]->loads);
+    sum = balance::sum_of(loads);
     System& first = *systems_[systems.front()];
     const balance::Table table{frame_, first.evaluations++, "all", sum, first.domains.cuts()};
     whole = balance::legal(policy.plan(table), table, policy.name());
@@ -191,14 +177,10 @@ std::vector<Request> Engine::requests_between(int me, int other, const std::vect
   };
   std::vector<std::uint64_t> counts;
   if (policy.over_all) {
-    const std::vector<std::vector<Load>> each = [&] {
-      std::vector<std::vector<Load>> pairs;
-      for (std::size_t k = 0; k < systems.size(); ++k) pairs.push_back({own[k], theirs[k]});
-      return pairs;
-    }();
-    std::vector<const std::vector<Load>*> pointers;
-    for (const auto& pair : each) pointers.push_back(&pair);
-    const std::vector<Load> sum = sum_of(pointers);
+    std::vector<std::vector<Load>> pairs;
+    for (std::size_t k = 0; k < systems.size(); ++k) pairs.push_back({own[k], theirs[k]});
+    const std::vector<Load> sum = balance::sum_of(pairs);
+    if (sum.empty()) return {};
     const double part = static_cast<double>(between(sum[0], sum[1])) /
                         static_cast<double>(std::max<std::uint64_t>(sum[0].particles, 1));
     for (const Load& load : own)

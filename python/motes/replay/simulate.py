@@ -150,7 +150,7 @@ def _balance(
         for name, system, step in zip(history.systems, systems, steps, strict=True)
     ]
     if policy.over_all:
-        whole = _sum(frame, systems[0].evaluations, steps)
+        whole = _core.sum_of_tables(tables)
         plan = _core.legal_plan(policy.plan(whole), whole, policy.name)
         plans = [_core.plan_part(plan, table, whole) for table in tables]
     else:
@@ -159,16 +159,6 @@ def _balance(
         system.evaluations += 1
         step.plan = plan
         step.next_cuts = system.cuts = _cuts_after(plan, step.density, step.cuts)
-
-
-def _sum(frame: int, evaluation: int, steps: list[SystemStep]) -> _core.BalanceTable:
-    """All systems as one; the speed of a mix is its particles over the sum of what each part takes."""
-    particles = np.sum([step.n_end for step in steps], axis=0)
-    known = [np.where(step.smoothed > 0, step.n_end / np.maximum(step.smoothed, 1e-300), 0) for step in steps]
-    takes = np.sum(known, axis=0)
-    speed = np.where(takes > 0, particles / np.where(takes > 0, takes, 1), 0.0)
-    seconds = np.sum([step.rescaled for step in steps], axis=0)
-    return _core.BalanceTable(frame, evaluation, "all", particles, seconds, speed, steps[0].cuts)
 
 
 def _cuts_after(plan: _core.BalancePlan, density: Density, cuts: Cuts) -> Cuts:

@@ -1,4 +1,4 @@
-"""What all tests share: the marker `slow`, the C++ unit tests built once, what the jobs cost."""
+"""What all tests share: the marker `slow`, C++ programs built once, what the jobs cost."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -48,15 +49,15 @@ def _tool(name: str) -> str:
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     found = shutil.which(name, path=path)
     if found is None:
-        pytest.skip(f"the C++ unit tests need {name}: pip install motes[test]")
+        pytest.skip(f"the C++ programs need {name}: pip install motes[test]")
     return found
 
 
-@pytest.fixture(scope="session")
-def cpp_units() -> Path:
-    """Build the C++ unit tests once a session; the folder stays, so the next builds only what changed."""
+@cache
+def _build(target: str) -> Path:
+    """Build a C++ target without Python; the folder stays, so the next session builds only what changed."""
     if not (ROOT / "CMakeLists.txt").is_file():
-        pytest.skip("the C++ unit tests need the source tree")
+        pytest.skip("the C++ programs need the source tree")
     key = hashlib.sha256(f"{ROOT} {sys.prefix}".encode()).hexdigest()[:12]
     folder = Path(
         os.environ.get("MOTES_TEST_BUILD") or Path(tempfile.gettempdir()) / f"motes-cpp-units-{key}"
@@ -67,10 +68,30 @@ def cpp_units() -> Path:
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
         *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON"),
     ]
-    for words in (configure, [cmake, "--build", str(folder), "--target", "unit_tests"]):
+    steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
+    for words in (*steps, [cmake, "--build", str(folder), "--target", target]):
         made = subprocess.run(
             words, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=900
         )
         if made.returncode != 0:
             pytest.fail(f"{' '.join(words)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}", pytrace=False)
-    return folder / "tests" / "cpp" / "unit_tests"
+    return folder
+
+
+@pytest.fixture(scope="session")
+def cpp_units() -> Path:
+    """Build the C++ unit tests."""
+    return _build("unit_tests") / "tests" / "cpp" / "unit_tests"
+
+
+@pytest.fixture(scope="session")
+def motes_replay() -> Path:
+    """Find the installed driver, beside this Python; build it where there is none."""
+    installed = Path(sys.executable).parent / "motes_replay"
+    return installed if installed.is_file() else _build("motes_replay") / "cpp" / "driver" / "motes_replay"
+
+
+@pytest.fixture(scope="session")
+def native_example() -> Path:
+    """Build the example of a C++ program of one's own."""
+    return _build("sparks") / "examples" / "native" / "sparks"

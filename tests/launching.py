@@ -9,11 +9,11 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Hang", "Result", "launches", "mpirun", "python"]
+__all__ = ["Hang", "Result", "command", "launches", "mpirun", "python"]
 
 POLL_S = 0.01
 
@@ -85,13 +85,25 @@ def _job(
         path = script if isinstance(script, Path) else Path(folder) / "script.py"
         if not isinstance(script, Path):
             path.write_text(script)
-        command = [sys.executable, *words, str(path), *map(str, arguments)]
+        return command([sys.executable, *words, path, *arguments], timeout=timeout, env=env, watch=watch)
+
+
+def command(
+    words: Sequence[object],
+    *,
+    timeout: float = 60,
+    env: dict[str, str] | None = None,
+    watch: Callable[[int], None] | None = None,
+) -> Result:
+    """Run any program with its arguments."""
+    with tempfile.TemporaryDirectory(prefix="motes-test-") as folder:
+        texts = [str(word) for word in words]
         out, err = Path(folder) / "out", Path(folder) / "err"
         start = time.monotonic()
         with out.open("wb") as out_file, err.open("wb") as err_file:
             # Files, not pipes: a child that outlives the job must not keep this process waiting.
             process = subprocess.Popen(
-                command,
+                texts,
                 stdin=subprocess.DEVNULL,
                 stdout=out_file,
                 stderr=err_file,
@@ -106,10 +118,10 @@ def _job(
         seconds = time.monotonic() - start
         launches.jobs += 1
         launches.seconds += seconds
-        texts = [file.read_text(errors="replace") for file in (out, err)]
-        result = Result(process.returncode, texts[0], texts[1], seconds)
+        said = [file.read_text(errors="replace") for file in (out, err)]
+        result = Result(process.returncode, said[0], said[1], seconds)
         if not ended:
-            raise Hang(f"{' '.join(command)}: no end within {timeout:g} s\n{result.text}")
+            raise Hang(f"{' '.join(texts)}: no end within {timeout:g} s\n{result.text}")
         return result
 
 

@@ -1,6 +1,7 @@
 #include "bindings/bindings.h"
 #include "comm/last_words.h"
 #include "frame/engine.h"
+#include "recording/scene.h"
 
 namespace motes::bindings {
 namespace {
@@ -127,6 +128,23 @@ py::object gather(Engine& engine, int system, bool to_all) {
   return columns;
 }
 
+// What a reader sees is what was computed: a recording that left it out catches up.
+frame::System& computed(Engine& engine, int system) {
+  engine.catch_up();
+  return engine.system(system);
+}
+
+using Facts = std::vector<std::pair<std::string, std::string>>;
+
+py::bytes scene_bytes(const Engine& engine, const Facts& facts) {
+  recording::Scene scene;
+  scene.facts = facts;
+  for (const particles::Bytes& list : engine.kept_lists()) scene.frames.push_back(list.view());
+  particles::Bytes bytes;
+  recording::write(scene, bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
 std::string combined(const std::vector<particles::Digest>& systems) { return particles::combine(systems).text(); }
 
 }  // namespace
@@ -164,10 +182,13 @@ void bind_engine(py::module_& m) {
           py::arg("system"), py::arg("begin") = 0)
       .def("local_size", [](Engine& e, int system) { return e.system(system).store->size(); })
       .def("memory_bytes", [](Engine& e, int system) { return e.system(system).store->memory_bytes(); })
-      .def("count", [](Engine& e, int system) { return e.system(system).alive; })
-      .def("born", [](Engine& e, int system) { return e.system(system).born; })
-      .def("dropped", [](Engine& e, int system) { return e.system(system).dropped; })
-      .def("cuts", [](Engine& e, int system) { return e.system(system).domains.cuts(); })
+      .def("count", [](Engine& e, int system) { return computed(e, system).alive; })
+      .def("born", [](Engine& e, int system) { return computed(e, system).born; })
+      .def("dropped", [](Engine& e, int system) { return computed(e, system).dropped; })
+      .def("cuts", [](Engine& e, int system) { return computed(e, system).domains.cuts(); })
+      .def("keep_lists", &Engine::keep_lists, py::arg("compute"))
+      .def_property_readonly("kept", [](const Engine& e) { return e.kept_lists().size(); })
+      .def("scene_bytes", &scene_bytes, py::arg("facts"))
       .def("take_pixels",
            [](Engine& e, int width, int height) {
              return owned_array(e.take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});

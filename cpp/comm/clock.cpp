@@ -4,10 +4,29 @@
 #define MPICH_SKIP_MPICXX
 #include <mpi.h>
 #include <time.h>
+#ifdef MOTES_SMPI
+#include <simgrid/host.h>
+#endif
 
 namespace motes::comm {
 
 double wall_seconds() { return MPI_Wtime(); }
+
+#ifdef MOTES_SMPI
+
+bool simulated() { return true; }
+
+double cpu_seconds() { return MPI_Wtime(); }
+
+void spend(double seconds) { execute(seconds * sg_host_get_speed(sg_host_self())); }
+
+void execute(double operations) {
+  if (operations > 0) smpi_execute_flops(operations);
+}
+
+#else
+
+bool simulated() { return false; }
 
 double cpu_seconds() {
   timespec now{};
@@ -20,5 +39,9 @@ void spend(double seconds) {
   while (cpu_seconds() < until) {
   }
 }
+
+void execute(double) {}
+
+#endif
 
 }  // namespace motes::comm

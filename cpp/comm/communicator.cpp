@@ -18,7 +18,6 @@ namespace {
 
 // MPI counts bytes in an int: larger messages travel in pieces, which MPI keeps in order.
 constexpr std::size_t kPiece = std::size_t{1} << 30;
-constexpr double kWatchEvery = 0.05;
 
 void check(int code, const char* what) {
   if (code == MPI_SUCCESS) return;
@@ -29,6 +28,9 @@ void check(int code, const char* what) {
 }
 
 int tag(Phase phase) { return 100 + static_cast<int>(phase); }
+
+#ifndef MOTES_SMPI
+constexpr double kWatchEvery = 0.05;
 
 // A rank that waits may wait for one that waits itself. Who stands nearest to the one that stalls must speak first:
 // calculators talk to each other and to the image generator before they report, and the manager answers only when
@@ -43,16 +45,6 @@ double patience(Phase phase) {
   }
 }
 
-struct Posted {
-  Message message;
-  std::vector<MPI_Request> requests;
-};
-
-struct Mailed {
-  Phase phase;
-  Message message;
-};
-
 // First busy, then polite: with more ranks than cores the one waited for needs this one's core.
 void back_off(int round) {
   if (round < 50) return;
@@ -63,6 +55,18 @@ void back_off(int round) {
   const timespec nap{0, round < 1000 ? 20000 : 200000};
   nanosleep(&nap, nullptr);
 }
+
+#endif
+
+struct Posted {
+  Message message;
+  std::vector<MPI_Request> requests;
+};
+
+struct Mailed {
+  Phase phase;
+  Message message;
+};
 
 }  // namespace
 
@@ -78,10 +82,12 @@ struct Communicator::State {
   int size = 1;
   Watch watch;
   std::list<Posted> posted;
+  std::size_t sweep_at = 16;  // so many posted messages before post() looks which have left
   std::deque<Mailed> mailbox;
   double waited_s = 0;
   std::uint64_t bytes_sent = 0;
 
+#ifndef MOTES_SMPI
   // Calls `done` until it says true; gives up after `limits` times the stall limit.
   template <class Done>
   void wait(int for_rank, const std::string& purpose, const Done& done, double limits = 1) {
@@ -106,6 +112,8 @@ struct Communicator::State {
                                 ": " + purpose);
   }
 
+#endif
+
   std::string describe(int of) const { return watch.describe ? watch.describe(of) : "rank " + std::to_string(of); }
 
   void progress() {
@@ -117,6 +125,30 @@ struct Communicator::State {
     }
   }
 
+#ifdef MOTES_SMPI
+  // A simulated rank waits inside MPI: polling would let the simulated time pass in steps of its own. The simulator
+  // itself says so when all ranks wait for ever.
+  void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string&) {
+    const double start = wall_seconds();
+    MPI_Status status;
+    check(MPI_Probe(from, tag(phase), comm, &status), "waiting for a message");
+    int bytes = 0;
+    check(MPI_Get_count(&status, MPI_BYTE, &bytes), "reading a message");
+    check(MPI_Recv(into.extend(static_cast<std::size_t>(bytes)), bytes, MPI_BYTE, from, tag(phase), comm, &status),
+          "receiving a message");
+    waited_s += wall_seconds() - start;
+  }
+
+  void duplicate(MPI_Comm users) { check(MPI_Comm_dup(users, &comm), "duplicating the communicator"); }
+
+  void flush() {
+    for (Posted& each : posted) {
+      check(MPI_Waitall(static_cast<int>(each.requests.size()), each.requests.data(), MPI_STATUSES_IGNORE),
+            "sending a message");
+    }
+    posted.clear();
+  }
+#else
   void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string& purpose) {
     MPI_Message arriving = MPI_MESSAGE_NULL;
     MPI_Status status;
@@ -139,6 +171,24 @@ struct Communicator::State {
       return done != 0;
     });
   }
+
+  void duplicate(MPI_Comm users) {
+    MPI_Request request = MPI_REQUEST_NULL;
+    check(MPI_Comm_idup(users, &comm, &request), "duplicating the communicator");
+    wait(-1, "to enter the world", [&] {
+      int done = 0;
+      check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "duplicating the communicator");
+      return done != 0;
+    });
+  }
+
+  void flush() {
+    wait(-1, "to take its messages", [&] {
+      progress();
+      return posted.empty();
+    });
+  }
+#endif
 
   Message receive(int from, Phase phase, const std::string& purpose) {
     particles::Bytes bytes;
@@ -164,13 +214,7 @@ Communicator::Communicator(int handle, Watch watch) : state_(std::make_unique<St
   if (users == MPI_COMM_NULL) throw CommError("comm must be a live communicator");
   MPI_Comm_rank(users, &s.rank);
   MPI_Comm_size(users, &s.size);
-  MPI_Request request = MPI_REQUEST_NULL;
-  check(MPI_Comm_idup(users, &s.comm, &request), "duplicating the communicator");
-  s.wait(-1, "to enter the world", [&] {
-    int done = 0;
-    check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "duplicating the communicator");
-    return done != 0;
-  });
+  s.duplicate(users);
   // Errors come back as codes that check() turns into exceptions; whatever handler the user has is not inherited.
   check(MPI_Comm_set_errhandler(s.comm, MPI_ERRORS_RETURN), "setting the error handler");
 }
@@ -200,7 +244,10 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
     s.mailbox.push_back({phase, std::move(message)});
     return;
   }
-  s.progress();
+  if (s.posted.size() >= s.sweep_at) {
+    s.progress();
+    s.sweep_at = 2 * s.posted.size() + 16;
+  }
   s.posted.push_back({std::move(message), {}});
   Posted& posted = s.posted.back();
   const particles::Bytes& bytes = posted.message.bytes();
@@ -228,13 +275,7 @@ Message Communicator::expect(int from, Phase phase, Stamp stamp) {
   return message;
 }
 
-void Communicator::flush() {
-  State& s = *state_;
-  s.wait(-1, "to take its messages", [&] {
-    s.progress();
-    return s.posted.empty();
-  });
-}
+void Communicator::flush() { state_->flush(); }
 
 std::string library_version() {
   char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";

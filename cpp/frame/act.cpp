@@ -178,6 +178,7 @@ void Engine::note_events(System& system, const std::vector<const recording::Spaw
 }
 
 particles::Store& Engine::local(int index) {
+  catch_up();
   System& s = system(index);
   if (!s.pending()) return *s.store;
   const simd::FloatMode mode;

@@ -98,6 +98,15 @@ class Engine {
   /// Collective. Ends the frame: create, act, move, agree, exchange; with a view the picture too.
   void run_frame(const std::optional<image::View>& view);
 
+  /// From now on, until the end, the engine keeps each frame's list. Without `compute` it makes no pictures, and on a
+  /// single rank it computes no particles before catch_up(). To be called before start(), on all ranks.
+  void keep_lists(bool compute);
+  /// The recorded lists of the frames since then, as bytes.
+  const std::vector<particles::Bytes>& kept_lists() const { return kept_; }
+  /// Computes what was only kept so far: particles, counts and cuts are then those of an ordinary run. Reading calls
+  /// it.
+  void catch_up();
+
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   std::vector<std::uint8_t> take_pixels() { return std::move(pixels_); }
 
@@ -131,6 +140,7 @@ class Engine {
   void open(std::size_t round);
   void settle(Round& round);
   void close(Round& round);
+  void keep_list();  // keep.cpp
   comm::Stamp stamp() const { return {frame_, turn_}; }
   comm::Stamp stamp(const Round& round) const { return {frame_, round.turn}; }
   std::string name_of(const Round& round) const;
@@ -246,6 +256,10 @@ class Engine {
   recording::Record record_;
   particles::Bytes record_bytes_;
   std::vector<std::vector<BirthGroup>> groups_;  // one a system
+  bool keeping_ = false;   // lists are kept
+  bool pictures_ = true;   // frames are drawn
+  bool listing_ = false;   // lists are kept, and nothing is computed
+  std::vector<particles::Bytes> kept_;
   Failure failure_;
   bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
   std::exception_ptr own_exception_;

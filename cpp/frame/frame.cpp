@@ -16,6 +16,8 @@ Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cas
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.
 void Engine::run_frame(const std::optional<image::View>& view) {
   begin_frame(view ? Verb::render : Verb::step, view, "");
+  keep_list();
+  if (listing_) return end_frame();
   talk();    // create, act, agree, exchange, balance
   order();   // calculators, each by itself
   render();  // calculators -> image generator
@@ -96,6 +98,7 @@ void Engine::finish() {
 }
 
 std::vector<particles::Digest> Engine::digest() {
+  catch_up();
   converse(Verb::digest, "");
   return digests_;
 }

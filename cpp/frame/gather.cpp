@@ -7,6 +7,7 @@ namespace motes::frame {
 using comm::Phase;
 
 std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
+  catch_up();
   converse(recording::Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
   const particles::Store& store = *system(index).store;
   if (calculator() >= 0) {

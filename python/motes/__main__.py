@@ -1,4 +1,4 @@
-"""The command line: `python -m motes run | doctor | bench | watch | report`."""
+"""The command line: `python -m motes run | record | doctor | bench | watch | report`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from . import doctor, launch
+from . import doctor, launch, scenefile
 from .analysis import report, watch
 from .errors import MotesError
 
@@ -25,9 +25,11 @@ def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; the exit code."""
     words = list(sys.argv[1:] if argv is None else argv)
     try:
-        # These two hand words on to others, which argparse would take for its own.
+        # These hand words on to others, which argparse would take for its own.
         if words[:1] == ["run"]:
             return _run(words[1:])
+        if words[:1] == ["record"]:
+            return scenefile.main(words[1:])
         if words[:1] == ["bench"] and _has("bench"):
             return int(importlib.import_module("motes.bench").main(words[1:]) or 0)
         arguments = _parser().parse_args(words)
@@ -50,6 +52,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(prog="python -m motes", description="Particle animations on clusters.")
     commands = parser.add_subparsers(dest="command", metavar="command")
     commands.add_parser("run", help="start a script on N ranks with the right mpirun", usage=_RUN_USAGE)
+    commands.add_parser("record", help="write what a script says to a file", usage=scenefile.USAGE)
     check = commands.add_parser("doctor", help="examine this installation; exit code 1 if something is wrong")
     check.add_argument("--json", action="store_true", help="print one JSON object")
     if _has("bench"):

@@ -24,7 +24,7 @@ class Frame:
     asking for pixels raises `NotHere`; so a script needs no test of its rank.
     """
 
-    __slots__ = ("_home", "_linear", "_pixels", "_rank", "index", "time")
+    __slots__ = ("_home", "_linear", "_missing", "_pixels", "_rank", "index", "time")
 
     def __init__(
         self,
@@ -35,11 +35,13 @@ class Frame:
         linear: Callable[[], ArrayLike] | None = None,
         home: int | None = 0,
         rank: int = 0,
+        missing: str = "it was stepped, not rendered",
     ) -> None:
         """Wrap `pixels`, uint8 (height, width, 3), without copying; None where the picture lives elsewhere.
 
         `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank, None
-        where no picture was made at all, and `rank` this one; both only serve messages.
+        where no picture was made at all, `missing` says why not, and `rank` is this one; all only serve
+        messages.
         """
         self.index = index
         self.time = time
@@ -47,12 +49,13 @@ class Frame:
         self._linear: Callable[[], ArrayLike] | NDArray[np.float32] | None = linear
         self._home = home
         self._rank = rank
+        self._missing = missing
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
         """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
         if self._pixels is None and self._home is None:
-            raise NotHere(f"frame {self.index} has no picture: it was stepped, not rendered")
+            raise NotHere(f"frame {self.index} has no picture: {self._missing}")
         if self._pixels is None:
             raise NotHere(
                 f"the pixels of frame {self.index} live on rank {self._home}, the image generator; "

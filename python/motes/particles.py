@@ -27,10 +27,16 @@ class LocalParticles:
         attributes: dict[str, tuple[int, int]],
         begin: int = 0,
         chosen: NDArray[np.uint32] | None = None,
+        *,
+        read_only: bool = False,
     ) -> None:
-        """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`."""
+        """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`.
+
+        `read_only` forbids writing.
+        """
         self._begin = 0 if chosen is not None else begin
         self._chosen = chosen
+        self._read_only = read_only
         self._engine: _core.Engine | None = engine
         self._system = system
         self._attributes = attributes
@@ -51,6 +57,8 @@ class LocalParticles:
             if self._chosen is not None:
                 view = view[self._chosen]
                 view.flags.writeable = name != "id"
+            if self._read_only:
+                view.flags.writeable = False
             self._views[name] = view
         return self._views[name]
 

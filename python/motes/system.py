@@ -150,14 +150,18 @@ class System(Recorder):
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
+        name = str(getattr(function, "__qualname__", type(function).__name__))
         shapes: list[_core.Shape] = []
         callback = _core.Callback(
-            name=str(getattr(function, "__qualname__", type(function).__name__)),
+            name=name,
             number=len(self._callbacks),
             where=compile_condition(where, self._columns, shapes),
             shapes=shapes,
         )
-        self.world._engine_for("callback").record_callback(self._index, callback)
+        engine = self.world._engine_for("callback")
+        if self.world._recording is not None:
+            self.world._recording.refuse(self.world.frame, f"'{self.name}' calls {name} back")
+        engine.record_callback(self._index, callback)
         self._callbacks.append(function)
         self._list.append(function)
 
@@ -186,9 +190,14 @@ class System(Recorder):
         """
         engine = self.world._engine_for("local")
         engine.run_pending(self._index)
-        view = LocalParticles(engine, self._index, self._attributes)
+        recording = self.world._recording
+        view = LocalParticles(engine, self._index, self._attributes, read_only=recording is not None)
         try:
             yield view
+        except ValueError as error:
+            if recording is not None and "read-only" in str(error):
+                recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
+            raise
         finally:
             view._close()
             engine.touched(self._index)

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import _core, _last_resort, arguments, runfile
+from . import _core, _last_resort, arguments, runfile, scenefile
 from . import roles as _roles
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
@@ -111,6 +111,7 @@ class World:
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
         self._watch: _last_resort.PeerWatch | None = None
+        self._recording: scenefile.Recording | None = None
         self._total = 0
         self._ended = False
 
@@ -270,6 +271,7 @@ class World:
         for system in self._systems:
             self._define(system)
         self._engine.on_callback(lambda system, *call: self._systems[system]._call_back(*call))
+        self._recording = scenefile.claim(self._engine)
         self._engine.keep_linear = self.renderer is not None and self.renderer.linear
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
@@ -319,6 +321,8 @@ class World:
                 return
             self._engine_for("the end").finish()
             self._show(last=True)
+            if self._recording is not None:
+                self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
         except BaseException as failure:
             _last_resort.stop_job(failure)
             raise
@@ -349,6 +353,8 @@ class World:
         self._run(self.renderer.view())
         home = self._cast[1]
         time = (index + 1) * self._dt
+        if self._recording is not None and not self._recording.full:
+            return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
         if self.rank != home:
             return Frame(index, time, None, home=home, rank=self.rank)
         pixels = engine.take_pixels(self.renderer.width, self.renderer.height)

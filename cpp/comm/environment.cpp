@@ -1,0 +1,60 @@
+#include "comm/environment.h"
+
+#define OMPI_SKIP_MPICXX
+#define MPICH_SKIP_MPICXX
+#include <mpi.h>
+
+#include <array>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+
+#include "comm/clock.h"
+#include "comm/communicator.h"
+
+namespace motes::comm {
+namespace {
+
+constexpr std::size_t kName = 256;
+
+}  // namespace
+
+Environment::Environment(int& count, char**& words) {
+  if (MPI_Init(&count, &words) != MPI_SUCCESS) throw CommError("MPI does not start");
+  MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
+  MPI_Comm_size(MPI_COMM_WORLD, &size_);
+}
+
+Environment::~Environment() { MPI_Finalize(); }
+
+int Environment::world() const { return MPI_Comm_c2f(MPI_COMM_WORLD); }
+
+std::vector<std::string> Environment::hosts() const {
+  static_assert(kName >= MPI_MAX_PROCESSOR_NAME);
+  std::array<char, kName> own{};
+  int length = 0;
+  MPI_Get_processor_name(own.data(), &length);
+  std::vector<char> all(kName * static_cast<std::size_t>(size_));
+  // In place of an all-gather: P messages and not P^2 of them, which a simulator would take minutes for.
+  MPI_Gather(own.data(), kName, MPI_CHAR, all.data(), kName, MPI_CHAR, 0, MPI_COMM_WORLD);
+  MPI_Bcast(all.data(), static_cast<int>(all.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
+  std::vector<std::string> names;
+  for (std::size_t at = 0; at < all.size(); at += kName) names.emplace_back(all.data() + at);
+  return names;
+}
+
+int Environment::first(bool here) const {
+  int own = here ? rank_ : size_;
+  int lowest = 0;
+  MPI_Allreduce(&own, &lowest, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
+  return lowest == size_ ? -1 : lowest;
+}
+
+void Environment::abort(int code) const {
+  std::fflush(nullptr);
+  // A simulator's ranks are threads of one process, whose exit code MPI_Abort would leave at 0.
+  if (!simulated()) MPI_Abort(MPI_COMM_WORLD, code);
+  std::_Exit(code);
+}
+
+}  // namespace motes::comm

@@ -1,0 +1,38 @@
+// MPI for programs of their own; under Python mpi4py starts and ends it.
+#pragma once
+
+#include <string>
+#include <vector>
+
+namespace motes::comm {
+
+/// MPI from its start to its end: one a program.
+class Environment {
+ public:
+  /// Starts MPI. Throws CommError where it cannot.
+  Environment(int& count, char**& words);
+  /// Collective. Ends MPI: waits for the other ranks.
+  ~Environment();
+  Environment(const Environment&) = delete;
+  Environment& operator=(const Environment&) = delete;
+
+  /// What Communicator takes: all ranks that the launcher started.
+  int world() const;
+  int rank() const { return rank_; }
+  int size() const { return size_; }
+
+  /// Collective. The host of each rank.
+  std::vector<std::string> hosts() const;
+
+  /// Collective. The lowest rank that says true, or -1.
+  int first(bool here) const;
+
+  /// Ends the job on all ranks, with this exit code.
+  [[noreturn]] void abort(int code) const;
+
+ private:
+  int rank_ = 0;
+  int size_ = 1;
+};
+
+}  // namespace motes::comm

@@ -1,0 +1,220 @@
+// motes_replay: a recorded scene without Python, on one rank or many.
+#include <time.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <cstdlib>
+#include <memory>
+#include <optional>
+
+#include "balance/named.h"
+#include "balance/static.h"
+#include "comm/clock.h"
+#include "comm/environment.h"
+#include "comm/last_words.h"
+#include "driver/files.h"
+#include "driver/options.h"
+#include "driver/run_file.h"
+#include "frame/replay.h"
+#include "image/sha256.h"
+#include "simd/isa.h"
+
+namespace motes::driver {
+namespace {
+
+// A scene in memory, ready to be played.
+struct Opened {
+  explicit Opened(const std::string& path) : file(path) {
+    try {
+      scene = recording::read_scene(file.bytes());
+      if (!scene.frames.empty()) first = recording::read_frame(scene.frames.front());
+    } catch (const std::exception& error) {
+      throw std::runtime_error(path + " " + error.what());
+    }
+  }
+  MappedFile file;
+  recording::Scene scene;
+  recording::Record first;
+};
+
+double stall_limit() {
+  const char* text = std::getenv("MOTES_STALL_S");
+  if (text == nullptr || *text == '\0') return comm::Watch{}.stall_s;
+  char* end = nullptr;
+  const double seconds = std::strtod(text, &end);
+  if (*end != '\0' || !std::isfinite(seconds) || seconds <= 0) {
+    throw std::invalid_argument(std::string("MOTES_STALL_S must be a number of seconds > 0, got '") + text + "'");
+  }
+  return seconds;
+}
+
+void complain(const std::string& text) {
+  std::fflush(stdout);
+  std::fprintf(stderr, "motes_replay: %s\n", text.c_str());
+  std::fflush(stderr);
+}
+
+class Player {
+ public:
+  Player(const comm::Environment& mpi, const Options& options, const Opened& opened)
+      : options_(options), opened_(opened), cast_(cast(options.roles, mpi.size())) {
+    comm::Watch watch;
+    watch.stall_s = stall_limit();
+    watch.describe = [this](int rank) { return describe(rank); };
+    run_.seed = opened.first.seed;
+    run_.dt = opened.first.dt;
+    run_.substeps = opened.first.substeps;
+    run_.digest = options.digest;
+    run_.log = options.log;
+    run_.hosts = mpi.hosts();
+    run_.policy = policy();
+    run_.policy->check(cast_.calculators.size());
+    run_.combine = combine();
+    run_.spans = options.spans;
+    auto communicator = std::make_unique<comm::Communicator>(mpi.world(), std::move(watch));
+    engine_ = std::make_unique<frame::Engine>(std::move(communicator), cast_, run_);
+    if (!comm::simulated()) {
+      comm::name_crashes("");
+      comm::set_place(place());
+    }
+  }
+
+  void play(std::span<char* const> words) {
+    for (const recording::SystemDefinition& system : opened_.first.systems) engine_->add_system(system);
+    engine_->start();
+    if (engine_->manages() && !options_.log.empty()) note_run(words);
+    const std::size_t frames = std::min<std::uint64_t>(options_.frames, opened_.scene.frames.size());
+    for (std::size_t i = 0; i < frames; ++i) play_frame(i == 0 ? opened_.first : read(i));
+    engine_->finish();
+  }
+
+  /// "rank 2 (calculator 0), frame 7".
+  std::string place() const { return describe(engine_->rank()) + ", frame " + std::to_string(engine_->frame()); }
+
+ private:
+  static roles::Cast cast(const std::string& name, int size) {
+    return name == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
+  }
+
+  // The scene's own is one of its facts; one that the script wrote itself is in no scene.
+  balance::PolicyPtr policy() const {
+    const std::string own = opened_.scene.fact("balancer");
+    if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
+    try {
+      return own.empty() ? std::make_shared<balance::Static>() : balance::policy_named(own);
+    } catch (const std::invalid_argument&) {
+      throw std::runtime_error("the scene's balancer " + own + " is its script's own: choose one by --balancer");
+    }
+  }
+
+  std::string combine_name() const {
+    const std::string own = opened_.scene.fact("combine");
+    return !options_.combine.empty() ? options_.combine : own.empty() ? "together" : own;
+  }
+
+  frame::Combine combine() const {
+    const std::string name = combine_name();
+    if (name == "one_by_one") return frame::Combine::one_by_one;
+    return name == "overlapped" ? frame::Combine::overlapped : frame::Combine::together;
+  }
+
+  std::string describe(int rank) const { return "rank " + std::to_string(rank) + " (" + cast_.describe(rank) + ")"; }
+
+  recording::Record read(std::size_t i) const {
+    recording::Record record = recording::read_frame(opened_.scene.frames[i]);
+    if (record.seed != run_.seed || record.dt != run_.dt || record.substeps != run_.substeps) {
+      throw std::runtime_error("its seed, dt or substeps are not those of the first frame");
+    }
+    return record;
+  }
+
+  void play_frame(const recording::Record& record) {
+    const std::uint64_t index = engine_->frame();
+    frame::replay(*engine_, record, options_.images);
+    std::string sha256 = "-";
+    if (engine_->draws() && options_.images && record.view) {
+      const std::vector<std::uint8_t> pixels = engine_->take_pixels();
+      const auto [width, height] = std::pair(record.view->width, record.view->height);
+      if (options_.digest) {
+        sha256 = image::picture_sha256(width, height, pixels);
+        engine_->set_image_sha256(sha256);
+      }
+      if (!options_.out.empty()) {
+        char name[32];
+        std::snprintf(name, sizeof name, "/frame-%05llu.ppm", static_cast<unsigned long long>(index));
+        write_ppm(options_.out + name, width, height, pixels);
+      }
+    }
+    if (options_.digest) {
+      const std::string particles = particles::combine(engine_->digest()).text();
+      if (engine_->draws())
+        std::printf("%llu %s %s\n", static_cast<unsigned long long>(index), particles.c_str(), sha256.c_str());
+      std::fflush(stdout);
+    }
+  }
+
+  void note_run(std::span<char* const> words) const {
+    std::vector<std::string> systems;
+    for (const recording::SystemDefinition& system : opened_.first.systems) systems.push_back(system.name);
+    write_run(options_.log, {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, systems});
+  }
+
+  const Options& options_;
+  const Opened& opened_;
+  roles::Cast cast_;
+  frame::Options run_;
+  std::unique_ptr<frame::Engine> engine_;
+};
+
+// One rank says what happened, and the job ends everywhere: nobody is left waiting for a rank that failed.
+[[noreturn]] void give_up(const comm::Environment& mpi, const std::string& text, bool others_speak) {
+  const double wait_s = others_speak ? 2.5 : std::min(1.0, 0.05 * mpi.rank());
+  const timespec nap{static_cast<time_t>(wait_s), static_cast<long>((wait_s - std::floor(wait_s)) * 1e9)};
+  if (!comm::simulated()) nanosleep(&nap, nullptr);  // the first to speak ends those who would speak too
+  complain(text);
+  mpi.abort(1);
+}
+
+void run(const comm::Environment& mpi, const Options& options, const Opened& opened, std::span<char* const> words) {
+  std::optional<Player> player;
+  try {
+    player.emplace(mpi, options, opened);
+    player->play(words);
+  } catch (const frame::Agreed& error) {
+    give_up(mpi, error.what(), error.verdict().failed_rank != mpi.rank());
+  } catch (const std::exception& error) {
+    give_up(mpi, (player ? player->place() + ": " : "") + error.what(), false);
+  }
+}
+
+int main(int count, char** all) {
+  const comm::Environment mpi(count, all);
+  const std::span<char* const> words(all, static_cast<std::size_t>(count));
+  Options options;
+  std::optional<Opened> opened;
+  std::string wrong;
+  try {
+    options = read_options(words.subspan(1));
+    if (!options.help) opened.emplace(options.scene);
+    simd::isa();
+    stall_limit();
+  } catch (const std::exception& error) {
+    wrong = error.what();
+  }
+  const int first = mpi.first(!wrong.empty());
+  if (first == mpi.rank()) complain(wrong);
+  if (first >= 0) return 2;
+  if (options.help) {
+    if (mpi.rank() == 0) std::fputs(usage(), stdout);
+    return 0;
+  }
+  run(mpi, options, *opened, words);
+  return 0;
+}
+
+}  // namespace
+}  // namespace motes::driver
+
+// Visible: a simulator loads the program as a library and looks for it.
+[[gnu::visibility("default")]] int main(int count, char** words) { return motes::driver::main(count, words); }

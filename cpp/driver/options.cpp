@@ -1,0 +1,98 @@
+#include "driver/options.h"
+
+#include <charconv>
+#include <initializer_list>
+#include <stdexcept>
+
+#include "balance/named.h"
+
+namespace motes::driver {
+namespace {
+
+std::uint64_t number(const std::string& name, const std::string& text) {
+  std::uint64_t value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size()) {
+    throw std::invalid_argument(name + " takes a whole number, got '" + text + "'");
+  }
+  return value;
+}
+
+std::string chosen(const std::string& name, const std::string& text, std::initializer_list<const char*> allowed) {
+  std::string list;
+  for (const char* each : allowed) {
+    if (text == each) return text;
+    list += (list.empty() ? "" : ", ") + std::string(each);
+  }
+  throw std::invalid_argument(name + " is one of " + list + "; got '" + text + "'");
+}
+
+}  // namespace
+
+Options read_options(std::span<char* const> words) {
+  Options options;
+  for (std::size_t i = 0; i < words.size(); ++i) {
+    const std::string word = words[i];
+    const auto value = [&]() -> std::string {
+      if (i + 1 == words.size()) throw std::invalid_argument(word + " needs a value behind it");
+      return words[++i];
+    };
+    if (word == "--help" || word == "-h") {
+      options.help = true;
+    } else if (word == "--digest") {
+      options.digest = true;
+    } else if (word == "--no-images") {
+      options.images = false;
+    } else if (word == "--out") {
+      options.out = value();
+    } else if (word == "--log") {
+      options.log = value();
+    } else if (word == "--frames") {
+      options.frames = number(word, value());
+    } else if (word == "--roles") {
+      options.roles = chosen(word, value(), {"auto", "shared"});
+    } else if (word == "--combine") {
+      options.combine = chosen(word, value(), {"one_by_one", "together", "overlapped"});
+    } else if (word == "--balancer") {
+      options.balancer = value();
+      balance::policy_named(options.balancer);
+    } else if (word == "--spans") {
+      options.spans = true;
+    } else if (word.starts_with('-')) {
+      throw std::invalid_argument("no option is called " + word + "; --help lists them");
+    } else if (!options.scene.empty()) {
+      throw std::invalid_argument("one scene at a time, got " + options.scene + " and " + word);
+    } else {
+      options.scene = word;
+    }
+  }
+  if (options.spans && options.log.empty()) throw std::invalid_argument("--spans needs --log: timelines go there");
+  if (options.scene.empty() && !options.help) {
+    throw std::invalid_argument("no scene given: motes_replay scene.motes; --help says more");
+  }
+  return options;
+}
+
+const char* usage() {
+  return R"text(usage: motes_replay scene.motes [options]
+       mpirun -n 4 motes_replay scene.motes [options]
+
+Replays a scene that `python -m motes record` wrote, without Python, on any number of ranks.
+
+  --digest              print a line a frame: frame particles_digest image_sha256 ("-" without a picture)
+  --no-images           make no pictures
+  --out DIR             write the pictures there: frame-00000.ppm, ...
+  --log DIR             write the run's log there
+  --roles auto|shared   auto: ranks 0 and 1 draw and manage, the others calculate; shared: all calculate
+  --spans               with --log: a timeline of each rank too
+  --balancer TEXT       in place of the scene's, as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
+  --combine WAY         in place of the scene's: one_by_one, together or overlapped
+  --frames N            the first N frames only
+  --help                this text
+
+Exit code: 0, or 1 where the run failed, or 2 where the scene or the arguments are wrong.
+Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (seconds without an answer before giving up).
+)text";
+}
+
+}  // namespace motes::driver

@@ -1,0 +1,31 @@
+// The driver's command line.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <string>
+
+namespace motes::driver {
+
+struct Options {
+  std::string scene;
+  bool help = false;
+  bool digest = false;
+  bool images = true;
+  std::string out;               // directory of the pictures, or empty
+  std::string log;               // directory of the log, or empty
+  std::string roles = "auto";    // auto | shared
+  std::string balancer;          // empty: the scene's own
+  std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
+  bool spans = false;            // with a log: a timeline of each rank
+  std::uint64_t frames = UINT64_MAX;  // at most
+};
+
+/// Reads the words behind the program's name. Throws std::invalid_argument, saying which word is wrong and what is
+/// allowed.
+Options read_options(std::span<char* const> words);
+
+/// What --help prints.
+const char* usage();
+
+}  // namespace motes::driver

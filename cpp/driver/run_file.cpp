@@ -1,0 +1,91 @@
+#include "driver/run_file.h"
+
+#include <sys/utsname.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <cstdio>
+
+#include "comm/clock.h"
+#include "comm/communicator.h"
+#include "driver/files.h"
+#include "simd/isa.h"
+
+namespace motes::driver {
+namespace {
+
+std::string quoted(const std::string& text) {
+  std::string out = "\"";
+  for (const char c : text) {
+    if (c == '"' || c == '\\') out += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20) {
+      out += c;
+    } else {
+      char escaped[8];
+      std::snprintf(escaped, sizeof escaped, "\\u%04x", static_cast<unsigned>(static_cast<unsigned char>(c)));
+      out += escaped;
+    }
+  }
+  return out + "\"";
+}
+
+std::string decimal(double value) {
+  char digits[32];
+  std::snprintf(digits, sizeof digits, "%.17g", value);
+  return digits;
+}
+
+template <class List, class Text>
+std::string listed(const List& list, const Text& text) {
+  std::string out;
+  for (const auto& value : list) out += (out.empty() ? "" : ", ") + text(value);
+  return "[" + out + "]";
+}
+
+std::string machine() {
+  utsname facts{};
+  return uname(&facts) == 0 ? facts.machine : "unknown";
+}
+
+std::string ranks(const std::vector<std::string>& hosts) {
+  int rank = 0;
+  return listed(hosts, [&](const std::string& host) {
+    return "{\"rank\": " + std::to_string(rank++) + ", \"host\": " + quoted(host) + "}";
+  });
+}
+
+}  // namespace
+
+void write_run(const std::string& directory, const RunFacts& facts) {
+  const auto number = [](int value) { return std::to_string(value); };
+  std::string text = "{";
+  const auto field = [&](const std::string& name, const std::string& value) {
+    text += (text.size() == 1 ? "\n " : ",\n ") + quoted(name) + ": " + value;
+  };
+  field("schema", "1");
+  // A simulated run has no date: two of them write the same bytes.
+  field("started_unix_s", comm::simulated() ? "0" : std::to_string(time(nullptr)));
+  field("argv", listed(facts.words, quoted));
+  field("seed", std::to_string(facts.options.seed));
+  field("dt_s", decimal(facts.options.dt));
+  field("substeps", number(facts.options.substeps));
+  for (const char* name : {"recorded_from", "axis", "space"}) field(name, quoted(facts.scene->fact(name)));
+  field("balancer", quoted(facts.options.policy->name()));
+  field("combine", quoted(facts.combine));
+  field("clock", quoted("cpu"));
+  field("manager", number(facts.cast.manager));
+  field("image_generator", number(facts.cast.image_generator));
+  field("calculators", listed(facts.cast.calculators, number));
+  field("systems", listed(facts.systems, quoted));
+  field("ranks", ranks(facts.options.hosts));
+  field("motes", quoted(recording::version()));
+  field("recorded_by", quoted(facts.scene->version));
+  field("mpi", quoted(comm::library_version()));
+  field("simd", quoted(std::string(simd::name(simd::isa()))));
+  field("machine", quoted(machine()));
+  field("cores", std::to_string(sysconf(_SC_NPROCESSORS_ONLN)));
+  text += "\n}\n";
+  write_whole(directory + "/run.json", std::as_bytes(std::span(text)));
+}
+
+}  // namespace motes::driver

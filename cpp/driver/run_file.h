@@ -1,0 +1,24 @@
+// run.json: what was run and on what, as python/motes/runfile.py writes it for a script.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "frame/engine.h"
+#include "recording/scene.h"
+
+namespace motes::driver {
+
+struct RunFacts {
+  std::vector<std::string> words;  // the command line
+  const recording::Scene* scene = nullptr;
+  frame::Options options;
+  std::string combine;
+  roles::Cast cast;
+  std::vector<std::string> systems;
+};
+
+/// Writes `directory`/run.json, whole or not at all. Throws std::runtime_error.
+void write_run(const std::string& directory, const RunFacts& facts);
+
+}  // namespace motes::driver

@@ -1,0 +1,172 @@
+#include "recording/scene.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "image/camera.h"
+
+namespace motes::recording {
+namespace {
+
+using particles::Bytes;
+using particles::Reader;
+
+// As PNG's: a byte that is no text, then a line end that a transfer as text would change.
+constexpr std::array<char, 8> kMagic = {'\x89', 'm', 'o', 't', 'e', 's', '\r', '\n'};
+constexpr std::uint32_t kSchema = 1;
+
+struct Head {
+  std::array<char, 8> magic = kMagic;
+  std::uint32_t schema = kSchema;
+  std::uint32_t reserved = 0;
+  std::uint64_t bytes = 0;  // of the whole file
+  Hash content;             // of all that follows
+  Hash layout;
+};
+static_assert(sizeof(Head) == 56);
+
+// One of everything that a record can hold.
+Record sample() {
+  shapes::Shape both = shapes::unite({shapes::Shape{}, shapes::Shape{}});
+  const actions::Expression step = {{}};
+  Birth birth;
+  birth.shape = both;
+  birth.state = {{particles::velocity, {}}};
+  birth.columns = {{particles::position, {0, 0, 0}}};
+  const actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
+  Spawn spawn;
+  spawn.state = birth.state;
+  spawn.where = step;
+  spawn.shapes = {both};
+  Record record;
+  SystemDefinition system;
+  system.name = "one";
+  system.attributes = {{"heat", 1, {}}};
+  record.systems = {system};
+  record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}}};
+  record.sprites = {{}};
+  record.view.emplace();
+  record.view->objects = {{both, {}}};
+  return record;
+}
+
+// Differs where another version writes a record otherwise or numbers its actions otherwise.
+Hash layout() {
+  Bytes bytes;
+  write(sample(), bytes);
+  for (int kind = 0; kind < actions::kKinds; ++kind) {
+    const actions::Facts& facts = actions::facts(static_cast<actions::Kind>(kind));
+    bytes.put_text(facts.name);
+    for (const actions::Number& number : facts.numbers) {
+      bytes.put_text(number.name);
+      bytes.put(number.count);
+    }
+    bytes.put(facts.shapes);
+    bytes.put(facts.ramp);
+  }
+  for (const int count : {shapes::kKinds, shapes::kNumbers, actions::kOps, int{particles::builtin_count}}) {
+    bytes.put(count);
+  }
+  return hash(bytes.view());
+}
+
+Head read_head(std::span<const std::byte> bytes) {
+  if (bytes.size() < kMagic.size() || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0) {
+    throw std::runtime_error("is no recorded scene");
+  }
+  if (bytes.size() < sizeof(Head)) throw std::runtime_error("is cut off in its first bytes");
+  const Head head = Reader(bytes).get<Head>();
+  if (head.schema != kSchema) {
+    throw std::runtime_error("is a scene of schema " + std::to_string(head.schema) + "; this version reads schema " +
+                             std::to_string(kSchema));
+  }
+  if (head.bytes > bytes.size()) {
+    throw std::runtime_error("is cut off: " + std::to_string(bytes.size()) + " of " + std::to_string(head.bytes) +
+                             " bytes are there");
+  }
+  if (head.bytes < bytes.size()) {
+    throw std::runtime_error("is damaged: " + std::to_string(bytes.size() - head.bytes) + " bytes too long");
+  }
+  if (hash(bytes.subspan(sizeof(Head))) != head.content) {
+    throw std::runtime_error("is damaged: its bytes do not have the hash that they had");
+  }
+  return head;
+}
+
+void require(bool right, const std::string& what) {
+  if (!right) throw std::runtime_error("not a recorded list: " + what);
+}
+
+void check(const Record& record) {
+  require(record.verb == Verb::render || record.verb == Verb::step, "a frame is rendered or stepped");
+  require(std::isfinite(record.dt) && record.dt > 0, "dt is a positive number");
+  require(record.substeps >= 1, "at least one substep");
+  require(record.lists.size() == record.systems.size(), "a list for each system");
+  require(record.sprites.size() == record.systems.size(), "a sprite for each system");
+  for (const SystemDefinition& system : record.systems) {
+    require(system.axis >= 0 && system.axis <= 2, "axis is 0, 1 or 2");
+    const bool finite = system.space.kind == domains::Space::Kind::finite;
+    require(!finite || system.space.low < system.space.high, "space has its low end first");
+  }
+  for (const image::Sprite& sprite : record.sprites) image::check(sprite);
+  if (record.view) image::check(*record.view);
+}
+
+}  // namespace
+
+const char* version() { return MOTES_VERSION; }
+
+std::string Scene::fact(const std::string& name) const {
+  const auto found = std::find_if(facts.begin(), facts.end(), [&](const auto& fact) { return fact.first == name; });
+  return found == facts.end() ? "" : found->second;
+}
+
+void write(const Scene& scene, Bytes& out) {
+  const std::size_t start = out.size();
+  out.put(Head{});
+  out.put_text(version());
+  out.put(static_cast<std::uint32_t>(scene.facts.size()));
+  for (const auto& [name, value] : scene.facts) {
+    out.put_text(name);
+    out.put_text(value);
+  }
+  out.put(static_cast<std::uint64_t>(scene.frames.size()));
+  for (const std::span<const std::byte> frame : scene.frames) {
+    out.put(static_cast<std::uint64_t>(frame.size()));
+    out.put_raw(frame.data(), frame.size());
+  }
+  Head head;
+  head.bytes = out.size() - start;
+  head.content = hash(out.view().subspan(start + sizeof(Head)));
+  head.layout = layout();
+  out.set(start, head);
+}
+
+Scene read_scene(std::span<const std::byte> bytes) {
+  const Head head = read_head(bytes);
+  Reader in(bytes.subspan(sizeof(Head)));
+  Scene scene;
+  scene.version = in.get_text();
+  if (head.layout != layout()) {
+    throw std::runtime_error("was recorded by motes " + scene.version + ", whose lists this one (" + version() +
+                             ") does not understand: record it again");
+  }
+  for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
+    std::string name = in.get_text();
+    scene.facts.emplace_back(std::move(name), in.get_text());
+  }
+  for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
+  if (!in.done()) throw std::runtime_error("is damaged: there is something behind its last frame");
+  return scene;
+}
+
+Record read_frame(std::span<const std::byte> bytes) {
+  Reader in(bytes);
+  Record record = read(in);
+  require(in.done(), "there is something behind it");
+  check(record);
+  return record;
+}
+
+}  // namespace motes::recording

@@ -1,0 +1,72 @@
+// Sparks fly, in C++ alone: the engine without Python. See docs/native.md for how to build and run it.
+#include <cstdio>
+#include <memory>
+
+#include "comm/environment.h"
+#include "frame/engine.h"
+#include "image/sha256.h"
+
+using namespace motes;
+
+namespace {
+
+shapes::Shape disc() { return {shapes::Kind::disc, {0, 0.1f, 0, 0, 1, 0, 0.5f, 0}}; }
+shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::Kind::sphere, {x, y, z, radius}}; }
+shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
+
+// What a script says in each frame, in the same words: numbers are in the order of docs/actions.md.
+void say(frame::Engine& engine, int sparks) {
+  recording::Birth source;
+  source.kind = recording::Birth::Kind::source;
+  source.shape = disc();
+  source.rate = 24 * 500;
+  actions::Distribution upwards;
+  upwards.kind = actions::Distribution::Kind::shape;
+  upwards.shape = sphere(0, 5, 0, 1.5f);
+  source.state = {{particles::velocity, upwards}};
+  engine.record(sparks, source);
+  engine.record(sparks, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+  engine.record(sparks, actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {ground()}});
+  engine.record(sparks, actions::Action{actions::Kind::kill_old, {2, 0}, {}});
+  engine.record(sparks, actions::Action{actions::Kind::move, {1}, {}});
+}
+
+image::View view() {
+  image::View view;
+  view.width = 320;
+  view.height = 180;
+  view.camera.position = {0, 1.5, 6};
+  view.camera.look_at = {0, 1, 0};
+  view.objects = {{ground(), {0.02f, 0.02f, 0.03f}}};
+  return view;
+}
+
+}  // namespace
+
+[[gnu::visibility("default")]] int main(int count, char** words) {
+  const comm::Environment mpi(count, words);
+  auto communicator = std::make_unique<comm::Communicator>(mpi.world(), comm::Watch{});
+  frame::Options options;
+  options.seed = 1;
+  frame::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), options);
+  recording::SystemDefinition definition;
+  definition.name = "sparks";
+  definition.space = {domains::Space::Kind::finite, -4, 4};
+  const int sparks = engine.add_system(definition);
+  const image::View shown = view();
+  try {
+    engine.start();
+    for (int i = 0; i < 24; ++i) {
+      say(engine, sparks);
+      engine.run_frame(shown);
+      if (!engine.draws()) continue;
+      const std::string sum = image::picture_sha256(shown.width, shown.height, engine.take_pixels());
+      std::printf("frame %d: %llu particles, picture %s\n", i,
+                  static_cast<unsigned long long>(engine.system(sparks).alive), sum.c_str());
+    }
+    engine.finish();
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "sparks: rank %d: %s\n", mpi.rank(), error.what());
+    mpi.abort(1);
+  }
+}

@@ -1,0 +1,134 @@
+"""`python -m motes record`: what a script says, frame by frame, as a file that replays without Python.
+
+A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
+Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
+nothing is computed, unless the script reads: `System.local`, `gather`, `World.digest`, `count`, `born`,
+`dropped` and `cuts` bring everything up to where the script stands, and from there on all is computed. (On
+several ranks all is computed from the start: a getter must not communicate.) Pictures are not made: frames
+are falsy, as they are off the image generator, and movies are empty. `--full` computes and draws as an
+ordinary run does.
+
+What only the script itself can do cannot be in the file and is refused: callbacks, and writing particles in
+`System.local`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import os
+import runpy
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from . import _core, files
+from .errors import MotesError
+
+__all__ = ["NO_PICTURE", "Recording", "USAGE", "claim", "main"]
+
+USAGE = "python -m motes record [-o scene.motes] [--full] [--json] script.py [arguments] [-o scene.motes]"
+NO_PICTURE = "a recording draws none; `record --full` does"
+
+
+@dataclass
+class Recording:
+    """The scene that this process records, and where it goes."""
+
+    path: Path
+    full: bool = False
+    """Particles and pictures are made as in an ordinary run."""
+    claimed: bool = False
+    """A world is being recorded, or has been."""
+    content: bytes | None = None
+    """The file to be, when the world has ended."""
+    facts: dict[str, int] = field(default_factory=dict)
+    """What is said about it."""
+    here: bool = False
+    """This rank writes and tells."""
+
+    def refuse(self, frame: int, what: str) -> NoReturn:
+        """Say that the file cannot hold what the script did."""
+        raise MotesError(
+            f"record: frame {frame}: {what}, which only Python can do again; a recorded scene cannot hold it"
+        )
+
+    def keep(self, engine: _core.Engine, facts: Mapping[str, Any], here: bool) -> None:
+        """Take what the world has recorded; `here`: on the rank that writes the file."""
+        self.content, self.here = engine.scene_bytes(_texts(facts)), here
+        self.facts = {"frames": engine.kept, "systems": len(facts["systems"]), "bytes": len(self.content)}
+
+    def write(self) -> None:
+        """Write the file, whole or not at all."""
+        if self.content is None:
+            raise MotesError("record: the script ran no world to its end; nothing was written")
+        if self.here:
+            files.write_whole(self.path, self.content)
+
+
+active: Recording | None = None
+
+
+def claim(engine: _core.Engine) -> Recording | None:
+    """Let the recording, if there is one, keep this engine's lists."""
+    if active is None:
+        return None
+    if active.claimed:
+        raise MotesError("record: the script makes a second world; a scene holds one")
+    active.claimed = True
+    engine.keep_lists(active.full)
+    return active
+
+
+def main(words: Sequence[str]) -> int:
+    """Run a script in this process and write its scene; the exit code."""
+    global active
+    options, script = _read(list(words))
+    active = Recording(Path(options.output).absolute(), options.full)
+    sys.argv = script
+    sys.path[0] = str(Path(script[0]).resolve().parent)
+    try:
+        runpy.run_path(script[0], run_name="__main__")
+    except SystemExit as end:
+        if end.code not in (None, 0):
+            raise
+    except MotesError:
+        traceback.print_exc()  # the script's own line is in it
+        return 1
+    active.write()
+    if active.here:
+        facts = {"scene": os.fspath(active.path), **active.facts}
+        text = "{scene}: {frames} frames, {systems} systems, {bytes} bytes".format(**facts)
+        print(json.dumps(facts) if options.json else text, flush=True)
+    return 0
+
+
+def _read(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
+    """Part the words into our own options, before the script and as its last two words, and the script's."""
+    parser = argparse.ArgumentParser(prog="python -m motes record", usage=USAGE, description=__doc__)
+    parser.add_argument("-o", "--output", metavar="FILE", help="the scene's name")
+    parser.add_argument("--full", action="store_true", help="compute and draw as an ordinary run does")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    at = 0
+    while at < len(words) and words[at].startswith("-"):
+        at += 2 if words[at] in ("-o", "--output") else 1
+    own, script = words[:at], words[at:]
+    if not any(word in ("-o", "--output") for word in own) and script[-2:-1] in (["-o"], ["--output"]):
+        own, script = [*own, *script[-2:]], script[:-2]
+    options = parser.parse_args(own)
+    if not script:
+        raise MotesError(f"no script given: {USAGE}")
+    if not Path(script[0]).is_file():
+        raise MotesError(f"script {script[0]} does not exist")
+    if options.output is None:
+        raise MotesError("record: no file given: -o scene.motes")
+    return options, script
+
+
+def _texts(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Pick what the lists themselves do not say; none of it changes a particle."""
+    chosen = {name: facts[name] for name in ("axis", "space", "balancer", "combine")}
+    return [("recorded_from", " ".join(sys.argv)), *((name, str(value)) for name, value in chosen.items())]

@@ -1,0 +1,169 @@
+// The scene file: what is written is what is read; nothing else is taken for a scene.
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "check.h"
+#include "recording/scene.h"
+
+using namespace motes;
+using namespace motes::recording;
+using particles::Bytes;
+
+namespace {
+
+Record frame(std::uint64_t number) {
+  Record r;
+  r.verb = number % 2 == 0 ? Verb::render : Verb::step;
+  r.frame = number;
+  r.dt = 1.0 / 24;
+  SystemDefinition snow;
+  snow.name = "snow";
+  snow.attributes = {{"heat", 1, {0.5f, 0, 0}}};
+  r.systems = {snow};
+  Birth emit;
+  emit.kind = Birth::Kind::emit;
+  emit.amount = 2;
+  emit.columns = {{particles::position, {1, 2, 3, 4, 5, 6}}};
+  const actions::Action gravity{actions::Kind::gravity, {0, -9.8, 0}, {}};
+  Spawn spawn;
+  spawn.state = {{particles::velocity, {}}};
+  r.lists = {{emit, gravity, Read{}, spawn, actions::Action{actions::Kind::move, {1}, {}}}};
+  r.sprites = {snow.sprite};
+  if (r.verb == Verb::render) {
+    r.view.emplace();
+    r.view->width = 64;
+    r.view->height = 48;
+    r.view->objects.push_back({shapes::Shape{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}, {1, 1, 1}});
+  }
+  return r;
+}
+
+Bytes scene_of(int frames) {
+  std::vector<Bytes> lists(static_cast<std::size_t>(frames));
+  Scene scene;
+  scene.facts = {{"script", "snow.py"}, {"balancer", "Static()"}};
+  for (std::size_t i = 0; i < lists.size(); ++i) {
+    write(frame(i), lists[i]);
+    scene.frames.push_back(lists[i].view());
+  }
+  Bytes bytes;
+  write(scene, bytes);
+  return bytes;
+}
+
+std::string complaint(std::span<const std::byte> bytes) {
+  try {
+    read_scene(bytes);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
+}
+
+bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
+
+Bytes copy_of(const Bytes& bytes) {
+  Bytes copy;
+  copy.put_raw(bytes.data(), bytes.size());
+  return copy;
+}
+
+// As a file that was made so, not damaged later.
+void make_hash_right(Bytes& bytes) { bytes.set(24, hash(bytes.view().subspan(56))); }
+
+std::uint64_t next(std::uint64_t& state) {
+  state = state * 6364136223846793005u + 1442695040888963407u;
+  return state >> 33;
+}
+
+}  // namespace
+
+TEST(scene_comes_back) {
+  const Bytes bytes = scene_of(3);
+  const Scene scene = read_scene(bytes.view());
+  CHECK(scene.version == version());
+  CHECK(scene.fact("balancer") == "Static()" && scene.fact("script") == "snow.py" && scene.fact("none").empty());
+  CHECK(scene.frames.size() == 3);
+  for (std::size_t i = 0; i < scene.frames.size(); ++i) CHECK(read_frame(scene.frames[i]) == frame(i));
+  CHECK(read_scene(scene_of(0).view()).frames.empty());
+}
+
+TEST(scene_refuses_what_is_none) {
+  const Bytes bytes = scene_of(2);
+  CHECK(has(complaint({}), "is no recorded scene"));
+  Bytes text;
+  text.put_text("#!/usr/bin/env python3");
+  CHECK(has(complaint(text.view()), "is no recorded scene"));
+  for (std::size_t size = 8; size < bytes.size(); ++size) {
+    CHECK(has(complaint(bytes.view().first(size)), "is cut off"));
+  }
+  Bytes longer = copy_of(bytes);
+  longer.put('x');
+  CHECK(has(complaint(longer.view()), "1 bytes too long"));
+  Bytes newer = copy_of(bytes);
+  newer.set(8, std::uint32_t{9});
+  CHECK(has(complaint(newer.view()), "schema 9"));
+  Bytes foreign = copy_of(bytes);
+  foreign.set(40, std::uint64_t{1});
+  CHECK(has(complaint(foreign.view()), "record it again"));
+}
+
+TEST(scene_notices_each_flipped_bit) {
+  const Bytes bytes = scene_of(2);
+  for (std::size_t at = 0; at < bytes.size(); ++at) {
+    if (at >= 12 && at < 16) continue;  // reserved
+    Bytes damaged = copy_of(bytes);
+    damaged.set(at, bytes.view()[at] ^ std::byte{static_cast<unsigned char>(1u << at % 8)});
+    CHECK(!complaint(damaged.view()).empty());
+  }
+}
+
+// Made to deceive: the hash is right, the content is not. It is refused or read as other values, never a crash.
+TEST(scene_survives_wrong_content_under_a_right_hash) {
+  const Bytes bytes = scene_of(2);
+  std::uint64_t state = 20261121;
+  int refused = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    Bytes other = copy_of(bytes);
+    for (std::uint64_t changes = 1 + next(state) % 4; changes > 0; --changes) {
+      const std::size_t at = 56 + next(state) % (other.size() - 56);
+      other.set(at, static_cast<unsigned char>(next(state)));
+    }
+    make_hash_right(other);
+    try {
+      const Scene scene = read_scene(other.view());
+      for (const auto list : scene.frames) read_frame(list);
+    } catch (const std::runtime_error&) {
+      ++refused;
+    } catch (const std::invalid_argument&) {
+      ++refused;
+    }
+  }
+  CHECK(refused > 100 && refused < 4000);
+}
+
+TEST(scene_frame_holds_what_scripts_may_say) {
+  const auto refused = [](const auto& change) {
+    Record record = frame(0);
+    change(record);
+    Bytes bytes;
+    write(record, bytes);
+    try {
+      read_frame(bytes.view());
+    } catch (const std::exception&) {
+      return true;
+    }
+    return false;
+  };
+  CHECK(!refused([](Record&) {}));
+  CHECK(refused([](Record& r) { r.verb = Verb::digest; }));
+  CHECK(refused([](Record& r) { r.dt = 0; }));
+  CHECK(refused([](Record& r) { r.substeps = 0; }));
+  CHECK(refused([](Record& r) { r.systems[0].axis = 3; }));
+  CHECK(refused([](Record& r) { r.systems[0].space = {domains::Space::Kind::finite, 1, 1}; }));
+  CHECK(refused([](Record& r) { r.lists.clear(); }));
+  CHECK(refused([](Record& r) { r.sprites.clear(); }));
+  CHECK(refused([](Record& r) { r.sprites[0].pixels = 99; }));
+  CHECK(refused([](Record& r) { r.view->width = 0; }));
+}

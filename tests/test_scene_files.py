@@ -1,0 +1,272 @@
+"""Scenes recorded from scripts and replayed by `motes_replay`, without Python, on any number of ranks."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+from launching import Result, command, python
+
+import motes
+from motes import launch
+
+ROOT = Path(__file__).parents[1]
+SAYINGS = Path(__file__).parent / "scenes" / "sayings.py"
+SMALL = ("--systems", 2, "--particles", 1500, "--frames", 4, "--size", "128x72")
+SCRIPTS: dict[str, tuple[object, ...]] = {
+    "snow": (ROOT / "examples" / "snow.py", *SMALL),
+    "fountain": (ROOT / "examples" / "fountain.py", *SMALL, "--space", "fit"),
+    "sayings": (SAYINGS,),
+    "sayings that read": (SAYINGS, "--read"),
+}
+WORLD = """
+import motes
+world = motes.World(seed=1, progress="off")
+water = world.system("water")
+"""
+
+
+@dataclass(frozen=True)
+class Recorded:
+    """A scene, what its recording printed, and what the script prints on one rank."""
+
+    scene: Path
+    text: str
+    lines: list[str]
+
+
+def record(scene: Path, script: object, *arguments: object, own: tuple[str, ...] = ()) -> Result:
+    """Run `motes record` on one rank."""
+    words = ["-m", "motes", "record", *own, "-o", scene]
+    return command([sys.executable, *words, script, *arguments], timeout=60)
+
+
+def record_text(tmp_path: Path, text: str, *own: str) -> Result:
+    """Record a script given as text; the scene's name is x.motes."""
+    script = tmp_path / "script.py"
+    script.write_text(text)
+    return record(tmp_path / "x.motes", script, own=own)
+
+
+@pytest.fixture(scope="session")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
+    """Each script run once and recorded once."""
+    folder = tmp_path_factory.mktemp("scenes")
+    found = {}
+    for name, (script, *arguments) in SCRIPTS.items():
+        scene = folder / f"{name}.motes"
+        assert isinstance(script, Path)
+        out = [] if script == SAYINGS else ["--out", folder / "out"]
+        said = record(scene, script, *arguments, *out)
+        assert said.code == 0, said.text
+        run = python(script, *arguments, *out, "--digest")
+        found[name] = Recorded(scene, said.out, run.lines)
+    return found
+
+
+def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | None = None) -> Result:
+    """Run `motes_replay`, under mpirun where there are several ranks."""
+    words = [str(program), *map(str, arguments)]
+    return command(words if ranks == 1 else launch.command(ranks, words), timeout=60, env=env)
+
+
+def complaints(result: Result) -> list[str]:
+    """The lines in which the driver complains."""
+    return [line for line in result.err.splitlines() if line.startswith("motes_replay:")]
+
+
+@pytest.mark.parametrize("ranks", [1, 3, 5])
+@pytest.mark.parametrize("name", SCRIPTS)
+def test_same_digests_without_python(
+    motes_replay: Path, recorded: dict[str, Recorded], name: str, ranks: int
+):
+    lines = recorded[name].lines
+    assert len({line.split()[1] for line in lines}) == len(lines) > 3, "each frame differs"
+    assert replay(motes_replay, ranks, recorded[name].scene, "--digest").lines == lines
+
+
+def test_sayings_say_all_that_a_scene_can_hold(recorded: dict[str, Recorded]):
+    assert recorded["sayings"].lines != recorded["sayings that read"].lines
+    pictures = [line.split()[2] for line in recorded["sayings"].lines]
+    assert pictures[4] == "-" and len(set(pictures)) == len(pictures)
+    assert "7 frames, 3 systems" in recorded["sayings"].text
+
+
+def test_no_python_in_it(motes_replay: Path):
+    needed = subprocess.run(["ldd", motes_replay], capture_output=True, text=True, check=True).stdout
+    assert "libmpi" in needed and "python" not in needed.lower()
+
+
+def test_recording_on_any_number_of_ranks_gives_the_same_file(recorded: dict[str, Recorded], tmp_path: Path):
+    words = ["-m", "motes", "record", "--json", str(SAYINGS), "--read", "-o", str(tmp_path / "s.motes")]
+    made = command(launch.command(3, [sys.executable, *words]))
+    wanted = recorded["sayings that read"].scene.read_bytes()
+    said = json.loads(made.lines[-1])
+    assert (said["frames"], said["systems"], said["bytes"]) == (7, 3, len(wanted))
+    assert (tmp_path / "s.motes").read_bytes() == wanted
+
+
+def test_full_recording_is_an_ordinary_run(recorded: dict[str, Recorded], tmp_path: Path):
+    made = record(tmp_path / "s.motes", SAYINGS, "--digest", own=("--full",))
+    assert made.lines[:-1] == recorded["sayings"].lines
+    plain = record(tmp_path / "t.motes", SAYINGS, "--digest")
+    assert [line.split()[1] for line in plain.lines[:-1]] == [
+        line.split()[1] for line in recorded["sayings"].lines
+    ], "digests are computed when they are asked for"
+
+
+def test_pictures_logs_and_parts_of_a_scene(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
+):
+    scene, _, lines = recorded["sayings"].scene, "", recorded["sayings"].lines
+    out, log = tmp_path / "out", tmp_path / "log"
+    words = (scene, "--digest", "--out", out, "--log", log, "--roles", "shared")
+    assert replay(motes_replay, 3, *words).lines == lines
+    names = [f"frame-{i:05}.ppm" for i in range(7) if i != 4]
+    assert sorted(path.name for path in out.iterdir()) == names
+    for name in names:
+        header, size, most, pixels = (out / name).read_bytes().split(b"\n", 3)
+        assert (header, size, most) == (b"P6", b"96 64", b"255")
+        digest = hashlib.sha256(b"64x96x3\n" + pixels).hexdigest()
+        assert digest == lines[int(name[6:11])].split()[2]
+    rows = [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
+    assert [f"{r['frame']} {r['particles_digest']} {r.get('image_sha256', '-')}" for r in rows] == lines
+    run = json.loads((log / "run.json").read_text())
+    assert run["seed"] == 77 and run["calculators"] == [0, 1, 2] and len(run["ranks"]) == 3
+    assert run["balancer"] == "Static()" and run["systems"] == ["sparks", "smoke"]
+    less = replay(motes_replay, 1, scene, "--frames", 2, "--no-images", "--digest").lines
+    assert less == [" ".join([*line.split()[:2], "-"]) for line in lines[:2]]
+
+
+def test_balancers_and_rounds_of_its_own_choice(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
+):
+    scene, lines = recorded["sayings that read"].scene, recorded["sayings that read"].lines
+    words = ("--digest", "--combine", "overlapped", "--log", tmp_path, "--spans")
+    assert replay(motes_replay, 5, scene, "--balancer", "PrefixCuts(min_particles=1)", *words).lines == lines
+    assert motes.open_run(tmp_path).frames.exchanged.sum() > 0
+    run = json.loads((tmp_path / "run.json").read_text())
+    assert (run["balancer"], run["combine"]) == (repr(motes.PrefixCuts(min_particles=1)), "overlapped")
+    for name in (
+        "Static",
+        "Pairwise",
+        "Diffusive",
+        "PrefixCuts",
+    ):  # one place has the defaults, the other follows
+        replay(motes_replay, 1, scene, "--frames", 0, "--log", tmp_path, "--balancer", name)
+        run = json.loads((tmp_path / "run.json").read_text())
+        assert run["balancer"] == repr(getattr(motes, name)())
+
+
+def test_the_scene_s_own_balancer_is_used_where_it_is_one_of_ours(motes_replay: Path, tmp_path: Path):
+    body = "with world:\n    for frame in world.frames(2):\n        world.step()\n"
+    scene, log = tmp_path / "x.motes", tmp_path / "log"
+    kept = WORLD.replace("seed=1", "seed=1, balancer=motes.Pairwise(0.25), combine='one_by_one'")
+    assert record_text(tmp_path, kept + body).code == 0
+    assert replay(motes_replay, 1, scene, "--log", log).code == 0
+    run = json.loads((log / "run.json").read_text())
+    assert (run["balancer"], run["combine"]) == (repr(motes.Pairwise(0.25)), "one_by_one")
+    own = "import motes\nclass Own(motes.Balancer):\n    def decide(self, load): return motes.Orders([])\n"
+    assert record_text(tmp_path, own + WORLD.replace("seed=1", "seed=1, balancer=Own()") + body).code == 0
+    refused = replay(motes_replay, 1, scene)
+    assert refused.code == 1 and "Own() is its script's own: choose one by --balancer" in refused.err
+    assert replay(motes_replay, 1, scene, "--balancer", "Static").code == 0
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_what_is_wrong_is_said_once(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path, ranks: int
+):
+    whole = recorded["snow"].scene.read_bytes()
+    (tmp_path / "cut.motes").write_bytes(whole[: len(whole) // 2])
+    (tmp_path / "damaged.motes").write_bytes(whole[:-9] + bytes([whole[-9] ^ 1]) + whole[-8:])
+    cases: list[tuple[tuple[object, ...], str]] = [
+        ((), "no scene given"),
+        ((tmp_path / "none.motes",), "No such file"),
+        ((tmp_path / "cut.motes",), f"is cut off: {len(whole) // 2} of {len(whole)} bytes"),
+        ((tmp_path / "damaged.motes",), "is damaged"),
+        ((SAYINGS,), "is no recorded scene"),
+        ((tmp_path,), "it is no file"),
+        ((recorded["snow"].scene, "--frames", "two"), "--frames takes a whole number, got 'two'"),
+        ((recorded["snow"].scene, "--roles", "all"), "--roles is one of auto, shared; got 'all'"),
+        ((recorded["snow"].scene, "--balancer", "Own()"), "balancer 'Own()': must be Static, Pairwise"),
+        ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
+        ((recorded["snow"].scene, "--fast"), "no option is called --fast"),
+        ((recorded["snow"].scene, "--out"), "--out needs a value"),
+    ]
+    for words, text in cases if ranks == 1 else cases[:3]:
+        result = replay(motes_replay, ranks, *words)
+        assert result.code == 2, result.text
+        assert len(complaints(result)) == 1 and text in complaints(result)[0], result.text
+        assert not result.out
+
+
+@pytest.mark.parametrize("ranks", [1, 3])
+def test_a_run_that_fails_ends_on_all_ranks(motes_replay: Path, recorded: dict[str, Recorded], ranks: int):
+    scene = recorded["snow"].scene
+    for words in (("--log", "/dev/null/log"), ("--out", "/dev/null/out")):
+        result = replay(motes_replay, ranks, scene, *words)
+        assert result.code == 1, result.text
+        assert len(complaints(result)) == 1 and "/dev/null" in complaints(result)[0], result.text
+    wrong = replay(motes_replay, ranks, scene, env={"MOTES_STALL_S": "soon"})
+    assert wrong.code == 2 and "MOTES_STALL_S" in complaints(wrong)[0]
+
+
+def test_help(motes_replay: Path):
+    lines = replay(motes_replay, 3, "--help").lines
+    assert lines[0].startswith("usage: motes_replay scene.motes") and lines.count(lines[0]) == 1
+
+
+def test_what_only_python_can_do_is_refused(tmp_path: Path):
+    loop = "with world:\n    for frame in world.frames(3):\n        water.burst((0, 0, 0), count=5)\n"
+    called = "def heat_up(p): pass\n" + loop + "        if frame == 2: water.callback(heat_up)\n"
+    written = loop + "        with water.local() as p: p.age[:] = frame\n"
+    for body, text in (
+        (called + "        world.step()\n", "record: frame 2: 'water' calls heat_up back"),
+        (written + "        world.step()\n", "record: frame 0: the script writes particles of 'water'"),
+        (
+            loop + "        world.step()\nwith motes.World(): pass\n",
+            "record: the script makes a second world",
+        ),
+        ("", "ran no world to its end"),
+        (loop + "        world.step()\n    raise ValueError('the mistake')\n", "ValueError: the mistake"),
+    ):
+        result = record_text(tmp_path, WORLD + body)
+        assert result.code != 0 and text in result.err, result.text
+        assert [path.name for path in tmp_path.iterdir()] == ["script.py"], "nothing is written"
+
+
+def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):
+    text = WORLD.replace(
+        "seed=1", "seed=1, renderer=motes.Renderer(8, 8, camera=motes.Camera((0, 0, 1), (0, 0, 0)))"
+    )
+    text += "with world:\n    frame = world.render()\n    assert not frame and not frame.made\n"
+    assert record_text(tmp_path, text + f"    frame.save({str(tmp_path / 'x.png')!r})\n").code == 0
+    assert not (tmp_path / "x.png").exists()
+    refused = record_text(tmp_path, text + "    frame.pixels\n")
+    assert refused.code != 0 and "frame 0 has no picture: a recording draws none" in refused.err
+    assert (
+        record_text(tmp_path, text.replace("not frame and not", "") + "    frame.pixels\n", "--full").code
+        == 0
+    )
+
+
+def test_record_needs_a_script_and_a_name(tmp_path: Path):
+    for words, text in (
+        ([], "no script given"),
+        (["none.py", "-o", "x.motes"], "script none.py does not exist"),
+        ([str(SAYINGS)], "no file given"),
+    ):
+        result = command([sys.executable, "-m", "motes", "record", *words])
+        assert result.code == 2 and text in result.err, result.text
+
+
+def test_a_program_of_ones_own(native_example: Path):
+    alone = command([native_example]).lines
+    assert len(alone) == 24 and len(set(line.split()[-1] for line in alone)) == 24
+    assert command(launch.command(3, [str(native_example)])).lines == alone

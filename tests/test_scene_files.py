@@ -152,12 +152,8 @@ def test_balancers_and_rounds_of_its_own_choice(
     assert motes.open_run(tmp_path).frames.exchanged.sum() > 0
     run = json.loads((tmp_path / "run.json").read_text())
     assert (run["balancer"], run["combine"]) == (repr(motes.PrefixCuts(min_particles=1)), "overlapped")
-    for name in (
-        "Static",
-        "Pairwise",
-        "Diffusive",
-        "PrefixCuts",
-    ):  # one place has the defaults, the other follows
+    # The driver has defaults of its own, which follow those of Python.
+    for name in ("Static", "Pairwise", "Diffusive", "PrefixCuts"):
         replay(motes_replay, 1, scene, "--frames", 0, "--log", tmp_path, "--balancer", name)
         run = json.loads((tmp_path / "run.json").read_text())
         assert run["balancer"] == repr(getattr(motes, name)())

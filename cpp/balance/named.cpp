@@ -127,7 +127,7 @@ std::shared_ptr<Policy> policy_of(Call& call) {
   if (call.name() == "Static") return std::make_shared<Static>();
   if (call.name() == "Pairwise") return std::make_shared<Pairwise>(call.number("threshold", 0.10, 1), least);
   if (call.name() == "Diffusive") {
-    const double threshold = call.number("threshold", 0.01, 1);
+    const double threshold = call.number("threshold", 0.005, 1);
     return std::make_shared<Diffusive>(threshold, call.number("rate", 0.8, 1), least);
   }
   const std::vector<double> powers = call.numbers("powers");

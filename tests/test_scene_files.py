@@ -138,7 +138,7 @@ def test_pictures_logs_and_parts_of_a_scene(
     assert [f"{r['frame']} {r['particles_digest']} {r.get('image_sha256', '-')}" for r in rows] == lines
     run = json.loads((log / "run.json").read_text())
     assert run["seed"] == 77 and run["calculators"] == [0, 1, 2] and len(run["ranks"]) == 3
-    assert run["balancer"] == "Static()" and run["systems"] == ["sparks", "smoke"]
+    assert run["balancer"] == "Static()" and run["systems"] == ["sparks", "smoke"] and run["axes"] == ["x", "y"]
     less = replay(motes_replay, 1, scene, "--frames", 2, "--no-images", "--digest").lines
     assert less == [" ".join([*line.split()[:2], "-"]) for line in lines[:2]]
 

@@ -155,9 +155,8 @@ class Player {
   }
 
   void note_run(std::span<char* const> words) const {
-    std::vector<std::string> systems;
-    for (const recording::SystemDefinition& system : opened_.first.systems) systems.push_back(system.name);
-    write_run(options_.log, {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, systems});
+    write_run(options_.log,
+              {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, opened_.first.systems});
   }
 
   const Options& options_;

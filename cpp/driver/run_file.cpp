@@ -76,7 +76,8 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("manager", number(facts.cast.manager));
   field("image_generator", number(facts.cast.image_generator));
   field("calculators", listed(facts.cast.calculators, number));
-  field("systems", listed(facts.systems, quoted));
+  field("systems", listed(facts.systems, [](const auto& system) { return quoted(system.name); }));
+  field("axes", listed(facts.systems, [](const auto& s) { return quoted(std::string(1, "xyz"[s.axis])); }));
   field("ranks", ranks(facts.options.hosts));
   field("motes", quoted(recording::version()));
   field("recorded_by", quoted(facts.scene->version));

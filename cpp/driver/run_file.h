@@ -15,7 +15,7 @@ struct RunFacts {
   frame::Options options;
   std::string combine;
   roles::Cast cast;
-  std::vector<std::string> systems;
+  std::vector<recording::SystemDefinition> systems;
 };
 
 /// Writes `directory`/run.json, whole or not at all. Throws std::runtime_error.

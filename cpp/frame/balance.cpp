@@ -110,7 +110,7 @@ BalanceRow& Engine::row_of(std::size_t system, std::int32_t cut) {
   row.right_rank = cast_.calculators[left + 1];
   row.left = s.loads[left];
   row.right = s.loads[left + 1];
-  row.cut_before = row.cut_after = static_cast<double>(s.domains.cuts()[left]);
+  row.cut_before = row.cut_after = s.domains.cuts()[left];
   row.policy = options_.policy->name();
   return row;
 }
@@ -273,7 +273,7 @@ void Engine::move_cuts(const std::vector<std::size_t>& systems) {
       for (std::size_t c = 0; c < cuts.size(); ++c) row_of(i, static_cast<std::int32_t>(c)).cut_after = cuts[c];
     } else {
       for (auto row = balance_rows_.lower_bound({i, 0}); row != balance_rows_.end() && row->first.first == i; ++row) {
-        cuts[static_cast<std::size_t>(row->first.second)] = static_cast<float>(row->second.cut_after);
+        cuts[static_cast<std::size_t>(row->first.second)] = row->second.cut_after;
       }
     }
     if (cuts != s.domains.cuts()) s.next_domains = domains::Domains(std::move(cuts));

@@ -6,6 +6,9 @@
 namespace motes::frame {
 namespace {
 
+// Seven digits are more than a clock knows.
+float seconds(double value) { return static_cast<float>(value); }
+
 Row row_of(const FrameRow& frame) {
   Row row;
   row.field("frame", frame.frame).field("time", frame.time).field("particles", frame.particles);
@@ -26,9 +29,13 @@ Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) 
   row.field("n_start", load.n_start).field("n_end", load.n_end);
   row.field("created", load.created).field("killed", load.killed);
   row.field("sent", load.sent).field("received", load.received).field("bytes_sent", load.bytes_sent);
-  row.field("t_compute_s", load.compute_s).field("t_rescaled_s", load.rescaled_s);
-  row.field("t_exchange_s", load.exchange_s).field("t_wait_s", load.wait_s).field("t_image_s", load.image_s);
-  row.field("domain_lo", load.domain_lo).field("domain_hi", load.domain_hi).field("speed", load.speed);
+  row.field("t_compute_s", seconds(load.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
+  row.field("t_exchange_s", seconds(load.exchange_s))
+      .field("t_wait_s", seconds(load.wait_s))
+      .field("t_image_s", seconds(load.image_s));
+  row.field("domain_lo", load.domain_lo)
+      .field("domain_hi", load.domain_hi)
+      .field("speed", static_cast<float>(load.speed));
   return row;
 }
 
@@ -43,7 +50,7 @@ Row density_of(const FrameRow& frame, const LoadRow& load) {
     if (load.density.particles == 0) {
       row.null(kNames[q]);
     } else {
-      row.field(kNames[q], static_cast<double>(load.density.quantiles[q]));
+      row.field(kNames[q], load.density.quantiles[q]);
     }
   }
   return row;

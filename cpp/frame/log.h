@@ -18,8 +18,8 @@ struct LoadRow {
   int rank = 0;
   std::uint64_t n_start = 0, n_end = 0, created = 0, killed = 0, sent = 0, received = 0, bytes_sent = 0;
   double compute_s = 0, rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
-  double domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
-  double speed = 0;                     // particles a second
+  float domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
+  double speed = 0;                    // particles a second
   Density density;
 };
 
@@ -30,7 +30,7 @@ struct BalanceRow {
   int left_rank = 0, right_rank = 0;
   balance::Load left, right;
   std::optional<std::int64_t> ordered, given;  // particles; above 0: from left to right
-  double cut_before = 0, cut_after = 0;        // metres
+  float cut_before = 0, cut_after = 0;         // metres
   std::string policy;
 };
 

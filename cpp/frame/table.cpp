@@ -64,6 +64,13 @@ Row& Row::field(const char* name, double value) {
   return *this;
 }
 
+Row& Row::field(const char* name, float value) {
+  if (!std::isfinite(value)) return null(name);
+  start(name);
+  append(text_, value);
+  return *this;
+}
+
 Row& Row::null(const char* name) {
   start(name);
   text_ += "null";

@@ -16,6 +16,7 @@ class Row {
   Row& field(const char* name, std::int64_t value);
   Row& field(const char* name, int value) { return field(name, static_cast<std::int64_t>(value)); }
   Row& field(const char* name, double value);
+  Row& field(const char* name, float value);  // the shortest text that gives these bits again: several times faster
   Row& null(const char* name);
   std::string done() const { return text_ + "}"; }
 

@@ -24,14 +24,19 @@ MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
 template <class Sample>
 MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::size_t count, float* const* planes,
                        int width, const Sample& sample) {
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws{Words{}, Words{}, s.step, s.stream, s.key};
-    load_ids(ids + i, draws.id_low, draws.id_high);
-    const Floats3 v = sample(draws);
-    store(planes[0] + i, v.x);
-    if (width == 1) continue;
-    store(planes[1] + i, v.y);
-    store(planes[2] + i, v.z);
+  const Stream stream = stream_of(s);
+  BlockWords words;
+  for (std::size_t at = 0; at < count; at += particles::kBlock) {
+    const std::size_t here = count - at < particles::kBlock ? count - at : particles::kBlock;
+    words.fill(stream, ids + at, here, [](std::size_t) {});
+    for (std::size_t i = 0; i < here; i += kLanes) {
+      Draws draws(stream, ids + at, words, i);
+      const Floats3 v = sample(draws);
+      store(planes[0] + at + i, v.x);
+      if (width == 1) continue;
+      store(planes[1] + at + i, v.y);
+      store(planes[2] + at + i, v.z);
+    }
   }
 }
 
@@ -51,8 +56,9 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const s
 }
 
 inline void jitter(const actions::Block& b, const actions::Step& s) {
+  const Stream stream = stream_of(s);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    Draws draws = draws_of(b, s, i);
+    Draws draws(stream, b.ids + i);
     const Floats passed = unit(draws.words().a) * s.dt;
     const Floats3 from = load3(b, kPositionAt, i);
     const Floats3 to = from + load3(b, kVelocityAt, i) * passed;

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "actions/expression.h"
+#include "particles/blocks.h"
 #include "particles/streams.h"
 #include "shapes/shape.h"
 
@@ -29,6 +30,18 @@ struct Step {
   double time = 0;           // at its start, seconds
 };
 
+/// Columns that will be needed soon: a kernel that computes for long asks memory for them in the meantime, since the
+/// processor cannot foresee the way from block to block.
+struct Ahead {
+  static constexpr int kMost = 16;
+  struct Column {
+    std::int32_t component;
+    std::uint32_t offset;  // 0: later actions need it for this block; kBlock: the next block
+  };
+  Column column[kMost];
+  int count = 0;
+};
+
 /// The recorded numbers and shapes of the action.
 struct Parameters {
   const double* number;
@@ -39,11 +52,12 @@ struct Parameters {
   int width = 0;
   const Instruction* code[3] = {};
   std::size_t length[3] = {};
+  const Ahead* ahead = nullptr;
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 
 /// A stack of kDepth block-wide values, above up to two results that wait.
-inline constexpr std::size_t kScratch = (kDepth + 2) * (512 + 16);
+inline constexpr std::size_t kScratch = (kDepth + 2) * (particles::kBlock + particles::kPadding);
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);
 

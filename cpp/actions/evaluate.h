@@ -7,7 +7,7 @@
 namespace motes::MOTES_ISA {
 
 /// Values of one stack level for a block.
-inline constexpr std::size_t kLevel = 512 + 16;
+inline constexpr std::size_t kLevel = particles::kBlock + particles::kPadding;
 
 template <class Compute>
 MOTES_INLINE void each(std::size_t count, const Compute& compute) {

@@ -2,7 +2,6 @@
 #pragma once
 
 #include "actions/lanes.h"
-#include "particles/store.h"
 
 namespace motes::MOTES_ISA {
 
@@ -12,11 +11,12 @@ inline void jet(const actions::Parameters& p, const actions::Block& b, const act
   visit(p.shape[0], [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) store_mask(inside + i, shape.contains(load3(b, kPositionAt, i)));
   });
+  const Stream stream = stream_of(s);
   visit(p.shape[1], [&](const auto& accelerations) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = load_mask(inside + i);
       if (!any(mask)) continue;
-      Draws draws = draws_of(b, s, i);
+      Draws draws(stream, b.ids + i);
       const Floats3 v = load3(b, kVelocityAt, i);
       store3(b, kVelocityAt, i, select(mask, v + accelerations.sample(draws) * all(s.dt), v));
     }

@@ -20,10 +20,17 @@ MOTES_INLINE void store3(const actions::Block& b, int at, std::size_t i, Floats3
   store(b.component[at + 1] + i, v.y);
   store(b.component[at + 2] + i, v.z);
 }
-MOTES_INLINE Draws draws_of(const actions::Block& b, const actions::Step& s, std::size_t i) {
-  Draws draws{Words{}, Words{}, s.step, s.stream, s.key};
-  load_ids(b.ids + i, draws.id_low, draws.id_high);
-  return draws;
+MOTES_INLINE Stream stream_of(const actions::Step& s) { return {s.step, s.stream, s.key}; }
+
+/// The first draws of the block's particles; meanwhile memory fetches the columns that will be needed soon.
+MOTES_INLINE void draw_block(const actions::Parameters& p, const actions::Block& b, const Stream& stream,
+                             BlockWords& words) {
+  const float* column[actions::Ahead::kMost];
+  const int columns = p.ahead != nullptr ? p.ahead->count : 0;
+  for (int k = 0; k < columns; ++k) column[k] = b.component[p.ahead->column[k].component] + p.ahead->column[k].offset;
+  words.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
+    for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i);
+  });
 }
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
   store_mask(b.dead + i, load_mask(b.dead + i) | mask);

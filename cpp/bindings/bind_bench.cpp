@@ -1,6 +1,7 @@
 #include "bindings/bindings.h"
 #include "image/bench.h"
 #include "recording/bench.h"
+#include "recording/bench_actions.h"
 
 namespace motes::bindings {
 
@@ -37,6 +38,44 @@ void bind_bench(py::module_& m) {
         return d;
       },
       py::arg("particles"), py::arg("bins"), py::arg("steps"));
+  m.def(
+      "action_bench",
+      [](std::size_t particles, int repeats) {
+        std::vector<recording::ActionCost> costs;
+        {
+          const py::gil_scoped_release release;
+          costs = recording::action_bench(particles, repeats);
+        }
+        py::dict all;
+        for (const recording::ActionCost& c : costs) {
+          py::dict d;
+          d["alone_ns"] = c.alone;
+          d["added_ns"] = c.added;
+          d["memory_limit_ns"] = c.memory_limit;
+          d["alone_in_cache_ns"] = c.alone_in_cache;
+          d["added_in_cache_ns"] = c.added_in_cache;
+          d["bytes_loaded"] = c.bytes_loaded;
+          d["bytes_stored"] = c.bytes_stored;
+          all[py::str(c.action)] = d;
+        }
+        return all;
+      },
+      py::arg("particles"), py::arg("repeats"));
+  m.def(
+      "list_bench",
+      [](std::size_t particles, int steps) {
+        recording::ListBench b;
+        {
+          const py::gil_scoped_release release;
+          b = recording::list_bench(particles, steps);
+        }
+        py::dict d;
+        d["five_s"] = b.five;
+        d["twelve_s"] = b.twelve;
+        d["ratio"] = b.ratio;
+        return d;
+      },
+      py::arg("particles"), py::arg("steps"));
   m.def(
       "render_bench",
       [](std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {

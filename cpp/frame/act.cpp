@@ -57,7 +57,13 @@ void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, parti
     system.store->unpack(births);
     system.tally.created += system.store->size() - children;
   }
-  run_list(system, groups, children, [&](std::size_t) { system.store->unpack(births); });
+  run_list(system, groups, children, [&](const BirthGroup& group) {
+    if (bears_its_own()) {
+      bear(system, group);
+    } else {
+      take_births(system, group, births);
+    }
+  });
   if (system.moved && system.outcome.left.empty()) {  // a list without actions has not looked for leavers
     recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
     drop_dead(system.outcome);
@@ -73,22 +79,27 @@ recording::Slice Engine::slice_of(const System& system) const {
 // Old particles run the whole list, and so do the last frame's children, which stand behind them from `children` on;
 // newborn ones enter it behind the call that made them.
 void Engine::run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
-                      const std::function<void(std::size_t)>& append) {
+                      const std::function<void(const BirthGroup&)>& append) {
   const std::vector<Piece> pieces = system.pending_pieces();
   std::vector<std::uint32_t> newborn(system.store->size() - children);
   std::iota(newborn.begin(), newborn.end(), static_cast<std::uint32_t>(children));
   const std::vector<const recording::Spawn*> rules = system.rules();
   system.outcome.clear();
-  system.outcome.wants_hits = std::any_of(rules.begin(), rules.end(), [](const recording::Spawn* rule) {
-    return rule->on == recording::Spawn::On::collision;
-  });
+  using On = recording::Spawn::On;
+  const auto wanted = [&](On on) {
+    return std::any_of(rules.begin(), rules.end(), [&](const recording::Spawn* rule) { return rule->on == on; });
+  };
+  system.outcome.wants_hits = wanted(On::collision);
+  const bool wants_births = wanted(On::birth);
   run_pieces(system, pieces, 0, 0, 0);
-  for (std::size_t g = 0; g < groups.size(); ++g) {
+  for (const BirthGroup& group : groups) {
     const std::size_t begin = system.store->size();
-    append(g);
-    for (std::size_t i = begin; i < system.store->size(); ++i) newborn.push_back(static_cast<std::uint32_t>(i));
+    append(group);
+    for (std::size_t i = begin; wants_births && i < system.store->size(); ++i) {
+      newborn.push_back(static_cast<std::uint32_t>(i));
+    }
     system.tally.created += system.store->size() - begin;
-    run_pieces(system, pieces, begin, groups[g].entry, groups[g].substep);
+    run_pieces(system, pieces, begin, group.entry, group.substep);
   }
   if (pieces.size() > 1 || pieces[0].callback != nullptr) {
     system.outcome.left.clear();
@@ -185,21 +196,9 @@ particles::Store& Engine::local(int index) {
   const bool calculates = calculator() >= 0;
   const std::vector<BirthGroup> groups = s.count_births(frame_, options_.dt, options_.substeps);
   const double start = compute_seconds();
-  Stores newborn;
-  if (calculates || s.waits_for_fit) make_births(s, groups, newborn);
+  fit(s, groups, {});
   if (calculates) {
-    run_list(s, groups, s.store->size(), [&](std::size_t g) {
-      const Store& store = newborn[g];
-      const float* x = store.plane(particles::position, s.definition.axis);
-      std::vector<std::uint32_t> mine;
-      for (std::size_t p = 0; p < store.size(); ++p) {
-        if (s.domains.owner_of(x[p]) == calculator()) mine.push_back(static_cast<std::uint32_t>(p));
-      }
-      particles::Bytes bytes;
-      store.pack(mine, bytes);
-      particles::Reader in(bytes.view());
-      s.store->unpack(in);
-    });
+    run_list(s, groups, s.store->size(), [&](const BirthGroup& group) { bear(s, group); });
     s.store->remove(s.outcome.dead);
     s.outcome.clear();
     order(s, s.run_items);

@@ -1,5 +1,6 @@
 // create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
 // its message is also the notice that transmission has ended, and says what it was asked to do.
+#include <algorithm>
 #include <numeric>
 #include <utility>
 
@@ -25,15 +26,22 @@ void Engine::deal(const Round& round) {
   work("create", [&] {
     for (std::size_t i = round.first; i < round.last; ++i) {
       System& system = *systems_[i];
-      Stores newborn;
+      Stores children;
       if (system.next_domains) {
         system.domains = *std::exchange(system.next_domains, std::nullopt);
         system.new_cuts = true;
       }
-      if (in_frame() && system.children.count > 0) newborn.push_back(make_children(system));
-      make_births(system, groups_[i], newborn);
+      if (in_frame() && system.children.count > 0) children.push_back(make_children(system));
+      fit(system, groups_[i], children);
       put_cuts(system, cuts);
-      for (const particles::Store& store : newborn) deal_out(system, store, hands);
+      for (const particles::Store& store : children) deal_out(system, store, hands);
+      for (const BirthGroup& group : groups_[i]) {
+        if (bears_its_own()) {
+          hands[0].count += group.count;
+        } else {
+          make_births(system, group, [&](const particles::Store& piece) { deal_out(system, piece, hands); });
+        }
+      }
     }
   });
   const recording::Hash hash = recording::hash(record_bytes_.view());
@@ -85,9 +93,37 @@ Message Engine::receive_births(std::size_t round) {
   return message;
 }
 
-void Engine::make_births(System& system, const std::vector<BirthGroup>& groups, Stores& newborn) {
-  for (const BirthGroup& group : groups) newborn.push_back(system.make(group, options_.dt, options_.substeps));
-  fit(system, newborn);
+// A group's particles are made and dealt out in pieces of so many: a large burst needs no memory of its own.
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
+
+void Engine::make_births(const System& system, const BirthGroup& group, const Use& use) const {
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) {
+    use(system.make(group, first, std::min(kPiece, group.count - first), options_.dt, options_.substeps));
+  }
+}
+
+void Engine::take_births(System& system, const BirthGroup& group, particles::Reader& births) {
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) system.store->unpack(births);
+}
+
+// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
+bool Engine::bears_its_own() const { return manages() && calculator() == 0 && cast_.calculators.size() == 1; }
+
+// Makes what belongs here of a group.
+void Engine::bear(System& system, const BirthGroup& group) const {
+  const bool all = cast_.calculators.size() == 1;
+  if (all) system.store->make_room(group.count);
+  make_births(system, group, [&](const particles::Store& piece) {
+    const float* x = piece.plane(particles::position, system.definition.axis);
+    std::vector<std::uint32_t> mine;
+    for (std::size_t p = 0; p < piece.size(); ++p) {
+      if (all || system.domains.owner_of(x[p]) == calculator()) mine.push_back(static_cast<std::uint32_t>(p));
+    }
+    particles::Bytes bytes;
+    piece.pack(mine, bytes);
+    particles::Reader in(bytes.view());
+    system.store->unpack(in);
+  });
 }
 
 // What the last frame's events bear: one store, in the order of their ids.
@@ -112,12 +148,16 @@ particles::Store Engine::make_children(System& system) {
 }
 
 // space "fit": the first births decide where the domains lie.
-void Engine::fit(System& system, const Stores& newborn) const {
-  if (!system.waits_for_fit || newborn.empty()) return;
+void Engine::fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const {
+  if (!system.waits_for_fit || (groups.empty() && children.empty())) return;
   std::vector<float> coordinates;
-  for (const particles::Store& store : newborn) {
+  const Use note = [&](const particles::Store& store) {
     const float* x = store.plane(particles::position, system.definition.axis);
     coordinates.insert(coordinates.end(), x, x + store.size());
+  };
+  if (cast_.calculators.size() > 1) {  // one domain needs no cuts
+    std::for_each(children.begin(), children.end(), note);
+    for (const BirthGroup& group : groups) make_births(system, group, note);
   }
   system.domains = domains::quantiles(coordinates, static_cast<int>(cast_.calculators.size()));
   system.waits_for_fit = false;

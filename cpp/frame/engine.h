@@ -176,8 +176,12 @@ class Engine {
   static void put_cuts(System& system, particles::Bytes& out);
   static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
   comm::Message receive_births(std::size_t round);
-  void make_births(System& system, const std::vector<BirthGroup>& groups, Stores& newborn);
-  void fit(System& system, const Stores& newborn) const;
+  using Use = std::function<void(const particles::Store&)>;
+  void make_births(const System& system, const BirthGroup& group, const Use& use) const;
+  void fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const;
+  bool bears_its_own() const;
+  void bear(System& system, const BirthGroup& group) const;
+  static void take_births(System& system, const BirthGroup& group, particles::Reader& births);
   static particles::Store make_children(System& system);
 
   // act.cpp: calculators
@@ -186,7 +190,7 @@ class Engine {
   static void take_cuts(System& system, particles::Reader& in);
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
   void run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
-                const std::function<void(std::size_t)>& append);
+                const std::function<void(const BirthGroup&)>& append);
   recording::Slice slice_of(const System& system) const;
   void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
                   int first_substep);

@@ -46,10 +46,11 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
   return groups;
 }
 
-particles::Store System::make(const BirthGroup& group, double dt, int substeps) const {
+particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
+                              int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
-  return recording::make(birth, schema, key, group.first_id, group.count, static_cast<float>(dt / substeps),
-                         keeps_copies);
+  return recording::make(birth, schema, key, group.first_id + first, count, static_cast<float>(dt / substeps),
+                         keeps_copies, first);
 }
 
 void System::keep_copies() {

@@ -52,8 +52,9 @@ class System {
   /// order, then list order. Births beyond the capacity are dropped and counted.
   std::vector<BirthGroup> count_births(std::uint64_t frame, double dt, int substeps);
 
-  /// Makes a group's particles.
-  particles::Store make(const BirthGroup& group, double dt, int substeps) const;
+  /// Makes `count` of a group's particles, from its number `first` on.
+  particles::Store make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
+                        int substeps) const;
 
   /// The *_b attributes are in use from here on: particles that live already get copies of what they were at birth.
   void keep_copies();

@@ -1,29 +1,55 @@
 // Philox4x32 counter-based random numbers: J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC11.
 #pragma once
 
+#include "particles/blocks.h"
 #include "particles/streams.h"
 #include "simd/elementary.h"
-#include "simd/simd.h"
+#include "simd/wides.h"
 
 namespace motes::MOTES_ISA {
 
-/// Four words of a counter, lane by lane.
+/// Four words, lane by lane.
 struct Words4 {
   Words a, b, c, d;
 };
 
+inline constexpr std::uint32_t kFirstFactor = 0xD2511F53u, kSecondFactor = 0xCD9E8D57u;
+
+/// The keys of all rounds, the same in all lanes: made once for a block of particles.
 template <int Rounds>
-MOTES_INLINE Words4 philox(Words4 counter, std::uint32_t key_low, std::uint32_t key_high) {
-#pragma GCC unroll 10
-  for (int round = 0; round < Rounds; ++round) {
-    Words high0, low0, high1, low1;
-    multiply_wide(counter.a, 0xD2511F53u, high0, low0);
-    multiply_wide(counter.c, 0xCD9E8D57u, high1, low1);
-    counter = {high1 ^ counter.b ^ key_low, low1, high0 ^ counter.d ^ key_high, low0};
-    key_low += 0x9E3779B9u;
-    key_high += 0xBB67AE85u;
+struct RoundKeys {
+  Wide low[Rounds], high[Rounds];
+
+  MOTES_INLINE RoundKeys(std::uint32_t key_low, std::uint32_t key_high) {
+    for (int round = 0; round < Rounds; ++round) {
+      low[round] = all_wide(key_low + static_cast<std::uint32_t>(round) * 0x9E3779B9u);
+      high[round] = all_wide(key_high + static_cast<std::uint32_t>(round) * 0xBB67AE85u);
+    }
   }
+};
+
+/// A counter on its way through the rounds: half of the lanes.
+struct Counter {
+  Wide a, b, c, d;
+};
+
+template <int Rounds>
+MOTES_INLINE Counter philox_round(Counter counter, const RoundKeys<Rounds>& keys, int round) {
+  const Wide first = multiply(counter.a, all_wide(kFirstFactor));
+  const Wide second = multiply(counter.c, all_wide(kSecondFactor));
+  return {exclusive_or(counter.b, keys.low[round], upper(second)), second,
+          exclusive_or(counter.d, keys.high[round], upper(first)), first};
+}
+
+template <int Rounds>
+MOTES_INLINE Counter philox(Counter counter, const RoundKeys<Rounds>& keys) {
+#pragma GCC unroll 10
+  for (int round = 0; round < Rounds; ++round) counter = philox_round(counter, keys, round);
   return counter;
+}
+
+MOTES_INLINE Words4 join(const Counter& first, const Counter& second) {
+  return {join({first.a, second.a}), join({first.b, second.b}), join({first.c, second.c}), join({first.d, second.d})};
 }
 
 /// Uniform in [0, 1), a multiple of 2^-24.
@@ -39,16 +65,96 @@ MOTES_INLINE void normal_pair(Words a, Words b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// The draws of one stream for the particles in one vector.
-struct Draws {
-  Words id_low, id_high;
+/// What the draws of one action have in common.
+struct Stream {
   std::uint32_t step, stream;
-  particles::Key key;
+  RoundKeys<particles::philox_rounds> keys;
+
+  MOTES_INLINE Stream(std::uint32_t step_number, std::uint32_t stream_number, particles::Key key)
+      : step(step_number), stream(stream_number), keys(key.low, key.high) {}
+};
+
+/// Philox of (id, step, stream and draw) for the particles in `Vectors` vectors. One vector's rounds wait for each
+/// other most of the time; those of two fill the gaps.
+template <int Vectors>
+MOTES_INLINE void draw_words(const Stream& from, const std::uint64_t* ids, std::uint32_t draw, Words4* out) {
+  // The second half of the counter is the same in all lanes, so that round 0 multiplies in half of the places.
+  const std::uint64_t second = std::uint64_t{from.step} * kSecondFactor;
+  const Wide a = all_wide(static_cast<std::uint32_t>(second >> 32)) ^ from.keys.low[0];
+  const Wide b = all_wide(static_cast<std::uint32_t>(second));
+  const Wide c = all_wide(from.stream << particles::draw_bits | draw) ^ from.keys.high[0];
+  Counter counter[2 * Vectors];
+#pragma GCC unroll 4
+  for (int k = 0; k < Vectors; ++k) {
+    const Wides id = load_ids(ids + static_cast<std::size_t>(k) * kLanes);
+    const Wide first = multiply(id.first, all_wide(kFirstFactor)), other = multiply(id.second, all_wide(kFirstFactor));
+    counter[2 * k] = {upper(id.first) ^ a, b, upper(first) ^ c, first};
+    counter[2 * k + 1] = {upper(id.second) ^ a, b, upper(other) ^ c, other};
+  }
+#pragma GCC unroll 10
+  for (int round = 1; round < particles::philox_rounds; ++round) {
+#pragma GCC unroll 4
+    for (int k = 0; k < 2 * Vectors; ++k) counter[k] = philox_round(counter[k], from.keys, round);
+  }
+#pragma GCC unroll 4
+  for (int k = 0; k < Vectors; ++k) out[k] = join(counter[2 * k], counter[2 * k + 1]);
+}
+
+/// The first draws of all particles in a block.
+struct BlockWords {
+  static constexpr std::size_t kRoom = particles::kBlock + particles::kPadding;
+  std::uint32_t word[4][kRoom];
+
+  // Not inline: all actions and shapes share the code. `ask` is called with 0, 16, 32.. below count, in between.
+  template <class Ask>
+  __attribute__((noinline)) void fill(const Stream& from, const std::uint64_t* ids, std::size_t count, const Ask& ask) {
+    std::size_t i = 0, asked = 0;
+    for (; i + kLanes < count; i += 2 * kLanes) {
+      for (; asked < i + 2 * kLanes; asked += 16) ask(asked);
+      Words4 words[2];
+      draw_words<2>(from, ids + i, 0, words);
+      put(words[0], i);
+      put(words[1], i + kLanes);
+    }
+    if (i >= count) return;
+    Words4 words[1];
+    draw_words<1>(from, ids + i, 0, words);
+    put(words[0], i);
+  }
+  MOTES_INLINE Words4 at(std::size_t i) const {
+    return {load_words(word[0] + i), load_words(word[1] + i), load_words(word[2] + i), load_words(word[3] + i)};
+  }
+
+ private:
+  MOTES_INLINE void put(const Words4& words, std::size_t i) {
+    store_words(word[0] + i, words.a);
+    store_words(word[1] + i, words.b);
+    store_words(word[2] + i, words.c);
+    store_words(word[3] + i, words.d);
+  }
+};
+
+__attribute__((noinline)) inline Words4 words_of(const Stream& from, const std::uint64_t* ids, std::uint32_t draw) {
+  Words4 words[1];
+  draw_words<1>(from, ids, draw, words);
+  return words[0];
+}
+
+/// The draws of one stream for the particles in one vector, one after another.
+struct Draws {
+  const Stream* from;
+  const std::uint64_t* ids;
+  const BlockWords* ready = nullptr;  // the first draw, at `at`
+  std::size_t at = 0;
   std::uint32_t draw = 0;
 
+  MOTES_INLINE Draws(const Stream& stream, const std::uint64_t* first_id) : from(&stream), ids(first_id) {}
+  MOTES_INLINE Draws(const Stream& stream, const std::uint64_t* block_ids, const BlockWords& words, std::size_t i)
+      : from(&stream), ids(block_ids + i), ready(&words), at(i) {}
+
   MOTES_INLINE Words4 words() {
-    const std::uint32_t last = stream << particles::draw_bits | draw++;
-    return philox<particles::philox_rounds>({id_low, id_high, all_words(step), all_words(last)}, key.low, key.high);
+    const std::uint32_t number = draw++;
+    return ready != nullptr && number == 0 ? ready->at(at) : words_of(*from, ids, number);
   }
 };
 

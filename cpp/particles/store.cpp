@@ -2,10 +2,12 @@
 
 #include <sys/mman.h>
 
+#include <algorithm>
 #include <cstdlib>
 #include <cstring>
 #include <new>
 #include <stdexcept>
+#include <string>
 
 namespace motes::particles {
 namespace {
@@ -86,14 +88,19 @@ void Store::reserve(std::size_t capacity) {
   capacity_ = rounded;
 }
 
-std::size_t Store::grow(std::size_t count) {
-  const std::size_t first = size_;
-  if (first + count > UINT32_MAX) throw std::length_error("more than 2^32 - 1 particles of one system on one rank");
-  if (first + count + kPadding > capacity_) {
-    const std::size_t half_more = capacity_ + capacity_ / 2;
-    reserve(first + count > half_more ? first + count : half_more);
+void Store::make_room(std::size_t count) {
+  if (count > UINT32_MAX - size_) {
+    throw std::length_error("a system would have " + std::to_string(size_ + count) +
+                            " particles on one rank, at most 4294967295 fit: use more ranks, or give it a capacity");
   }
-  size_ = first + count;
+  if (size_ + count + kPadding <= capacity_) return;
+  reserve(std::max(size_ + count, capacity_ + capacity_ / 2));
+}
+
+std::size_t Store::grow(std::size_t count) {
+  make_room(count);
+  const std::size_t first = size_;
+  size_ += count;
   return first;
 }
 

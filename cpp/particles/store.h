@@ -8,16 +8,11 @@
 #include <span>
 #include <vector>
 
+#include "particles/blocks.h"
 #include "particles/bytes.h"
 #include "particles/schema.h"
 
 namespace motes::particles {
-
-/// Particles are processed in blocks of this many, so that a block's columns stay in the first cache.
-inline constexpr std::size_t kBlock = 512;
-
-/// Planes are readable and writable this far behind the last particle: a vector of any width may begin at it.
-inline constexpr std::size_t kPadding = 16;
 
 /// Structure of arrays: one plane of floats for each component of each attribute, one of 64-bit ids. An attribute
 /// whose particles all have one value has no planes until something writes it. The order of particles means nothing.
@@ -50,6 +45,10 @@ class Store {
 
   /// Room for this many particles. Existing ones stay; views of planes are void.
   void reserve(std::size_t capacity);
+
+  /// Room for so many more, with some to spare where they are few. Throws std::length_error where the store would have
+  /// more than 2^32 - 1: indices of particles are 32-bit numbers.
+  void make_room(std::size_t count);
 
   /// Adds `count` particles with undefined ids and with the last uniform or undefined values; returns the first index.
   std::size_t grow(std::size_t count);

@@ -1,78 +1,19 @@
 #include "recording/bench.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <cstring>
 #include <stdexcept>
 #include <vector>
 
-#include "recording/births.h"
+#include "recording/bench_scene.h"
 #include "recording/program.h"
 
 namespace motes::recording {
 namespace {
 
-using actions::Action;
-using actions::Kind;
 using particles::Store;
-using shapes::Shape;
 
-double now() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
-
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2), values.end());
-  return values[values.size() / 2];
-}
-
-// create, random acceleration, collide with an object, eliminate old ones, move (paper 5.1)
-std::vector<Action> snow() {
-  const Shape gust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};
-  const Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
-  return {{Kind::random_acceleration, {}, {gust}},
-          {Kind::bounce, {0.1, 0.5, 0, 1}, {ground}},
-          {Kind::kill_old, {1e6, 0}, {}},
-          {Kind::move, {1}, {}}};
-}
-
-// gravity and acceleration, collide, eliminate old ones, move (paper 5.2)
-std::vector<Action> fountain() {
-  std::vector<Action> list = snow();
-  list.insert(list.begin(), {Kind::gravity, {0, -9.81, 0}, {}});
-  return list;
-}
-
-Birth full_air(std::size_t particles) {
-  Birth birth;
-  birth.kind = Birth::Kind::burst;
-  birth.amount = particles;
-  birth.shape = {shapes::Kind::box, {-50, 0, -50, 50, 50, 50}};
-  Given velocity{particles::velocity, {}};
-  velocity.distribution.kind = actions::Distribution::Kind::shape;
-  velocity.distribution.shape = {shapes::Kind::box, {-1, -2, -1, 1, -1, 1}};
-  birth.state.push_back(velocity);
-  return birth;
-}
-
-// What any step must do at least: load and store seven floats a particle. The change keeps the compiler honest.
-void touch(Store& store) {
-  std::vector<float*> planes;
-  for (const int a : {particles::position, particles::velocity, particles::age}) {
-    for (int c = 0; c < store.schema()[a].width; ++c) planes.push_back(store.writable_plane(a, c));
-  }
-  const auto n = static_cast<std::ptrdiff_t>(store.size());
-  for (std::ptrdiff_t at = 0; at < n; at += 4096) {
-    const std::ptrdiff_t end = std::min<std::ptrdiff_t>(at + 4096, n);
-    for (float* plane : planes) {
-      for (std::ptrdiff_t i = at; i < end; ++i) {
-        std::uint32_t bits;
-        std::memcpy(&bits, plane + i, 4);
-        bits ^= 1u;
-        std::memcpy(plane + i, &bits, 4);
-      }
-    }
-  }
-}
+constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
 
 struct Scene {
   particles::Schema schema;
@@ -82,18 +23,13 @@ struct Scene {
   std::uint64_t frame = 0;
 
   Scene(const std::string& name, std::size_t particles)
-      : store(make(full_air(particles), schema, {1, 2}, 0, particles, 0)),
-        program(name == "snow" ? snow() : fountain()) {
-    if (name != "snow" && name != "fountain") {
-      throw std::invalid_argument("scene must be snow or fountain, got '" + name + "'");
-    }
-  }
+      : store(make(full_air(particles), schema, {1, 2}, 0, particles, 0)), program(paper_list(name)) {}
 
   double step(const Slice& slice) {
-    const double start = now();
+    const double start = cpu_now();
     outcome.clear();
     program.run(store, 0, 0, {frame++, 1, 1.0 / 24, 0}, {1, 2}, slice, outcome);
-    return now() - start;
+    return cpu_now() - start;
   }
 };
 
@@ -144,13 +80,13 @@ ActBench act_bench(const std::string& scene, std::size_t particles, int steps) {
   if (steps < 1) throw std::invalid_argument("steps must be at least 1, got " + std::to_string(steps));
   Scene s(scene, particles);
   s.step({});
-  touch(s.store);
+  touch(s.store, kStepped, kStepped);
   std::vector<double> step_s, touch_s, ratios;
   for (int i = 0; i < steps; ++i) {
     step_s.push_back(s.step({0, -50.5f, 50.5f}));
-    const double start = now();
-    touch(s.store);
-    touch_s.push_back(now() - start);
+    const double start = cpu_now();
+    touch(s.store, kStepped, kStepped);
+    touch_s.push_back(cpu_now() - start);
     ratios.push_back(touch_s.back() / step_s.back());
   }
   const double n = static_cast<double>(particles);
@@ -170,14 +106,14 @@ LeaverBench leaver_bench(std::size_t particles, int bins, int steps) {
     none.push_back(s.step(everything));
     fused.push_back(s.step(domain));
     scanned.push_back(s.step(everything));
-    double start = now();
+    double start = cpu_now();
     Program::find_leavers(s.store, 0, domain, s.outcome);
-    scanned.back() += now() - start;
+    scanned.back() += cpu_now() - start;
     sorted.update(s.store.plane(particles::position, 0), domain.high);  // catch up with the steps above, not timed
     binned.push_back(s.step(everything));
-    start = now();
+    start = cpu_now();
     sorted.update(s.store.plane(particles::position, 0), domain.high);
-    binned.back() += now() - start;
+    binned.back() += cpu_now() - start;
   }
   return {median(none), median(fused), median(scanned), median(binned)};
 }

@@ -43,11 +43,11 @@ void draw_attribute(const Given& given, particles::Key key, Store& into) {
   actions::kernels().draw(d, {0, 0, stream, key}, into.ids(), into.size(), planes, width);
 }
 
-void copy_column(const Emitted& column, Store& into) {
+void copy_column(const Emitted& column, std::uint64_t skip, Store& into) {
   const auto width = static_cast<std::size_t>(into.schema()[column.attribute].width);
   for (std::size_t c = 0; c < width; ++c) {
     float* plane = into.writable_plane(column.attribute, static_cast<int>(c));
-    for (std::size_t i = 0; i < into.size(); ++i) plane[i] = column.values[i * width + c];
+    for (std::size_t i = 0; i < into.size(); ++i) plane[i] = column.values[(skip + i) * width + c];
   }
 }
 
@@ -95,7 +95,7 @@ std::uint64_t births_between(const Birth& birth, double from, double to) {
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-           std::uint64_t count, float dt, bool keeps_copies) {
+           std::uint64_t count, float dt, bool keeps_copies, std::uint64_t skip) {
   Store newborn(schema);
   if (count == 0) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
@@ -122,7 +122,7 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     draw_attribute(place, key, newborn);
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
-  for (const Emitted& column : birth.columns) copy_column(column, newborn);
+  for (const Emitted& column : birth.columns) copy_column(column, skip, newborn);
   for (const auto& [copy, original] : particles::kCopies) {
     if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
   }

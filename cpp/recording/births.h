@@ -51,8 +51,9 @@ std::uint64_t births_between(const Birth& birth, double from, double to);
 /// Makes particles first_id .. first_id + count - 1 of the call: they depend on the arguments alone, so any rank may
 /// make them. dt: the step's length in seconds, for jitter.
 /// keeps_copies: the system uses the *_b attributes, so newborns that are not given them get copies.
+/// skip: how many particles of the call are made elsewhere, before first_id; an emit's rows begin behind theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-                      std::uint64_t count, float dt, bool keeps_copies = false);
+                      std::uint64_t count, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
 
 /// Whether the call gives newborns a *_b attribute.
 bool gives_copies(const Birth& birth);

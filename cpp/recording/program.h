@@ -61,6 +61,7 @@ class Program {
   struct Operation {
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
+    actions::Ahead ahead;
     std::uint32_t stream = 0;
     const actions::Expression* where = nullptr;
     std::vector<int> written;  // components, where there is a condition

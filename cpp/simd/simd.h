@@ -72,6 +72,13 @@ MOTES_INLINE Mask load_mask(const std::int32_t* from) {
 }
 MOTES_INLINE void store_mask(std::int32_t* to, Mask v) { __builtin_memcpy(to, &v, sizeof v); }
 
+MOTES_INLINE Words load_words(const std::uint32_t* from) {
+  Words v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+MOTES_INLINE void store_words(std::uint32_t* to, Words v) { __builtin_memcpy(to, &v, sizeof v); }
+
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);
@@ -117,60 +124,5 @@ MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }
 /// Towards zero; the caller keeps lanes within the range of a 32-bit integer.
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }
-
-/// Sets low[i], high[i] to the halves of ids[i].
-MOTES_INLINE void load_ids(const std::uint64_t* ids, Words& low, Words& high) {
-#if MOTES_WIDTH == 512
-  const __m512i a = _mm512_loadu_si512(ids);
-  const __m512i b = _mm512_loadu_si512(ids + 8);
-  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
-  const __m512i odd = _mm512_set_epi32(31, 29, 27, 25, 23, 21, 19, 17, 15, 13, 11, 9, 7, 5, 3, 1);
-  low = (Words)_mm512_permutex2var_epi32(a, even, b);
-  high = (Words)_mm512_permutex2var_epi32(a, odd, b);
-#elif MOTES_WIDTH == 256
-  const __m256 a = _mm256_loadu_ps(reinterpret_cast<const float*>(ids));
-  const __m256 b = _mm256_loadu_ps(reinterpret_cast<const float*>(ids + 4));
-  // shuffle works inside 128-bit halves; the 64-bit permutation puts the halves in order.
-  const __m256 even = _mm256_shuffle_ps(a, b, 0x88);
-  const __m256 odd = _mm256_shuffle_ps(a, b, 0xdd);
-  low = (Words)_mm256_permute4x64_epi64(_mm256_castps_si256(even), 0xd8);
-  high = (Words)_mm256_permute4x64_epi64(_mm256_castps_si256(odd), 0xd8);
-#else
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    low[i] = static_cast<std::uint32_t>(ids[i]);
-    high[i] = static_cast<std::uint32_t>(ids[i] >> 32);
-  }
-#endif
-}
-
-/// The 64-bit products a * b as two 32-bit halves.
-MOTES_INLINE void multiply_wide(Words a, std::uint32_t b, Words& high, Words& low) {
-#if MOTES_WIDTH == 512
-  const __m512i factor = _mm512_set1_epi32(static_cast<int>(b));
-  const __m512i even = _mm512_mul_epu32((__m512i)a, factor);
-  const __m512i odd = _mm512_mul_epu32(_mm512_srli_epi64((__m512i)a, 32), factor);
-  high = (Words)_mm512_mask_blend_epi32(0xAAAA, _mm512_srli_epi64(even, 32), odd);
-  low = (Words)_mm512_mask_blend_epi32(0xAAAA, even, _mm512_slli_epi64(odd, 32));
-#elif MOTES_WIDTH == 256
-  const __m256i factor = _mm256_set1_epi32(static_cast<int>(b));
-  const __m256i even = _mm256_mul_epu32((__m256i)a, factor);
-  const __m256i odd = _mm256_mul_epu32(_mm256_srli_epi64((__m256i)a, 32), factor);
-  high = (Words)_mm256_blend_epi32(_mm256_srli_epi64(even, 32), odd, 0xAA);
-  low = (Words)_mm256_blend_epi32(even, _mm256_slli_epi64(odd, 32), 0xAA);
-#elif MOTES_WIDTH == 128
-  const __m128i factor = _mm_set1_epi32(static_cast<int>(b));
-  const __m128i even = _mm_mul_epu32((__m128i)a, factor);
-  const __m128i odd = _mm_mul_epu32(_mm_srli_epi64((__m128i)a, 32), factor);
-  const __m128i upper = _mm_set_epi32(-1, 0, -1, 0);
-  high = (Words)_mm_or_si128(_mm_srli_epi64(even, 32), _mm_and_si128(odd, upper));
-  low = (Words)_mm_or_si128(_mm_andnot_si128(upper, even), _mm_slli_epi64(odd, 32));
-#else
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    const std::uint64_t product = static_cast<std::uint64_t>(a[i]) * b;
-    high[i] = static_cast<std::uint32_t>(product >> 32);
-    low[i] = static_cast<std::uint32_t>(product);
-  }
-#endif
-}
 
 }  // namespace motes::MOTES_ISA

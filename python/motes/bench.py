@@ -1,13 +1,18 @@
 """Benchmarks of this machine: `python -m motes bench NAME`.
 
-Figures are medians; ratios compare one run with itself.
+Figures are medians, or the least of some repeats, of this thread's CPU time: what else runs on the machine
+counts as little as can be. Ratios compare one run with itself.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import platform
+import statistics
+import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from . import _core
@@ -25,6 +30,9 @@ def main(words: Sequence[str]) -> int:
     if arguments.name == "balance":
         print(_table(figures))
         return 0
+    if arguments.name == "actions":
+        print(_costs(figures))
+        return 0
     width = max(map(len, figures))
     for name, value in figures.items():
         print(f"{name:<{width}}  {_shown(value)}")
@@ -38,8 +46,20 @@ def _parser() -> argparse.ArgumentParser:
         act = names.add_parser(
             scene, help=f"the paper's {scene} list on one core, against the memory's speed"
         )
-        act.add_argument("--particles", type=_positive, default=3_200_000)
+        act.add_argument("--particles", type=_positive, default=16_000_000, help="more than caches hold")
         act.add_argument("--steps", type=_positive, default=10)
+    actions = names.add_parser("actions", help="what each action costs, alone and added to a list")
+    actions.add_argument("--particles", type=_positive, default=3_200_000)
+    actions.add_argument("--repeats", type=_positive, default=7)
+    lists = names.add_parser("lists", help="a list of twelve actions against one of five")
+    lists.add_argument("--particles", type=_positive, default=3_200_000)
+    lists.add_argument("--steps", type=_positive, default=10)
+    scale = names.add_parser("scale", help="snow's cost a particle from a million particles on")
+    scale.add_argument("--particles", type=_positive, default=100_000_000, help="how far")
+    scale.add_argument("--steps", type=_positive, default=7)
+    recording = names.add_parser("recording", help="what Python costs a frame: 8 systems of 12 actions")
+    recording.add_argument("--systems", type=_positive, default=8)
+    recording.add_argument("--frames", type=_positive, default=200)
     leavers = names.add_parser("leavers", help="ways to find the particles that left a domain")
     leavers.add_argument("--particles", type=_positive, default=3_200_000)
     leavers.add_argument("--steps", type=_positive, default=10)
@@ -84,6 +104,98 @@ def _act(arguments: argparse.Namespace) -> dict[str, Any]:
     }
 
 
+def _actions(arguments: argparse.Namespace) -> dict[str, Any]:
+    return {
+        "machine": _machine(),
+        "particles": arguments.particles,
+        "repeats": arguments.repeats,
+        "cores": 1,
+        "simd": _core.simd(),
+        "actions": _core.action_bench(arguments.particles, arguments.repeats),
+    }
+
+
+def _machine() -> str:
+    """Name the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()
+
+
+def _lists(arguments: argparse.Namespace) -> dict[str, Any]:
+    return {
+        "particles": arguments.particles,
+        "steps": arguments.steps,
+        "cores": 1,
+        "simd": _core.simd(),
+        **_core.list_bench(arguments.particles, arguments.steps),
+    }
+
+
+def _scale(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Time snow on 1, 3, 10, 30.. million particles, in turn: a slow moment does not hit one size alone."""
+    most = arguments.particles
+    sizes = sorted({min(n * 10**k, most) for n in (1, 3) for k in range(6, 9)})
+    cost = {n: [] for n in sizes}  # type: dict[int, list[float]]
+    for _ in range(3):
+        for n in sizes:
+            steps = max(arguments.steps, 10_000_000 // n)
+            cost[n].append(1e9 / _core.act_bench("snow", n, steps)["updates_per_s"])
+    least = {n: min(ns) for n, ns in cost.items()}
+    return {
+        "scene": "snow",
+        "cores": 1,
+        "simd": _core.simd(),
+        **{f"ns_per_particle_{n}": ns for n, ns in least.items()},
+        "largest_by_least": max(least.values()) / min(least.values()),
+    }
+
+
+def _recording(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Time the calls of a frame, and the frame without particles, in CPU time of this thread."""
+    from .shapes import Box, Plane
+    from .world import World
+
+    world = World(seed=1, dt=1 / 24, progress="off")
+    systems = [world.system(f"system {i}") for i in range(arguments.systems)]
+    gust, ground, far = (
+        Box((-2, -1, -2), (2, 1, 2)),
+        Plane((0, 0, 0), (0, 1, 0)),
+        Box((90, 90, 90), (91, 91, 91)),
+    )
+    calls, steps = [], []
+    with world:
+        for _ in world.frames(arguments.frames):
+            start = time.thread_time()
+            for s in systems:
+                s.gravity((0, -9.81, 0))
+                s.random_acceleration(gust)
+                s.damping((0.9, 0.9, 0.9))
+                s.wind((1, 0, 0), drag=0.5)
+                s.orbit_point((0, 5, 0), magnitude=1, epsilon=0.1)
+                s.target_color((1, 0.5, 0.2), alpha=1, scale=0.5)
+                s.speed_clamp(max_speed=10)
+                s.bounce(ground, restitution=0.5)
+                s.sink(far)
+                s.sink_velocity(far)
+                s.kill_old(10)
+                s.move()
+            called = time.thread_time()
+            world.step()
+            calls.append(called - start)
+            steps.append(time.thread_time() - called)
+    return {
+        "systems": arguments.systems,
+        "actions": 12 * arguments.systems,
+        "frames": arguments.frames,
+        "calls_ms": 1e3 * statistics.median(calls),
+        "empty_step_ms": 1e3 * statistics.median(steps),
+    }
+
+
 def _leavers(arguments: argparse.Namespace) -> dict[str, Any]:
     seconds = _core.leaver_bench(arguments.particles, arguments.bins, arguments.steps)
     n = arguments.particles
@@ -125,6 +237,20 @@ def _balance(arguments: argparse.Namespace) -> dict[str, Any]:
     return {"rows": rows, "planning_calculators": many, "planning_ms": planning}
 
 
+def _costs(figures: dict[str, Any]) -> str:
+    """Show the costs of actions as a table, nanoseconds a particle."""
+    actions: dict[str, dict[str, float]] = figures["actions"]
+    names = list(next(iter(actions.values())))
+    heads = [name.removesuffix("_ns").replace("_", " ") for name in names]
+    lines = [f"{'ns a particle and step':<28}" + "".join(f"{head:>17}" for head in heads)]
+    lines += [
+        f"{action:<28}" + "".join(f"{cost[name]:>17.3g}" for name in names)
+        for action, cost in actions.items()
+    ]
+    about = ", ".join(f"{k} {v}" for k, v in figures.items() if k != "actions")
+    return "\n".join([*lines, "", about])
+
+
 def _table(figures: dict[str, Any]) -> str:
     """Show a comparison as aligned columns."""
     names = list(figures["rows"][0])
@@ -148,4 +274,14 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
-_RUNS = {"snow": _act, "fountain": _act, "leavers": _leavers, "render": _render, "balance": _balance}
+_RUNS = {
+    "snow": _act,
+    "fountain": _act,
+    "actions": _actions,
+    "lists": _lists,
+    "scale": _scale,
+    "recording": _recording,
+    "leavers": _leavers,
+    "render": _render,
+    "balance": _balance,
+}

@@ -6,17 +6,35 @@
 namespace motes::MOTES_ISA {
 namespace {
 
-template <int Rounds>
-void lanes_of_philox(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out) {
-  Words first = all_words(counter[0]);
-  for (std::size_t i = 0; i < kLanes; ++i) first[i] += static_cast<std::uint32_t>(i);
-  const Words4 words =
-      philox<Rounds>({first, all_words(counter[1]), all_words(counter[2]), all_words(counter[3])}, key[0], key[1]);
+void put(const Words4& words, std::uint32_t* out) {
   for (std::size_t i = 0; i < kLanes; ++i) {
     out[4 * i] = words.a[i];
     out[4 * i + 1] = words.b[i];
     out[4 * i + 2] = words.c[i];
     out[4 * i + 3] = words.d[i];
+  }
+}
+
+template <int Rounds>
+void lanes_of_philox(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out) {
+  std::uint64_t first[kLanes];
+  for (std::size_t i = 0; i < kLanes; ++i) first[i] = counter[0] + static_cast<std::uint32_t>(i);
+  const Wides a = load_ids(first);
+  const Wide b = all_wide(counter[1]), c = all_wide(counter[2]), d = all_wide(counter[3]);
+  const RoundKeys<Rounds> keys(key[0], key[1]);
+  const Counter one = philox<Rounds>({a.first, b, c, d}, keys), two = philox<Rounds>({a.second, b, c, d}, keys);
+  put(join(one, two), out);
+}
+
+void lanes_of_draws(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
+                    const std::uint32_t key[2], int skip, std::uint32_t* out) {
+  const Stream from(step, stream, {key[0], key[1]});
+  BlockWords words;
+  words.fill(from, ids, count, [](std::size_t) {});
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    Draws draws(from, ids, words, i);
+    for (int k = 0; k < skip; ++k) draws.words();
+    put(draws.words(), out + 4 * i);
   }
 }
 
@@ -40,7 +58,7 @@ void lanes_of_cube_root(const float* v, std::size_t count, float* out) {
 }  // namespace
 
 extern const test::Probe probe;
-const test::Probe probe = {kLanes,           lanes_of_philox<7>, lanes_of_philox<10>,
+const test::Probe probe = {kLanes,           lanes_of_philox<7>, lanes_of_philox<10>, lanes_of_draws,
                            lanes_of_cos_sin, lanes_of_log,       lanes_of_cube_root};
 
 }  // namespace motes::MOTES_ISA

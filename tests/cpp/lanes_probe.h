@@ -11,6 +11,9 @@ struct Probe {
   /// Philox4x32 of one counter in all lanes, each lane's counter.a raised by its number; out: 4 words a lane.
   void (*philox7)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
   void (*philox10)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
+  /// The draws of `count` ids (up to a block, with room for 16 more), after `skip` others; out: 4 words an id.
+  void (*draws)(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
+                const std::uint32_t key[2], int skip, std::uint32_t* out);
   /// Elementary functions of `count` numbers, a multiple of 16.
   void (*cos_sin_turn)(const float* turn, std::size_t count, float* cosine, float* sine);
   void (*log)(const float* v, std::size_t count, float* out);

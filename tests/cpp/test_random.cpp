@@ -79,6 +79,28 @@ TEST(philox_agrees_with_plain_words) {
   }
 }
 
+TEST(draws_are_philox_of_id_step_stream_and_draw) {
+  test::Dice dice(2);
+  for (int round = 0; round < 200; ++round) {
+    const auto half = [&] { return static_cast<std::uint32_t>(dice.word()); };
+    const std::uint32_t step = half(), stream = half() >> motes::particles::draw_bits, key[2] = {half(), half()};
+    const int skip = round % 3;
+    const std::size_t count = 1 + dice.word() % 100;
+    std::vector<std::uint64_t> ids(count + 16);
+    for (std::uint64_t& id : ids) id = round % 2 == 0 ? dice.word() : dice.word() >> 40;
+    for (const test::Build& build : test::builds()) {
+      std::vector<std::uint32_t> out(4 * ids.size());
+      build.probe.draws(ids.data(), count, step, stream, key, skip, out.data());
+      for (std::size_t i = 0; i < count; ++i) {
+        std::uint32_t plain[4] = {static_cast<std::uint32_t>(ids[i]), static_cast<std::uint32_t>(ids[i] >> 32), step,
+                                  stream << motes::particles::draw_bits | static_cast<std::uint32_t>(skip)};
+        plain_philox(plain, key[0], key[1], 10);
+        for (std::size_t k = 0; k < 4; ++k) CHECK(out[4 * i + k] == plain[k]);
+      }
+    }
+  }
+}
+
 TEST(keys_differ_by_seed_and_system) {
   std::vector<motes::particles::Key> keys;
   for (const std::uint64_t seed : {0ull, 1ull, 1ull << 32, ~0ull}) {

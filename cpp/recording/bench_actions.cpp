@@ -1,0 +1,224 @@
+#include "recording/bench_actions.h"
+
+#include <algorithm>
+#include <limits>
+#include <map>
+#include <stdexcept>
+
+#include "recording/bench_scene.h"
+#include "recording/order.h"
+#include "recording/program.h"
+
+namespace motes::recording {
+namespace {
+
+using actions::Action;
+using actions::Kind;
+using particles::Store;
+using shapes::Shape;
+
+constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr double kDt = 1.0 / 1024;  // so short that hundreds of steps leave the scene as it was
+
+const Shape kGust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};
+const Shape kGround{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
+const Shape kNowhere{shapes::Kind::box, {900, 900, 900, 901, 901, 901}};
+const Shape kHalf{shapes::Kind::box, {-50, 0, -50, 0, 50, 50}};
+const Shape kBall{shapes::Kind::sphere, {0, 25, 0, 10, 0}};
+
+// Parameters of those actions for which just any would show another cost than the usual one.
+const std::map<std::string, Action>& usual() {
+  static const std::map<std::string, Action> all = {
+      {"damping", {Kind::damping, {0.9, 0.9, 0.9, 0, kInf}, {}}},
+      {"rotational_damping", {Kind::rotational_damping, {0.9, 0.9, 0.9, 0, kInf}, {}}},
+      {"bounce", {Kind::bounce, {0.1, 0.5, 0, 1}, {kGround}}},
+      {"avoid", {Kind::avoid, {1, 0.1, 1}, {kBall}}},
+      {"sink", {Kind::sink, {1}, {kNowhere}}},
+      {"sink_velocity", {Kind::sink_velocity, {1}, {kNowhere}}},
+      {"jet", {Kind::jet, {}, {kHalf, kGust}}},
+      {"kill_old", {Kind::kill_old, {1e6, 0}, {}}},
+      {"explosion", {Kind::explosion, {0, 25, 0, 10, 1, 5, 0.1}, {}}},
+      {"vortex", {Kind::vortex, {0, 0, 0, 0, 50, 0, 1.5, 30, 1, 1, 1}, {}}},
+      {"speed_clamp", {Kind::speed_clamp, {0, 1.5}, {}}},
+      {"curl_noise", {Kind::curl_noise, {1, 5, 1, 0, 0}, {}}},
+      {"restore", {Kind::restore, {100, 1, 1}, {}}},
+      {"copy_vertex_b", {Kind::copy_vertex_b, {1, 0}, {}}},
+  };
+  return all;
+}
+
+// mass = age * 2 + 1
+Action set_mass() {
+  using actions::Op;
+  Action action{Kind::set, {}, {}};
+  action.target = particles::mass;
+  action.values = {{{Op::column, particles::Schema()[particles::age].first_component, 0},
+                    {Op::constant, 0, 2},
+                    {Op::multiply},
+                    {Op::constant, 0, 1},
+                    {Op::add}}};
+  return action;
+}
+
+// An action of this kind that passes its checks. Kinds that usual() does not know get numbers of about 1.
+Action example(Kind kind) {
+  const actions::Facts& facts = actions::facts(kind);
+  if (kind == Kind::set) return set_mass();
+  Action action{kind, {}, {}};
+  const auto known = usual().find(facts.name);
+  if (known != usual().end()) {
+    action = known->second;
+  } else if (facts.ramp > 0) {
+    for (const double ratio : {0.0, 0.3, 1.0}) {
+      action.numbers.push_back(ratio);
+      for (int c = 0; c < facts.ramp; ++c) action.numbers.push_back(1 - 0.5 * ratio);
+    }
+  } else {
+    for (const actions::Number& number : facts.numbers) {
+      for (int i = 0; i < number.count; ++i) {
+        const double value = number.rule == actions::Number::Rule::axis && i != 1 ? 0 : 1;
+        action.numbers.push_back(std::clamp(value, number.low, number.high));
+      }
+    }
+    action.shapes.assign(static_cast<std::size_t>(facts.shapes), kGust);
+  }
+  actions::check(action);
+  return action;
+}
+
+// A store, and lists that run over it in turn.
+struct Range {
+  particles::Schema schema;
+  Store store;
+  std::uint64_t frame = 0;
+  Outcome outcome;
+
+  explicit Range(std::size_t particles, bool copies = false)
+      : store(make(birth(particles), schema, {1, 2}, 0, particles, 0, copies)) {}
+
+  // The lifetime has a column, and is never over.
+  static Birth birth(std::size_t particles) {
+    Birth air = full_air(particles);
+    Given lifetime{particles::lifetime, {}};
+    lifetime.distribution.kind = actions::Distribution::Kind::uniform;
+    lifetime.distribution.first[0] = 1e3f;
+    lifetime.distribution.second[0] = 1e4f;
+    air.state.push_back(lifetime);
+    return air;
+  }
+
+  // Nanoseconds a particle of so many runs. Nobody leaves: finding leavers costs as much as with a domain.
+  double run(const Program& program, int runs) {
+    const double start = cpu_now();
+    for (int i = 0; i < runs; ++i) {
+      outcome.clear();
+      program.run(store, 0, 0, {frame++, 1, kDt, 0}, {1, 2}, {0, -1e6f, 1e6f}, outcome);
+    }
+    return 1e9 * (cpu_now() - start) / (static_cast<double>(store.size()) * runs);
+  }
+  double limit(const Action& action) {
+    const double start = cpu_now();
+    touch(store, actions::reads(action, schema), actions::writes(action, schema));
+    return 1e9 * (cpu_now() - start) / static_cast<double>(store.size());
+  }
+};
+
+// move of the base list leaves orientations alone, so that a list pays for them only where the action is about them.
+std::vector<Action> base_list() {
+  std::vector<Action> list = paper_list("fountain");
+  list.back().numbers[0] = 0;
+  return list;
+}
+
+Program with(std::vector<Action> list, const Action& action) {
+  list.insert(list.end() - 1, action);
+  return Program(std::move(list));
+}
+
+int bytes_of(std::uint64_t attributes, const particles::Schema& schema) {
+  int bytes = 0;
+  for (int a = 0; a < schema.size(); ++a) bytes += (attributes >> a & 1u) != 0 ? 4 * schema[a].width : 0;
+  return bytes;
+}
+
+// sort is no kernel: the store is put in order when the list has run.
+double order_alone(Range& range, const Action& action, int repeats) {
+  double least = kInf;
+  for (int i = 0; i < repeats; ++i) {
+    range.run(Program(base_list()), 1);
+    const double start = cpu_now();
+    order(action, range.store);
+    least = std::min(least, 1e9 * (cpu_now() - start) / static_cast<double>(range.store.size()));
+  }
+  return least;
+}
+
+// The least of each over the repeats, in turn, so that a slow moment of the machine does not hit one of them alone.
+void measure(Range& range, const Program& base, const Action& action, int repeats, int runs, double& alone,
+             double& added) {
+  const Program only({action});
+  const Program both = with(base_list(), action);
+  range.run(only, 1);  // gives columns their memory
+  range.run(both, 1);
+  double least_base = kInf, least_both = kInf;
+  alone = kInf;
+  for (int i = 0; i < repeats; ++i) {
+    least_base = std::min(least_base, range.run(base, runs));
+    least_both = std::min(least_both, range.run(both, runs));
+    alone = std::min(alone, range.run(only, runs));
+  }
+  added = least_both - least_base;
+}
+
+}  // namespace
+
+std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
+  if (particles == 0) throw std::invalid_argument("particles must be at least 1, got 0");
+  if (repeats < 1) throw std::invalid_argument("repeats must be at least 1, got " + std::to_string(repeats));
+  const Program base(base_list());
+  std::vector<ActionCost> costs;
+  for (int k = 0; k < actions::kKinds; ++k) {
+    const Action action = example(static_cast<Kind>(k));
+    const bool copies = actions::uses_copies(action, {});
+    Range large(particles, copies), small(kCached, copies);
+    ActionCost cost;
+    cost.action = actions::facts(action.kind).name;
+    if (action.kind == Kind::sort) {
+      cost.alone = cost.added = order_alone(large, action, 1);
+      cost.alone_in_cache = cost.added_in_cache = order_alone(small, action, repeats);
+    } else {
+      measure(large, base, action, repeats, 1, cost.alone, cost.added);
+      measure(small, base, action, 8 * repeats, 4, cost.alone_in_cache, cost.added_in_cache);
+    }
+    cost.memory_limit = kInf;
+    for (int i = 0; i < repeats; ++i) cost.memory_limit = std::min(cost.memory_limit, large.limit(action));
+    const std::uint64_t reads = actions::reads(action, large.schema), writes = actions::writes(action, large.schema);
+    cost.bytes_loaded = bytes_of(reads | writes, large.schema);
+    cost.bytes_stored = bytes_of(writes, large.schema);
+    costs.push_back(cost);
+  }
+  return costs;
+}
+
+ListBench list_bench(std::size_t particles, int steps) {
+  if (particles == 0 || steps < 1) throw std::invalid_argument("particles and steps must be at least 1");
+  std::vector<Action> list = paper_list("fountain");
+  const Program five(list);
+  for (const Kind kind : {Kind::damping, Kind::speed_clamp, Kind::orbit_line, Kind::sink, Kind::sink_velocity,
+                          Kind::orbit_point, Kind::target_velocity}) {
+    list.insert(list.end() - 1, example(kind));
+  }
+  const Program twelve(list);
+  Range range(particles);
+  const double seconds = static_cast<double>(range.store.size()) / 1e9;
+  range.run(twelve, 1);
+  std::vector<double> five_s, twelve_s, ratios;
+  for (int i = 0; i < steps; ++i) {
+    five_s.push_back(range.run(five, 1) * seconds);
+    twelve_s.push_back(range.run(twelve, 1) * seconds);
+    ratios.push_back(twelve_s.back() / five_s.back());
+  }
+  return {median(five_s), median(twelve_s), median(ratios)};
+}
+
+}  // namespace motes::recording

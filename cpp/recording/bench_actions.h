@@ -1,0 +1,39 @@
+// What each action costs: alone, and added to a list that runs anyway.
+#pragma once
+
+#include <cstddef>
+#include <string>
+#include <vector>
+
+namespace motes::recording {
+
+/// Nanoseconds a particle and step, on one core; the least of the repeats, since whatever else runs on the machine only
+/// adds to them. "In cache": a store of kCached particles, whose columns stay in the second cache, so that hardly more
+/// than arithmetic is left.
+struct ActionCost {
+  std::string action;
+  double alone = 0;           // a list of this action only
+  double added = 0;           // the fountain's list (paper 5.2) with it, less the list without it
+  double memory_limit = 0;    // loads and stores of the columns that it reads and writes, without the ids
+  double alone_in_cache = 0;
+  double added_in_cache = 0;
+  int bytes_loaded = 0;       // a particle
+  int bytes_stored = 0;
+};
+
+/// Particles of the small store.
+inline constexpr std::size_t kCached = 8192;
+
+/// All kinds of actions::Kind, in its order, with ordinary parameters: some particles are inside the shapes that push,
+/// none in those that kill, and hardly any hits a surface in the step. Throws std::invalid_argument for counts below 1.
+std::vector<ActionCost> action_bench(std::size_t particles, int repeats);
+
+/// Seconds a step of the fountain's five actions, and of twelve: those and seven more of the same columns.
+struct ListBench {
+  double five = 0;
+  double twelve = 0;
+  double ratio = 0;  // median over steps of twelve / five, measured in turn
+};
+ListBench list_bench(std::size_t particles, int steps);
+
+}  // namespace motes::recording

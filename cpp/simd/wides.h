@@ -1,0 +1,77 @@
+// 32-bit words, each in the low half of a 64-bit lane: the form in which processors multiply them to 64 bits.
+#pragma once
+
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+
+/// Half as many lanes as Words has. What stands in the upper halves means nothing.
+using Wide = std::uint64_t __attribute__((vector_size(4 * MOTES_LANES)));
+
+/// All lanes: `join` knows which of them are in which of the two.
+struct Wides {
+  Wide first, second;
+};
+
+MOTES_INLINE Wide all_wide(std::uint32_t value) { return Wide{} + value; }
+
+/// The 64-bit products of the words with another.
+MOTES_INLINE Wide multiply(Wide a, Wide b) {
+#if MOTES_WIDTH == 512
+  return (Wide)_mm512_mul_epu32((__m512i)a, (__m512i)b);
+#elif MOTES_WIDTH == 256
+  return (Wide)_mm256_mul_epu32((__m256i)a, (__m256i)b);
+#elif MOTES_WIDTH == 128
+  return (Wide)_mm_mul_epu32((__m128i)a, (__m128i)b);
+#else
+  return (a & 0xffffffffu) * (b & 0xffffffffu);
+#endif
+}
+
+MOTES_INLINE Wide exclusive_or(Wide a, Wide b, Wide c) {
+#if MOTES_WIDTH == 512
+  return (Wide)_mm512_ternarylogic_epi64((__m512i)a, (__m512i)b, (__m512i)c, 0x96);
+#else
+  return (a ^ b) ^ c;  // in this order: c comes last
+#endif
+}
+
+/// The upper halves of products, or of ids.
+MOTES_INLINE Wide upper(Wide v) { return v >> 32; }
+
+/// kLanes ids; their low halves are words.
+MOTES_INLINE Wides load_ids(const std::uint64_t* ids) {
+  Wides v;
+#if MOTES_WIDTH == 256
+  // 0 1 4 5 and 2 3 6 7: the shuffle of `join` works inside 128-bit halves.
+  const auto* from = reinterpret_cast<const __m128i*>(ids);
+  v.first = (Wide)_mm256_inserti128_si256(_mm256_castsi128_si256(_mm_loadu_si128(from)), _mm_loadu_si128(from + 2), 1);
+  v.second =
+      (Wide)_mm256_inserti128_si256(_mm256_castsi128_si256(_mm_loadu_si128(from + 1)), _mm_loadu_si128(from + 3), 1);
+#else
+  __builtin_memcpy(&v.first, ids, sizeof v.first);
+  __builtin_memcpy(&v.second, ids + kLanes / 2, sizeof v.second);
+#endif
+  return v;
+}
+
+/// The words of all lanes in order.
+MOTES_INLINE Words join(Wides v) {
+#if MOTES_WIDTH == 512
+  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+  return (Words)_mm512_permutex2var_epi32((__m512i)v.first, even, (__m512i)v.second);
+#elif MOTES_WIDTH == 256
+  return (Words)_mm256_shuffle_ps((__m256)v.first, (__m256)v.second, 0x88);
+#elif MOTES_WIDTH == 128
+  return (Words)_mm_shuffle_ps((__m128)v.first, (__m128)v.second, 0x88);
+#else
+  Words words;
+  for (std::size_t i = 0; i < kLanes / 2; ++i) {
+    words[i] = static_cast<std::uint32_t>(v.first[i]);
+    words[i + kLanes / 2] = static_cast<std::uint32_t>(v.second[i]);
+  }
+  return words;
+#endif
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,70 @@
+"""Benchmarks: every action is measured, and figures are of what they name.
+
+Times are not judged: machines differ.
+"""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import pytest
+
+from motes import _core, bench
+
+ACTIONS = _core.action_names()
+
+
+def figures(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+    """Run a benchmark for its JSON object."""
+    assert bench.main([*words, "--json"]) == 0
+    result: dict[str, Any] = json.loads(capsys.readouterr().out)
+    return result
+
+
+def test_every_action_has_its_cost(capsys):
+    found = figures(capsys, "actions", "--particles", "4096", "--repeats", "2")
+    assert set(found["actions"]) == set(ACTIONS)
+    for name, cost in found["actions"].items():
+        assert cost["alone_ns"] > 0, name
+        assert cost["alone_in_cache_ns"] > 0, name
+        assert cost["bytes_loaded"] >= cost["bytes_stored"], name
+    gravity, restore = found["actions"]["gravity"], found["actions"]["restore"]
+    assert (gravity["bytes_loaded"], gravity["bytes_stored"]) == (12, 12)
+    assert (restore["bytes_loaded"], restore["bytes_stored"]) == (72, 48)
+    # One draws ten rounds of random numbers, the other adds a constant.
+    random = found["actions"]["random_acceleration"]
+    assert random["alone_in_cache_ns"] > 2 * gravity["alone_in_cache_ns"]
+
+
+@pytest.mark.parametrize("scene", ["snow", "fountain"])
+def test_a_step_is_compared_with_memory(scene, capsys):
+    found = figures(capsys, scene, "--particles", "20000", "--steps", "3")
+    assert found["particles"] == 20000
+    assert found["bytes_per_particle"] <= 48
+    assert 0 < found["ratio"] < 1
+    assert found["memory_limit_updates_per_s"] > found["updates_per_s"] > 0
+
+
+def test_a_longer_list_costs_more(capsys):
+    found = figures(capsys, "lists", "--particles", "20000", "--steps", "5")
+    assert found["ratio"] > 1
+    assert found["twelve_s"] > found["five_s"]
+
+
+def test_scale_covers_the_sizes(capsys):
+    found = figures(capsys, "scale", "--particles", "30000", "--steps", "1")
+    assert found["ns_per_particle_30000"] > 0
+    assert found["largest_by_least"] == 1
+
+
+def test_recording_counts_its_calls(capsys):
+    found = figures(capsys, "recording", "--systems", "2", "--frames", "3")
+    assert (found["systems"], found["actions"], found["frames"]) == (2, 24, 3)
+    assert found["calls_ms"] > 0
+
+
+def test_text_is_a_table(capsys):
+    assert bench.main(["actions", "--particles", "1000", "--repeats", "1"]) == 0
+    lines = capsys.readouterr().out.splitlines()
+    assert [line.split()[0] for line in lines[1:-2]] == ACTIONS

@@ -54,19 +54,24 @@ def _tool(name: str) -> str:
 
 
 @cache
-def _build(target: str) -> Path:
-    """Build a C++ target without Python; the folder stays, so the next session builds only what changed."""
+def _build(target: str, mpi: str = "mpi") -> Path:
+    """Build a C++ target without Python; the folder stays, so the next session builds only what changed.
+
+    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own.
+    """
     if not (ROOT / "CMakeLists.txt").is_file():
         pytest.skip("the C++ programs need the source tree")
     key = hashlib.sha256(f"{ROOT} {sys.prefix}".encode()).hexdigest()[:12]
     folder = Path(
         os.environ.get("MOTES_TEST_BUILD") or Path(tempfile.gettempdir()) / f"motes-cpp-units-{key}"
     )
+    if mpi != "mpi":
+        folder = folder.with_name(f"{folder.name}-{mpi}")
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     cmake, ninja = _tool("cmake"), _tool("ninja")
     configure = [
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
-        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON"),
+        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON", f"-DMOTES_MPI={mpi}"),
     ]
     steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
     for words in (*steps, [cmake, "--build", str(folder), "--target", target]):
@@ -89,6 +94,14 @@ def motes_replay() -> Path:
     """Find the installed driver, beside this Python; build it where there is none."""
     installed = Path(sys.executable).parent / "motes_replay"
     return installed if installed.is_file() else _build("motes_replay") / "cpp" / "driver" / "motes_replay"
+
+
+@pytest.fixture(scope="session")
+def simulated_replay() -> Path:
+    """Build the driver for a simulated cluster."""
+    if shutil.which("smpirun") is None:
+        pytest.skip("needs SimGrid: apt-get install libsimgrid-dev")
+    return _build("motes_replay", "smpi") / "cpp" / "driver" / "motes_replay"
 
 
 @pytest.fixture(scope="session")

@@ -471,6 +471,14 @@ def test_the_page_of_actions_is_current():
     assert module.page() == module.PAGE.read_text(), "run python docs/make_actions.py"
 
 
+@pytest.mark.parametrize("rotational", [False, True])
+@pytest.mark.parametrize("name", ["up", "rotational_velocity"])
+def test_move_may_ask_for_the_columns_that_it_leaves_alone(name, rotational):
+    state = {"position": np.zeros((3, 3)), "velocity": np.ones((3, 3))}
+    moved = after(state, actions.Move(rotational=rotational, where=motes.column(name).y > 0.5), dt=1.0)
+    assert moved.position.tolist() == ([[1, 1, 1]] if name == "up" else [[0, 0, 0]]) * 3
+
+
 def test_who_leaves_the_numbers_dies_where_it_was():
     state = {
         "position": [(0, 0, 0), (3e38, 0, 0), (1, 2, 3)],
@@ -495,6 +503,19 @@ def test_what_is_no_finite_number_is_not_set(value):
         p = s.gather()
     assert p.heat.tolist() == [5] * 3 and p.mass.tolist() == [2] * 3
     assert p.wind.tolist() == [[1, 2, 3]] * 3
+
+
+def test_spawn_may_ask_for_the_place_of_birth():
+    world = motes.World(seed=1, dt=1.0, progress="off")
+    s, children = world.system("a"), world.system("b")
+    with world:
+        for frame in world.frames(2):
+            if frame == 0:
+                s.emit(position=[(2, 0, 0), (-2, 0, 0)], velocity=[(0, 1, 0), (0, 1, 0)])
+                s.spawn(into=children, on="birth", count=3, where=motes.column("position_b").x > 1)
+            s.move()
+            world.step()
+        assert (s.count, children.count) == (2, 3)
 
 
 def test_children_of_the_lost_are_not_born():

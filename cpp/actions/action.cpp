@@ -148,10 +148,14 @@ std::uint64_t columns_of(const Expression& expression, const particles::Schema& 
   return mask;
 }
 
-std::uint64_t reads(const Action& action, const particles::Schema& schema) {
-  std::uint64_t mask = facts(action.kind).reads | columns_of(action.where, schema);
+std::uint64_t named(const Action& action, const particles::Schema& schema) {
+  std::uint64_t mask = columns_of(action.where, schema);
   for (const Expression& value : action.values) mask |= columns_of(value, schema);
   return mask;
+}
+
+std::uint64_t reads(const Action& action, const particles::Schema& schema) {
+  return facts(action.kind).reads | named(action, schema);
 }
 
 std::uint64_t writes(const Action& action, const particles::Schema& schema) {
@@ -160,8 +164,13 @@ std::uint64_t writes(const Action& action, const particles::Schema& schema) {
   return action.target >= 0 ? mask | std::uint64_t{1} << action.target : mask;
 }
 
+constexpr std::uint64_t kCopies = kPositionB | kVelocityB | kUpB;
+
+bool uses_copies(const Expression& expression, const particles::Schema& schema) {
+  return (columns_of(expression, schema) & kCopies) != 0;
+}
+
 bool uses_copies(const Action& action, const particles::Schema& schema) {
-  constexpr std::uint64_t kCopies = bit(particles::position_b) | bit(particles::velocity_b) | bit(particles::up_b);
   return ((reads(action, schema) | writes(action, schema)) & kCopies) != 0;
 }
 

@@ -65,12 +65,15 @@ Kind kind_of(const std::string& name);
 /// Attributes that the action touches in a system of this schema, a bit each: with what its expressions read.
 std::uint64_t reads(const Action& action, const particles::Schema& schema);
 std::uint64_t writes(const Action& action, const particles::Schema& schema);
+/// Those alone that its expressions read.
+std::uint64_t named(const Action& action, const particles::Schema& schema);
 
 /// Attributes that an expression reads, a bit each.
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema);
 
-/// Whether the action reads or writes a *_b attribute.
+/// Whether the action, or a condition, reads or writes a *_b attribute.
 bool uses_copies(const Action& action, const particles::Schema& schema);
+bool uses_copies(const Expression& expression, const particles::Schema& schema);
 
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Action& action);

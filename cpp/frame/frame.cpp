@@ -125,10 +125,12 @@ void Engine::record(int index, recording::Item item) {
   if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
     if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
+    if (actions::uses_copies(spawn->where, s.schema)) s.keep_copies();
     system(spawn->into).keep_copies();  // only the manager knows what children are made of
   }
   if (const auto* callback = std::get_if<recording::Callback>(&item)) {
     actions::check_condition(callback->where, callback->shapes, s.schema);
+    if (actions::uses_copies(callback->where, s.schema)) s.keep_copies();
   }
   s.list.push_back(std::move(item));
 }

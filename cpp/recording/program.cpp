@@ -121,6 +121,7 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
   std::uint64_t writes = 0;
   for (const actions::Action& action : list_) {
     reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
+    reads |= actions::named(action, store.schema());  // by an expression: whatever the kernel does
     writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
   }
   for (int a = 0; a < store.schema().size(); ++a) {

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+from functools import cache
 from typing import Any
 
 from hypothesis import strategies as st
 
-from motes import actions
+from motes import actions, balance
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -32,16 +33,19 @@ def push(p):
 """
 
 
+@cache
 def numbers(low: float, high: float) -> st.SearchStrategy[float]:
     """Draw numbers that are short in decimals and, as a rule, rounded in float32."""
     return st.integers(round(low * 1000), round(high * 1000)).map(lambda n: n / 1000)
 
 
+@cache
 def triples(low: float, high: float) -> st.SearchStrategy[tuple[float, float, float]]:
     """Draw three numbers."""
     return st.tuples(numbers(low, high), numbers(low, high), numbers(low, high))
 
 
+@cache
 def directions() -> st.SearchStrategy[tuple[float, float, float]]:
     """Draw a vector that is not nearly zero."""
     return triples(-1, 1).filter(lambda v: sum(c * c for c in v) > 1e-3)
@@ -59,6 +63,7 @@ WITHOUT_SURFACE = ("Point", "Line", "Blob")
 SURFACES = ("Plane", "Box", "Sphere", "Disc", "Rectangle", "Triangle", "Cylinder", "Cone")
 
 
+@cache
 @st.composite
 def simple_shapes(draw: st.DrawFn, kinds: tuple[str, ...]) -> str:
     """Draw a shape that is no union."""
@@ -84,6 +89,7 @@ def simple_shapes(draw: st.DrawFn, kinds: tuple[str, ...]) -> str:
     return f"Line({place}, {end})" if kind == "Line" else f"{kind}({place}, {end}, {ring})"
 
 
+@cache
 def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
     """Draw any shape, unions too."""
     one = simple_shapes(kinds)
@@ -93,6 +99,7 @@ def shapes(kinds: tuple[str, ...] = WITHOUT_SURFACE + SURFACES) -> Text:
 # --- expressions and conditions
 
 
+@cache
 def scalars() -> Text:
     """Draw a column of one number, or what makes one of a vector."""
     vector = st.sampled_from(TRIPLES)
@@ -105,6 +112,7 @@ def column(name: str) -> str:
     return f'column("{name}")'
 
 
+@cache
 def expressions(leaves: Text) -> Text:
     """Draw an expression of columns and numbers."""
     constant = numbers(-3, 3).map(str)
@@ -119,6 +127,7 @@ def expressions(leaves: Text) -> Text:
     return st.recursive(leaves, larger, max_leaves=4)
 
 
+@cache
 def conditions() -> Text:
     """Draw what `where=` takes."""
     signs = st.sampled_from(["<", "<=", ">", ">=", "==", "!="])
@@ -169,6 +178,7 @@ KINDS: dict[str, type[actions.Action]] = {
 }
 
 
+@cache
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
     if name == "ramp":
@@ -183,6 +193,7 @@ def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     return TYPED[annotation] if annotation == "bool" else NAMED.get(name, TYPED[annotation])
 
 
+@cache
 @st.composite
 def sets(draw: st.DrawFn, where: Text) -> str:
     """Draw a `Set`."""
@@ -196,6 +207,7 @@ def sets(draw: st.DrawFn, where: Text) -> str:
     return f'Set(attribute="{attribute}", value={value}, where={draw(where)})'
 
 
+@cache
 @st.composite
 def one_action(draw: st.DrawFn) -> str:
     """Draw an action, in two of three cases without a condition."""
@@ -215,6 +227,7 @@ def one_action(draw: st.DrawFn) -> str:
 # --- births, and what else a script says to a system
 
 
+@cache
 @st.composite
 def distribution(draw: st.DrawFn, width: int, low: float, high: float) -> str:
     """Draw what `configure` takes for an attribute of 1 or 3 numbers."""
@@ -236,6 +249,7 @@ def numbers_of(value: Any) -> tuple[float, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 
+@cache
 def configured() -> Text:
     """Draw a call of `configure`."""
     wishes = {
@@ -259,6 +273,7 @@ def configured() -> Text:
     return words.map(lambda parts: f"@.configure({', '.join(parts)})")
 
 
+@cache
 @st.composite
 def emitted(draw: st.DrawFn) -> str:
     """Draw a call of `emit`."""
@@ -272,6 +287,7 @@ def emitted(draw: st.DrawFn) -> str:
     return f"@.emit({', '.join(words)})"
 
 
+@cache
 def births() -> Text:
     """Draw what bears particles, or says how."""
     source = st.tuples(shapes(), numbers(0, 1500), st.booleans())
@@ -285,6 +301,7 @@ def births() -> Text:
     )
 
 
+@cache
 @st.composite
 def spawns(draw: st.DrawFn) -> str:
     """Draw a call of `spawn`."""
@@ -302,6 +319,7 @@ OTHERS = (
 )
 
 
+@cache
 @st.composite
 def calls(draw: st.DrawFn) -> list[str]:
     """Draw the lines of a frame: 1 to 12 actions, with births and other calls between them."""
@@ -314,6 +332,25 @@ def calls(draw: st.DrawFn) -> list[str]:
     return [line.replace("@", draw(st.sampled_from("aab"))) for line in lines]
 
 
+COMBINE = ("together", "one_by_one", "overlapped")
+
+
+@cache
+def balancers() -> list[str]:
+    """Name every balancer that needs no argument, as eager as it can be told to be."""
+    calls = ["None"]
+    eager = {"threshold": 0.001, "min_particles": 1}
+    for name in balance.__all__:
+        kind = getattr(balance, name)
+        if not inspect.isclass(kind) or not issubclass(kind, balance.Balancer) or kind is balance.Balancer:
+            continue
+        takes = inspect.signature(kind).parameters
+        if all(parameter.default is not parameter.empty for parameter in takes.values()):
+            words = ", ".join(f"{word}={value}" for word, value in eager.items() if word in takes)
+            calls.append(f"motes.balance.{name}({words})")
+    return calls
+
+
 @st.composite
 def script(draw: st.DrawFn) -> str:
     """Draw a script of two systems, with a list for even and one for odd frames.
@@ -323,8 +360,10 @@ def script(draw: st.DrawFn) -> str:
     axes = st.sampled_from("xyz")
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
+    roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
+    facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers()))}"
     lines = [
-        f"world = motes.World({facts}, roles={draw(st.sampled_from(['auto', 'shared']))!r}, progress='off')",
+        f"world = motes.World({facts}, progress='off')",
         "world.renderer = motes.Renderer(32, 24, camera=motes.Camera((0, 1, 9), (0, 0, 0)))",
     ]
     for name in "ab":

@@ -280,10 +280,7 @@ class Proportional(_Native):
 
 def _powers(powers: Any, *, above: bool) -> list[float]:
     allowed = f"a list of finite numbers {'>' if above else '>='} 0, one a calculator"
-    try:
-        values = np.asarray(powers, np.float64)
-    except (TypeError, ValueError):
-        raise ArgumentError("powers", powers, allowed) from None
+    values = arguments.floats("powers", powers, np.float64, allowed)
     good = values.ndim == 1 and values.size > 0 and bool(np.isfinite(values).all())
     if not good or bool((values < 0).any()) or (above and bool((values == 0).any())):
         raise ArgumentError("powers", powers, allowed)
@@ -293,12 +290,10 @@ def _powers(powers: Any, *, above: bool) -> list[float]:
 
 
 def _shares(where: str, targets: Targets) -> list[float]:
-    try:
-        shares = np.asarray(targets.shares, np.float64)
-    except (TypeError, ValueError):
-        shares = np.zeros((0, 0))
+    allowed = "numbers, one a calculator"
+    shares = arguments.floats(f"{where}: shares", targets.shares, np.float64, allowed)
     if shares.ndim != 1 or shares.size == 0:
-        raise ArgumentError(f"{where}: shares", targets.shares, "numbers, one a calculator")
+        raise ArgumentError(f"{where}: shares", targets.shares, allowed)
     return [float(share) for share in shares]
 
 

@@ -68,7 +68,10 @@ class Movie:
         if isinstance(frame, Frame) and not frame:
             return
         self._raise_error()
-        pixels: NDArray[np.uint8] = np.asarray(frame.pixels if isinstance(frame, Frame) else frame)
+        try:
+            pixels: NDArray[np.uint8] = np.asarray(frame.pixels if isinstance(frame, Frame) else frame)
+        except Exception:  # any: this runs methods of users' classes
+            raise ArgumentError("frame", frame, "a Frame or uint8 (height, width, 3)") from None
         if pixels.dtype != np.uint8 or pixels.ndim != 3 or pixels.shape[2] != 3:
             allowed = "a Frame or uint8 (height, width, 3)"
             raise ArgumentError("frame", f"{pixels.dtype} {pixels.shape}", allowed)

@@ -4,8 +4,9 @@
 #include "recording/bench_actions.h"
 
 namespace motes::bindings {
+namespace {
 
-void bind_bench(py::module_& m) {
+void bind_scenes(py::module_& m) {
   m.def(
       "act_bench",
       [](const std::string& scene, std::size_t particles, int steps) {
@@ -38,6 +39,9 @@ void bind_bench(py::module_& m) {
         return d;
       },
       py::arg("particles"), py::arg("bins"), py::arg("steps"));
+}
+
+void bind_actions(py::module_& m) {
   m.def(
       "action_bench",
       [](std::size_t particles, int repeats) {
@@ -76,6 +80,9 @@ void bind_bench(py::module_& m) {
         return d;
       },
       py::arg("particles"), py::arg("steps"));
+}
+
+void bind_render(py::module_& m) {
   m.def(
       "render_bench",
       [](std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
@@ -101,6 +108,14 @@ void bind_bench(py::module_& m) {
       },
       py::arg("particles"), py::arg("width"), py::arg("height"), py::arg("pixels"), py::arg("frames"),
       py::arg("fountain"));
+}
+
+}  // namespace
+
+void bind_bench(py::module_& m) {
+  bind_scenes(m);
+  bind_actions(m);
+  bind_render(m);
 }
 
 }  // namespace motes::bindings

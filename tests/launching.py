@@ -16,6 +16,7 @@ from pathlib import Path
 __all__ = ["Hang", "Result", "command", "launches", "mpirun", "python"]
 
 POLL_S = 0.01
+NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, on a machine that is overloaded
 
 
 class Hang(AssertionError):
@@ -85,7 +86,11 @@ def _job(
         path = script if isinstance(script, Path) else Path(folder) / "script.py"
         if not isinstance(script, Path):
             path.write_text(script)
-        return command([sys.executable, *words, path, *arguments], timeout=timeout, env=env, watch=watch)
+        job = [sys.executable, *words, path, *arguments]
+        result = command(job, timeout=timeout, env=env, watch=watch)
+        if NO_LAUNCHER in result.err:  # nothing of ours has run yet
+            result = command(job, timeout=timeout, env=env, watch=watch)
+        return result
 
 
 def command(

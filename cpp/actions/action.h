@@ -17,11 +17,11 @@ enum class Kind : std::uint8_t {
 #undef MOTES_ACTION
 };
 
-inline constexpr int kKinds =
-#define MOTES_ACTION(name, ...) (1) +
+inline constexpr int kKinds = 0
+#define MOTES_ACTION(name, ...) +1  // NOLINT(bugprone-macro-parentheses): a summand
 #include "actions/list.inc"
 #undef MOTES_ACTION
-    0;
+    ;
 
 /// What a script recorded: the kind, its numbers in the order of Facts::numbers or the knots of its ramp, its shapes.
 struct Action {

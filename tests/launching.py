@@ -16,7 +16,7 @@ from pathlib import Path
 __all__ = ["Hang", "Result", "command", "launches", "mpirun", "python"]
 
 POLL_S = 0.01
-NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, on a machine that is overloaded
+NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, on a busy machine
 
 
 class Hang(AssertionError):

@@ -165,6 +165,19 @@ def last_counts(log: Path) -> list[int]:
     return [row["n_end"] for row in rows if row["frame"] == rows[-1]["frame"]]
 
 
+def last_times(log: Path) -> list[float]:
+    """What each calculator's particles take at the end, by the speeds that the balancer was told.
+
+    They are all that it can go by: where nothing was measured, or alike for all, it is the counts.
+    """
+    rows = rows_of(log / "balance.jsonl")
+    told = {row[f"{side}_rank"]: row[f"speed_{side}"] for row in rows for side in ("left", "right")}
+    known = [speed for speed in told.values() if speed > 0] or [1.0]
+    counts = last_counts(log)
+    speeds = [told.get(rank, 0) or sum(known) / len(known) for rank in range(2, 2 + len(counts))]
+    return [count / speed for count, speed in zip(counts, speeds, strict=True)]
+
+
 @pytest.mark.parametrize(("ranks", "middle"), [(4, [0, 1]), (5, [1]), (7, [2])])
 def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tmp_path):
     mpirun(ranks, MIDDLE, "None", tmp_path / "static", 3)
@@ -172,12 +185,12 @@ def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tm
     assert sum(counts) == 4000
     assert [c for c, n in enumerate(counts) if n > 0] == middle
     mpirun(ranks, MIDDLE, "balance.Pairwise(min_particles=8)", tmp_path / "pairwise", 40)
-    counts = last_counts(tmp_path / "pairwise")
-    assert sum(counts) == 4000
-    assert max(counts) < 1.35 * min(counts), counts
+    assert sum(last_counts(tmp_path / "pairwise")) == 4000
+    times = last_times(tmp_path / "pairwise")
+    assert max(times) < 1.35 * min(times), times
     mpirun(ranks, MIDDLE, "balance.PrefixCuts(threshold=0.02)", tmp_path / "prefix", 6)
-    counts = last_counts(tmp_path / "prefix")
-    assert max(counts) < 1.05 * min(counts), counts
+    times = last_times(tmp_path / "prefix")
+    assert max(times) < 1.05 * min(times), times
 
 
 # --- slower machines
@@ -204,19 +217,39 @@ with world:
     [("balance.Pairwise()", 16), ("balance.PrefixCuts()", 6), ("balance.Diffusive()", 16)],
 )
 def test_work_is_shared_by_speed(policy, frames, tmp_path):
-    env = {"MOTES_SPEEDS": "2:1.0,3:0.5"}
+    """A tenth of the speed: ten times the time, and a tenth of the work.
+
+    A busy machine makes a processor up to three times slower than another one for a while; the bounds are
+    beyond that. How near the shares come to given speeds is a matter of tests without a clock.
+    """
+    env = {"MOTES_SPEEDS": "2:1.0,3:0.1"}
     mpirun(4, SLOW, policy, tmp_path / "log", frames, env=env)
     facts = json.loads((tmp_path / "log" / "run.json").read_text())
-    assert facts["speeds"] == {"2": 1.0, "3": 0.5}
+    assert facts["speeds"] == {"2": 1.0, "3": 0.1}
     assert facts["balancer"].startswith(policy.split("(")[0].removeprefix("balance."))
+    seconds, particles = defaultdict(float), defaultdict(int)
+    for row in rows_of(tmp_path / "log" / "load.jsonl"):
+        seconds[row["rank"]] += row["t_compute_s"]
+        particles[row["rank"]] += row["n_start"] + row["created"]
+    slower = seconds[3] / particles[3] / (seconds[2] / particles[2])
+    assert 3 < slower < 33, "the slower machine really spends the time"
     fast, slow = last_counts(tmp_path / "log")
-    assert abs(fast / (fast + slow) - 2 / 3) < 0.1 * 2 / 3, (fast, slow)
-    load = rows_of(tmp_path / "log" / "load.jsonl")
-    per_particle = defaultdict(list)
-    for row in load[4:]:
-        per_particle[row["rank"]].append(row["t_compute_s"] / (row["n_start"] + row["created"]))
-    middle = {rank: sorted(values)[len(values) // 2] for rank, values in per_particle.items()}
-    assert 1.5 < middle[3] / middle[2] < 2.7, "the slower machine really spends the time"
+    assert 3 < fast / slow < 33, (fast, slow)
+    nearer = [nearer_to_told(row) for row in rows_of(tmp_path / "log" / "balance.jsonl") if row["given"]]
+    assert all(nearer), "whatever was measured, what moves makes the times more alike"
+    assert nearer or "Prefix" in policy
+
+
+def nearer_to_told(row: dict[str, Any]) -> bool:
+    """Whether what went over a cut made the two times more alike, by the speeds that the manager knew."""
+
+    left = row["speed_left"] or row["speed_right"] or 1
+    right = row["speed_right"] or left
+
+    def apart(given: int) -> float:
+        return abs((row["n_left"] - given) / left - (row["n_right"] + given) / right)
+
+    return apart(row["given"]) < apart(0)
 
 
 # --- what the log says of it

@@ -21,7 +21,7 @@ from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core, 
 from motes.replay.compare import compare
 from motes.replay.density import Density, crossing, exchange, overlaps
 from motes.replay.simulate import simulate
-from motes.replay.synthetic import LOADS, synthetic
+from motes.replay.synthetic import LOADS, Synthetic, synthetic
 
 many = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -231,6 +231,22 @@ def test_pairs_stall_on_a_slope_and_diffusion_goes_on() -> None:
 
 def test_alternating_machines_are_no_trouble_for_pairs() -> None:
     assert imbalances("alternating", Pairwise(0.05), frames=10)[-1] <= 1.01
+
+
+@pytest.mark.parametrize(
+    ("balancer", "by_frame"), [(Pairwise(), 15), (Diffusive(), 15), (PrefixCuts(), 5)], ids=repr
+)
+@pytest.mark.parametrize("noise", [0.0, 0.05])
+def test_two_machines_share_by_their_true_speeds(
+    balancer: motes.Balancer, by_frame: int, noise: float
+) -> None:
+    """Within a tenth, from even shares on, though the clock is off by some per cent in each frame."""
+    random = np.random.default_rng(5)
+    speeds = [np.array([2e7, 1e7]) * np.exp(noise * random.standard_normal(2)) for _ in range(40)]
+    even = Synthetic(40, lambda k: speeds[k], lambda _: np.ones(2), calculators=2, particles=400_000)
+    fast, slow = np.array([step.particles for step in simulate(even, balancer)]).T
+    assert fast[0] == slow[0]
+    np.testing.assert_allclose((fast / (fast + slow))[by_frame:], 2 / 3, rtol=0.1)
 
 
 def test_static_cuts_change_nothing() -> None:

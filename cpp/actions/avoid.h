@@ -156,13 +156,15 @@ MOTES_INLINE Turn first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, f
   return first;
 }
 
-inline void avoid(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+/// Turns a vector of particles; `turn` is called with positions and velocities.
+template <class TurnOf>
+MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& b, const actions::Step& s,
+                            const TurnOf& turn_of) {
   const float strength = number(p, 0) * s.dt;
   const float epsilon = number(p, 1);
-  const float look_ahead = number(p, 2);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
-    const Turn turn = first_turn(*p.shape, load3(b, kPositionAt, i), v, look_ahead);
+    const Turn turn = turn_of(load3(b, kPositionAt, i), v);
     if (!any(turn.mask)) continue;
     const Floats speed = sqrt(dot(v, v));
     const Floats length2 = dot(turn.aside, turn.aside);
@@ -171,6 +173,24 @@ inline void avoid(const actions::Parameters& p, const actions::Block& b, const a
     const Floats turned2 = dot(turned, turned);
     const Mask mask = turn.mask & (length2 > 0.0f) & (turned2 > 0.0f);
     store3(b, kVelocityAt, i, select(mask, turned * (speed / sqrt(turned2)), v));
+  }
+}
+
+inline void avoid(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const shapes::Shape& shape = *p.shape;
+  const float look_ahead = number(p, 2);
+  const auto inlined = [&](const auto& lanes) __attribute__((always_inline)) {
+    avoid_all(p, b, s,
+              [&](Floats3 x, Floats3 v) __attribute__((always_inline)) { return turn_at(lanes, x, v, look_ahead); });
+  };
+  switch (shape.kind) {  // the usual ones
+    case shapes::Kind::plane: return inlined(PlaneLanes::from(shape));
+    case shapes::Kind::sphere: return inlined(SphereLanes::from(shape));
+    case shapes::Kind::box: return inlined(BoxLanes::from(shape));
+    default:
+      avoid_all(p, b, s, [&](Floats3 x, Floats3 v) __attribute__((always_inline)) {
+        return first_turn(shape, x, v, look_ahead);
+      });
   }
 }
 

@@ -13,39 +13,62 @@ MOTES_INLINE Floats life_ratio(const actions::Block& b, std::size_t i) {
   return select(lifetime > 0.0f, age / lifetime, all(1.0f));
 }
 
-/// Component `c` (0.. width - 1) of the ramp, whose knots are rows of 1 + width numbers.
-MOTES_INLINE Floats ramp_at(const actions::Parameters& p, int width, int c, Floats ratio) {
-  const int row = 1 + width;
-  const int knots = p.numbers / row;
-  Floats y = all(number(p, 1 + c));
-  for (int k = 0; k + 1 < knots; ++k) {
-    const float from = number(p, k * row), to = number(p, (k + 1) * row);
-    const float low = number(p, k * row + 1 + c), high = number(p, (k + 1) * row + 1 + c);
-    // Knots at the same ratio make a jump.
-    const float per_ratio = to > from ? 1.0f / (to - from) : 0.0f;
-    y = select(ratio >= from, low + (ratio - from) * per_ratio * (high - low), y);
-    y = select(ratio >= to, all(high), y);
-  }
-  return y;
-}
+/// Two knots of a ramp, and what is between them.
+struct Segment {
+  float from, to, per_ratio, low[3], rise[3], high[3];
 
-MOTES_INLINE void over_life(const actions::Parameters& p, const actions::Block& b, int at, int width) {
-  for (std::size_t i = 0; i < b.count; i += kLanes) {
-    const Floats ratio = life_ratio(b, i);
-    for (int c = 0; c < width; ++c) store(b.component[at + c] + i, ramp_at(p, width, c, ratio));
+  static MOTES_INLINE Segment of(const actions::Parameters& p, int width, int k) {
+    const int here = k * (1 + width), next = here + 1 + width;
+    Segment s{};
+    s.from = number(p, here);
+    s.to = number(p, next);
+    s.per_ratio = s.to > s.from ? 1.0f / (s.to - s.from) : 0.0f;  // knots at the same ratio make a jump
+    for (int c = 0; c < width; ++c) {
+      s.low[c] = number(p, here + 1 + c);
+      s.high[c] = number(p, next + 1 + c);
+      s.rise[c] = s.high[c] - s.low[c];
+    }
+    return s;
+  }
+};
+
+/// `width` components from the one at `at` on; a block's pass takes up to kSegments of the ramp.
+template <int width>
+MOTES_INLINE void over_life(const actions::Parameters& p, const actions::Block& b, int at) {
+  constexpr int kSegments = 8;
+  const int segments = p.numbers / (1 + width) - 1;
+  for (int first = 0; first == 0 || first < segments; first += kSegments) {
+    Segment segment[kSegments];
+    int count = 0;
+    for (; count < kSegments && first + count < segments; ++count)
+      segment[count] = Segment::of(p, width, first + count);
+    for (std::size_t i = 0; i < b.count; i += kLanes) {
+      const Floats ratio = life_ratio(b, i);
+      Floats y[width];
+      for (int c = 0; c < width; ++c) y[c] = first == 0 ? all(number(p, 1 + c)) : load(b.component[at + c] + i);
+      for (int k = 0; k < count; ++k) {
+        const Segment& s = segment[k];
+        const Floats part = (ratio - s.from) * s.per_ratio;
+        const Mask reached = ratio >= s.from, passed = ratio >= s.to;
+        for (int c = 0; c < width; ++c) {
+          y[c] = select(passed, all(s.high[c]), select(reached, s.low[c] + part * s.rise[c], y[c]));
+        }
+      }
+      for (int c = 0; c < width; ++c) store(b.component[at + c] + i, y[c]);
+    }
   }
 }
 
 inline void color_over_life(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  over_life(p, b, kColorAt, 3);
+  over_life<3>(p, b, kColorAt);
 }
 
 inline void alpha_over_life(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  over_life(p, b, kAlphaAt, 1);
+  over_life<1>(p, b, kAlphaAt);
 }
 
 inline void size_over_life(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
-  over_life(p, b, kSizeAt, 3);
+  over_life<3>(p, b, kSizeAt);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -93,8 +93,9 @@ Message Engine::receive_births(std::size_t round) {
   return message;
 }
 
-// A group's particles are made and dealt out in pieces of so many: a large burst needs no memory of its own.
-constexpr std::uint64_t kPiece = std::uint64_t{1} << 20;
+// Groups are made and dealt out in pieces of so many particles: a large burst needs no memory of its own, and a piece
+// stays in the second cache.
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
 
 void Engine::make_births(const System& system, const BirthGroup& group, const Use& use) const {
   for (std::uint64_t first = 0; first < group.count; first += kPiece) {

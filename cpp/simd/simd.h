@@ -64,20 +64,30 @@ MOTES_INLINE Floats load(const float* from) {
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-MOTES_INLINE void store(float* to, Floats v) { __builtin_memcpy(to, &v, sizeof v); }
+/// Stores are of floats, which cannot change a pointer or a count: the compiler need not load those anew after each.
+MOTES_INLINE void store(float* to, Floats v) {
+  using Anywhere __attribute__((aligned(4))) = Floats;
+  *reinterpret_cast<Anywhere*>(to) = v;
+}
 MOTES_INLINE Mask load_mask(const std::int32_t* from) {
   Mask v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-MOTES_INLINE void store_mask(std::int32_t* to, Mask v) { __builtin_memcpy(to, &v, sizeof v); }
+MOTES_INLINE void store_mask(std::int32_t* to, Mask v) {
+  using Anywhere __attribute__((aligned(4))) = Mask;
+  *reinterpret_cast<Anywhere*>(to) = v;
+}
 
 MOTES_INLINE Words load_words(const std::uint32_t* from) {
   Words v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-MOTES_INLINE void store_words(std::uint32_t* to, Words v) { __builtin_memcpy(to, &v, sizeof v); }
+MOTES_INLINE void store_words(std::uint32_t* to, Words v) {
+  using Anywhere __attribute__((aligned(4))) = Words;
+  *reinterpret_cast<Anywhere*>(to) = v;
+}
 
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512

@@ -29,6 +29,20 @@ def test_explosion_is_strongest_at_its_crest():
     np.testing.assert_allclose(v @ (0.6, 0.8, 0), 0.1 * 20 * wave / (r**2 + 0.1), rtol=2e-5, atol=1e-12)
     np.testing.assert_allclose(np.cross(v, (0.6, 0.8, 0)), 0, atol=1e-5)
     assert not after({"position": [(0, 0, 0)]}, blast).velocity.any(), "the centre knows no direction"
+    assert not after({"position": [(0, 0, 8.1)]}, blast).velocity.any(), "ten sigmas away"
+
+
+@pytest.mark.parametrize("knots", [1, 2, 5, 9, 10, 23])
+def test_ramps_go_straight_from_knot_to_knot(knots: int):
+    dice = np.random.default_rng(knots)
+    ratio = np.sort(dice.uniform(0, 1, knots).astype(np.float32))
+    values = dice.uniform(0, 1, (knots, 3))
+    age = dice.uniform(0, 2.2, 1000).astype(np.float32)
+    state = {"position": np.zeros((1000, 3)), "age": age, "lifetime": np.full(1000, 2)}
+    knots_of = list(zip(ratio.tolist(), values.tolist(), strict=True))
+    color = after(state, actions.ColorOverLife(ramp=knots_of)).color
+    for c in range(3):
+        np.testing.assert_allclose(color[:, c], np.interp(age / 2, ratio, values[:, c]), atol=3e-6)
 
 
 def test_circular_orbits():

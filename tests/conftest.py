@@ -100,6 +100,8 @@ def motes_replay() -> Path:
 def simulated_replay() -> Path:
     """Build the driver for a simulated cluster."""
     if shutil.which("smpirun") is None:
+        if os.environ.get("MOTES_TEST_SIMGRID") == "required":
+            pytest.fail("SimGrid's smpirun is absent, and MOTES_TEST_SIMGRID says that it must be there")
         pytest.skip("needs SimGrid: apt-get install libsimgrid-dev")
     return _build("motes_replay", "smpi") / "cpp" / "driver" / "motes_replay"
 

@@ -72,6 +72,8 @@ class Player {
     run_.policy->check(cast_.calculators.size());
     run_.combine = combine();
     run_.spans = options.spans;
+    run_.blocking = options.blocking;
+    run_.costs = costs();
     auto communicator = std::make_unique<comm::Communicator>(mpi.world(), std::move(watch));
     engine_ = std::make_unique<frame::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
@@ -106,6 +108,20 @@ class Player {
     } catch (const std::invalid_argument&) {
       throw std::runtime_error("the scene's balancer " + own + " is its script's own: choose one by --balancer");
     }
+  }
+
+  frame::Costs costs() const {
+    frame::Costs costs;
+    if (!options_.costs.empty()) {
+      const MappedFile file(options_.costs);
+      try {
+        costs = frame::read_costs({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+      } catch (const std::invalid_argument& error) {
+        throw std::runtime_error(options_.costs + ", " + error.what());
+      }
+    }
+    costs.scale = options_.scale;
+    return costs;
   }
 
   std::string combine_name() const {

@@ -1,6 +1,7 @@
 #include "driver/options.h"
 
 #include <charconv>
+#include <cmath>
 #include <initializer_list>
 #include <stdexcept>
 
@@ -14,6 +15,16 @@ std::uint64_t number(const std::string& name, const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) {
     throw std::invalid_argument(name + " takes a whole number, got '" + text + "'");
+  }
+  return value;
+}
+
+double scale(const std::string& name, const std::string& text) {
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool whole = error == std::errc() && end == text.data() + text.size();
+  if (!whole || !(value > 0) || !std::isfinite(value)) {
+    throw std::invalid_argument(name + " takes a number > 0, got '" + text + "'");
   }
   return value;
 }
@@ -56,6 +67,12 @@ Options read_options(std::span<char* const> words) {
     } else if (word == "--balancer") {
       options.balancer = value();
       balance::policy_named(options.balancer);
+    } else if (word == "--costs") {
+      options.costs = value();
+    } else if (word == "--scale") {
+      options.scale = scale(word, value());
+    } else if (word == "--blocking") {
+      options.blocking = true;
     } else if (word == "--spans") {
       options.spans = true;
     } else if (word.starts_with('-')) {
@@ -87,6 +104,9 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --spans               with --log: a timeline of each rank too
   --balancer TEXT       in place of the scene's, as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
   --combine WAY         in place of the scene's: one_by_one, together or overlapped
+  --blocking            calculators wait until the image generator has taken their particles, as in the paper
+  --costs FILE          under a simulator: what work costs there, lines "name = nanoseconds" (cpp/frame/costs.h)
+  --scale R             under a simulator: each computed particle stands for R
   --frames N            the first N frames only
   --help                this text
 

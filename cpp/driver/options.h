@@ -17,6 +17,9 @@ struct Options {
   std::string roles = "auto";    // auto | shared
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
+  std::string costs;             // file of costs on a simulated machine, or empty
+  double scale = 1;              // particles that each computed one stands for
+  bool blocking = false;         // calculators wait for the image generator, as in the paper
   bool spans = false;            // with a log: a timeline of each rank
   std::uint64_t frames = UINT64_MAX;  // at most
 };

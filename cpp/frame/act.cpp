@@ -68,8 +68,16 @@ void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, parti
     recording::Program::find_leavers(*system.store, 0, slice_of(system), system.outcome);
     drop_dead(system.outcome);
   }
+  charge_list(system);
   slow_down(start);
   system.tally.compute_s += compute_seconds() - start;
+}
+
+// What the list cost on all that it ran over: who was here or came, also who died or will leave.
+void Engine::charge_list(const System& system) const {
+  const auto newborn = static_cast<double>(system.tally.created);
+  const double all = static_cast<double>(system.tally.at_start) + newborn;
+  charge(options_.costs.newborn * newborn + options_.costs.of(system.list) * all * options_.substeps);
 }
 
 recording::Slice Engine::slice_of(const System& system) const {
@@ -236,6 +244,8 @@ void Engine::pack_leavers(Round& round, std::size_t index) {
     system.tally.bytes_sent += round.leaving[c].bytes().size() - before;
   }
   system.tally.sent = gone.size();
+  const double among = options_.costs.gap * static_cast<double>(store.size()) * options_.costs.scale;
+  charge((options_.costs.leave + among) * static_cast<double>(gone.size()));
   std::vector<std::uint32_t> all(gone.size() + system.outcome.dead.size());
   std::merge(gone.begin(), gone.end(), system.outcome.dead.begin(), system.outcome.dead.end(), all.begin());
   store.remove(all);

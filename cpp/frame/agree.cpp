@@ -50,6 +50,8 @@ void Engine::judge(Round& round) {
     const Message message = comm_->expect(from, Phase::report, stamp(round));
     particles::Reader in = message.reader();
     reports.push_back(read_report(in));
+    const auto systems = static_cast<double>(reports.back().systems.size());
+    charge(options_.costs.report / options_.costs.scale * systems);  // as long for few particles as for many
   }
   Verdict verdict = compare(reports);
   std::vector<std::vector<std::int32_t>> sources(cast_.calculators.size());

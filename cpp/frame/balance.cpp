@@ -209,6 +209,7 @@ Proposal Engine::propose(const Request& request) {
   const std::span<const float> x = coordinates(s, room);
   const float low = s.domains.low(calculator());
   const float high = s.domains.high(calculator());
+  charge(options_.costs.select * static_cast<double>(x.size()));
   Proposal proposal{request, {}, {}};
   switch (request.kind) {
     case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;

@@ -36,6 +36,7 @@ void Engine::deal(const Round& round) {
       put_cuts(system, cuts);
       for (const particles::Store& store : children) deal_out(system, store, hands);
       for (const BirthGroup& group : groups_[i]) {
+        charge(options_.costs.birth * static_cast<double>(group.count));
         if (bears_its_own()) {
           hands[0].count += group.count;
         } else {

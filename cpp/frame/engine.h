@@ -14,6 +14,7 @@
 
 #include "balance/policy.h"
 #include "comm/communicator.h"
+#include "frame/costs.h"
 #include "frame/log.h"
 #include "frame/report.h"
 #include "frame/round.h"
@@ -54,6 +55,8 @@ struct Options {
   bool wall_clock = false;  // what compute seconds are: processor time of this thread, or wall time
   double speed = 1;         // 0..1: this rank spends as much time as a machine of this part of its speed would
   bool spans = false;       // write a timeline of each rank to the log
+  bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
+  Costs costs;              // of work on a simulated machine
 };
 
 class Engine {
@@ -165,6 +168,7 @@ class Engine {
   };
   double compute_seconds() const;
   void slow_down(double since) const;
+  void charge(double nanoseconds) const;
 
   // create.cpp: manager -> all
   void count_births();
@@ -191,6 +195,7 @@ class Engine {
   void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
   void run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
                 const std::function<void(const BirthGroup&)>& append);
+  void charge_list(const System& system) const;
   recording::Slice slice_of(const System& system) const;
   void run_pieces(System& system, const std::vector<Piece>& pieces, std::size_t begin, std::size_t entry,
                   int first_substep);

@@ -36,6 +36,7 @@ void Engine::receive_strangers(Round& round) {
         system.tally.received += system.store->size() - before;
         count += system.store->size() - before;
       }
+      charge(options_.costs.arrive * static_cast<double>(count));
       if (count != message.header().count)
         throw std::runtime_error("particles were lost on the way between calculators");
     });

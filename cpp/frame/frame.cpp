@@ -107,7 +107,11 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(systems_.size());
   const int calculators = static_cast<int>(cast_.calculators.size());
   systems_.push_back(std::make_unique<System>(std::move(definition), options_.seed, index, calculators));
-  if (options_.policy) systems_.back()->speeds = balance::Speeds(calculators, options_.policy->speeds);
+  if (options_.policy) {
+    balance::SpeedOptions speeds = options_.policy->speeds;
+    speeds.min_particles = static_cast<std::uint64_t>(static_cast<double>(speeds.min_particles) / options_.costs.scale);
+    systems_.back()->speeds = balance::Speeds(calculators, speeds);
+  }
   return static_cast<int>(index);
 }
 

@@ -41,16 +41,24 @@ void Engine::send_sprites() {
       message.bytes().put_raw(bytes.data(), bytes.size());
       visible += system->store->size();
     }
+    if (!draws()) charge(options_.costs.record * static_cast<double>(visible));
   });
   slow_down(start);
   if (failure_.failed()) message = comm::Message();
   comm_->post(cast_.image_generator, comm::Phase::records, stamp(), std::move(message), visible, failure_.failed());
+  if (options_.blocking) comm_->flush();
 }
 
 void Engine::draw() {
   const Timed timed(*this, times_.render, "draw");
   std::vector<comm::Message> messages;
-  for (const int from : cast_.calculators) messages.push_back(comm_->expect(from, comm::Phase::records, stamp()));
+  double particles = 0;
+  for (const int from : cast_.calculators) {
+    messages.push_back(comm_->expect(from, comm::Phase::records, stamp()));
+    const auto count = static_cast<double>(messages.back().header().count);
+    if (from != rank()) charge(options_.costs.collect * count);
+    particles += count;
+  }
   work("render", [&] {
     canvas_.begin(*record_.view, keep_linear_);
     for (const comm::Message& message : messages) {
@@ -60,6 +68,7 @@ void Engine::draw() {
       for (particles::Reader in = message.reader(); !in.done();) canvas_.add(in.take(in.get<std::uint64_t>()));
     }
     pixels_ = canvas_.finish();
+    charge(options_.costs.draw * particles + options_.costs.picture / options_.costs.scale);
   });
   // A frame that could not be drawn must not reach the script.
   if (failure_.failed()) std::rethrow_exception(own_exception_);

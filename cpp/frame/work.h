@@ -39,4 +39,7 @@ inline void Engine::slow_down(double since) const {
   if (options_.speed < 1) comm::spend((compute_seconds() - since) * (1 / options_.speed - 1));
 }
 
+// Work that takes so long on a machine of speed 1: time passes under a simulator, and nowhere else.
+inline void Engine::charge(double nanoseconds) const { comm::execute(nanoseconds * options_.costs.scale); }
+
 }  // namespace motes::frame

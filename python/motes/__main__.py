@@ -1,4 +1,4 @@
-"""The command line: `python -m motes run | record | doctor | bench | watch | report`."""
+"""The command line: `python -m motes run | record | cluster | doctor | bench | watch | report`."""
 
 from __future__ import annotations
 
@@ -30,6 +30,10 @@ def main(argv: Sequence[str] | None = None) -> int:
             return _run(words[1:])
         if words[:1] == ["record"]:
             return scenefile.main(words[1:])
+        if words[:1] == ["cluster"]:
+            from .cluster import command
+
+            return command.main(words[1:])
         if words[:1] == ["bench"] and _has("bench"):
             return int(importlib.import_module("motes.bench").main(words[1:]) or 0)
         arguments = _parser().parse_args(words)
@@ -53,6 +57,7 @@ def _parser() -> argparse.ArgumentParser:
     commands = parser.add_subparsers(dest="command", metavar="command")
     commands.add_parser("run", help="start a script on N ranks with the right mpirun", usage=_RUN_USAGE)
     commands.add_parser("record", help="write what a script says to a file", usage=scenefile.USAGE)
+    commands.add_parser("cluster", help="run on a simulated cluster; reproduce the paper's tables")
     check = commands.add_parser("doctor", help="examine this installation; exit code 1 if something is wrong")
     check.add_argument("--json", action="store_true", help="print one JSON object")
     if _has("bench"):

@@ -1,0 +1,40 @@
+// What work costs on a simulated machine: under a cluster simulator particles are really computed, but time comes from
+// here. Elsewhere all costs are 0 and nothing asks for them.
+#pragma once
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "actions/action.h"
+#include "recording/record.h"
+
+namespace motes::frame {
+
+/// Nanoseconds on a machine of speed 1, a particle where nothing else is said.
+struct Costs {
+  std::array<double, actions::kKinds> act{};  // one action
+  double birth = 0;    // manager: making, finding its owner, packing
+  double newborn = 0;  // calculator: taking it from the manager's message
+  double leave = 0;    // calculator: taking a leaver out of its system, packing
+  double gap = 0;  // calculator: a leaver, for each particle of its system there (what stands behind it moves up)
+  double arrive = 0;  // calculator: unpacking, putting it into its system
+  double select = 0;  // donor: a particle of the system whose new cut it looks for
+  double record = 0;  // calculator: projecting and packing for the image generator
+  double collect = 0;  // image generator: receiving
+  double draw = 0;  // image generator
+  double picture = 0;  // image generator: a whole picture without particles
+  double report = 0;  // manager: one calculator's report, a system
+  double scale = 1;  // each computed particle stands for so many
+
+  /// Operations of a list's actions on one particle, one sub-step.
+  double of(const std::vector<recording::Item>& list) const;
+
+  bool operator==(const Costs&) const = default;
+};
+
+/// Reads lines `name = number`; # starts a comment. Names are the fields above and `action.NAME`; `action` alone is the
+/// cost of all kinds that are not named. Throws std::invalid_argument, naming the line.
+Costs read_costs(const std::string& text);
+
+}  // namespace motes::frame

@@ -1,0 +1,6 @@
+"""Virtual clusters: machines and networks that this one does not have, simulated by SimGrid."""
+
+from .machines import Cluster, FastEthernet, Modern, Myrinet, Network, Node
+from .simulate import simulate
+
+__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node", "simulate"]

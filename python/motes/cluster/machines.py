@@ -1,0 +1,132 @@
+"""Machines and networks of a virtual cluster, as values."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+from .. import arguments
+from ..errors import ArgumentError
+
+__all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node"]
+
+
+@dataclass(frozen=True)
+class Network:
+    """A switched network: each node has a link of its own, as fast in both directions at once."""
+
+    name: str
+    bandwidth: float
+    """Bytes a second of a node's link, one direction."""
+    latency_s: float
+    """Seconds from one node to another."""
+
+    def __post_init__(self) -> None:
+        """Check what was given."""
+        arguments.number(f"bandwidth of {self.name}", self.bandwidth, low=1)
+        arguments.number(f"latency_s of {self.name}", self.latency_s, low=0)
+
+
+def Myrinet() -> Network:
+    """Myrinet of 2000: 2 Gb/s, 10 us (Boden et al. 1995 for the switch; Myricom's M3F cards)."""
+    return Network("Myrinet", 2e9 / 8, 10e-6)
+
+
+def FastEthernet() -> Network:
+    """Fast Ethernet with TCP: 100 Mb/s, 60 us."""
+    return Network("Fast Ethernet", 100e6 / 8, 60e-6)
+
+
+def Modern() -> Network:
+    """A network of today's clusters: 200 Gb/s, 1.5 us."""
+    return Network("200 Gb/s", 200e9 / 8, 1.5e-6)
+
+
+@dataclass(frozen=True)
+class Node:
+    """`count` machines of one kind."""
+
+    name: str
+    speed: float = 1.0
+    """Against the machine that the costs of work were measured on."""
+    cores: int = 1
+    count: int = 1
+    ranks: int | None = None
+    """Ranks started on each; None: one a core."""
+    sharing: float = 1.0
+    """Part of its speed that each of several busy ranks has: they share memory and caches."""
+    networks: tuple[str, ...] | None = None
+    """Names of the networks that it is on; None: all."""
+    copy_bandwidth: float = 400e6
+    """Bytes a second between two ranks of the node."""
+
+    def __post_init__(self) -> None:
+        """Check what was given."""
+        arguments.number(f"speed of {self.name}", self.speed, low=1e-6)
+        arguments.integer(f"cores of {self.name}", self.cores, low=1)
+        arguments.integer(f"count of {self.name}", self.count, low=1)
+        arguments.number(f"sharing of {self.name}", self.sharing, low=1e-3, high=1)
+        arguments.number(f"copy_bandwidth of {self.name}", self.copy_bandwidth, low=1)
+        if self.ranks is not None:
+            arguments.integer(f"ranks of {self.name}", self.ranks, low=1)
+
+    @property
+    def started(self) -> int:
+        """Ranks on each machine."""
+        return self.cores if self.ranks is None else self.ranks
+
+    @property
+    def rank_speed(self) -> float:
+        """Speed of each of its ranks while all of them work."""
+        alone = self.speed if self.started == 1 else self.speed * self.sharing
+        return alone * min(1.0, self.cores / self.started)
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """Nodes and the networks between them.
+
+    Ranks go to nodes in their order: the first is the image generator's, the second the manager's
+    (`roles="auto"`). Where there are several networks, two nodes talk over the first that both are on.
+    """
+
+    nodes: Sequence[Node]
+    network: Network | Sequence[Network] = field(default_factory=Modern)
+
+    def __post_init__(self) -> None:
+        """Check that the machines can talk to each other."""
+        if not self.nodes:
+            raise ArgumentError("nodes", self.nodes, "one Node at least")
+        names = [node.name for node in self.nodes]
+        if len(set(names)) < len(names):
+            raise ArgumentError("nodes", names, "of different names, one a kind")
+        known = {network.name for network in self.networks}
+        for node in self.nodes:
+            if node.networks is not None and not set(node.networks) <= known:
+                raise ArgumentError(f"networks of {node.name}", node.networks, f"among {sorted(known)}")
+        for a in self.nodes:
+            for b in self.nodes:
+                self.between(a, b)
+
+    @property
+    def networks(self) -> list[Network]:
+        """All of them, the preferred one first."""
+        return [self.network] if isinstance(self.network, Network) else list(self.network)
+
+    @property
+    def ranks(self) -> int:
+        """Ranks on all machines."""
+        return sum(node.count * node.started for node in self.nodes)
+
+    def hosts(self) -> Iterator[tuple[str, Node]]:
+        """Each machine's name and kind, in the order of ranks."""
+        for node in self.nodes:
+            for number in range(node.count):
+                yield f"{node.name}-{number}", node
+
+    def between(self, a: Node, b: Node) -> Network:
+        """The network over which two machines talk."""
+        for network in self.networks:
+            if all(node.networks is None or network.name in node.networks for node in (a, b)):
+                return network
+        raise ArgumentError("networks", [a.networks, b.networks], f"one of both {a.name} and {b.name}")

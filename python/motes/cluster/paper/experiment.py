@@ -1,0 +1,120 @@
+"""The paper's experiments on the virtual copy of its cluster: each cell of a table with a run of its own."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterable
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from pathlib import Path
+
+from ..machines import Cluster
+from ..simulate import find_replay, find_smpirun, record, simulate
+from .model import FOLDER, alone, balancer, cluster, costs, fitted, model, scale
+from .tables import Cell, cells
+
+__all__ = ["Row", "reproduce"]
+
+BEST = ("--balancer", "PrefixCuts", "--combine", "together")
+
+
+@dataclass(frozen=True)
+class Row:
+    """A cell: the paper's speed-up, ours with the paper's policy and protocol, and ours at its best."""
+
+    cell: Cell
+    ours: float
+    best: float
+
+    @property
+    def error(self) -> float:
+        """How far the paper's policy on the virtual cluster is from the paper, relative."""
+        return self.ours / self.cell.speedup - 1
+
+    @property
+    def fitted(self) -> bool:
+        """Whether the model was fitted to this cell."""
+        return fitted(self.cell)
+
+
+def reproduce(table: int, jobs: int = 2) -> list[Row]:
+    """Run a whole table; `jobs` simulations at a time."""
+    find_smpirun(), find_replay()  # say at once what is missing
+    wanted = cells(table)
+    with tempfile.TemporaryDirectory(prefix="motes-paper-") as folder, ThreadPoolExecutor(jobs) as pool:
+        bench = _Bench(Path(folder), pool)
+        bench.record({(cell.experiment, cell.finite) for cell in wanted})
+        try:
+            return bench.rows(wanted)
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+
+
+class _Bench:
+    """Scenes, costs and runs of one table; a run that several cells ask for is made once."""
+
+    def __init__(self, folder: Path, pool: ThreadPoolExecutor) -> None:
+        self._folder = folder
+        self._pool = pool
+        self._runs: dict[tuple[object, ...], Future[float]] = {}
+        for program in ("paper", "motes"):
+            (folder / f"{program}.costs").write_text(costs(program))
+
+    def record(self, scenes: Iterable[tuple[str, bool]]) -> None:
+        """Record scenes: experiment, and whether the space is finite."""
+        size = model()["scale"]
+        fixed = [f"--{name}={size[name]}" for name in ("systems", "particles", "frames")]
+        for experiment, finite in scenes:
+            own = dict(model()["scene"][experiment])
+            space = own.pop("space")
+            words = [*fixed, f"--space={space if finite else 'infinite'}"]
+            words += [f"--{name}={value}" for name, value in own.items()]
+            record(self._scene(experiment, finite), FOLDER / f"{experiment}.py", words)
+
+    def rows(self, wanted: list[Cell]) -> list[Row]:
+        """Run all cells."""
+        started = [(cell, self._sequential(cell), self._paper(cell), self._best(cell)) for cell in wanted]
+        made = []
+        for cell, sequential, paper, best in started:
+            whole = sequential.result() * alone(cell)[1]
+            made.append(Row(cell, whole / paper.result(), whole / best.result()))
+        return made
+
+    def _sequential(self, cell: Cell) -> Future[float]:
+        machine, _ = alone(cell)
+        return self._frame_s(cell, True, machine, "paper", ())
+
+    def _paper(self, cell: Cell) -> Future[float]:
+        policy = balancer() if cell.dynamic else "Static"
+        return self._frame_s(cell, cell.finite, cluster(cell), "paper", ("--blocking", "--balancer", policy))
+
+    def _best(self, cell: Cell) -> Future[float]:
+        return self._frame_s(cell, cell.finite, cluster(cell), "motes", BEST)
+
+    def _frame_s(
+        self, cell: Cell, finite: bool, machines: Cluster, program: str, options: tuple[str, ...]
+    ) -> Future[float]:
+        """Simulated seconds a frame, over the frames that count."""
+        key = (cell.experiment, finite, repr(machines), program, options)
+        if key not in self._runs:
+            log = self._folder / f"run-{len(self._runs)}"
+            work = (self._scene(cell.experiment, finite), machines, log, program, options)
+            self._runs[key] = self._pool.submit(self._run, *work)
+        return self._runs[key]
+
+    def _run(
+        self, scene: Path, machines: Cluster, log: Path, program: str, options: tuple[str, ...]
+    ) -> float:
+        run = simulate(
+            scene,
+            machines,
+            log=log,
+            costs=self._folder / f"{program}.costs",
+            scale=scale(),
+            options=options,
+        )
+        return float(run.frames["t_frame_s"].iloc[-model()["scale"]["measured"] :].mean())
+
+    def _scene(self, experiment: str, finite: bool) -> Path:
+        return self._folder / f"{experiment}-{'finite' if finite else 'infinite'}.motes"

@@ -1,0 +1,64 @@
+"""Tables 1 to 3 of the paper, a row a cell."""
+
+from __future__ import annotations
+
+import csv
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Cell", "cells"]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One measurement of the paper."""
+
+    table: int
+    experiment: str
+    """"snow" or "fountain"."""
+    network: str
+    compiler: str
+    hosts: str
+    """As "8*B" or "4*B(8)+2*C(2)": nodes of a kind, in brackets the processes on all of them."""
+    processes: int
+    variant: str
+    """Infinite or finite space, static or dynamic balancing: "IS-SLB", "FS-DLB", ..."""
+    speedup: float
+
+    @property
+    def nodes(self) -> str:
+        """As the paper writes it: "8*B /16 P."."""
+        if "(" not in self.hosts:
+            return f"{self.hosts} /{self.processes} P."
+        terms = re.sub(r"\((\d+)\)", r" (\1 P.)", self.hosts).replace("+", " + ")
+        return f"{terms} = {self.processes} P."
+
+    @property
+    def finite(self) -> bool:
+        """Whether domains share the scene's own width at the start."""
+        return self.variant.startswith("FS")
+
+    @property
+    def dynamic(self) -> bool:
+        """Whether domains change."""
+        return self.variant.endswith("DLB")
+
+
+def cells(table: int) -> list[Cell]:
+    """Read one table."""
+    with open(Path(__file__).with_name("tables.csv"), newline="") as file:
+        rows = [row for row in csv.DictReader(file) if int(row["table"]) == table]
+    return [
+        Cell(
+            table=table,
+            experiment=row["experiment"],
+            network=row["network"],
+            compiler=row["compiler"],
+            hosts=row["hosts"],
+            processes=int(row["processes"]),
+            variant=row["configuration"],
+            speedup=float(row["speedup"]),
+        )
+        for row in rows
+    ]

@@ -1,0 +1,62 @@
+"""A cluster as SimGrid reads it: the platform (hosts, links, routes) and the host of each rank."""
+
+from __future__ import annotations
+
+from xml.sax.saxutils import quoteattr
+
+from .machines import Cluster, Network
+
+__all__ = ["hosts", "platform"]
+
+OPERATIONS = 1e9
+"""A second on a machine of speed 1 for the simulator, so costs are nanoseconds."""
+
+
+def platform(cluster: Cluster, *, scale: float = 1.0) -> str:
+    """Write the platform file (XML). `scale`: particles that each stands for; networks carry fewer."""
+    machines = list(cluster.hosts())
+    lines = [
+        '<?xml version="1.0"?>',
+        '<!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">',
+        '<platform version="4.1"><zone id="cluster" routing="Full">',
+    ]
+    for name, node in machines:
+        facts = f"id={quoteattr(name)} speed={quoteattr(f'{node.rank_speed * OPERATIONS!r}f')}"
+        lines.append(f'<host {facts} core="{node.started}"/>')
+        lines.append(_link(f"memory {name}", node.copy_bandwidth / scale, 0.0, "FATPIPE"))
+        for network in cluster.networks:
+            if node.networks is None or network.name in node.networks:
+                half = network.latency_s / 2
+                lines.append(_link(_port(network, name), network.bandwidth / scale, half, "SPLITDUPLEX"))
+    for i, (source, a) in enumerate(machines):
+        lines.append(_route(source, source, [f"<link_ctn id={quoteattr(f'memory {source}')}/>"]))
+        for target, b in machines[i + 1 :]:
+            network = cluster.between(a, b)
+            ends = (source, "UP"), (target, "DOWN")
+            links = [_end(_port(network, name), way) for name, way in ends]
+            lines.append(_route(source, target, links))
+    return "\n".join([*lines, "</zone></platform>", ""])
+
+
+def hosts(cluster: Cluster) -> str:
+    """Write the host file: a line a rank."""
+    return "".join(f"{name}\n" * node.started for name, node in cluster.hosts())
+
+
+def _port(network: Network, host: str) -> str:
+    return f"{network.name} {host}"
+
+
+def _end(link: str, way: str) -> str:
+    return f"<link_ctn id={quoteattr(link)} direction={quoteattr(way)}/>"
+
+
+def _link(name: str, bandwidth: float, latency_s: float, sharing: str) -> str:
+    return (
+        f"<link id={quoteattr(name)} bandwidth={quoteattr(f'{bandwidth!r}Bps')} "
+        f"latency={quoteattr(f'{latency_s!r}s')} sharing_policy={quoteattr(sharing)}/>"
+    )
+
+
+def _route(source: str, target: str, links: list[str]) -> str:
+    return f"<route src={quoteattr(source)} dst={quoteattr(target)}>{''.join(links)}</route>"

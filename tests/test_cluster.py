@@ -1,0 +1,151 @@
+"""Virtual clusters: their files, and runs on them, where SimGrid is there."""
+
+from __future__ import annotations
+
+import json
+import sys
+import xml.etree.ElementTree as ElementTree
+from collections import Counter
+from pathlib import Path
+
+import pytest
+from launching import command
+
+from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, simulate
+from motes.cluster.paper import model, show
+from motes.cluster.paper.experiment import Row
+from motes.cluster.paper.tables import cells
+from motes.cluster.platform import hosts, platform
+from motes.errors import ArgumentError, MotesError
+
+ROOT = Path(__file__).parents[1]
+SNOW = ROOT / "examples" / "snow.py"
+SMALL = ("--systems", 2, "--particles", 600, "--frames", 4, "--size", "64x36", "--space", "-30,30")
+TWO_NETWORKS = Cluster(
+    [
+        Node("b", 1.0, cores=2, count=2, sharing=0.8),
+        Node("a", 0.5, cores=2, count=1, ranks=1),
+        Node("c", 4.0, count=1, networks=("Fast Ethernet",)),
+    ],
+    [Myrinet(), FastEthernet()],
+)
+
+
+def links(text: str) -> dict[tuple[str, str], list[str]]:
+    """The links between each two hosts of a platform file."""
+    zone = ElementTree.fromstring(text)[0]
+    return {
+        (route.attrib["src"], route.attrib["dst"]): [link.attrib["id"] for link in route]
+        for route in zone.findall("route")
+    }
+
+
+def test_platform_has_each_machine_and_each_route_once():
+    zone = ElementTree.fromstring(platform(TWO_NETWORKS, scale=100))[0]
+    speeds = {host.attrib["id"]: host.attrib["speed"] for host in zone.findall("host")}
+    assert speeds == {
+        "b-0": "800000000.0f",
+        "b-1": "800000000.0f",
+        "a-0": "500000000.0f",
+        "c-0": "4000000000.0f",
+    }
+    known = {link.attrib["id"]: link.attrib for link in zone.findall("link")}
+    assert "Myrinet c-0" not in known and known["Myrinet a-0"]["bandwidth"] == f"{2e9 / 8 / 100!r}Bps"
+    assert known["Fast Ethernet c-0"]["latency"] == "3e-05s", "latencies do not scale"
+    routes = links(platform(TWO_NETWORKS))
+    assert len(routes) == 4 + 4 * 3 // 2 and all(set(ids) <= set(known) for ids in routes.values())
+    assert routes["b-0", "a-0"] == ["Myrinet b-0", "Myrinet a-0"]
+    assert routes["b-0", "c-0"] == ["Fast Ethernet b-0", "Fast Ethernet c-0"], "the network that both have"
+    assert routes["b-1", "b-1"] == ["memory b-1"]
+
+
+def test_ranks_go_to_machines_in_their_order():
+    assert hosts(TWO_NETWORKS).split() == ["b-0", "b-0", "b-1", "b-1", "a-0", "c-0"]
+    assert TWO_NETWORKS.ranks == 6
+    crowded = Node("x", 2.0, cores=2, ranks=4, sharing=0.5)
+    assert crowded.rank_speed == 0.5, "half of it shared, and two ranks a core"
+
+
+def test_what_is_no_cluster_is_refused():
+    with pytest.raises(ArgumentError, match="nodes must be one Node at least"):
+        Cluster([])
+    with pytest.raises(ArgumentError, match="nodes must be of different names"):
+        Cluster([Node("b"), Node("b")])
+    with pytest.raises(ArgumentError, match="speed of b"):
+        Node("b", speed=0)
+    with pytest.raises(ArgumentError, match="sharing of b"):
+        Node("b", sharing=2)
+    with pytest.raises(ArgumentError, match="bandwidth of wire"):
+        Network("wire", 0, 0)
+    with pytest.raises(ArgumentError, match="networks of b must be among"):
+        Cluster([Node("b", networks=("wire",))], Modern())
+    apart = [Node("a", networks=("Myrinet",)), Node("b", networks=("Fast Ethernet",))]
+    with pytest.raises(ArgumentError, match="one of both a and b"):
+        Cluster(apart, [Myrinet(), FastEthernet()])
+
+
+def test_the_papers_tables_are_whole():
+    assert [len(cells(table)) for table in (1, 2, 3)] == [24, 8, 24]
+    for cell in (cell for table in (1, 2, 3) for cell in cells(table)):
+        assert model.cluster(cell).ranks == cell.processes, cell
+    mixed = cells(2)[3]
+    assert mixed.nodes == "8*B (16 P.) + 8*A (16 P.) = 32 P."
+    assert Counter(line[0] for line in hosts(model.cluster(mixed)).split()) == {"B": 16, "A": 16}
+    assert cells(1)[-1].nodes == "8*B /16 P." and cells(1)[-1].finite and cells(1)[-1].dynamic
+    for table in (1, 2, 3):
+        names = {f"{cell.nodes} {cell.variant}" for cell in cells(table)}
+        assert set(model.model()["fitted"][str(table)]) <= names, "what was fitted is a cell"
+
+
+def test_a_table_is_shown_as_text_values_and_plot(tmp_path: Path):
+    rows = [Row(cell, ours=cell.speedup * 1.1, best=9.0) for cell in cells(1)]
+    rows[0] = Row(rows[0].cell, ours=1.0, best=9.0)
+    facts = show.facts(rows)
+    assert facts["near"] == 23 and facts["within"] == 0.2
+    first = facts["rows"][0]
+    assert (first["nodes"], first["variant"], first["paper"], first["ours"], first["best"]) == (
+        *("4*B /4 P.", "IS-SLB", 1.74),
+        *(1.0, 9.0),
+    )
+    assert "23 of 24 cells are within 20 %" in show.text(rows) and "-43%" in show.text(rows)
+    show.plot(rows, tmp_path / "table.png")
+    assert (tmp_path / "table.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_without_simgrid_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
+    monkeypatch.setenv("MOTES_SMPIRUN", "no-such-smpirun")
+    with pytest.raises(MotesError, match="apt-get install libsimgrid-dev"):
+        simulate(tmp_path / "x.motes", Cluster([Node("b")]), log=tmp_path / "log")
+    made = command([sys.executable, "-m", "motes", "cluster", "paper", "--table", "1"])
+    assert made.code == 2 and made.err.count("\n") == 1 and "libsimgrid-dev" in made.err, made.text
+
+
+def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):
+    (tmp_path / "cluster.py").write_text(
+        "from motes.cluster import *\n"
+        "cluster = Cluster([Node('fast', cores=2, count=2), Node('slow', 0.5, count=2)], FastEthernet())\n"
+    )
+    (tmp_path / "costs").write_text("action = 100\nbirth = 300\nrecord = 50\ncollect = 50\ndraw = 80\n")
+    env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
+    words = [sys.executable, "-m", "motes", "cluster", "run", "--json", "--costs", tmp_path / "costs"]
+    words += ["--scale", "100", "--log"]
+    script = [tmp_path / "cluster.py", SNOW, *SMALL, "--digest", "--out", tmp_path]
+    logs = [tmp_path / "log-a", tmp_path / "log-b"]
+    for log in logs:
+        made = command([str(word) for word in [*words, log, *script]], env=env)
+        facts = json.loads(made.lines[-1])
+        assert (facts["ranks"], facts["hosts"], facts["frames"]) == (6, 4, 4)
+    names = sorted(path.name for path in logs[0].iterdir())
+    assert "run.json" in names and "frames.jsonl" in names
+    for name in names:
+        assert (logs[0] / name).read_bytes() == (logs[1] / name).read_bytes(), name
+    rows = [json.loads(line) for line in (logs[0] / "load.jsonl").read_text().splitlines()]
+    # Particles really are computed, and time is the model's: 11 actions a particle.
+    sums = Counter[int]()
+    for row in rows:
+        sums[row["frame"]] += row["n_end"]
+        if row["n_start"] + row["created"] > 0 and row["frame"] == 1:
+            nanoseconds = row["t_compute_s"] * 1e9 / (row["n_start"] + row["created"])
+            slower = 1 if row["host"].startswith("fast") else 2
+            assert nanoseconds == pytest.approx(110_000 * slower, rel=0.01)
+    assert sums[3] > 1000

@@ -57,9 +57,10 @@ def test_circular_orbits():
         np.testing.assert_allclose(p.position[i], state["position"][i], atol=0.01 * r[i])
 
 
-def test_orbit_line_pulls_across_and_only_near():
+@pytest.mark.parametrize("along", [(1, 2, -1), (3, 0, 0), (0, -0.1, 0), (0, 0, 1)])
+def test_orbit_line_pulls_across_and_only_near(along: tuple[float, float, float]):
     state = cloud(500)
-    axis, point = np.array((1, 2, -1)) / math.sqrt(6), np.array((0.5, 0, 0))
+    axis, point = np.array(along) / math.hypot(*along), np.array((0.5, 0.2, -0.3))
     near = actions.OrbitLine(point=point, axis=10 * axis, magnitude=2, epsilon=0.3, max_radius=2.5)
     change = after(state, near).velocity - np.float32(state["velocity"])
     to_axis = np.outer((state["position"] - point) @ axis, axis) - (state["position"] - point)

@@ -7,15 +7,15 @@
 namespace motes::MOTES_ISA {
 
 MOTES_INLINE void damp(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
-  const Floats3 factor = {all(1.0f - (1.0f - number(p, 0)) * s.dt), all(1.0f - (1.0f - number(p, 1)) * s.dt),
-                          all(1.0f - (1.0f - number(p, 2)) * s.dt)};
+  const Floats3 loss = {all((1.0f - number(p, 0)) * s.dt), all((1.0f - number(p, 1)) * s.dt),
+                        all((1.0f - number(p, 2)) * s.dt)};
   const float low = number(p, 3) * number(p, 3);
   const float high = number(p, 4) * number(p, 4);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, at, i);
     const Floats speed2 = dot(v, v);
     const Mask mask = (speed2 >= low) & (speed2 <= high);
-    store3(b, at, i, select(mask, {v.x * factor.x, v.y * factor.y, v.z * factor.z}, v));
+    store3(b, at, i, v - only(mask, {v.x * loss.x, v.y * loss.y, v.z * loss.z}));
   }
 }
 

@@ -9,30 +9,53 @@ namespace motes::MOTES_ISA {
 struct Pull {
   float strength, epsilon, max_radius2;
 
-  MOTES_INLINE Floats3 operator()(Floats3 v, Floats3 toward) const {
+  MOTES_INLINE Mask reaches(Floats r2) const { return (r2 < max_radius2) & (r2 > 0.0f); }
+  /// The change of velocity for each metre of the way.
+  MOTES_INLINE Floats per_metre(Floats r2) const { return strength / (sqrt(r2) * (r2 + epsilon)); }
+
+  MOTES_INLINE Floats3 operator()(Floats3 toward) const {
     const Floats r2 = dot(toward, toward);
-    const Floats change = strength / (sqrt(r2) * (r2 + epsilon));
-    return select((r2 < max_radius2) & (r2 > 0.0f), v + toward * change, v);
+    return only(reaches(r2), toward * per_metre(r2));
   }
 };
 
 inline void orbit_point(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  const Float3 center = {number(p, 0), number(p, 1), number(p, 2)};
+  const Floats3 center = {all(number(p, 0)), all(number(p, 1)), all(number(p, 2))};
   const Pull pull{number(p, 3) * s.dt, number(p, 4), number(p, 5) * number(p, 5)};
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    const Floats3 toward = all3(center) - load3(b, kPositionAt, i);
-    store3(b, kVelocityAt, i, pull(load3(b, kVelocityAt, i), toward));
+    const Floats3 toward = center - load3(b, kPositionAt, i);
+    store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + pull(toward));
+  }
+}
+
+/// A line along an axis of coordinates, the usual one, is a point of the plane of the other two.
+MOTES_INLINE void orbit_axis(const actions::Block& b, const Pull& pull, Float3 point, int axis) {
+  const int j = axis == 0 ? 1 : 0, k = axis == 2 ? 1 : 2;
+  const float at[3] = {point.x, point.y, point.z};
+  float *v_j = b.component[kVelocityAt + j], *v_k = b.component[kVelocityAt + k];
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats to_j = at[j] - load(b.component[kPositionAt + j] + i);
+    const Floats to_k = at[k] - load(b.component[kPositionAt + k] + i);
+    const Floats r2 = to_j * to_j + to_k * to_k;
+    const Mask reached = pull.reaches(r2);
+    const Floats change = pull.per_metre(r2);
+    store(v_j + i, load(v_j + i) + only(reached, to_j * change));
+    store(v_k + i, load(v_k + i) + only(reached, to_k * change));
   }
 }
 
 inline void orbit_line(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Float3 point = {number(p, 0), number(p, 1), number(p, 2)};
-  const Floats3 axis = all3(unit(Float3{number(p, 3), number(p, 4), number(p, 5)}));
+  const Float3 along = {number(p, 3), number(p, 4), number(p, 5)};
   const Pull pull{number(p, 6) * s.dt, number(p, 7), number(p, 8) * number(p, 8)};
+  if (along.y == 0 && along.z == 0) return orbit_axis(b, pull, point, 0);
+  if (along.x == 0 && along.z == 0) return orbit_axis(b, pull, point, 1);
+  if (along.x == 0 && along.y == 0) return orbit_axis(b, pull, point, 2);
+  const Floats3 axis = all3(unit(along));
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 from_point = load3(b, kPositionAt, i) - all3(point);
     const Floats3 toward = axis * dot(from_point, axis) - from_point;
-    store3(b, kVelocityAt, i, pull(load3(b, kVelocityAt, i), toward));
+    store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + pull(toward));
   }
 }
 

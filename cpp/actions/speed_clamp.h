@@ -11,11 +11,12 @@ inline void speed_clamp(const actions::Parameters& p, const actions::Block& b, c
   const float high = number(p, 1);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, kVelocityAt, i);
-    const Floats speed = sqrt(dot(v, v));
-    const Mask slow = (speed < low) & (speed > 0.0f);
-    const Mask fast = speed > high;
-    const Floats wanted = select(slow, all(low), all(high));
-    store3(b, kVelocityAt, i, select(slow | fast, v * (wanted / speed), v));
+    const Floats square = dot(v, v);
+    const Mask slow = (square < low * low) & (square > 0.0f);
+    const Mask wrong = slow | (square > high * high);
+    if (!any(wrong)) continue;  // the usual case
+    const Floats factor = select(slow, all(low), all(high)) / sqrt(square);
+    store3(b, kVelocityAt, i, v * select(wrong, factor, all(1.0f)));
   }
 }
 

@@ -17,6 +17,7 @@ MOTES_INLINE Floats dot(Floats3 a, Floats3 b) { return a.x * b.x + a.y * b.y + a
 MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
+MOTES_INLINE Floats3 only(Mask mask, Floats3 v) { return {only(mask, v.x), only(mask, v.y), only(mask, v.z)}; }
 /// Whether all three are numbers, and their sum not beyond float32.
 MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= __FLT_MAX__; }
 MOTES_INLINE Floats3 all3(const float* v) { return {all(v[0]), all(v[1]), all(v[2])}; }

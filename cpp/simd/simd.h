@@ -126,9 +126,38 @@ MOTES_INLINE Floats sqrt(Floats v) {
 #endif
 }
 
-// a < b ? a : b, lane by lane; the second operand where either is NaN.
-MOTES_INLINE Floats min(Floats a, Floats b) { return select(a < b, a, b); }
-MOTES_INLINE Floats max(Floats a, Floats b) { return select(a > b, a, b); }
+/// `v` where the mask is true, elsewhere 0: cheaper than a select, of which AVX2 processors make three operations.
+MOTES_INLINE Floats only(Mask mask, Floats v) {
+#if MOTES_WIDTH == 512
+  return (Floats)_mm512_maskz_mov_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)v);
+#else
+  return (Floats)((Ints)v & mask);
+#endif
+}
+
+// a < b ? a : b, lane by lane; the second operand where either is NaN. The processors' instructions say the same.
+MOTES_INLINE Floats min(Floats a, Floats b) {
+#if MOTES_WIDTH == 512
+  return (Floats)_mm512_min_ps((__m512)a, (__m512)b);
+#elif MOTES_WIDTH == 256
+  return (Floats)_mm256_min_ps((__m256)a, (__m256)b);
+#elif MOTES_WIDTH == 128
+  return (Floats)_mm_min_ps((__m128)a, (__m128)b);
+#else
+  return select(a < b, a, b);
+#endif
+}
+MOTES_INLINE Floats max(Floats a, Floats b) {
+#if MOTES_WIDTH == 512
+  return (Floats)_mm512_max_ps((__m512)a, (__m512)b);
+#elif MOTES_WIDTH == 256
+  return (Floats)_mm256_max_ps((__m256)a, (__m256)b);
+#elif MOTES_WIDTH == 128
+  return (Floats)_mm_max_ps((__m128)a, (__m128)b);
+#else
+  return select(a > b, a, b);
+#endif
+}
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }

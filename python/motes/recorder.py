@@ -31,18 +31,18 @@ class Recorder(ABC):
         """Record `actions.RandomAcceleration`."""
         self.apply(actions.RandomAcceleration(shape=shape, where=where))
 
-    def jet(self, shape: Shape, *, acceleration: Shape | ArrayLike, where: Where = None) -> None:
+    def jet(self, shape: Shape, acceleration: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Jet`."""
         self.apply(actions.Jet(shape=shape, acceleration=acceleration, where=where))
 
     def explosion(
         self,
         center: ArrayLike,
-        *,
         radius: float,
         magnitude: float,
         sigma: float,
         epsilon: float,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.Explosion`."""
@@ -55,10 +55,10 @@ class Recorder(ABC):
     def orbit_point(
         self,
         center: ArrayLike,
-        *,
         magnitude: float,
         epsilon: float,
         max_radius: float = math.inf,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.OrbitPoint`."""
@@ -71,11 +71,11 @@ class Recorder(ABC):
     def orbit_line(
         self,
         point: ArrayLike,
-        *,
         axis: ArrayLike,
         magnitude: float,
         epsilon: float,
         max_radius: float = math.inf,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.OrbitLine`."""
@@ -93,13 +93,13 @@ class Recorder(ABC):
     def vortex(
         self,
         tip: ArrayLike,
-        *,
         axis: ArrayLike,
         tightness: float,
         max_radius: float,
         in_speed: float,
         up_speed: float,
         around_speed: float,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.Vortex`."""
@@ -116,18 +116,18 @@ class Recorder(ABC):
             )
         )
 
-    def wind(self, velocity: ArrayLike, *, drag: float, where: Where = None) -> None:
+    def wind(self, velocity: ArrayLike, drag: float, *, where: Where = None) -> None:
         """Record `actions.Wind`."""
         self.apply(actions.Wind(velocity=velocity, drag=drag, where=where))
 
     def curl_noise(
         self,
         strength: float,
-        *,
         scale: float,
         octaves: int = 1,
         speed: float = 0,
         field: int = 0,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.CurlNoise`."""
@@ -138,7 +138,7 @@ class Recorder(ABC):
         )
 
     def avoid(
-        self, shape: Shape, *, magnitude: float, epsilon: float, look_ahead: float, where: Where = None
+        self, shape: Shape, magnitude: float, epsilon: float, look_ahead: float, *, where: Where = None
     ) -> None:
         """Record `actions.Avoid`."""
         self.apply(
@@ -148,20 +148,20 @@ class Recorder(ABC):
         )
 
     def damping(
-        self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = math.inf, where: Where = None
+        self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.Damping`."""
         self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
     def rotational_damping(
-        self, damping: ArrayLike, *, min_speed: float = 0, max_speed: float = math.inf, where: Where = None
+        self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.RotationalDamping`."""
         self.apply(
             actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
         )
 
-    def speed_clamp(self, min_speed: float = 0, *, max_speed: float = math.inf, where: Where = None) -> None:
+    def speed_clamp(self, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None) -> None:
         """Record `actions.SpeedClamp`."""
         self.apply(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
 
@@ -177,20 +177,20 @@ class Recorder(ABC):
         """Record `actions.RandomRotationalVelocity`."""
         self.apply(actions.RandomRotationalVelocity(shape=shape, where=where))
 
-    def target_color(self, color: ArrayLike, *, alpha: float, scale: float, where: Where = None) -> None:
+    def target_color(self, color: ArrayLike, alpha: float, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetColor`."""
         self.apply(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
 
-    def target_size(self, size: ArrayLike, *, scale: ArrayLike, where: Where = None) -> None:
+    def target_size(self, size: ArrayLike, scale: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.TargetSize`."""
         self.apply(actions.TargetSize(size=size, scale=scale, where=where))
 
-    def target_velocity(self, velocity: ArrayLike, *, scale: float, where: Where = None) -> None:
+    def target_velocity(self, velocity: ArrayLike, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetVelocity`."""
         self.apply(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
 
     def target_rotational_velocity(
-        self, rotational_velocity: ArrayLike, *, scale: float, where: Where = None
+        self, rotational_velocity: ArrayLike, scale: float, *, where: Where = None
     ) -> None:
         """Record `actions.TargetRotationalVelocity`."""
         self.apply(
@@ -200,12 +200,12 @@ class Recorder(ABC):
         )
 
     def restore(
-        self, time_left: float, *, position: bool = True, up: bool = True, where: Where = None
+        self, time_left: float, position: bool = True, up: bool = True, *, where: Where = None
     ) -> None:
         """Record `actions.Restore`."""
         self.apply(actions.Restore(time_left=time_left, position=position, up=up, where=where))
 
-    def copy_vertex_b(self, *, position: bool = True, velocity: bool = False, where: Where = None) -> None:
+    def copy_vertex_b(self, position: bool = True, velocity: bool = False, *, where: Where = None) -> None:
         """Record `actions.CopyVertexB`."""
         self.apply(actions.CopyVertexB(position=position, velocity=velocity, where=where))
 
@@ -224,11 +224,11 @@ class Recorder(ABC):
     def bounce(
         self,
         shape: Shape,
-        *,
         restitution: float = 1,
         friction: float = 0,
         min_tangential_speed: float = 0,
         exact_hit: bool = True,
+        *,
         where: Where = None,
     ) -> None:
         """Record `actions.Bounce`."""
@@ -243,15 +243,15 @@ class Recorder(ABC):
             )
         )
 
-    def sink(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
+    def sink(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.Sink`."""
         self.apply(actions.Sink(shape=shape, inside=inside, where=where))
 
-    def sink_velocity(self, shape: Shape, *, inside: bool = True, where: Where = None) -> None:
+    def sink_velocity(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.SinkVelocity`."""
         self.apply(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
-    def kill_old(self, age_limit: float, *, younger: bool = False, where: Where = None) -> None:
+    def kill_old(self, age_limit: float, younger: bool = False, *, where: Where = None) -> None:
         """Record `actions.KillOld`."""
         self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
@@ -259,11 +259,11 @@ class Recorder(ABC):
         """Record `actions.KillExpired`."""
         self.apply(actions.KillExpired(where=where))
 
-    def move(self, *, rotational: bool = True, where: Where = None) -> None:
+    def move(self, rotational: bool = True, *, where: Where = None) -> None:
         """Record `actions.Move`."""
         self.apply(actions.Move(rotational=rotational, where=where))
 
-    def sort(self, eye: ArrayLike, *, look: ArrayLike, where: Where = None) -> None:
+    def sort(self, eye: ArrayLike, look: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Sort`."""
         self.apply(actions.Sort(eye=eye, look=look, where=where))
 

@@ -65,7 +65,7 @@ class System(Recorder):
         self._given.update(made)
         self._state = sorted(self._given.items(), key=lambda pair: pair[0])
 
-    def source(self, shape: Shape | ArrayLike, *, rate: float, jitter: bool = False) -> None:
+    def source(self, shape: Shape | ArrayLike, rate: float, jitter: bool = False) -> None:
         """Bear `rate` particles a second in `shape`: frame k bears floor(rate t(k+1)) - floor(rate t(k)).
 
         `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it. Paper
@@ -75,7 +75,7 @@ class System(Recorder):
         rate = arguments.number("rate", rate, low=0, high=1e12)
         self._bear(_core.Birth.source(where, rate, arguments.flag("jitter", jitter), self._state), "source")
 
-    def burst(self, shape: Shape | ArrayLike, *, count: int) -> None:
+    def burst(self, shape: Shape | ArrayLike, count: int) -> None:
         """Bear `count` particles in `shape`, once in this frame."""
         where = as_shape("shape", shape).core
         count = arguments.integer("count", count, high=4_000_000_000)
@@ -85,7 +85,7 @@ class System(Recorder):
         """Bear one particle at `position`."""
         self.burst(arguments.triple("position", position), count=1)
 
-    def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
+    def emit(self, position: ArrayLike, **columns: ArrayLike) -> None:
         """Bear the particles of these arrays: `position` (n, 3), others (n, 3) or (n,), one row a particle.
 
         Attributes that are not given come from `configure`. The arrays must be the same on every rank.

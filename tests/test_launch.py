@@ -98,6 +98,8 @@ def test_launchers_of_another_mpi_are_named(monkeypatch, tmp_path):
 @pytest.fixture
 def two_cores(monkeypatch):
     """Fix what depends on the machine and the user."""
+    for name in ("SLURM_JOB_ID", "SLURM_NTASKS", "PBS_NODEFILE"):
+        monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: 2)
     monkeypatch.setattr(os, "geteuid", lambda: 1000, raising=False)
 
@@ -137,6 +139,19 @@ def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
     assert words[3:] == ["--hostfile", str(hosts), *flags.split()]
 
 
+@pytest.mark.parametrize(("ranks", "flags"), [(6, ""), (7, f"{YIELD} --map-by node:OVERSUBSCRIBE")])
+def test_a_scheduler_knows_the_places(two_cores, monkeypatch, tmp_path, ranks, flags):
+    with monkeypatch.context() as slurm:
+        slurm.setenv("SLURM_JOB_ID", "7")
+        slurm.setenv("SLURM_NTASKS", "6")
+        assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
+        words = launch.command(2, [], mpirun=FIVE, hosts="a,b")
+        assert words[3:] == ["--host", "a:1,b:1"], "what is asked for counts"
+    (tmp_path / "nodes").write_text("a\na\na\nb\nb\nb\n")
+    monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "nodes"))
+    assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
+
+
 def test_root_is_allowed_only_when_it_is_root(two_cores, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: 0)
     assert "--allow-run-as-root" in launch.command(2, [], mpirun=FIVE)
@@ -153,6 +168,8 @@ def test_root_is_allowed_only_when_it_is_root(two_cores, monkeypatch):
         ("-n 4 -- --bind-to none x.py a", ("-n 4", "--bind-to none", "x.py a")),
         ("-n 4 -m pack.age --flag", ("-n 4", "", "-m pack.age --flag")),
         ("-n 4 -- --bind-to none -m pack", ("-n 4", "--bind-to none", "-m pack")),
+        ("-n 4 -- --mca plm_rsh_agent /bin/sh x.py b", ("-n 4", "--mca plm_rsh_agent /bin/sh", "x.py b")),
+        ("-n 4 -- --mca a b -- /bin/sh -- y", ("-n 4", "--mca a b", "/bin/sh -- y")),
         ("--help", ("--help", "", "")),
     ],
 )

@@ -89,7 +89,10 @@ def _run(words: list[str]) -> int:
 
 
 def _split(words: list[str]) -> tuple[list[str], list[str], list[str]]:
-    """Part the words into our own options, mpirun's (between `--` and the script) and the program."""
+    """Part the words into our own options, mpirun's (between `--` and the script) and the program.
+
+    A second `--` says where mpirun's options end; without one it is the first word that looks like a script.
+    """
     end = 0
     while end < len(words) and words[end].startswith("-") and words[end] not in ("--", "-m", "-c"):
         end += 2 if words[end] in _RUN_OPTIONS else 1
@@ -97,10 +100,14 @@ def _split(words: list[str]) -> tuple[list[str], list[str], list[str]]:
     if rest[:1] != ["--"]:
         return own, [], rest
     rest = rest[1:]
-    for start, word in enumerate(rest):
-        if word in ("-m", "-c") or word.endswith(".py") or Path(word).is_file():
-            return own, rest[:start], rest[start:]
-    return own, rest, []
+    scripts = [i for i, word in enumerate(rest) if word in ("-m", "-c") or word.endswith(".py")]
+    start = min(scripts, default=len(rest))
+    if "--" in rest[:start]:
+        start = rest.index("--")
+        return own, rest[:start], rest[start + 1 :]
+    if start == len(rest):  # a script by another name, or a value of an option that is a file
+        start = next((i for i, word in enumerate(rest) if Path(word).is_file()), start)
+    return own, rest[:start], rest[start:]
 
 
 def _has(name: str) -> bool:

@@ -5,14 +5,17 @@ from __future__ import annotations
 import os
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
+import tempfile
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from . import open_worlds
 from .errors import ArgumentError, MotesError
 
 __all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "run", "warn_if_alone"]
@@ -113,10 +116,10 @@ def run(
     hostfile: str | None = None,
     options: Sequence[str] = (),
 ) -> int:
-    """Become `python program...` on `ranks` ranks. Returns only where a process cannot be replaced.
+    """Become `python program...` on `ranks` ranks; with several hosts, start it and wait for it.
 
     One rank on this host needs no launcher. Replacing the process hands Ctrl-C, signals and the exit code
-    through.
+    through. Returns the exit code where the process was not replaced.
     """
     _check_program(program)
     words = [sys.executable, *program]
@@ -125,9 +128,35 @@ def run(
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
+    if hosts or hostfile or _allocated() is not None:
+        return _supervised(words)
     if os.name == "posix":
         os.execve(words[0], words, os.environ)  # without what a started MPI added to the process's own
     return subprocess.run(words).returncode
+
+
+def _supervised(words: list[str]) -> int:
+    """Run a launcher, hand signals on to it, hold its exit code against what ranks here left open."""
+    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder:
+        process = subprocess.Popen(words, env={**os.environ, open_worlds.FOLDER: folder})
+
+        def hand_on(caught: int, _: object) -> None:
+            if caught != signal.SIGINT or not sys.stdin.isatty():  # Ctrl-C reaches both by itself
+                process.send_signal(caught)
+
+        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
+            signal.signal(number, hand_on)
+        code = process.wait()
+        left = open_worlds.left_open(folder)
+    if code == 0 and left:
+        print(
+            f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
+            "as where mpirun loses a host; its log tells how far it came",
+            file=sys.stderr,
+            flush=True,
+        )
+        return 1
+    return code if code >= 0 else 128 - code
 
 
 def warn_if_alone() -> None:
@@ -152,6 +181,7 @@ def warn_if_alone() -> None:
 
 def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: str | None) -> list[str]:
     flags = []
+    is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         flags.append("--allow-run-as-root")  # as in a container; refused otherwise
     if hosts is not None:
@@ -162,17 +192,27 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
         found = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
         slots = _slots(match[1] if match else "" for match in found)
         flags += ["--hostfile", hostfile]
-    else:
+    elif (slots := _allocated()) is None:
         slots = os.cpu_count() or 1
         flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
+        is_one_host = True
     if slots is not None and ranks > slots:
         # Waiting ranks give their core to those that work.
         flags += ["--mca", "mpi_yield_when_idle", "1"]
-        if hosts is not None or hostfile is not None:
+        if not is_one_host:
             # "node" deals the ranks out; without it all that do not fit land on the first host.
             five = version.number.split(".")[0] >= "5"
             flags += ["--map-by", "node:OVERSUBSCRIBE"] if five else ["--map-by", "node", "--oversubscribe"]
     return flags
+
+
+def _allocated() -> int | None:
+    """How many ranks a scheduler gave this job places for; Open MPI reads from it where these are."""
+    tasks = os.environ.get("SLURM_NTASKS", "")
+    if "SLURM_JOB_ID" in os.environ and tasks.isdigit():
+        return int(tasks)
+    nodes = Path(os.environ.get("PBS_NODEFILE", ""))
+    return len(nodes.read_text().split()) if nodes.is_file() else None
 
 
 def _slots(numbers: Iterable[str]) -> int | None:

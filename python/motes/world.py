@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import _core, _last_resort, arguments, runfile, scenefile
+from . import _core, _last_resort, arguments, open_worlds, runfile, scenefile
 from . import roles as _roles
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
@@ -229,6 +229,7 @@ class World:
         try:
             _last_resort.begin(self._comm)
             self._start()
+            open_worlds.enter(self.rank)
         except BaseException as error:
             _last_resort.stop_job(error)
             raise
@@ -328,6 +329,7 @@ class World:
             raise
         finally:
             self._ended = True
+            open_worlds.leave(self.rank)
             _last_resort.end()
         if self._watch is not None:
             self._watch.close()

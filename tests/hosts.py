@@ -1,0 +1,161 @@
+"""Several hosts on one machine: network namespaces on a switch, with names and shares of a core.
+
+Needs root, `ip` (Debian's iproute2) and `unshare`. Messages between hosts go over TCP; files are shared.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import stat
+import subprocess
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Hosts", "missing", "three_hosts"]
+
+PERIOD_US = 10_000  # of a quota: short, so that short work feels it too
+CONTROLLERS = ("/sys/fs/cgroup/cpu", "/sys/fs/cgroup")
+
+
+def missing() -> str:
+    """Say what this machine lacks, if anything."""
+    if os.name != "posix" or os.geteuid() != 0:
+        return "network namespaces need root"
+    for tool in ("ip", "unshare"):
+        if shutil.which(tool) is None:
+            return f"network namespaces need {tool}"
+    with contextlib.suppress(subprocess.CalledProcessError):
+        _ip("netns", "add", "motes-probe")
+        _ip("netns", "del", "motes-probe")
+        return ""
+    return "no network namespaces here"
+
+
+@dataclass
+class Hosts:
+    """Hosts that are up."""
+
+    names: list[str]
+    folder: Path
+
+    @property
+    def agent(self) -> Path:
+        """What the launcher calls where it would call ssh."""
+        return self.folder / "agent"
+
+    def options(self) -> list[str]:
+        """Words for mpirun: start daemons through the agent; between hosts, TCP alone."""
+        words = ["--prtemca", "plm_ssh_agent", str(self.agent), "--prtemca", "prte_if_include", "eth0"]
+        return [*words, "--mca", "btl", "tcp,self,sm", "--mca", "btl_tcp_if_include", "eth0"]
+
+    def limit(self, name: str) -> bool:
+        """Let all that starts on a host from now on be slowed down; False where no control group can."""
+        group = _group(name)
+        if group is None:
+            return False
+        (self.folder / name).mkdir(exist_ok=True)
+        # Another name of the same folder: `ip netns exec` hides /sys from what it starts.
+        _run("mount", "--bind", str(group), str(self.folder / name))
+        return True
+
+    def slow_down(self, name: str, share: float) -> None:
+        """Give all processes of a host together this share of one core."""
+        group, quota = self.folder / name, str(int(share * PERIOD_US))
+        if (group / "cpu.max").exists():
+            (group / "cpu.max").write_text(f"{quota} {PERIOD_US}")
+        else:
+            (group / "cpu.cfs_period_us").write_text(str(PERIOD_US))
+            (group / "cpu.cfs_quota_us").write_text(quota)
+
+    def lose(self, name: str) -> None:
+        """Kill everything on a host at once, as its power supply would."""
+        for pid in _run("ip", "netns", "pids", name).split():
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(int(pid), signal.SIGKILL)
+
+    def cut_off(self, name: str) -> None:
+        """Pull its network cable."""
+        _ip("-n", name, "link", "set", "eth0", "down")
+
+
+@contextlib.contextmanager
+def three_hosts(folder: Path) -> Iterator[Hosts]:
+    """Put three hosts on a switch; all that belongs to them goes at the end."""
+    prefix = f"m{os.getpid()}"
+    names, switch = [f"{prefix}{letter}" for letter in "abc"], f"{prefix}s"
+    hosts = Hosts(names, folder)
+    # A host's name in its own namespace of names; its group, if it has one, was put there by limit.
+    hosts.agent.write_text(
+        "#!/bin/sh\nhost=$1\nshift\n"
+        f'group={folder}/$host/cgroup.procs\nif [ -e "$group" ]; then echo $$ > "$group"; fi\n'
+        'exec ip netns exec "$host" unshare --uts /bin/sh -c "hostname $host; $*"\n'
+    )
+    hosts.agent.chmod(hosts.agent.stat().st_mode | stat.S_IXUSR)
+    try:
+        _switch(switch)
+        for number, name in enumerate(names, start=1):
+            _host(name, number, switch)
+            files = Path("/etc/netns", name)  # seen as /etc there
+            files.mkdir(parents=True)
+            known = [f"10.77.0.{i} {other}" for i, other in enumerate(names, start=1)]
+            (files / "hosts").write_text("\n".join(["127.0.0.1 localhost", *known, ""]))
+        yield hosts
+    finally:
+        for name in names:
+            with contextlib.suppress(subprocess.CalledProcessError):
+                hosts.lose(name)
+            _forget(name, folder)
+        with contextlib.suppress(subprocess.CalledProcessError):
+            _ip("netns", "del", switch)
+
+
+def _switch(name: str) -> None:
+    _ip("netns", "add", name)
+    _ip("-n", name, "link", "add", "br0", "type", "bridge")
+    _ip("-n", name, "link", "set", "br0", "up")
+
+
+def _host(name: str, number: int, switch: str) -> None:
+    port = f"port{number}"
+    _ip("netns", "add", name)
+    _ip("link", "add", "eth0", "netns", name, "type", "veth", "peer", "name", port, "netns", switch)
+    _ip("-n", name, "addr", "add", f"10.77.0.{number}/24", "dev", "eth0")
+    _ip("-n", name, "link", "set", "lo", "up")
+    _ip("-n", name, "link", "set", "eth0", "up")
+    _ip("-n", switch, "link", "set", port, "master", "br0")
+    _ip("-n", switch, "link", "set", port, "up")
+
+
+def _group(name: str) -> Path | None:
+    """Make a control group that has a share of a core to give, in either of the kernel's ways."""
+    for root in map(Path, CONTROLLERS):
+        with contextlib.suppress(OSError):
+            group = root / f"motes-{name}"
+            group.mkdir(exist_ok=True)
+            if (group / "cpu.max").exists() or (group / "cpu.cfs_quota_us").exists():
+                return group
+            group.rmdir()
+    return None
+
+
+def _forget(name: str, folder: Path) -> None:
+    with contextlib.suppress(subprocess.CalledProcessError):
+        _run("umount", str(folder / name))
+    with contextlib.suppress(subprocess.CalledProcessError):
+        _ip("netns", "del", name)
+    shutil.rmtree(Path("/etc/netns", name), ignore_errors=True)
+    for root in map(Path, CONTROLLERS):
+        with contextlib.suppress(OSError):
+            (root / f"motes-{name}").rmdir()
+
+
+def _ip(*words: str) -> None:
+    _run("ip", *words)
+
+
+def _run(*words: str) -> str:
+    return subprocess.run(words, check=True, capture_output=True, text=True).stdout

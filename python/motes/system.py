@@ -85,7 +85,7 @@ class System(Recorder):
         """Bear one particle at `position`."""
         self.burst(arguments.triple("position", position), count=1)
 
-    def emit(self, position: ArrayLike, **columns: ArrayLike) -> None:
+    def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
         """Bear the particles of these arrays: `position` (n, 3), others (n, 3) or (n,), one row a particle.
 
         Attributes that are not given come from `configure`. The arrays must be the same on every rank.

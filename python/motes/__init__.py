@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from importlib.metadata import version as _version
 
+from . import _mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
 from . import _last_resort, actions, balance, errors, launch, script, shapes

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-# libfabric's module for one-sided messages, of which the engine sends none: looking for its network cards takes a
-# second of each start (Open MPI 5.0.11). Two-sided messages over libfabric are another module's.
+# libfabric's module for one-sided messages, of which the engine sends none: looking for its network cards
+# takes a second of each start (Open MPI 5.0.11). Two-sided messages over libfabric are another module's.
 if "mpi4py.MPI" not in sys.modules:
     os.environ.setdefault("OMPI_MCA_btl", "^ofi")

@@ -34,7 +34,9 @@ struct Whirl {
     const Floats r2 = dot(to_axis, to_axis);
     const Floats part = height * per_length;
     const Mask reached = (part >= 0.0f) & (part <= 1.0f) & (r2 < max_radius * max_radius);
-    const Floats width = max_radius * pow(min(max(part, Floats{}), all(1.0f)), all(tightness));
+    if (!any(reached)) return v;
+    // At the tip the logarithm is one of a number so small that its power is none.
+    const Floats width = max_radius * exp(tightness * log(min(max(part, all(1e-37f)), all(1.0f))));
     const Mask inside = r2 < width * width;
     const Floats3 inward = to_axis * select(r2 > 0.0f, 1.0f / sqrt(r2), Floats{});
     const Floats3 a = all3(along);

@@ -107,14 +107,12 @@ struct Range {
     return air;
   }
 
-  // Nanoseconds a particle of so many runs. Nobody leaves: finding leavers costs as much as with a domain.
-  double run(const Program& program, int runs) {
+  // Nanoseconds a particle of so many sub-steps. Nobody leaves: finding leavers costs as much as with a domain.
+  double run(const Program& program, int substeps) {
     const double start = cpu_now();
-    for (int i = 0; i < runs; ++i) {
-      outcome.clear();
-      program.run(store, 0, 0, {frame++, 1, kDt, 0}, {1, 2}, {0, -1e6f, 1e6f}, outcome);
-    }
-    return 1e9 * (cpu_now() - start) / (static_cast<double>(store.size()) * runs);
+    outcome.clear();
+    program.run(store, 0, 0, {frame++, substeps, kDt * substeps, 0}, {1, 2}, {0, -1e6f, 1e6f}, outcome);
+    return 1e9 * (cpu_now() - start) / (static_cast<double>(store.size()) * substeps);
   }
   double limit(const Action& action) {
     const double start = cpu_now();
@@ -153,21 +151,24 @@ double order_alone(Range& range, const Action& action, int repeats) {
   return least;
 }
 
-// The least of each over the repeats, in turn, so that a slow moment of the machine does not hit one of them alone.
-void measure(Range& range, const Program& base, const Action& action, int repeats, int runs, double& alone,
+// In turn, since a machine that others use is fast at one moment and slow at the next: two lists that run one after the
+// other are compared, and the median of that counts.
+void measure(Range& range, const Program& base, const Action& action, int repeats, int substeps, double& alone,
              double& added) {
   const Program only({action});
   const Program both = with(base_list(), action);
   range.run(only, 1);  // gives columns their memory
   range.run(both, 1);
-  double least_base = kInf, least_both = kInf;
+  double least = kInf;
   alone = kInf;
+  std::vector<double> ratios;
   for (int i = 0; i < repeats; ++i) {
-    least_base = std::min(least_base, range.run(base, runs));
-    least_both = std::min(least_both, range.run(both, runs));
-    alone = std::min(alone, range.run(only, runs));
+    const double without = range.run(base, substeps);
+    ratios.push_back(range.run(both, substeps) / without);
+    alone = std::min(alone, range.run(only, substeps));
+    least = std::min(least, without);
   }
-  added = least_both - least_base;
+  added = least * (median(ratios) - 1);
 }
 
 }  // namespace
@@ -180,15 +181,16 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
   for (int k = 0; k < actions::kKinds; ++k) {
     const Action action = example(static_cast<Kind>(k));
     const bool copies = actions::uses_copies(action, {});
-    Range large(particles, copies), small(kCached, copies);
+    const bool sorts = action.kind == Kind::sort;
+    Range large(particles, copies), small(sorts ? kSorted : kCached, copies);
     ActionCost cost;
     cost.action = actions::facts(action.kind).name;
-    if (action.kind == Kind::sort) {
+    if (sorts) {
       cost.alone = cost.added = order_alone(large, action, 1);
       cost.alone_in_cache = cost.added_in_cache = order_alone(small, action, repeats);
     } else {
-      measure(large, base, action, repeats, 1, cost.alone, cost.added);
-      measure(small, base, action, 8 * repeats, 4, cost.alone_in_cache, cost.added_in_cache);
+      measure(large, base, action, 2 * repeats, 1, cost.alone, cost.added);
+      measure(small, base, action, 16 * repeats, 256, cost.alone_in_cache, cost.added_in_cache);
     }
     cost.memory_limit = kInf;
     for (int i = 0; i < repeats; ++i) cost.memory_limit = std::min(cost.memory_limit, large.limit(action));

@@ -5,11 +5,13 @@
 #include <string>
 #include <vector>
 
+#include "particles/blocks.h"
+
 namespace motes::recording {
 
-/// Nanoseconds a particle and step, on one core; the least of the repeats, since whatever else runs on the machine only
-/// adds to them. "In cache": a store of kCached particles, whose columns stay in the second cache, so that hardly more
-/// than arithmetic is left.
+/// Nanoseconds a particle and step, on one core. Alone: the least of the repeats, since whatever else runs on the
+/// machine only adds to them; added: the median of comparisons. "In cache": a block's particles over many sub-steps,
+/// whose columns stay in the first cache, so that arithmetic alone is left; sort, which is not of blocks, has kSorted.
 struct ActionCost {
   std::string action;
   double alone = 0;           // a list of this action only
@@ -21,8 +23,8 @@ struct ActionCost {
   int bytes_stored = 0;
 };
 
-/// Particles of the small store.
-inline constexpr std::size_t kCached = 8192;
+/// Particles of the small stores.
+inline constexpr std::size_t kCached = particles::kBlock, kSorted = 8192;
 
 /// All kinds of actions::Kind, in its order, with ordinary parameters: some particles are inside the shapes that push,
 /// none in those that kill, and hardly any hits a surface in the step. Throws std::invalid_argument for counts below 1.

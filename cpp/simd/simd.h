@@ -160,6 +160,26 @@ MOTES_INLINE Floats max(Floats a, Floats b) {
 }
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 
+/// How many floats `pick` looks up in one instruction; 0: there is none.
+#if MOTES_WIDTH >= 256
+inline constexpr int kTable = MOTES_LANES;
+#else
+inline constexpr int kTable = 0;
+#endif
+
+/// In each lane the entry of the table that `at` says there.
+MOTES_INLINE Floats pick(Floats table, Ints at) {
+#if MOTES_WIDTH == 512
+  return (Floats)_mm512_permutexvar_ps((__m512i)at, (__m512)table);
+#elif MOTES_WIDTH == 256
+  return (Floats)_mm256_permutevar8x32_ps((__m256)table, (__m256i)at);
+#else
+  Floats v;
+  for (std::size_t i = 0; i < kLanes; ++i) v[i] = table[at[i]];
+  return v;
+#endif
+}
+
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }
 /// Towards zero; the caller keeps lanes within the range of a 32-bit integer.
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }

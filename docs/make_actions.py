@@ -64,7 +64,8 @@ REASONS = {
     "color_over_life size_over_life alpha_over_life": "a division, two numbers of a table for each component",
     "set": "depends on the expression: here two instructions",
     "restore copy_vertex_b": "up to 18 columns that other actions do not touch, hardly arithmetic",
-    "sort": "no action of blocks: all particles are sorted when the list has run; n log n",
+    "sort": "no action of blocks: all particles are sorted when the list has run: four passes over "
+    "keys, then one for each column, to places all over memory",
 }
 
 

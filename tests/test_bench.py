@@ -54,7 +54,7 @@ def test_a_longer_list_costs_more(capsys):
 
 def test_scale_covers_the_sizes(capsys):
     found = figures(capsys, "scale", "--particles", "30000", "--steps", "1")
-    assert found["ns_per_particle_30000"] > 0
+    assert found["ns_per_particle_30000"] > found["memory_limit_ns_30000"] > 0
     assert found["largest_by_least"] == 1
 
 

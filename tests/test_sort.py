@@ -91,6 +91,23 @@ def test_all_columns_follow_their_particle():
     assert (np.diff(distance) <= 0).all(), "far ones first"
 
 
+@pytest.mark.parametrize("count", [300, 5000])
+def test_hardly_different_and_equal_distances(count: int):
+    dice = np.random.default_rng(8)
+    z = dice.choice(np.float32([-300, -0.5, -0.0, 0, 1, 2, 1000]), count)
+    position = np.stack([dice.integers(0, count // 2, count), np.zeros(count), z], axis=1)
+    world = motes.World(progress="off")
+    system = world.system("only")
+    with world:
+        system.emit(position=position)
+        system.sort((0, 0, 0), look=(1e-12, 0, 1))
+        with system.local() as p:
+            found, ids = p.position.astype(np.float64), p.id.astype(int)
+    distance = found[:, 0] * 1e-12 + found[:, 2]
+    assert len(np.unique(distance)) > count / 3
+    assert (np.lexsort((ids, -distance)) == np.arange(count)).all()
+
+
 def test_those_for_which_the_condition_does_not_hold_keep_their_places():
     chosen = column("position").y > 0.25
     seen, gathered = sorted_views(where=chosen)

@@ -136,20 +136,27 @@ def _lists(arguments: argparse.Namespace) -> dict[str, Any]:
 
 
 def _scale(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Time snow on 1, 3, 10, 30.. million particles, in turn: a slow moment does not hit one size alone."""
+    """Time snow on 1, 3, 10, 30.. million particles, in turn: a slow moment does not hit one size alone.
+
+    With what memory allows: loads and stores alone are faster where a cache holds the particles.
+    """
     most = arguments.particles
     sizes = sorted({min(n * 10**k, most) for n in (1, 3) for k in range(6, 9)})
-    cost = {n: [] for n in sizes}  # type: dict[int, list[float]]
+    cost: dict[int, list[float]] = {n: [] for n in sizes}
+    limit: dict[int, list[float]] = {n: [] for n in sizes}
     for _ in range(3):
         for n in sizes:
             steps = max(arguments.steps, 10_000_000 // n)
-            cost[n].append(1e9 / _core.act_bench("snow", n, steps)["updates_per_s"])
+            figures = _core.act_bench("snow", n, steps)
+            cost[n].append(1e9 / figures["updates_per_s"])
+            limit[n].append(1e9 / figures["memory_limit_updates_per_s"])
     least = {n: min(ns) for n, ns in cost.items()}
     return {
         "scene": "snow",
         "cores": 1,
         "simd": _core.simd(),
         **{f"ns_per_particle_{n}": ns for n, ns in least.items()},
+        **{f"memory_limit_ns_{n}": min(ns) for n, ns in limit.items()},
         "largest_by_least": max(least.values()) / min(least.values()),
     }
 

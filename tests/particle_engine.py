@@ -48,7 +48,8 @@ def play(balancer: Balancer, *, frames: int = 60, particles: int = 40_000, seed:
         moved = start != owner
         rescaled = seconds * held / np.maximum(old + created, 1)
         smooth = [speeds.of(c) for c in range(n)]
-        load = _core.BalanceTable(frame, frame, "cloud", held, rescaled, smooth, cuts)
+        error = [speeds.error(c) for c in range(n)]
+        load = _core.BalanceTable(frame, frame, "cloud", held, rescaled, smooth, cuts, error)
         plan = _core.legal_plan(policy.plan(load), load, policy.name)
         ends = [-np.inf, *cuts, np.inf]
         for c in range(n):

@@ -355,6 +355,71 @@ def test_a_wrong_policy_ends_the_run_everywhere(answer, kinds):
     assert "frame 2" in result.err, result.text
 
 
+ANSWERS = """
+import math
+import motes
+from motes import balance, shapes
+
+class Mute:
+    def __repr__(self):
+        raise RuntimeError("speechless")
+
+class Wrong(balance.Balancer):
+    def decide(self, load):
+        if load.frame < 2:
+            return balance.Targets([1.0] * len(load))
+        return self.answer(load)
+
+def raises(load):
+    raise KeyError("no such machine")
+
+def writes(load):
+    load.speed[0] = 5
+
+T, O = balance.Targets, balance.Orders
+most = 2**64 - 1
+wrong = [
+    lambda load: None, lambda load: Mute(), lambda load: T(Mute()), lambda load: T([1.0] * 10_000),
+    lambda load: T([math.inf, 1]), lambda load: T([0, 0]), lambda load: O([(0, 1, math.nan)]),
+    lambda load: O([(0, 1, Mute())]), lambda load: O([(0, 1, 2**64)]), lambda load: O(None), raises, writes,
+]
+right = [
+    lambda load: T([1e308, 1e308]), lambda load: T([1e-320, 0]), lambda load: O([(0, 1, most), (1, 0, most)]),
+    lambda load: O([(0, 1, most)]), lambda load: O([(0, 1, 5)] * 100_000), lambda load: O([]),
+]
+for combine in ("together", "one_by_one", "overlapped"):
+    for over in ("system", "all"):
+        for number, answer in enumerate(wrong + right):
+            balancer = Wrong()
+            balancer.answer, balancer.over = answer, over
+            world = motes.World(seed=1, space=(-1, 1), balancer=balancer, combine=combine, progress="off")
+            systems = [world.system("a"), world.system("b")]
+            world.__enter__()
+            ending, text = "no error", ""
+            try:
+                for frame in world.frames(4):
+                    for system in systems:
+                        system.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=2400)
+                        system.move()
+                    world.step()
+                world.__exit__(None, None, None)
+            except Exception as error:
+                ending = "an error"
+                text = f"{type(error).__name__}: {error} {getattr(error, '__notes__', '')}"
+            expected = "an error" if number < len(wrong) else "no error"
+            told = ending == "no error" or ("Wrong()" in text and "frame 2" in text)
+            said = "as it should" if ending == expected and told else f"{combine} {over} {number}: {text}"
+            print(world.rank, said, flush=True)
+"""
+
+
+def test_wrong_answers_of_a_policy_reach_all_ranks_and_odd_ones_become_legal():
+    """Also the next world in the same job lives: nobody is left waiting for a message of the last one."""
+    lines = mpirun(4, ANSWERS, timeout=120).lines
+    assert len(lines) == 4 * 3 * 2 * 18
+    assert {line.partition(" ")[2] for line in lines} == {"as it should"}
+
+
 DIFFERENT = """
 import motes
 from motes import balance, shapes

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+import motes
 from motes import _core, bench
 
 ACTIONS = _core.action_names()
@@ -50,6 +51,19 @@ def test_a_longer_list_costs_more(capsys):
     found = figures(capsys, "lists", "--particles", "20000", "--steps", "5")
     assert found["ratio"] > 1
     assert found["twelve_s"] > found["five_s"]
+
+
+def test_overhead_compares_balancers_with_static_cuts(capsys):
+    sizes = ["--systems", "2", "--particles", "4000", "--rounds", "3", "--frames", "2"]
+    found = figures(capsys, "overhead", *sizes)
+    rows = {row["balancer"]: row for row in found["rows"]}
+    assert list(rows) == ["static", "static again", "pairwise", "diffusive", "prefix", "proportional"]
+    assert rows["static"]["overhead_percent"] == 0
+    assert rows["static"]["balance_ms"] == 0
+    assert all(row["frame_ms"] > row["act_ms"] > 0 for row in rows.values())
+    assert (found["ranks"], found["calculators"], found["particles"]) == (4, 2, 4000)
+    with pytest.raises(motes.MotesError, match="the job on 2 ranks failed"):
+        bench.main(["overhead", "--ranks", "2", "--particles", str(2**63), *sizes[4:]])
 
 
 def test_scale_covers_the_sizes(capsys):

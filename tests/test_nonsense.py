@@ -12,6 +12,7 @@ import pytest
 from nonsense import NONSENSE, constructors, drawn, methods, shown
 
 import motes
+from motes import _core
 from motes.errors import ArgumentError, MotesError
 
 STEPS_S = (1 / 24, 1 / 24, 1e-9, 1.0, 1e9)
@@ -116,14 +117,76 @@ def test_more_nonsense_is_refused_or_runs(seed):
     nonsense_calls(10_000, seed=100 + seed)
 
 
-@pytest.mark.parametrize("wish", ["dt", "substeps", "axis", "space", "roles", "digest", "seed"])
+ANSWERS: dict[str, Callable[[Any], Any]] = {
+    "decide's answer": lambda value: value,
+    "shares": motes.Targets,
+    "a share": lambda value: motes.Targets([value, 1, 1]),
+    "orders": motes.Orders,
+    "an order": lambda value: motes.Orders([value]),
+    "from": lambda value: motes.Orders([(value, 1, 1)]),
+    "to": lambda value: motes.Orders([(0, value, 1)]),
+    "count": lambda value: motes.Orders([(0, 1, value)]),
+}
+
+
+@pytest.mark.parametrize("what", ANSWERS)
+def test_answers_of_nonsense_become_legal_or_name_policy_and_frame(what):
+    class Odd(motes.Balancer):
+        value: Any = None
+
+        def decide(self, load: motes.LoadTable) -> Any:
+            return ANSWERS[what](self.value)
+
+    table = _core.BalanceTable(12, 0, "snow", [100] * 3, [0.0] * 3, [1e6] * 3, [1, 2])
+    odd = Odd()
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for odd.value in [*NONSENSE, [1e308] * 3, [1e-320, 0, 0], (0, 1, 5), {0: 1, 1: 1, 2: 1}, "111"]:
+            try:
+                plan = odd.policy.plan(table)
+            except ArgumentError as error:
+                assert "Odd(), frame 12" in str(error)
+                continue
+            if len(plan.shares):
+                assert len(plan.shares) == 3 and plan.shares.sum() == pytest.approx(1)
+            assert all(abs(source - to) == 1 and 0 < count <= 100 for source, to, count in plan.orders)
+
+
+OPTIONS = [
+    *((kind, name) for kind in (motes.Pairwise, motes.PrefixCuts) for name in ("threshold", "min_particles")),
+    *((motes.Diffusive, name) for name in ("threshold", "rate", "min_particles", "smoothing", "over")),
+    *((lambda: motes.Proportional([1, 1, 1]), name) for name in ("powers", "threshold", "over")),
+    (motes.PrefixCuts, "powers"),
+]
+
+
+@pytest.mark.parametrize(("kind", "name"), OPTIONS)
+def test_options_of_balancers_are_checked_when_set_later_too(kind, name):
+    refused = 0
+    for value in NONSENSE:
+        balancer = kind()
+        setattr(balancer, name, value)
+        try:
+            balancer.policy.check(3)
+            assert eval(repr(balancer), vars(motes)).policy.name == balancer.policy.name
+        except ArgumentError:
+            refused += 1
+    assert refused > len(NONSENSE) / 2
+
+
+@pytest.mark.parametrize(
+    "wish",
+    ["dt", "substeps", "axis", "space", "roles", "digest", "seed", "balancer", "combine", "clock", "spans"],
+)
 def test_worlds_of_nonsense_run(wish):
     """Whatever a world takes, it runs with."""
     ran = 0
-    for value in [*NONSENSE, (-1e12, 1e15), "fit", "shared", "y", 2**64 - 1, 1e-9, 1e9]:
+    sense = [(-1e12, 1e15), "fit", "shared", "y", 2**64 - 1, 1e-9, 1e9, "overlapped", "wall"]
+    for value in [*NONSENSE, *sense, motes.Pairwise()]:
         try:
             world = motes.World(**{"seed": 1, "progress": "off", wish: value})
-        except ArgumentError:
+        except ArgumentError as error:
+            assert wish in str(error)
             continue
         ran += 1
         system = world.system("a")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -247,6 +248,36 @@ def test_two_machines_share_by_their_true_speeds(
     fast, slow = np.array([step.particles for step in simulate(even, balancer)]).T
     assert fast[0] == slow[0]
     np.testing.assert_allclose((fast / (fast + slow))[by_frame:], 2 / 3, rtol=0.1)
+
+
+def noisy(true: Callable[[int], list[float]], noise: float) -> Synthetic:
+    """Machines whose clock is off in each frame, by this standard deviation of the logarithm."""
+    random = np.random.default_rng(8)
+    speeds = [np.array(true(k)) * np.exp(noise * random.standard_normal(len(true(k)))) for k in range(100)]
+    n = len(true(0))
+    return Synthetic(100, speeds.__getitem__, lambda _: np.ones(2), calculators=n, particles=200_000 * n)
+
+
+@pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
+@pytest.mark.parametrize("noise", [0.02, 0.1])
+def test_noise_alone_moves_nothing(balancer: motes.Balancer, noise: float) -> None:
+    """Equal machines: after the frames in which noise itself becomes known, next to no order."""
+    steps = list(simulate(noisy(lambda _: [1e7] * 4, noise), balancer))[10:]
+    plans = [step.systems[0].plan for step in steps]
+    assert sum(bool(plan.orders or len(plan.shares)) for plan in plans if plan is not None) <= 5
+    assert max(float(step.particles.max() / step.particles.mean()) for step in steps) < 1 + noise
+
+
+@pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
+@pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
+def test_a_machine_that_slows_down_is_noticed_through_noise(balancer: motes.Balancer, noise: float) -> None:
+    def true(k: int) -> list[float]:
+        return [1e7, 1e7 if k < 40 else 4e6]
+
+    steps = list(simulate(noisy(true, noise), balancer))
+    parts = [float(step.particles[0] / step.particles.sum()) for step in steps]
+    assert max(abs(part - 0.5) for part in parts[:40]) < 0.05
+    assert max(abs(part - 5 / 7) for part in parts[60:]) < 0.1 * 5 / 7
 
 
 def test_static_cuts_change_nothing() -> None:

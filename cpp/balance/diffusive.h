@@ -11,7 +11,7 @@ class Diffusive : public Policy {
  public:
   /// Over each cut goes `rate` times half the difference in time, at the speed of the slower one: stable for any
   /// speeds up to rate 1, and never more than half of what the donor has over one cut. Nothing goes where times differ
-  /// by less than `threshold` of the longer one, or fewer than `min_particles` would.
+  /// by less than `threshold` of the longer one, or than noise may explain, or fewer than `min_particles` would.
   Diffusive(double threshold, double rate, std::uint64_t min_particles)
       : threshold_(threshold), rate_(rate), min_particles_(min_particles) {}
 

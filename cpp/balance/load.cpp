@@ -5,21 +5,52 @@
 
 namespace motes::balance {
 
+namespace {
+
+constexpr double kNoiseGain = 0.1;  // a sample's part in what is known of noise, after ten of them
+
+}  // namespace
+
 double rescaled(double seconds, std::uint64_t processed, std::uint64_t after) {
   return processed == 0 ? seconds : seconds * static_cast<double>(after) / static_cast<double>(processed);
 }
 
 Speeds::Speeds(int calculators, SpeedOptions options)
-    : options_(options), speeds_(static_cast<std::size_t>(calculators), 0.0) {}
+    : options_(options), known_(static_cast<std::size_t>(calculators)) {}
 
 void Speeds::add(int calculator, std::uint64_t particles, double seconds) {
   const bool tells = std::isfinite(seconds) && seconds > 0 && seconds >= options_.min_seconds && particles > 0 &&
                      particles >= options_.min_particles;
   if (!tells) return;
-  double& speed = speeds_[static_cast<std::size_t>(calculator)];
+  Known& known = known_[static_cast<std::size_t>(calculator)];
   const double sample = static_cast<double>(particles) / seconds;
-  speed = speed > 0 ? options_.smoothing * speed + (1 - options_.smoothing) * sample : sample;
+  if (known.last > 0) {
+    const double step = std::log(sample / known.last);
+    known.noise2 += std::max(kNoiseGain, 1 / ++known.steps) * (step * step / 2 - known.noise2);
+  }
+  known.last = sample;
+  const double gain = 1 - options_.smoothing;
+  known.quick.add(sample, gain);
+  known.steady.add(sample, gain * gain * gain);
+  const double apart = std::abs(known.steady.value / known.quick.value - 1);
+  if (apart > kErrors * known.quick.error(std::sqrt(known.noise2))) known.steady = known.quick;
 }
+
+double Speeds::error(int calculator) const {
+  const Known& known = known_[static_cast<std::size_t>(calculator)];
+  return known.steady.error(std::sqrt(known.noise2));
+}
+
+void Speeds::Mean::add(double sample, double gain) {
+  const double weight = std::max(gain, 1 / (samples + 1));
+  value += weight * (sample - value);
+  variance = (1 - weight) * (1 - weight) * variance + weight * weight;
+  samples = 1 / variance;
+}
+
+double Speeds::Mean::error(double noise) const { return noise * std::sqrt(variance); }
+
+double doubt(const Load& a, const Load& b) { return kErrors * std::hypot(a.error, b.error); }
 
 std::vector<double> complete(const std::vector<Load>& loads) {
   double sum = 0;
@@ -53,15 +84,19 @@ std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems) {
   for (std::size_t c = 0; c < sum.size(); ++c) {
     double timed = 0;  // particles whose speed is known
     double takes = 0;
+    double errors = 0;  // as if all erred together: they share a processor
     for (const std::vector<Load>& loads : systems) {
       const Load& load = loads[c];
       sum[c].particles += load.particles;
       sum[c].seconds += load.seconds;
       if (!(load.speed > 0)) continue;
       timed += static_cast<double>(load.particles);
-      takes += static_cast<double>(load.particles) / load.speed;
+      const double seconds = static_cast<double>(load.particles) / load.speed;
+      takes += seconds;
+      errors += seconds * load.error;
     }
     sum[c].speed = takes > 0 ? timed / takes : 0;
+    sum[c].error = takes > 0 ? errors / takes : 0;
   }
   return sum;
 }

@@ -11,6 +11,7 @@ struct Load {
   std::uint64_t particles = 0;
   double seconds = 0;  // from the first action to the last, rescaled to these particles
   double speed = 0;    // particles a second, smoothed; 0: not known
+  double error = 0;    // the speed's standard error as a part of it, by the samples' noise; 0: not known
 };
 
 /// Processing time in proportion to the particles held after the exchange (paper 3.2.4).
@@ -18,12 +19,14 @@ double rescaled(double seconds, std::uint64_t processed, std::uint64_t after);
 
 /// What makes a sample of speed, and how samples become a speed.
 struct SpeedOptions {
-  double smoothing = 0.5;       // weight of what was known, 0..1
+  double smoothing = 0.5;       // weight of what was known where speeds change, 0..1
   double min_seconds = 2e-4;    // shorter samples say more about the clock than about the machine
   std::uint64_t min_particles = 1000;
 };
 
-/// Smoothed speeds of calculators.
+/// Smoothed speeds of calculators, and how well they are known. A clock on a shared machine is off by some per cent in
+/// each frame: while samples agree with what was known but for their noise, it weighs more, 1 - (1 - smoothing)^3, and
+/// all samples alike at first; a change beyond noise makes the speed that of the last few samples.
 class Speeds {
  public:
   Speeds() = default;
@@ -33,15 +36,38 @@ class Speeds {
   void add(int calculator, std::uint64_t particles, double seconds);
 
   /// Particles a second; 0 where no sample was large enough yet.
-  double of(int calculator) const { return speeds_[static_cast<std::size_t>(calculator)]; }
+  double of(int calculator) const { return known_[static_cast<std::size_t>(calculator)].steady.value; }
+
+  /// Standard error of that, as a part of it; 0 before the second sample.
+  double error(int calculator) const;
 
  private:
+  struct Mean {
+    double value = 0;
+    double variance = 0;  // of the value, in variances of a sample
+    double samples = 0;
+
+    void add(double sample, double gain);
+    double error(double noise) const;
+  };
+  struct Known {
+    Mean quick, steady;
+    double last = 0;
+    double noise2 = 0;  // of a sample, relative: half the mean square of the steps between successive ones
+    double steps = 0;
+  };
+
   SpeedOptions options_;
-  std::vector<double> speeds_;
+  std::vector<Known> known_;
 };
 
 /// Speeds without gaps: what is not known is the mean of what is, or 1 for all where nothing is.
 std::vector<double> complete(const std::vector<Load>& loads);
+
+/// How far apart two calculators' times must be, as a part of the longer one, to be more than noise: so many standard
+/// errors of their difference.
+inline constexpr double kErrors = 3;
+double doubt(const Load& a, const Load& b);
 
 /// The slowest calculator's predicted seconds over the mean, from particles and complete speeds; 1 where all are idle.
 double imbalance(const std::vector<Load>& loads);

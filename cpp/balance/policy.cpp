@@ -98,7 +98,7 @@ void limit(std::vector<Crossing>& cuts, const std::vector<Load>& loads) {
 
 std::string shown(double number) {
   char digits[32];
-  return {digits, std::to_chars(digits, digits + sizeof digits, number).ptr};
+  return {digits, std::to_chars(digits, digits + sizeof digits, number + 0.0).ptr};  // no -0
 }
 
 std::string shown(const std::vector<double>& numbers) {

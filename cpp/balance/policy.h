@@ -81,7 +81,7 @@ Plan legal(Plan plan, const Table& table, const std::string& policy);
 /// proportion, shares as they are.
 Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
 
-/// The shortest digits that read back as this number.
+/// The shortest digits that read back as this number; -0 is 0.
 std::string shown(double number);
 std::string shown(const std::vector<double>& numbers);
 

@@ -35,8 +35,7 @@ Plan PrefixCuts::plan(const Table& table) const {
   plan.shares = powers_.empty() ? complete(table.loads) : powers_;
   if (!powers_.empty()) plan.costs = costs(table.loads);
   for (std::size_t i = 0; i + 1 < table.loads.size(); ++i) plan.evaluated.push_back(static_cast<std::int32_t>(i));
-  const bool apart = imbalance(table.loads) > 1 + threshold_;
-  if (apart &&
+  if (above_mean(table.loads, threshold_) &&
       most_off(table.loads, wanted(table.loads, plan.shares, plan.costs)) >= static_cast<double>(min_particles_))
     return plan;
   plan.shares.clear();

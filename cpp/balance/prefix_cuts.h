@@ -7,10 +7,10 @@ namespace motes::balance {
 
 class PrefixCuts : public Policy {
  public:
-  /// New cuts where the slowest calculator is more than `threshold` above the mean and some calculator is at least
-  /// `min_particles` off. `powers` empty: what a particle costs belongs to the machine, and each calculator gets
-  /// particles by its measured speed. `powers` given, one a calculator: the machines are known, what a particle costs
-  /// belongs to the place, and each calculator gets that part of all cost.
+  /// New cuts where a calculator is more than `threshold` above the mean, and more than noise may explain, and some
+  /// calculator is at least `min_particles` off. `powers` empty: what a particle costs belongs to the machine, and each
+  /// calculator gets particles by its measured speed. `powers` given, one a calculator: the machines are known, what a
+  /// particle costs belongs to the place, and each calculator gets that part of all cost.
   PrefixCuts(double threshold, std::vector<double> powers, std::uint64_t min_particles)
       : threshold_(threshold), powers_(std::move(powers)), min_particles_(min_particles) {}
 

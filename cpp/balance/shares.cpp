@@ -30,6 +30,20 @@ double most_off(const std::vector<Load>& loads, const std::vector<double>& wante
   return most;
 }
 
+bool above_mean(const std::vector<Load>& loads, double threshold) {
+  const std::vector<double> speeds = complete(loads);
+  const auto calculators = static_cast<double>(loads.size());
+  double sum = 0;
+  for (std::size_t c = 0; c < loads.size(); ++c) sum += static_cast<double>(loads[c].particles) / speeds[c];
+  const double errors = std::sqrt(kErrors * kErrors + 2 * std::log(std::max(calculators, 1.0)));
+  for (std::size_t c = 0; c < loads.size(); ++c) {
+    const double least = std::max(threshold, errors * loads[c].error);
+    const double seconds = static_cast<double>(loads[c].particles) / speeds[c];
+    if (sum > 0 && seconds * calculators / sum > 1 + least) return true;
+  }
+  return false;
+}
+
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators) {
   if (powers.size() == calculators) return;
   throw std::invalid_argument(policy.name() + ": powers must be " + std::to_string(calculators) +

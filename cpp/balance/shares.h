@@ -14,6 +14,10 @@ std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<dou
 /// The largest difference between what a calculator holds and should hold, in particles.
 double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted);
 
+/// Whether some calculator's predicted seconds are above the mean by more than `threshold` of it, and by more than the
+/// noise of all of them may explain: the largest of many errors is larger than one.
+bool above_mean(const std::vector<Load>& loads, double threshold);
+
 /// Throws std::invalid_argument, naming the policy, where powers are not one a calculator.
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators);
 

@@ -56,17 +56,21 @@ std::shared_ptr<Policy> made(double smoothing, bool over_all, Arguments&&... arg
 }
 
 Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::string& system, const CountArray& particles,
-                 const DoubleArray& seconds, const DoubleArray& speed, const FloatArray& cuts) {
+                 const DoubleArray& seconds, const DoubleArray& speed, const FloatArray& cuts,
+                 const DoubleArray& errors) {
   const auto n = span_of<std::uint64_t>(particles);
   const auto s = span_of<double>(seconds);
   const auto v = span_of<double>(speed);
   const auto c = span_of<float>(cuts);
-  if (s.size() != n.size() || v.size() != n.size() || c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
-    throw std::invalid_argument("particles, seconds and speed must be one a calculator, and cuts one less, got " +
-                                std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
+  const auto e = span_of<double>(errors);
+  if (s.size() != n.size() || (!e.empty() && e.size() != n.size()) || v.size() != n.size() ||
+      c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
+    throw std::invalid_argument(
+        "particles, seconds, speed and error must be one a calculator, and cuts one less, got " +
+        std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
-  for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i]});
+  for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i], e.empty() ? 0 : e[i]});
   return table;
 }
 
@@ -105,13 +109,14 @@ std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>
 void bind_values(py::module_& m) {
   py::class_<Table>(m, "BalanceTable")
       .def(py::init(&make_table), py::arg("frame"), py::arg("evaluation"), py::arg("system"), py::arg("particles"),
-           py::arg("seconds"), py::arg("speed"), py::arg("cuts"))
+           py::arg("seconds"), py::arg("speed"), py::arg("cuts"), py::arg("error") = DoubleArray(0))
       .def_readonly("frame", &Table::frame)
       .def_readonly("evaluation", &Table::evaluation)
       .def_readonly("system", &Table::system)
       .def_property_readonly("particles", [](const Table& t) { return column(t, &Load::particles); })
       .def_property_readonly("seconds", [](const Table& t) { return column(t, &Load::seconds); })
       .def_property_readonly("speed", [](const Table& t) { return column(t, &Load::speed); })
+      .def_property_readonly("error", [](const Table& t) { return column(t, &Load::error); })
       .def_property_readonly("complete_speed", [](const Table& t) { return array_of(complete(t.loads)); })
       .def_property_readonly("cuts", [](const Table& t) { return array_of(t.cuts); })
       .def_property_readonly("imbalance", [](const Table& t) { return imbalance(t.loads); });
@@ -140,7 +145,8 @@ void bind_values(py::module_& m) {
 void bind_policies(py::module_& m) {
   py::class_<Speeds>(m, "Speeds")
       .def("add", &Speeds::add, py::arg("calculator"), py::arg("particles"), py::arg("seconds"))
-      .def("of", &Speeds::of, py::arg("calculator"));
+      .def("of", &Speeds::of, py::arg("calculator"))
+      .def("error", &Speeds::error, py::arg("calculator"));
   py::class_<Policy, std::shared_ptr<Policy>>(m, "Policy")
       .def_property_readonly("name", &Policy::name)
       .def_property_readonly("moves", &Policy::moves)

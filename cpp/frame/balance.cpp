@@ -1,8 +1,10 @@
 // balance (paper 3.2.5): the manager plans from the frame's loads, or neighbours decide by themselves; donors find
-// the new cuts; the manager sends all of them with the next frame's births. What is then outside its domain goes to its
-// owner in that frame's exchange: donation needs no messages of its own.
+// the new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it
+// needs to. What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of
+// its own.
 #include <algorithm>
 #include <stdexcept>
+#include <utility>
 
 #include "balance/cuts.h"
 #include "frame/engine.h"
@@ -136,7 +138,28 @@ void Engine::balance(Round& round) {
       comm_->post(cast_.manager, Phase::proposals, stamp(round), std::move(message), 0, failure_.failed());
     }
   }
-  if (manages()) take_proposals(round);
+  if (manages()) await_proposals(round);
+}
+
+// Manager: rows of the log say what was known in this frame; who was asked answers while other work goes on.
+void Engine::await_proposals(const Round& round) {
+  const bool alone = options_.policy->decentralised();
+  Asked asked{stamp(round), systems_to_balance(round), alone ? cast_.calculators : round.asked};
+  for (const std::size_t i : asked.systems) {
+    for (std::int32_t cut = 0; alone && cut + 1 < static_cast<std::int32_t>(cast_.calculators.size()); ++cut) {
+      row_of(i, cut).ordered = 0;
+    }
+  }
+  if (!asked.ranks.empty()) asked_.push_back(std::move(asked));
+}
+
+// Manager: before it deals births by the new cuts.
+void Engine::take_all_proposals() {
+  if (!manages() || (asked_.empty() && balance_rows_.empty())) return;
+  const Timed timed(*this, times_.balance, "new cuts");
+  histograms_.assign(systems_.size(), {});
+  for (const Asked& asked : std::exchange(asked_, {})) take_proposals(asked);
+  write_balance_rows();
 }
 
 // What neighbours tell each other is all that either needs; both come to the same order, and the donor acts on it.
@@ -200,7 +223,7 @@ std::vector<Request> Engine::requests_between(int me, int other, const std::vect
 Load Engine::own_load(const System& system) const {
   const std::uint64_t processed = system.tally.at_start + system.tally.created;
   return {system.store->size(), balance::rescaled(system.tally.compute_s, processed, system.store->size()),
-          system.speeds.of(calculator())};
+          system.speeds.of(calculator()), system.speeds.error(calculator())};
 }
 
 Proposal Engine::propose(const Request& request) {
@@ -219,19 +242,10 @@ Proposal Engine::propose(const Request& request) {
   return proposal;
 }
 
-// Manager: the new cuts, of which all hear with the next births.
-void Engine::take_proposals(const Round& round) {
-  const std::vector<std::size_t> systems = systems_to_balance(round);
-  const bool alone = options_.policy->decentralised();
-  histograms_.assign(systems_.size(), {});
-  for (const std::size_t i : systems) {
-    for (std::int32_t cut = 0; alone && cut + 1 < static_cast<std::int32_t>(cast_.calculators.size()); ++cut) {
-      row_of(i, cut).ordered = 0;
-    }
-  }
+void Engine::take_proposals(const Asked& asked) {
   bool whole = true;
-  for (const int from : alone ? cast_.calculators : round.asked) {
-    const Message message = comm_->expect(from, Phase::proposals, stamp(round));
+  for (const int from : asked.ranks) {
+    const Message message = comm_->expect(from, Phase::proposals, asked.stamp);
     whole = whole && message.header().failed == 0;
     work("balance", [&] {
       for (particles::Reader in = message.reader(); !in.done();) {
@@ -240,8 +254,11 @@ void Engine::take_proposals(const Round& round) {
     });
   }
   // A calculator that failed says so with its next report; until then cuts stay.
-  if (whole) work("balance", [&] { move_cuts(systems); });
-  if (log_) {
+  if (whole) work("balance", [&] { move_cuts(asked.systems); });
+}
+
+void Engine::write_balance_rows() {
+  if (log_ && !balance_rows_.empty()) {
     work("log", [&] {
       for (const auto& [key, row] : balance_rows_) log_->add(row);
       log_->write_balance();

@@ -222,7 +222,7 @@ class Engine {
   void send_leavers(Round& round);
   void receive_strangers(Round& round);
 
-  // balance.cpp: manager -> calculators -> manager, or calculators <-> calculators -> manager
+  // balance.cpp: manager -> calculators -> manager, or calculators <-> calculators -> manager; before the next begin
   using Requests = std::vector<std::vector<Request>>;  // one list a calculator
   bool balances() const;
   std::vector<std::size_t> systems_to_balance(const Round& round) const;
@@ -234,9 +234,12 @@ class Engine {
                                         const std::vector<balance::Load>& theirs,
                                         const std::vector<std::size_t>& systems) const;
   Proposal propose(const Request& request);
-  void take_proposals(const Round& round);
+  void await_proposals(const Round& round);
+  void take_all_proposals();
+  void take_proposals(const Asked& asked);
   void take_proposal(int calculator, const Proposal& proposal);
   void move_cuts(const std::vector<std::size_t>& systems);
+  void write_balance_rows();
   BalanceRow& row_of(std::size_t system, std::int32_t cut);
   balance::Load own_load(const System& system) const;
   void note_density();
@@ -290,7 +293,8 @@ class Engine {
   std::vector<particles::Digest> row_digests_;
   std::optional<FrameRow> open_row_;   // waits for the tails
   std::optional<FrameRow> last_row_;
-  std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> balance_rows_;  // by system and cut, of this round
+  std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> balance_rows_;  // by system and cut, until cuts are known
+  std::vector<Asked> asked_;  // manager: whose proposals are under way
   std::vector<std::vector<balance::Histogram>> histograms_;  // manager: one list a system, one histogram a calculator
 };
 

@@ -26,6 +26,7 @@ void Engine::run_frame(const std::optional<image::View>& view) {
 
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
 void Engine::talk() {
+  take_all_proposals();  // of the last frame: the manager hands the new cuts out now
   const std::size_t lag = in_frame() && options_.combine == Combine::overlapped ? 1 : 0;
   if (manages() && lag > 0) {
     for (const Round& round : rounds_) deal(round);

@@ -19,8 +19,15 @@ struct Round {
   std::uint32_t turn = 0;
   std::vector<comm::Message> leaving;  // one a calculator
   Verdict verdict;
-  std::vector<std::int32_t> asked;  // manager: the ranks whose proposals will come
+  std::vector<std::int32_t> asked;  // manager: the ranks with requests
   double reported_s = 0;            // when this rank's report went off
+};
+
+/// What the manager asked for in a round, until it needs the new cuts.
+struct Asked {
+  comm::Stamp stamp;
+  std::vector<std::size_t> systems;
+  std::vector<std::int32_t> ranks;  // that will answer
 };
 
 }  // namespace motes::frame

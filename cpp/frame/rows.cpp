@@ -80,7 +80,7 @@ void Engine::note_loads(const std::vector<Report>& reports, std::size_t index, s
     load.domain_hi = s.domains.high(static_cast<int>(c));
     if (balances()) {
       s.speeds.add(static_cast<int>(c), processed, from.compute_s);
-      s.loads[c] = {load.n_end, load.rescaled_s, s.speeds.of(static_cast<int>(c))};
+      s.loads[c] = {load.n_end, load.rescaled_s, s.speeds.of(static_cast<int>(c)), s.speeds.error(static_cast<int>(c))};
     }
     row_.exchanged += load.sent;
     row_.load.push_back(std::move(load));

@@ -14,6 +14,7 @@ The same object balances a run, `World(balancer=BySpeed())`, and replays the log
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -66,8 +67,9 @@ class Balancer:
 
     Options of all, attributes of the class or the object:
 
-    `smoothing`: weight in 0..1 of what was known of a calculator's speed, against a new sample; 0 believes
-    the last frame. `over`: "system" balances each particle system by itself, "all" the sum over systems.
+    `smoothing`: weight in 0..1 of what was known of a calculator's speed, against a new sample, where speeds
+    change; 0 believes the last frame. While samples agree but for their noise, what was known weighs more.
+    `over`: "system" balances each particle system by itself, "all" the sum over systems.
     """
 
     smoothing: float = 0.5
@@ -89,7 +91,7 @@ class Balancer:
         where = f"{self._name()}, frame {table.frame}"
         try:
             answer = self.decide(LoadTable(table))
-        except Exception as error:
+        except BaseException as error:
             error.add_note(f"in the balancer {where}, system {table.system!r}")
             raise
         if isinstance(answer, Targets):
@@ -125,6 +127,10 @@ class _Native(Balancer):
         plan = self.policy.plan(load.table)
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
+    def _check(self) -> None:
+        """Check the options, which a script may have set since: `policy` is what the engine takes."""
+        self.smoothing, _ = self._options()
+
     def __repr__(self) -> str:
         """Show the call."""
         return self.policy.name
@@ -149,7 +155,7 @@ class Pairwise(_Native):
     Pairs of neighbours are looked at from left to right, every other time from the second on. A pair whose
     times differ by more than the threshold divides its particles by processing power, and the next pair is
     the one after: each calculator only gives or only takes, and with one neighbour. Times are particles
-    over measured speed.
+    over measured speed; a difference that the noise of the measurement may explain is none.
     """
 
     def __init__(
@@ -166,13 +172,19 @@ class Pairwise(_Native):
         fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
-        self.threshold = arguments.number("threshold", threshold, low=0, high=1)
-        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
-        self._options()
+        self.threshold = threshold
+        self.min_particles = min_particles
+        self._check()
+
+    def _check(self) -> None:
+        super()._check()
+        self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
+        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
+        self._check()
         return _core.pairwise_policy(self.threshold, self.min_particles, *self._options())
 
 
@@ -200,14 +212,21 @@ class Diffusive(_Native):
         `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
-        self.threshold = arguments.number("threshold", threshold, low=0, high=1)
-        self.rate = arguments.number("rate", rate, low=0, high=1)
-        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
-        self._options()
+        self.threshold = threshold
+        self.rate = rate
+        self.min_particles = min_particles
+        self._check()
+
+    def _check(self) -> None:
+        super()._check()
+        self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
+        self.rate = arguments.number("rate", self.rate, low=0, high=1)
+        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
+        self._check()
         return _core.diffusive_policy(self.threshold, self.rate, self.min_particles, *self._options())
 
 
@@ -236,14 +255,21 @@ class PrefixCuts(_Native):
         `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
-        self.threshold = arguments.number("threshold", threshold, low=0)
-        self.powers = None if powers is None else _powers(powers, above=True)
-        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
-        self._options()
+        self.threshold = threshold
+        self.powers = powers
+        self.min_particles = min_particles
+        self._check()
+
+    def _check(self) -> None:
+        super()._check()
+        self.threshold = arguments.number("threshold", self.threshold, low=0)
+        self.powers = None if self.powers is None else _powers(self.powers, above=True)
+        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
+        self._check()
         return _core.prefix_cuts_policy(
             self.threshold, self.powers or [], self.min_particles, *self._options()
         )
@@ -267,14 +293,21 @@ class Proportional(_Native):
         see `Balancer`.
         """
         super().__init__(Balancer.smoothing, over)
-        self.powers = _powers(powers, above=False)
-        self.threshold = arguments.number("threshold", threshold, low=0)
-        self.min_particles = arguments.integer("min_particles", min_particles, high=MOST)
-        self._options()
+        self.powers = powers
+        self.threshold = threshold
+        self.min_particles = min_particles
+        self._check()
+
+    def _check(self) -> None:
+        super()._check()
+        self.powers = _powers(self.powers, above=False)
+        self.threshold = arguments.number("threshold", self.threshold, low=0)
+        self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
+        self._check()
         return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
 
 
@@ -300,19 +333,21 @@ def _shares(where: str, targets: Targets) -> list[float]:
 def _moves(where: str, orders: Orders) -> list[tuple[int, int, int]]:
     allowed = "a list of (from, to, count), integers >= 0"
     moves = []
-    try:
+    try:  # whatever the list is, and whatever numbers are in it
         for move in orders.moves:
             source, to, count = (_whole(number) for number in move)
             if min(source, to) < 0 or max(source, to) >= 2**31 or not 0 <= count <= MOST:
                 raise ValueError
             moves.append((source, to, count))
-    except (TypeError, ValueError, OverflowError):
-        raise ArgumentError(f"{where}: orders", orders.moves, allowed) from None
+    except Exception as error:
+        raise ArgumentError(f"{where}: orders", orders.moves, allowed) from error
     return moves
 
 
 def _whole(number: Any) -> int:
-    result = int(number)
-    if result != number:
-        raise ValueError
-    return result
+    try:
+        return operator.index(number)
+    except TypeError:
+        if not isinstance(number, (float, np.floating)) or int(number) != number:
+            raise ValueError from None
+    return int(number)

@@ -10,12 +10,15 @@ import argparse
 import json
 import platform
 import statistics
+import subprocess
+import sys
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from . import _core
+from . import _core, launch
+from .errors import MotesError
 
 __all__ = ["main"]
 
@@ -27,7 +30,7 @@ def main(words: Sequence[str]) -> int:
     if arguments.json:
         print(json.dumps(figures))
         return 0
-    if arguments.name == "balance":
+    if arguments.name in ("balance", "overhead"):
         print(_table(figures))
         return 0
     if arguments.name == "actions":
@@ -75,6 +78,12 @@ def _parser() -> argparse.ArgumentParser:
     balance.add_argument("--particles", type=_positive, default=3_200_000)
     balance.add_argument("--frames", type=_positive, default=200)
     balance.add_argument("--run", metavar="DIR", help="the log of a run, instead of made-up loads")
+    overhead = names.add_parser("overhead", help="what balancers cost a frame with nothing to balance")
+    overhead.add_argument("--ranks", type=_positive, default=4)
+    overhead.add_argument("--systems", type=_positive, default=8)
+    overhead.add_argument("--particles", type=_positive, default=400_000, help="of each system")
+    overhead.add_argument("--rounds", type=_positive, default=40, help="turns of each balancer")
+    overhead.add_argument("--frames", type=_positive, default=4, help="of a turn")
     for command in names.choices.values():
         command.add_argument("--json", action="store_true", help="print one JSON object")
     return parser
@@ -244,6 +253,18 @@ def _balance(arguments: argparse.Namespace) -> dict[str, Any]:
     return {"rows": rows, "planning_calculators": many, "planning_ms": planning}
 
 
+def _overhead(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Start a job in which worlds with each balancer take turns, and return what its first rank says."""
+    sizes = [f"--{name}={getattr(arguments, name)}" for name in ("systems", "particles", "rounds", "frames")]
+    words = launch.command(arguments.ranks, [sys.executable, "-m", "motes.overhead", *sizes])
+    job = subprocess.run(words, check=False, capture_output=True, text=True)
+    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
+    if job.returncode != 0 or not lines:
+        raise MotesError(f"the job on {arguments.ranks} ranks failed:\n{job.stderr}")
+    figures: dict[str, Any] = json.loads(lines[-1])
+    return figures
+
+
 def _costs(figures: dict[str, Any]) -> str:
     """Show the costs of actions as a table, nanoseconds a particle."""
     actions: dict[str, dict[str, float]] = figures["actions"]
@@ -259,18 +280,20 @@ def _costs(figures: dict[str, Any]) -> str:
 
 
 def _table(figures: dict[str, Any]) -> str:
-    """Show a comparison as aligned columns."""
+    """Show a comparison of balancers as aligned columns."""
     names = list(figures["rows"][0])
     lines = [[name.replace("_", " ") for name in names]]
     lines += [["-" if row[n] is None else _shown(row[n]) for n in names] for row in figures["rows"]]
     widths = [max(len(line[i]) for line in lines) for i in range(len(names))]
     text = [
         "  ".join(
-            cell.ljust(w) if i < 2 else cell.rjust(w)
-            for i, (cell, w) in enumerate(zip(line, widths, strict=True))
+            cell.ljust(w) if isinstance(value, str) else cell.rjust(w)
+            for cell, w, value in zip(line, widths, figures["rows"][0].values(), strict=True)
         ).rstrip()
         for line in lines
     ]
+    if "planning_ms" not in figures:
+        return "\n".join([*text, "", ", ".join(f"{k} {v}" for k, v in figures.items() if k != "rows")])
     planning = ", ".join(f"{name} {ms:.3f} ms" for name, ms in figures["planning_ms"].items())
     return "\n".join([*text, "", f"planning for {figures['planning_calculators']} calculators: {planning}"])
 
@@ -291,4 +314,5 @@ _RUNS = {
     "leavers": _leavers,
     "render": _render,
     "balance": _balance,
+    "overhead": _overhead,
 }

@@ -66,6 +66,11 @@ class LoadTable:
         return _kept(self.table.speed)
 
     @property
+    def error(self) -> npt.NDArray[np.float64]:
+        """Standard error of `speed` as a part of it, by its samples, float64 (calculators,); 0: unknown."""
+        return _kept(self.table.error)
+
+    @property
     def powers(self) -> npt.NDArray[np.float64]:
         """`speed` without gaps: what is not known is the mean of what is, or 1 for all, float64."""
         return _kept(self.table.complete_speed)

@@ -67,7 +67,7 @@ std::string refusal(const Plan& plan, const Table& table) {
 
 }  // namespace
 
-TEST(load_is_rescaled_and_speeds_are_smoothed) {
+TEST(load_is_rescaled_and_small_samples_do_not_count) {
   CHECK(rescaled(2.0, 100, 150) == 3.0);
   CHECK(rescaled(2.0, 0, 150) == 2.0);
   CHECK(rescaled(2.0, 100, 0) == 0.0);
@@ -80,9 +80,67 @@ TEST(load_is_rescaled_and_speeds_are_smoothed) {
   CHECK(speeds.of(0) == 0);
   speeds.add(0, 1000, 0.5);
   CHECK(speeds.of(0) == 2000);
+  CHECK(speeds.error(0) == 0);
   speeds.add(0, 1000, 1.0);
-  CHECK(speeds.of(0) == 0.75 * 2000 + 0.25 * 1000);
+  CHECK(speeds.of(0) == 1500);
   CHECK(speeds.of(1) == 0);
+}
+
+TEST(speeds_follow_a_step) {
+  for (const double smoothing : {0.0, 0.5, 0.75}) {
+    Speeds speeds(1, {smoothing, 0, 0});
+    for (int i = 0; i < 20; ++i) speeds.add(0, 1000, 1.0);
+    CHECK(speeds.of(0) == 1000);
+    CHECK(speeds.error(0) == 0);
+    speeds.add(0, 2000, 1.0);  // the step itself looks like noise, so all that is known may still count
+    CHECK(speeds.of(0) <= smoothing * 1000 + (1 - smoothing) * 2000 + 1e-9);
+    for (int i = 0; i < 60; ++i) speeds.add(0, 2000, 1.0);
+    CHECK(std::abs(speeds.of(0) - 2000) < 20);
+  }
+}
+
+TEST(errors_are_those_of_the_noise) {
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> normal;
+  for (const double noise : {0.02, 0.1}) {
+    double squares = 0;
+    double told = 0;
+    for (int run = 0; run < 400; ++run) {
+      Speeds speeds(1, {0.5, 0, 0});
+      for (int i = 0; i < 40; ++i) speeds.add(0, 1000, std::exp(noise * normal(random)));
+      const double off = speeds.of(0) / 1000 - 1;
+      squares += off * off;
+      told += speeds.error(0) * speeds.error(0);
+    }
+    CHECK(std::sqrt(squares / 400) < 0.36 * noise);  // one sample in two: 0.58, in eight: 0.26
+    CHECK(std::sqrt(told / squares) > 0.75);
+    CHECK(std::sqrt(told / squares) < 1.25);
+  }
+}
+
+TEST(a_change_beyond_noise_is_believed_soon) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (const double noise : {0.01, 0.05}) {
+    Speeds speeds(1, {0.5, 0, 0});
+    for (int i = 0; i < 40; ++i) speeds.add(0, 1000, std::exp(noise * normal(random)));
+    for (int i = 0; i < 6; ++i) speeds.add(0, 1000, 2 * std::exp(noise * normal(random)));
+    CHECK(std::abs(speeds.of(0) / 500 - 1) < 0.15);
+  }
+}
+
+TEST(differences_within_noise_are_left_alone) {
+  const auto apart = [](double error) {
+    return table_of({{1100, 0, 1, error}, {900, 0, 1, 0}, {1000, 0, 1, 0}});  // 18 % in the first pair
+  };
+  CHECK(doubt({1, 0, 1, 0.03}, {1, 0, 1, 0.04}) == kErrors * 0.05);
+  CHECK(!Pairwise(0.1, 1).plan(apart(0.06)).orders.empty());
+  CHECK(Pairwise(0.1, 1).plan(apart(0.061)).orders.empty());
+  CHECK(Diffusive(0.01, 1, 1).plan(apart(0.06)).orders.size() == 2);
+  CHECK(Diffusive(0.01, 1, 1).plan(apart(0.061)).orders.size() == 1);
+  // Three calculators: the largest of three errors is 3.35 of one.
+  CHECK(!PrefixCuts(0.05, {}, 1).plan(apart(0.0298)).shares.empty());
+  CHECK(PrefixCuts(0.05, {}, 1).plan(apart(0.03)).shares.empty());
 }
 
 TEST(unknown_speeds_are_the_mean_of_the_known) {

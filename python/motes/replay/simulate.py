@@ -29,6 +29,7 @@ class SystemStep:
     seconds: Floats
     rescaled: Floats
     smoothed: Floats
+    error: Floats
     moved: int
     """Particles that the new cuts gave to another calculator in this frame."""
     sent: Floats
@@ -90,6 +91,7 @@ class _System:
         for c, (n, s) in enumerate(zip(processed, seconds, strict=True)):
             self.speeds.add(c, int(n), float(s))
         smoothed = np.array([self.speeds.of(c) for c in range(len(n_end))])
+        error = np.array([self.speeds.error(c) for c in range(len(n_end))])
         moved = round(crossing(moment.density, self.cuts_before, self.cuts))
         sent, received = exchange(processed, n_end)
         around = moment.density.around(moment.cuts)
@@ -103,6 +105,7 @@ class _System:
             seconds,
             rescaled,
             smoothed,
+            error,
             moved,
             sent,
             received,
@@ -145,7 +148,7 @@ def _balance(
 ) -> None:
     tables = [
         _core.BalanceTable(
-            frame, system.evaluations, name, step.n_end, step.rescaled, step.smoothed, step.cuts
+            frame, system.evaluations, name, step.n_end, step.rescaled, step.smoothed, step.cuts, step.error
         )
         for name, system, step in zip(history.systems, systems, steps, strict=True)
     ]

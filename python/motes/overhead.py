@@ -1,0 +1,138 @@
+"""What balancing costs where there is nothing to balance: one rank of `python -m motes bench overhead`.
+
+Worlds that differ in their balancer alone run in one job, a few frames in turn, each beside the one whose
+cuts stay: whatever else the machine does meanwhile, it does to all. The figure is the median of the ratios;
+that of a second world with static cuts says how well it is known.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+from collections.abc import Iterator, Sequence
+from contextlib import ExitStack
+from typing import Any
+
+from mpi4py import MPI
+
+from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from .shapes import Box, Plane, Rectangle, Sphere
+from .system import System
+from .world import World
+
+__all__ = ["main"]
+
+PHASES = ("create", "act", "report", "exchange", "balance", "wait")
+TOP, FALL, REST = 12.0, 1.3, 3.0  # metres of air, m/s, seconds on the ground
+WARM = 16  # frames before the first that counts: what the balancers learn of the machine
+
+
+class Lane:
+    """One world on its way, and what its frames took on this rank."""
+
+    def __init__(self, balancer: Balancer, systems: int, particles: int, frames: int) -> None:
+        """Make the world of the paper's snow, on equal machines that share it evenly."""
+        self.world = World(seed=1, space=(-30, 30), balancer=balancer, progress="off")
+        self.layers = [self.world.system(f"snow {i}", capacity=particles) for i in range(systems)]
+        self.particles = particles
+        self.frames: Iterator[int] = iter(self.world.frames(frames))
+        self.times: list[dict[str, float]] = []
+
+    def run(self, count: int) -> None:
+        """Compute so many frames."""
+        for _ in range(count):
+            frame = next(self.frames)
+            for snow in self.layers:
+                self.say(snow, frame)
+            self.world.step()
+            self.times.append(self.world.timings)
+
+    def say(self, snow: System, frame: int) -> None:
+        """Record what one layer does in a frame; the air is full from the start."""
+        life = TOP / FALL + REST
+        snow.configure(velocity=Box((-0.3, -FALL - 0.1, -0.3), (0.4, -FALL + 0.1, 0.3)))
+        if frame == 0:
+            snow.burst(Box((-30, 0, -5), (30, TOP, 5)), count=self.particles * 7 // 8)
+        snow.source(Rectangle((-30, TOP, -5), (60, 0, 0), (0, 0, 10)), rate=self.particles / life)
+        snow.random_acceleration(Sphere((0, 0, 0), 1))
+        snow.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.1, friction=0.9)
+        snow.bounce(Box((-4, 0, -3), (4, 3, 3)), restitution=0.1, friction=0.9)
+        snow.bounce(Sphere((10, 1, 0), 1), restitution=0.1, friction=0.9)
+        snow.kill_old(life)
+        snow.move()
+
+
+def _balancers(calculators: int) -> dict[str, Balancer]:
+    return {
+        "static": Static(),
+        "static again": Static(),
+        "pairwise": Pairwise(),
+        "diffusive": Diffusive(),
+        "prefix": PrefixCuts(),
+        "proportional": Proportional([1.0] * calculators),
+    }
+
+
+def _job(arguments: argparse.Namespace) -> dict[str, Any]:
+    """Run all worlds in turn; the figures, on rank 0."""
+    comm = MPI.COMM_WORLD
+    total = WARM + arguments.rounds * arguments.frames
+    sizes = (arguments.systems, arguments.particles, total + 1)
+    with ExitStack() as stack:
+        calculators = len(World(seed=1, progress="off").calculators)
+        lanes = {name: Lane(balancer, *sizes) for name, balancer in _balancers(calculators).items()}
+        for lane in lanes.values():
+            stack.enter_context(lane.world)
+            lane.run(WARM)
+            lane.times.clear()
+        seconds: dict[str, list[float]] = {name: [] for name in lanes}
+        for number in range(arguments.rounds):
+            names = list(lanes) if number % 2 else list(reversed(lanes))
+            for name in names:
+                comm.Barrier()
+                start = MPI.Wtime()
+                lanes[name].run(arguments.frames)
+                comm.Barrier()
+                seconds[name].append((MPI.Wtime() - start) / arguments.frames)
+        return _figures(arguments, lanes, seconds)
+
+
+def _figures(
+    arguments: argparse.Namespace, lanes: dict[str, Lane], seconds: dict[str, list[float]]
+) -> dict[str, Any]:
+    comm = MPI.COMM_WORLD
+    calculators = lanes["static"].world.calculators
+    rows = []
+    for name, lane in lanes.items():
+        phases = {p: 1e3 * statistics.median(times[f"t_{p}_s"] for times in lane.times) for p in PHASES}
+        everywhere = comm.allgather(phases)
+        ratios = [a / b for a, b in zip(seconds[name], seconds["static"], strict=True)]
+        rows.append(
+            {
+                "balancer": name,
+                "frame_ms": 1e3 * statistics.median(seconds[name]),
+                "overhead_percent": 100 * (statistics.median(ratios) - 1),
+                **{f"{p}_ms": statistics.mean(everywhere[rank][p] for rank in calculators) for p in PHASES},
+            }
+        )
+    return {
+        "ranks": comm.size,
+        "calculators": len(calculators),
+        **{name: getattr(arguments, name) for name in ("systems", "particles", "rounds", "frames")},
+        "rows": rows,
+    }
+
+
+def main(words: Sequence[str] | None = None) -> None:
+    """Be one rank of the job."""
+    parser = argparse.ArgumentParser(prog="python -m motes.overhead")
+    for name in ("systems", "particles", "rounds", "frames"):
+        parser.add_argument(f"--{name}", type=int, required=True)
+    figures = _job(parser.parse_args(words))
+    if MPI.COMM_WORLD.rank == 0:
+        print(json.dumps(figures), flush=True)
+
+
+if __name__ == "__main__":
+    main()

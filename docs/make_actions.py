@@ -63,6 +63,7 @@ REASONS = {
     "orbit_point orbit_line": "a square root and a division for each particle",
     "color_over_life size_over_life alpha_over_life": "a division, two numbers of a table for each component",
     "set": "depends on the expression: here two instructions",
+    "target_color target_size": "up to four columns that other actions do not touch",
     "restore copy_vertex_b": "up to 18 columns that other actions do not touch, hardly arithmetic",
     "sort": "no action of blocks: all particles are sorted when the list has run: four passes over "
     "keys, then one for each column, to places all over memory",

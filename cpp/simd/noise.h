@@ -16,25 +16,43 @@ struct Words3 {
   Words x, y, z;
 };
 
+/// The eight corners of a cell: the upper ones along x are every other one, along y two of four, along z the last four.
+struct Corners {
+  Words3 at[8];
+};
+
 /// Hash of four words: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
-/// increments are the key: another key is another field.
-MOTES_INLINE Words3 hash(Words x, Words y, Words z, std::uint32_t w, const std::uint32_t key[4]) {
-  x = x * 1664525u + key[0];
-  y = y * 1664525u + key[1];
-  z = z * 1664525u + key[2];
-  Words t = all_words(w * 1664525u + key[3]);
-  x += y * t;
-  y += z * x;
-  z += x * y;
-  t += y * z;
-  x ^= x >> 16;
-  y ^= y >> 16;
-  z ^= z >> 16;
-  t ^= t >> 16;
-  x += y * t;
-  y += z * x;
-  z += x * y;
-  return {x, y, z};
+/// increments are the key: another key is another field. All corners step by step, since each product waits for the
+/// one before it.
+MOTES_INLINE Corners hash(Words x0, Words y0, Words z0, std::uint32_t w, const std::uint32_t key[4]) {
+  const auto each = [](auto step) __attribute__((always_inline)) {
+#pragma GCC unroll 8
+    for (std::uint32_t c = 0; c < 8; ++c) step(c);
+  };
+  Words x[8], y[8], z[8], t[8];
+  each([&](std::uint32_t c) __attribute__((always_inline)) {
+    x[c] = (x0 + (c & 1u)) * 1664525u + key[0];
+    y[c] = (y0 + (c >> 1 & 1u)) * 1664525u + key[1];
+    z[c] = (z0 + (c >> 2)) * 1664525u + key[2];
+    t[c] = all_words(w * 1664525u + key[3]);
+  });
+  const auto mix = [&]() __attribute__((always_inline)) {
+    each([&](std::uint32_t c) __attribute__((always_inline)) { x[c] += y[c] * t[c]; });
+    each([&](std::uint32_t c) __attribute__((always_inline)) { y[c] += z[c] * x[c]; });
+    each([&](std::uint32_t c) __attribute__((always_inline)) { z[c] += x[c] * y[c]; });
+    each([&](std::uint32_t c) __attribute__((always_inline)) { t[c] += y[c] * z[c]; });
+  };
+  mix();
+  each([&](std::uint32_t c) __attribute__((always_inline)) {
+    x[c] ^= x[c] >> 16;
+    y[c] ^= y[c] >> 16;
+    z[c] ^= z[c] >> 16;
+    t[c] ^= t[c] >> 16;
+  });
+  mix();
+  Corners corners;
+  each([&](std::uint32_t c) __attribute__((always_inline)) { corners.at[c] = {x[c], y[c], z[c]}; });
+  return corners;
 }
 
 /// Where a vector of points is in its cells, along one axis: the lower corner, the part of the edge behind it, the
@@ -53,36 +71,39 @@ MOTES_INLINE CellAxis cell_axis(Floats v) {
   return {(Words)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
 }
 
-/// A gradient in the cube -1..1 from ten bits a component.
-MOTES_INLINE Floats3 gradient(Words word) {
-  constexpr float kScale = 1.0f / 511.5f;
-  return {to_floats((Ints)(word & 1023u)) * kScale - 1.0f, to_floats((Ints)(word >> 10 & 1023u)) * kScale - 1.0f,
-          to_floats((Ints)(word >> 20 & 1023u)) * kScale - 1.0f};
+// A gradient in the cube -1..1 has ten bits a component. They are taken as the fraction of a float in 1..2, which needs
+// no conversion: gradient = (fraction - kMiddle) kGradient.
+inline constexpr float kMiddle = 1.0f + 511.5f / 1024, kGradient = 1024 / 511.5f;
+MOTES_INLINE Floats fraction(Words word) { return (Floats)((word & (1023u << 13)) | 0x3f800000u); }
+MOTES_INLINE Floats3 fractions(Words word) { return {fraction(word << 13), fraction(word << 3), fraction(word >> 7)}; }
+
+/// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise, by kGradient too small.
+/// What is left out, weight kMiddle, is the same for all components and all noises: the curl has none of it.
+MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Floats middle, Floats weight,
+                             Floats3 change) {
+  sum = sum + g * weight + change * (dot(g, from_corner) - middle);
 }
 
-/// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise.
-MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Floats weight, Floats3 change) {
-  sum = sum + g * weight + change * dot(g, from_corner);
-}
-
-/// The curl of three noises at one whole time.
+/// The curl of three noises at one whole time, by kGradient too small.
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
+  const Corners corners = hash(x.corner, y.corner, z.corner, slice, key);
 #pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
-    const Words3 words = hash(x.corner + i, y.corner + j, z.corner + k, slice, key);
+    const Words3& words = corners.at[corner];
     const Floats wx = i != 0 ? x.weight : 1.0f - x.weight, dx = i != 0 ? x.change : -x.change;
     const Floats wy = j != 0 ? y.weight : 1.0f - y.weight, dy = j != 0 ? y.change : -y.change;
     const Floats wz = k != 0 ? z.weight : 1.0f - z.weight, dz = k != 0 ? z.change : -z.change;
     const Floats3 from_corner{x.part - static_cast<float>(i), y.part - static_cast<float>(j),
                               z.part - static_cast<float>(k)};
+    const Floats middle = (from_corner.x + from_corner.y + from_corner.z) * kMiddle;
     const Floats weight = wx * wy * wz;
     const Floats3 change{dx * wy * wz, wx * dy * wz, wx * wy * dz};
-    add_corner(a, gradient(words.x), from_corner, weight, change);
-    add_corner(b, gradient(words.y), from_corner, weight, change);
-    add_corner(c, gradient(words.z), from_corner, weight, change);
+    add_corner(a, fractions(words.x), from_corner, middle, weight, change);
+    add_corner(b, fractions(words.y), from_corner, middle, weight, change);
+    add_corner(c, fractions(words.z), from_corner, middle, weight, change);
   }
   return {c.y - b.z, a.z - c.x, b.x - a.y};
 }
@@ -97,7 +118,7 @@ struct NoiseKey {
 /// of size 2^-k, and `gain`^k times the first one's speed. At whole `time`s the fields are independent of each other;
 /// in between the field changes smoothly. |p| 2^octaves should stay below 1e6: floats run out of fraction.
 inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const NoiseKey& from) {
-  constexpr float kUnit = 1.0f / 1.2205f;  // measured: the root mean square of curl_slice
+  constexpr float kUnit = kGradient / 1.2205f;  // measured: the root mean square of the curl
   const auto cut = static_cast<std::int64_t>(time);
   const std::int64_t floor = static_cast<double>(cut) > time ? cut - 1 : cut;
   const auto t = static_cast<float>(time - static_cast<double>(floor));

@@ -232,9 +232,9 @@ def test_work_is_shared_by_speed(policy, frames, tmp_path):
         seconds[row["rank"]] += row["t_compute_s"]
         particles[row["rank"]] += row["n_start"] + row["created"]
     slower = seconds[3] / particles[3] / (seconds[2] / particles[2])
-    assert 3 < slower < 33, "the slower machine really spends the time"
+    assert slower > 3, "the slower machine really spends the time"
     fast, slow = last_counts(tmp_path / "log")
-    assert 3 < fast / slow < 33, (fast, slow)
+    assert fast > 3 * slow, (fast, slow)
     nearer = [nearer_to_told(row) for row in rows_of(tmp_path / "log" / "balance.jsonl") if row["given"]]
     assert all(nearer), "whatever was measured, what moves makes the times more alike"
     assert nearer or "Prefix" in policy

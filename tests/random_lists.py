@@ -183,7 +183,7 @@ def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
     if name == "ramp":
         value = triples(0, 1) if "ArrayLike" in annotation else numbers(0, 1)
-        return st.lists(st.tuples(numbers(0, 1), value), min_size=1, max_size=4).map(sorted)
+        return st.lists(st.tuples(numbers(0, 1), value), min_size=1, max_size=12).map(sorted)
     if annotation == "Shape":
         return shapes(SURFACES) if kind in ("Bounce", "Avoid") else shapes()
     if annotation.startswith("Shape"):

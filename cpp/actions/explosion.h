@@ -20,10 +20,9 @@ inline void explosion(const actions::Parameters& p, const actions::Block& b, con
     const Floats sigmas = (d - radius) * inverse;
     // Beyond ten sigmas the density is below 1e-22 and would soon be a denormal number, which takes processors ages.
     const Floats square = sigmas * sigmas;
-    const Floats density = select(square < 100.0f, exp(-0.5f * min(square, all(100.0f))), Floats{});
-    const Floats push = density * scale / (d * (d2 + epsilon));
-    const Floats3 v = load3(b, kVelocityAt, i);
-    store3(b, kVelocityAt, i, select(d2 > 0.0f, v + from_center * push, v));  // the centre itself knows no direction
+    const Floats push = exp(-0.5f * min(square, all(100.0f))) * (scale / (d * (d2 + epsilon)));
+    const Mask pushed = (square < 100.0f) & (d2 > 0.0f);  // the centre itself knows no direction
+    store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + only(pushed, from_center * push));
   }
 }
 

@@ -8,15 +8,24 @@ namespace motes::MOTES_ISA {
 inline void jet(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   // Two passes: one switch over shapes inside another would be compiled for every pair of them.
   std::int32_t inside[particles::kBlock + particles::kPadding];
+  std::size_t vectors = 0;  // with one inside
   visit(p.shape[0], [&](const auto& shape) __attribute__((always_inline)) {
-    for (std::size_t i = 0; i < b.count; i += kLanes) store_mask(inside + i, shape.contains(load3(b, kPositionAt, i)));
+    for (std::size_t i = 0; i < b.count; i += kLanes) {
+      const Mask mask = shape.contains(load3(b, kPositionAt, i));
+      store_mask(inside + i, mask);
+      vectors += any(mask) ? 1 : 0;
+    }
   });
+  if (vectors == 0) return;
   const Stream stream = stream_of(s);
+  const bool most = 2 * kLanes * vectors > b.count;  // then it costs less to draw for all at once
+  BlockWords words;
+  if (most) draw_block(p, b, stream, words);
   visit(p.shape[1], [&](const auto& accelerations) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = load_mask(inside + i);
       if (!any(mask)) continue;
-      Draws draws(stream, b.ids + i);
+      Draws draws = most ? Draws(stream, b.ids, words, i) : Draws(stream, b.ids + i);
       const Floats3 v = load3(b, kVelocityAt, i);
       store3(b, kVelocityAt, i, select(mask, v + accelerations.sample(draws) * all(s.dt), v));
     }

@@ -98,8 +98,9 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
     }
   }
   if (dice.coin() && facts.name == std::string("damping")) numbers[4] = std::numeric_limits<double>::infinity();
-  for (int knot = 0; knot < 3 && facts.ramp > 0; ++knot) {
-    numbers.push_back(0.4 * knot);
+  const int knots = facts.ramp > 0 ? 1 + static_cast<int>(dice.word() % 20) : 0;
+  for (int knot = 0; knot < knots; ++knot) {
+    numbers.push_back((knot + knot % 2) / 20.0);  // some make jumps
     for (int i = 0; i < facts.ramp; ++i) numbers.push_back(static_cast<double>(dice.between(0, 9)));
   }
   return numbers;

@@ -11,6 +11,13 @@ MOTES_INLINE void damp(const actions::Parameters& p, const actions::Block& b, co
                         all((1.0f - number(p, 2)) * s.dt)};
   const float low = number(p, 3) * number(p, 3);
   const float high = number(p, 4) * number(p, 4);
+  if (low == 0 && high > __FLT_MAX__) {  // whatever the speed: the usual case
+    for (std::size_t i = 0; i < b.count; i += kLanes) {
+      const Floats3 v = load3(b, at, i);
+      store3(b, at, i, {v.x - v.x * loss.x, v.y - v.y * loss.y, v.z - v.z * loss.z});
+    }
+    return;
+  }
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 v = load3(b, at, i);
     const Floats speed2 = dot(v, v);

@@ -56,7 +56,7 @@ def _parser() -> argparse.ArgumentParser:
     actions.add_argument("--repeats", type=_positive, default=7)
     lists = names.add_parser("lists", help="a list of twelve actions against one of five")
     lists.add_argument("--particles", type=_positive, default=3_200_000)
-    lists.add_argument("--steps", type=_positive, default=10)
+    lists.add_argument("--steps", type=_positive, default=30)
     scale = names.add_parser("scale", help="snow's cost a particle from a million particles on")
     scale.add_argument("--particles", type=_positive, default=100_000_000, help="how far")
     scale.add_argument("--steps", type=_positive, default=7)

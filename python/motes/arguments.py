@@ -17,6 +17,7 @@ __all__ = ["choice", "file_path", "flag", "floats", "integer", "listed", "number
 
 MOST = 1.7e308  # a larger int is no float
 NO_NUMBERS = (bool, np.timedelta64)  # although they are integers by their classes
+PLAIN = {float, int}
 Triple = tuple[float, float, float]
 
 
@@ -24,11 +25,16 @@ def number(
     argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf, finite: bool = True
 ) -> float:
     """Return `value` as a float in low..high."""
+    if type(value) is float and low <= value <= high and (not finite or -math.inf < value < math.inf):
+        return value  # at once: scripts pass such numbers by the hundred in each frame
     if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentError(argument, value, "a number")
     try:
-        with np.errstate(over="ignore"):
+        if type(value) is int:
             result = float(value)
+        else:
+            with np.errstate(over="ignore"):
+                result = float(value)
     except OverflowError:
         raise ArgumentError(argument, value, _range("a finite number", low, high)) from None
     if math.isnan(result) or (finite and math.isinf(result)) or not low <= result <= high:
@@ -62,19 +68,18 @@ def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
 
 def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
     """Return `value`, anything that NumPy turns into 3 finite numbers, as a tuple of floats."""
-    if type(value) is tuple and len(value) == 3 and all(type(v) is float or type(v) is int for v in value):
-        for v in value:
-            if abs(v) > MOST:
-                raise ArgumentError(argument, value, "3 finite numbers")
-        result = (float(value[0]), float(value[1]), float(value[2]))
+    if type(value) is tuple and len(value) == 3 and {type(v) for v in value} <= PLAIN:
+        x, y, z = value
+        if abs(x) > MOST or abs(y) > MOST or abs(z) > MOST:
+            raise ArgumentError(argument, value, "3 finite numbers")
+        result = (float(x), float(y), float(z))
     else:
         array = floats(argument, value, np.float64, "3 numbers")
         if array.shape != (3,):
             raise ArgumentError(argument, value, "3 numbers")
         result = (float(array[0]), float(array[1]), float(array[2]))
-    for component in result:
-        if not math.isfinite(component) or component < low:
-            raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
+    if not all(map(math.isfinite, result)) or min(result) < low:
+        raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
     return result
 
 

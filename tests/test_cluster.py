@@ -16,6 +16,7 @@ from motes.cluster.paper import model, show
 from motes.cluster.paper.experiment import Row
 from motes.cluster.paper.tables import cells
 from motes.cluster.platform import hosts, platform
+from motes.cluster.simulate import record
 from motes.errors import ArgumentError, MotesError
 
 ROOT = Path(__file__).parents[1]
@@ -41,7 +42,7 @@ def links(text: str) -> dict[tuple[str, str], list[str]]:
 
 
 def test_platform_has_each_machine_and_each_route_once():
-    zone = ElementTree.fromstring(platform(TWO_NETWORKS, scale=100))[0]
+    zone = ElementTree.fromstring(platform(TWO_NETWORKS))[0]
     speeds = {host.attrib["id"]: host.attrib["speed"] for host in zone.findall("host")}
     assert speeds == {
         "b-0": "800000000.0f",
@@ -50,8 +51,8 @@ def test_platform_has_each_machine_and_each_route_once():
         "c-0": "4000000000.0f",
     }
     known = {link.attrib["id"]: link.attrib for link in zone.findall("link")}
-    assert "Myrinet c-0" not in known and known["Myrinet a-0"]["bandwidth"] == f"{2e9 / 8 / 100!r}Bps"
-    assert known["Fast Ethernet c-0"]["latency"] == "3e-05s", "latencies do not scale"
+    assert "Myrinet c-0" not in known and known["Myrinet a-0"]["bandwidth"] == f"{2e9 / 8!r}Bps"
+    assert known["Fast Ethernet c-0"]["latency"] == "3e-05s"
     routes = links(platform(TWO_NETWORKS))
     assert len(routes) == 4 + 4 * 3 // 2 and all(set(ids) <= set(known) for ids in routes.values())
     assert routes["b-0", "a-0"] == ["Myrinet b-0", "Myrinet a-0"]
@@ -118,6 +119,20 @@ def test_without_simgrid_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch, t
         simulate(tmp_path / "x.motes", Cluster([Node("b")]), log=tmp_path / "log")
     made = command([sys.executable, "-m", "motes", "cluster", "paper", "--table", "1"])
     assert made.code == 2 and made.err.count("\n") == 1 and "libsimgrid-dev" in made.err, made.text
+
+
+def test_many_ranks_talk_along_trees_and_grids(simulated_replay: Path, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    scene = tmp_path / "snow.motes"
+    record(scene, SNOW, [*SMALL, "--out", tmp_path])
+    frames = []
+    for ranks, more in ((3, []), (40, ["--births", "calculators", "--fan-out", "3"])):
+        cluster = Cluster([Node("n", count=ranks)], Network("wire", 1e9, 1e-6, overhead_s=1e-7))
+        options = ["--digest", *more]
+        run = simulate(scene, cluster, log=tmp_path / f"log-{ranks}", options=options)
+        frames.append(run.frames[["particles", "particles_digest", "image_sha256"]].to_numpy().tolist())
+        assert run.frames["t_frame_s"].min() > 0, "messages take time"
+    assert len(frames[0]) == 4 and frames[0] == frames[1]
 
 
 def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):

@@ -84,6 +84,17 @@ def test_any_ranks_roles_and_cuts(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
+@pytest.mark.parametrize("size", [3, 5, 9])
+def test_any_way_of_talking(size: int):
+    ways = [("manager", 1, None), ("calculators", 2, "fit"), ("calculators", 8, [-1, 2])]
+    variants = [
+        {"roles": wish, "space": space, "births": births, "fan_out": fan_out}
+        for wish in roles(size)[:: 2 if size > 5 else 1]
+        for births, fan_out, space in ways
+    ]
+    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
+
+
 def widths() -> list[str]:
     """Names of the instruction sets that this processor has."""
     flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []

@@ -271,7 +271,7 @@ def test_a_program_of_ones_own(native_example: Path):
 CLUSTER = """<?xml version='1.0'?>
 <!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">
 <platform version="4.1"><zone id="world" routing="Full">
-<cluster id="cluster" prefix="n" suffix="" radical="0-17" speed="1Gf" bw="1Gbps" lat="50us"/>
+<cluster id="cluster" prefix="n" suffix="" radical="0-39" speed="1Gf" bw="1Gbps" lat="50us"/>
 </zone></platform>
 """
 FLAGS = ("simulate-computation:no", "test:0", "lat-factor:0:1", "bw-factor:0:1")
@@ -282,13 +282,14 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
     simulated_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
 ):
     (tmp_path / "cluster.xml").write_text(CLUSTER)
-    (tmp_path / "hosts").write_text("".join(f"n{i}\n" for i in range(18)))
+    (tmp_path / "hosts").write_text("".join(f"n{i}\n" for i in range(40)))
     flags = ["--log=root.thresh:warning", *(f"--cfg=smpi/{flag}" for flag in FLAGS)]
     where = ["-hostfile", tmp_path / "hosts", "-platform", tmp_path / "cluster.xml"]
     for name in SCRIPTS:
-        for ranks, log in ((1, "a"), (4, "b"), (18, "c"), (18, "d")):
+        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: a grid with a short last row
+        for ranks, log, more in ((1, "a", []), (4, "b", []), (18, "c", []), (18, "d", []), (40, "e", many)):
             words = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
-            played = command([*words, "--digest", "--log", tmp_path / log])
+            played = command([*words, *more, "--digest", "--log", tmp_path / log])
             assert played.lines == recorded[name].lines, f"{name} on {ranks} ranks"
         for table in ("frames.jsonl", "load.jsonl", "events.jsonl"):
             assert (tmp_path / "c" / table).read_bytes() == (tmp_path / "d" / table).read_bytes()

@@ -39,6 +39,9 @@ frame::Options make_options(const py::dict& facts) {
   options.combine = combine == "one_by_one"   ? frame::Combine::one_by_one
                     : combine == "overlapped" ? frame::Combine::overlapped
                                               : frame::Combine::together;
+  const bool shared = facts["births"].cast<std::string>() == "calculators";
+  options.births = shared ? frame::Births::calculators : frame::Births::manager;
+  options.fan_out = facts["fan_out"].cast<int>();
   options.wall_clock = facts["clock"].cast<std::string>() == "wall";
   options.speed = facts["speed"].cast<double>();
   options.spans = facts["spans"].cast<bool>();

@@ -19,6 +19,13 @@ namespace {
 // MPI counts bytes in an int: larger messages travel in pieces, which MPI keeps in order.
 constexpr std::size_t kPiece = std::size_t{1} << 30;
 
+#ifdef MOTES_SMPI
+constexpr std::size_t kBeginning = 1024;  // of a message that is received in parts
+constexpr std::size_t kBallast = std::size_t{1} << 26;
+#else
+constexpr std::size_t kBeginning = kPiece;
+#endif
+
 void check(int code, const char* what) {
   if (code == MPI_SUCCESS) return;
   char text[MPI_MAX_ERROR_STRING] = "";
@@ -34,14 +41,15 @@ constexpr double kWatchEvery = 0.05;
 
 // A rank that waits may wait for one that waits itself. Who stands nearest to the one that stalls must speak first:
 // calculators talk to each other and to the image generator before they report, and the manager answers only when
-// all have reported.
-double patience(Phase phase) {
+// all have reported. Words that others pass on are waited for a little longer, by the ranks that they pass.
+double patience(Phase phase, int hops) {
+  const double longer = 0.2 * hops;
   switch (phase) {
     case Phase::report:
-    case Phase::proposals: return 1.25;
+    case Phase::proposals: return 1.25 + longer;
     case Phase::begin:
-    case Phase::verdict: return 1.5;
-    default: return 1;
+    case Phase::verdict: return 1.5 + longer;
+    default: return 1 + longer;
   }
 }
 
@@ -71,8 +79,8 @@ struct Mailed {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[] = {"begin",  "report",    "verdict", "exchange", "records",
-                                    "gather", "particles", "loads",   "proposals"};
+  constexpr const char* kNames[] = {"begin",     "report", "verdict",   "exchange", "records", "gather",
+                                    "particles", "loads",  "proposals", "births",   "newborn"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -86,6 +94,7 @@ struct Communicator::State {
   std::deque<Mailed> mailbox;
   double waited_s = 0;
   std::uint64_t bytes_sent = 0;
+  double scale = 1;
 
 #ifndef MOTES_SMPI
   // Calls `done` until it says true; gives up after `limits` times the stall limit.
@@ -126,17 +135,52 @@ struct Communicator::State {
   }
 
 #ifdef MOTES_SMPI
-  // A simulated rank waits inside MPI: polling would let the simulated time pass in steps of its own. The simulator
-  // itself says so when all ranks wait for ever.
-  void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string&) {
+  // What a message of particles weighs above its bytes travels behind it, as bytes that nobody reads.
+  std::size_t ballast(const Header& header) const {
+    const double bytes = static_cast<double>(sizeof header + header.payload_bytes) * (scale - 1);
+    return header.count > 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+  }
+
+  template <class Move>
+  void carry(const Header& header, const Move& move) {
+    for (std::size_t left = ballast(header); left > 0;) {
+      const std::size_t piece = std::min(left, kBallast);
+      move(sea(), static_cast<int>(piece));
+      left -= piece;
+    }
+  }
+
+  // One for all simulated ranks, which are threads that run one after another.
+  static void* sea() {
+    static const std::unique_ptr<std::byte[]> bytes(new std::byte[kBallast]());
+    return bytes.get();
+  }
+
+  // A simulated rank waits inside a receive: polling would let the simulated time pass in steps of its own, and so does
+  // MPI_Probe there. A message's beginning says how long the rest is. The simulator itself says so when all ranks wait
+  // for ever.
+  Message receive(int from, Phase phase, int, const std::string&) {
     const double start = wall_seconds();
+    particles::Bytes bytes;
+    bytes.resize(kBeginning);
     MPI_Status status;
-    check(MPI_Probe(from, tag(phase), comm, &status), "waiting for a message");
-    int bytes = 0;
-    check(MPI_Get_count(&status, MPI_BYTE, &bytes), "reading a message");
-    check(MPI_Recv(into.extend(static_cast<std::size_t>(bytes)), bytes, MPI_BYTE, from, tag(phase), comm, &status),
+    check(MPI_Recv(bytes.data(), static_cast<int>(kBeginning), MPI_BYTE, from, tag(phase), comm, &status),
           "receiving a message");
+    int length = 0;
+    check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
+    bytes.resize(static_cast<std::size_t>(length));
+    const auto header = particles::Reader(bytes.view()).get<Header>();
+    const std::size_t whole = sizeof(Header) + header.payload_bytes;
+    while (bytes.size() < whole) {
+      const std::size_t piece = std::min(kPiece, whole - bytes.size());
+      check(MPI_Recv(bytes.extend(piece), static_cast<int>(piece), MPI_BYTE, from, tag(phase), comm, MPI_STATUS_IGNORE),
+            "receiving a message");
+    }
+    carry(header, [&](void* into, int size) {
+      check(MPI_Recv(into, size, MPI_BYTE, from, tag(phase), comm, MPI_STATUS_IGNORE), "receiving a message");
+    });
     waited_s += wall_seconds() - start;
+    return Message(std::move(bytes));
   }
 
   void duplicate(MPI_Comm users) { check(MPI_Comm_dup(users, &comm), "duplicating the communicator"); }
@@ -149,7 +193,7 @@ struct Communicator::State {
     posted.clear();
   }
 #else
-  void receive_piece(int from, Phase phase, particles::Bytes& into, const std::string& purpose) {
+  void receive_piece(int from, Phase phase, int hops, particles::Bytes& into, const std::string& purpose) {
     MPI_Message arriving = MPI_MESSAGE_NULL;
     MPI_Status status;
     wait(
@@ -159,7 +203,7 @@ struct Communicator::State {
           check(MPI_Improbe(from, tag(phase), comm, &here, &arriving, &status), "waiting for a message");
           return here != 0;
         },
-        patience(phase));
+        patience(phase, hops));
     int bytes = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &bytes), "reading a message");
     MPI_Request request = MPI_REQUEST_NULL;
@@ -170,6 +214,14 @@ struct Communicator::State {
       check(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "receiving a message");
       return done != 0;
     });
+  }
+
+  Message receive(int from, Phase phase, int hops, const std::string& purpose) {
+    particles::Bytes bytes;
+    receive_piece(from, phase, hops, bytes, purpose);
+    const std::size_t whole = sizeof(Header) + particles::Reader(bytes.view()).get<Header>().payload_bytes;
+    while (bytes.size() < whole) receive_piece(from, phase, hops, bytes, purpose);
+    return Message(std::move(bytes));
   }
 
   void duplicate(MPI_Comm users) {
@@ -189,14 +241,6 @@ struct Communicator::State {
     });
   }
 #endif
-
-  Message receive(int from, Phase phase, const std::string& purpose) {
-    particles::Bytes bytes;
-    receive_piece(from, phase, bytes, purpose);
-    const std::size_t whole = sizeof(Header) + particles::Reader(bytes.view()).get<Header>().payload_bytes;
-    while (bytes.size() < whole) receive_piece(from, phase, bytes, purpose);
-    return Message(std::move(bytes));
-  }
 
   Message take_own(Phase phase) {
     const auto found = std::find_if(mailbox.begin(), mailbox.end(), [&](const Mailed& m) { return m.phase == phase; });
@@ -240,6 +284,7 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
   header.turn = stamp.turn;
   header.count = count;
   message.set_header(header);
+  header = message.header();
   if (to == s.rank) {
     s.mailbox.push_back({phase, std::move(message)});
     return;
@@ -251,20 +296,28 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
   s.posted.push_back({std::move(message), {}});
   Posted& posted = s.posted.back();
   const particles::Bytes& bytes = posted.message.bytes();
-  for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
-    const std::size_t length = std::min(kPiece, bytes.size() - at);
+  std::size_t length = std::min(kBeginning, bytes.size());
+  for (std::size_t at = 0; at < bytes.size(); at += length, length = std::min(kPiece, bytes.size() - at)) {
     posted.requests.push_back(MPI_REQUEST_NULL);
     check(MPI_Isend(bytes.data() + at, static_cast<int>(length), MPI_BYTE, to, tag(phase), s.comm,
                     &posted.requests.back()),
           "sending a message");
   }
+#ifdef MOTES_SMPI
+  s.carry(header, [&](void* from, int size) {
+    posted.requests.push_back(MPI_REQUEST_NULL);
+    check(MPI_Isend(from, size, MPI_BYTE, to, tag(phase), s.comm, &posted.requests.back()), "sending a message");
+  });
+#endif
   s.bytes_sent += bytes.size();
 }
 
-Message Communicator::expect(int from, Phase phase, Stamp stamp) {
+void Communicator::weigh(double scale) { state_->scale = scale; }
+
+Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   State& s = *state_;
   const std::string purpose = std::string("frame ") + std::to_string(stamp.frame) + ", phase " + name(phase);
-  Message message = from == s.rank ? s.take_own(phase) : s.receive(from, phase, purpose);
+  Message message = from == s.rank ? s.take_own(phase) : s.receive(from, phase, hops, purpose);
   const Header header = message.header();
   const bool in_step = header.frame == stamp.frame && header.turn == stamp.turn;
   if (header.magic != Header{}.magic || header.phase != phase || !in_step || header.system != kAllSystems ||

@@ -53,9 +53,14 @@ class Communicator {
   /// `count`: particles in it, which the receiver holds against what it finds.
   void post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count = 0, bool failed = false);
 
+  /// Under a simulator: a message weighs so many times its bytes where it has particles, each of which stands for so
+  /// many. All ranks must say the same.
+  void weigh(double scale);
+
   /// Waits for the message of this phase and stamp from a rank. Throws CommError for any other, Stalled, or what
-  /// Watch::while_waiting throws.
-  Message expect(int from, Phase phase, Stamp stamp);
+  /// Watch::while_waiting throws. `hops`: how many ranks further on may be the one that is silent; waits so much
+  /// longer.
+  Message expect(int from, Phase phase, Stamp stamp, int hops = 0);
 
   /// Waits until all posted messages have left. Collective in the sense that receivers must take part.
   void flush();

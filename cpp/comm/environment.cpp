@@ -29,15 +29,13 @@ Environment::~Environment() { MPI_Finalize(); }
 
 int Environment::world() const { return MPI_Comm_c2f(MPI_COMM_WORLD); }
 
-std::vector<std::string> Environment::hosts() const {
+std::vector<std::string> Environment::hosts(int at) const {
   static_assert(kName >= MPI_MAX_PROCESSOR_NAME);
   std::array<char, kName> own{};
   int length = 0;
   MPI_Get_processor_name(own.data(), &length);
-  std::vector<char> all(kName * static_cast<std::size_t>(size_));
-  // In place of an all-gather: P messages and not P^2 of them, which a simulator would take minutes for.
-  MPI_Gather(own.data(), kName, MPI_CHAR, all.data(), kName, MPI_CHAR, 0, MPI_COMM_WORLD);
-  MPI_Bcast(all.data(), static_cast<int>(all.size()), MPI_CHAR, 0, MPI_COMM_WORLD);
+  std::vector<char> all(rank_ == at ? kName * static_cast<std::size_t>(size_) : 0);
+  MPI_Gather(own.data(), kName, MPI_CHAR, all.data(), kName, MPI_CHAR, at, MPI_COMM_WORLD);
   std::vector<std::string> names;
   for (std::size_t at = 0; at < all.size(); at += kName) names.emplace_back(all.data() + at);
   return names;

@@ -21,8 +21,8 @@ class Environment {
   int rank() const { return rank_; }
   int size() const { return size_; }
 
-  /// Collective. The host of each rank.
-  std::vector<std::string> hosts() const;
+  /// Collective. The host of each rank, on rank `at`; nothing elsewhere: with thousands of ranks, names for all weigh.
+  std::vector<std::string> hosts(int at) const;
 
   /// Collective. The lowest rank that says true, or -1.
   int first(bool here) const;

@@ -10,7 +10,19 @@
 namespace motes::comm {
 
 /// The conversations of a frame. One MPI tag each.
-enum class Phase : std::uint8_t { begin, report, verdict, exchange, records, gather, particles, loads, proposals };
+enum class Phase : std::uint8_t {
+  begin,
+  report,
+  verdict,
+  exchange,
+  records,
+  gather,
+  particles,
+  loads,
+  proposals,
+  births,
+  newborn
+};
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

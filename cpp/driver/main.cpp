@@ -67,10 +67,12 @@ class Player {
     run_.substeps = opened.first.substeps;
     run_.digest = options.digest;
     run_.log = options.log;
-    run_.hosts = mpi.hosts();
+    run_.hosts = mpi.hosts(cast_.manager);
     run_.policy = policy();
     run_.policy->check(cast_.calculators.size());
     run_.combine = combine();
+    run_.births = options.births == "calculators" ? frame::Births::calculators : frame::Births::manager;
+    run_.fan_out = options.fan_out;
     run_.spans = options.spans;
     run_.blocking = options.blocking;
     run_.costs = costs();

@@ -67,6 +67,12 @@ Options read_options(std::span<char* const> words) {
     } else if (word == "--balancer") {
       options.balancer = value();
       balance::policy_named(options.balancer);
+    } else if (word == "--births") {
+      options.births = chosen(word, value(), {"manager", "calculators"});
+    } else if (word == "--fan-out") {
+      const std::uint64_t most = number(word, value());
+      if (most < 1 || most > INT32_MAX) throw std::invalid_argument("--fan-out takes a whole number from 1 on");
+      options.fan_out = static_cast<int>(most);
     } else if (word == "--costs") {
       options.costs = value();
     } else if (word == "--scale") {
@@ -104,6 +110,8 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --spans               with --log: a timeline of each rank too
   --balancer TEXT       in place of the scene's, as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
   --combine WAY         in place of the scene's: one_by_one, together or overlapped
+  --births WHO          who makes newborn particles: manager (it deals them out) or calculators (each a part)
+  --fan-out N           to N ranks at most does one pass on what the manager says to all (8)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper
   --costs FILE          under a simulator: what work costs there, lines "name = nanoseconds" (cpp/frame/costs.h)
   --scale R             under a simulator: each computed particle stands for R

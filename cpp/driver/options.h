@@ -17,6 +17,8 @@ struct Options {
   std::string roles = "auto";    // auto | shared
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
+  std::string births = "manager";  // manager | calculators
+  int fan_out = 8;               // to so many ranks does one pass words on
   std::string costs;             // file of costs on a simulated machine, or empty
   double scale = 1;              // particles that each computed one stands for
   bool blocking = false;         // calculators wait for the image generator, as in the paper

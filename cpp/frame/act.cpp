@@ -11,16 +11,11 @@ namespace motes::frame {
 
 using particles::Store;
 
-void Engine::act(Round& round, const comm::Message& births) {
+void Engine::act(Round& round, Newborn& newborn) {
   const Timed timed(*this, times_.act, "act", name_of(round));
-  round.leaving.resize(cast_.calculators.size());
-  if (births.header().failed == 0) {
+  if (!newborn.heard.failed) {
     work("act", [&] {
-      particles::Reader in = births.reader();
-      in.get<recording::Hash>();
-      in.get<std::uint32_t>();
-      for (std::size_t i = round.first; i < round.last; ++i) take_cuts(*systems_[i], in);
-      if (in_frame() && calculator() >= 0) act_on_all(round, in, births.header().count);
+      if (in_frame() && calculator() >= 0) act_on_all(round, newborn);
       for (std::size_t i = round.first; record_.verb == recording::Verb::digest && i < round.last; ++i) {
         digests_[i] = particles::digest(*systems_[i]->store);
       }
@@ -29,15 +24,15 @@ void Engine::act(Round& round, const comm::Message& births) {
   for (std::size_t i = round.first; in_frame() && i < round.last; ++i) systems_[i]->mark_run();
 }
 
-void Engine::act_on_all(Round& round, particles::Reader& births, std::uint64_t expected) {
+void Engine::act_on_all(Round& round, Newborn& newborn) {
   std::uint64_t received = 0;
   for (std::size_t i = round.first; i < round.last; ++i) {
     const std::uint64_t before = systems_[i]->tally.created;
-    act_on(*systems_[i], groups_[i], births);
+    act_on(*systems_[i], groups_[i], newborn);
     pack_leavers(round, i);
     received += systems_[i]->tally.created - before;
   }
-  if (received != expected) throw std::runtime_error("births were lost on the way from the manager");
+  if (received != newborn.count) throw std::runtime_error("births were lost on the way");
 }
 
 void Engine::take_cuts(System& system, particles::Reader& in) {
@@ -50,18 +45,18 @@ void Engine::take_cuts(System& system, particles::Reader& in) {
   system.moved = true;  // its particles may be outside now: the next exchange takes them to their owners
 }
 
-void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births) {
+void Engine::act_on(System& system, const std::vector<BirthGroup>& groups, Newborn& newborn) {
   const double start = compute_seconds();
   const std::size_t children = system.store->size();
   if (system.children.count > 0) {
-    system.store->unpack(births);
+    system.store->unpack(newborn.dealt);
     system.tally.created += system.store->size() - children;
   }
   run_list(system, groups, children, [&](const BirthGroup& group) {
     if (bears_its_own()) {
       bear(system, group);
     } else {
-      take_births(system, group, births);
+      take_births(system, group, newborn);
     }
   });
   if (system.moved && system.outcome.left.empty()) {  // a list without actions has not looked for leavers
@@ -223,25 +218,26 @@ particles::Store& Engine::local(int index) {
 void Engine::pack_leavers(Round& round, std::size_t index) {
   System& system = *systems_[index];
   Store& store = *system.store;
-  std::vector<std::vector<std::uint32_t>> to(round.leaving.size());
+  std::map<int, std::vector<std::uint32_t>> to;
   std::vector<std::uint32_t> gone;
   const float* x = store.plane(particles::position, system.definition.axis);
   for (const std::uint32_t p : system.outcome.left) {
     const int owner = system.domains.owner_of(x[p]);
     if (owner == calculator()) continue;  // infinitely far out, or no number: it belongs here
-    to[static_cast<std::size_t>(owner)].push_back(p);
+    to[owner].push_back(p);
     gone.push_back(p);
   }
   if (options_.digest) {
     digests_[index] = particles::digest(store);
     digests_[index] -= particles::digest(store, system.outcome.dead);
   }
-  for (std::size_t c = 0; c < to.size(); ++c) {
-    const std::size_t before = round.leaving[c].bytes().size();
-    store.pack(to[c], round.leaving[c].bytes());
-    if (to[c].empty()) continue;
-    system.sent.push_back({static_cast<std::int32_t>(c), to[c].size()});
-    system.tally.bytes_sent += round.leaving[c].bytes().size() - before;
+  for (const auto& [owner, leavers] : to) {
+    particles::Bytes& bytes = round.leaving[owner].bytes();
+    const std::size_t before = bytes.size();
+    bytes.put(static_cast<std::uint32_t>(index));
+    store.pack(leavers, bytes);
+    system.sent.push_back({owner, leavers.size()});
+    system.tally.bytes_sent += bytes.size() - before;
   }
   system.tally.sent = gone.size();
   const double among = options_.costs.gap * static_cast<double>(store.size()) * options_.costs.scale;

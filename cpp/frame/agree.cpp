@@ -9,15 +9,14 @@
 
 namespace motes::frame {
 
-using comm::Message;
 using comm::Phase;
 
 void Engine::report(Round& round) {
   const Timed timed(*this, times_.report, "report", name_of(round));
   round.reported_s = comm::wall_seconds();
-  Message message;
-  write(own_report(round), message.bytes());
-  comm_->post(cast_.manager, Phase::report, stamp(round), std::move(message), 0, failure_.failed());
+  particles::Bytes words;
+  write(own_report(round), words);
+  relay_.say(Phase::report, stamp(round), words.view(), failure_.failed());
 }
 
 Report Engine::own_report(const Round& round) {
@@ -46,48 +45,41 @@ Report Engine::own_report(const Round& round) {
 void Engine::judge(Round& round) {
   const Timed timed(*this, times_.report, "judge", name_of(round));
   std::vector<Report> reports;
-  for (int from = 0; from < comm_->size(); ++from) {
-    const Message message = comm_->expect(from, Phase::report, stamp(round));
-    particles::Reader in = message.reader();
+  const AllSaid said = relay_.listen(Phase::report, stamp(round));
+  for (const Said& words : said.ranks) {
+    particles::Reader in(words.bytes);
     reports.push_back(read_report(in));
     const auto systems = static_cast<double>(reports.back().systems.size());
     charge(options_.costs.report / options_.costs.scale * systems);  // as long for few particles as for many
   }
   Verdict verdict = compare(reports);
-  std::vector<std::vector<std::int32_t>> sources(cast_.calculators.size());
-  Requests requests(cast_.calculators.size());
+  std::vector<Orders> orders(cast_.calculators.size());
   if (!verdict.failure.failed()) {
     if (round.first == 0) note_tails(reports);
-    sum_up(round, reports, verdict, sources);
+    sum_up(round, reports, verdict, orders);
     collect_offspring(round, reports, verdict);
     note_round(round, reports, verdict);
     if (balances() && !failure_.failed()) {
-      work("balancer " + options_.policy->name(), [&] { requests = plan(round); });
+      work("balancer " + options_.policy->name(), [&] { plan(round, orders); });
       if (failure_.failed()) {
         verdict.failure = failure_;
         verdict.failed_rank = rank();
       }
     }
   }
-  for (int to = 0; to < comm_->size(); ++to) {
-    const int calculator = cast_.calculator_of(to);
-    if (calculator >= 0) {
-      verdict.sources = sources[static_cast<std::size_t>(calculator)];
-      verdict.requests = requests[static_cast<std::size_t>(calculator)];
-      if (!verdict.requests.empty()) round.asked.push_back(to);
-    } else {
-      verdict.sources.clear();
-      verdict.requests.clear();
-    }
-    Message message;
-    write(verdict, message.bytes());
-    comm_->post(to, Phase::verdict, stamp(round), std::move(message), 0, verdict.failure.failed());
+  std::vector<Part> parts(static_cast<std::size_t>(comm_->size()));
+  for (std::size_t c = 0; c < orders.size(); ++c) {
+    verdict.asks = verdict.asks || !orders[c].requests.empty();
+    write(orders[c], parts[static_cast<std::size_t>(cast_.calculators[c])].bytes);
   }
+  particles::Bytes common;
+  write(verdict, common);
+  relay_.tell(Phase::verdict, stamp(round), common, parts, verdict.failure.failed());
 }
 
 // Counts and fingerprints over all calculators, and for each calculator the ranks that will send it particles.
 void Engine::sum_up(const Round& round, const std::vector<Report>& reports, Verdict& verdict,
-                    std::vector<std::vector<std::int32_t>>& sources) const {
+                    std::vector<Orders>& orders) const {
   verdict.alive.assign(systems_.size(), 0);
   verdict.digests.assign(systems_.size(), {});
   for (const int rank : cast_.calculators) {
@@ -98,7 +90,7 @@ void Engine::sum_up(const Round& round, const std::vector<Report>& reports, Verd
       verdict.digests[i] += system.digest;
       for (const Sent& sent : system.sent) {
         verdict.alive[i] += sent.count;
-        std::vector<std::int32_t>& from = sources[static_cast<std::size_t>(sent.domain)];
+        std::vector<std::int32_t>& from = orders[static_cast<std::size_t>(sent.domain)].sources;
         if (from.empty() || from.back() != rank) from.push_back(rank);
       }
     }
@@ -174,7 +166,7 @@ Verdict Engine::mismatch(std::vector<Report>& reports) const {
   return verdict;
 }
 
-void Engine::obey(Round& round, Verdict verdict) {
+void Engine::obey(Round& round, Verdict verdict, Orders orders) {
   if (verdict.failure.failed()) {
     broken_ = true;
     const std::exception_ptr own = own_exception_;
@@ -196,6 +188,7 @@ void Engine::obey(Round& round, Verdict verdict) {
     digests_[i] = verdict.digests[i];
   }
   round.verdict = std::move(verdict);
+  round.orders = std::move(orders);
 }
 
 }  // namespace motes::frame

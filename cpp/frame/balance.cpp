@@ -54,10 +54,9 @@ std::vector<std::size_t> Engine::systems_to_balance(const Round& round) const {
 }
 
 // Manager: what each calculator is asked for.
-Engine::Requests Engine::plan(const Round& round) {
+void Engine::plan(const Round& round, std::vector<Orders>& orders) {
   const balance::Policy& policy = *options_.policy;
-  Requests requests(cast_.calculators.size());
-  if (policy.decentralised()) return requests;
+  if (policy.decentralised()) return;
   const std::vector<std::size_t> systems = systems_to_balance(round);
   balance::Plan whole;
   std::vector<Load> sum;
@@ -72,28 +71,27 @@ Engine::Requests Engine::plan(const Round& round) {
   for (const std::size_t i : systems) {
     System& s = *systems_[i];
     if (policy.over_all) {
-      ask(i, balance::part_of(whole, s.loads, sum), requests);
+      ask(i, balance::part_of(whole, s.loads, sum), orders);
     } else {
       const balance::Table table{frame_, s.evaluations++, s.definition.name, s.loads, s.domains.cuts()};
-      ask(i, balance::legal(policy.plan(table), table, policy.name()), requests);
+      ask(i, balance::legal(policy.plan(table), table, policy.name()), orders);
     }
   }
-  return requests;
 }
 
-void Engine::ask(std::size_t system, const balance::Plan& plan, Requests& requests) {
+void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
   const auto index = static_cast<std::int32_t>(system);
   for (const std::int32_t cut : plan.evaluated) row_of(system, cut);
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
     const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
-    requests[static_cast<std::size_t>(order.from)].push_back({index, kind, order.count});
+    orders[static_cast<std::size_t>(order.from)].requests.push_back({index, kind, order.count});
     const auto count = static_cast<std::int64_t>(order.count);
     row_of(system, std::min(order.from, order.to)).ordered = right ? count : -count;
   }
   if (!plan.shares.empty()) {
-    for (std::size_t c = 0; c < requests.size(); ++c) {
-      requests[c].push_back({index, Request::Kind::histogram, bins_for(systems_[system]->loads, c)});
+    for (std::size_t c = 0; c < orders.size(); ++c) {
+      orders[c].requests.push_back({index, Request::Kind::histogram, bins_for(systems_[system]->loads, c)});
     }
   }
   systems_[system]->plan = plan;
@@ -122,21 +120,22 @@ void Engine::balance(Round& round) {
   if (!balances()) return;
   const Timed timed(*this, times_.balance, "balance", name_of(round));
   const bool alone = options_.policy->decentralised();
+  particles::Bytes proposals;
   if (calculator() >= 0) {
     for (std::size_t i = round.first; !manages() && i < round.last; ++i) {
       System& s = *systems_[i];
       s.speeds.add(calculator(), s.tally.at_start + s.tally.created, s.tally.compute_s);
     }
-    std::vector<Request> requests = std::move(round.verdict.requests);
+    std::vector<Request> requests = std::move(round.orders.requests);
     if (alone) requests = decide_with_neighbours(round, systems_to_balance(round));
-    if (alone || !requests.empty()) {
-      Message message;
-      work("balance", [&] {
-        for (const Request& request : requests) write(propose(request), message.bytes());
-      });
-      if (failure_.failed()) message = Message();
-      comm_->post(cast_.manager, Phase::proposals, stamp(round), std::move(message), 0, failure_.failed());
-    }
+    work("balance", [&] {
+      for (const Request& request : requests) write(propose(request), proposals);
+    });
+    if (failure_.failed()) proposals.clear();
+  }
+  if (alone || round.verdict.asks) {
+    relay_.say(Phase::proposals, stamp(round), proposals.view(), failure_.failed());
+    relay_.hand_up(Phase::proposals, stamp(round));
   }
   if (manages()) await_proposals(round);
 }
@@ -144,13 +143,13 @@ void Engine::balance(Round& round) {
 // Manager: rows of the log say what was known in this frame; who was asked answers while other work goes on.
 void Engine::await_proposals(const Round& round) {
   const bool alone = options_.policy->decentralised();
-  Asked asked{stamp(round), systems_to_balance(round), alone ? cast_.calculators : round.asked};
+  Asked asked{stamp(round), systems_to_balance(round)};
   for (const std::size_t i : asked.systems) {
     for (std::int32_t cut = 0; alone && cut + 1 < static_cast<std::int32_t>(cast_.calculators.size()); ++cut) {
       row_of(i, cut).ordered = 0;
     }
   }
-  if (!asked.ranks.empty()) asked_.push_back(std::move(asked));
+  if (alone || round.verdict.asks) asked_.push_back(std::move(asked));
 }
 
 // Manager: before it deals births by the new cuts.
@@ -244,12 +243,12 @@ Proposal Engine::propose(const Request& request) {
 
 void Engine::take_proposals(const Asked& asked) {
   bool whole = true;
-  for (const int from : asked.ranks) {
-    const Message message = comm_->expect(from, Phase::proposals, asked.stamp);
-    whole = whole && message.header().failed == 0;
+  const AllSaid said = relay_.listen(Phase::proposals, asked.stamp);
+  for (std::size_t from = 0; from < said.ranks.size(); ++from) {
+    whole = whole && !said.ranks[from].failed;
     work("balance", [&] {
-      for (particles::Reader in = message.reader(); !in.done();) {
-        take_proposal(cast_.calculator_of(from), read_proposal(in));
+      for (particles::Reader in(said.ranks[from].bytes); !in.done();) {
+        take_proposal(cast_.calculator_of(static_cast<int>(from)), read_proposal(in));
       }
     });
   }

@@ -1,5 +1,6 @@
 // create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
-// its message is also the notice that transmission has ended, and says what it was asked to do.
+// its message is also the notice that transmission has ended, and says what it was asked to do. share.cpp is another
+// way: the calculators make births.
 #include <algorithm>
 #include <numeric>
 #include <utility>
@@ -9,7 +10,6 @@
 
 namespace motes::frame {
 
-using comm::Message;
 using comm::Phase;
 
 void Engine::count_births() {
@@ -22,7 +22,8 @@ void Engine::count_births() {
 void Engine::deal(const Round& round) {
   const Timed timed(*this, times_.create, "create", name_of(round));
   particles::Bytes cuts;
-  std::vector<Hand> hands(cast_.calculators.size());
+  std::vector<Part> hands(static_cast<std::size_t>(comm_->size()));
+  const bool shared = shares_births(round);
   work("create", [&] {
     for (std::size_t i = round.first; i < round.last; ++i) {
       System& system = *systems_[i];
@@ -35,28 +36,31 @@ void Engine::deal(const Round& round) {
       fit(system, groups_[i], children);
       put_cuts(system, cuts);
       for (const particles::Store& store : children) deal_out(system, store, hands);
-      for (const BirthGroup& group : groups_[i]) {
-        charge(options_.costs.birth * static_cast<double>(group.count));
-        if (bears_its_own()) {
-          hands[0].count += group.count;
-        } else {
-          make_births(system, group, [&](const particles::Store& piece) { deal_out(system, piece, hands); });
-        }
-      }
+      if (!shared) deal_groups(i, hands);
     }
   });
-  const recording::Hash hash = recording::hash(record_bytes_.view());
-  for (int to = 0; to < comm_->size(); ++to) {
-    Message message;
-    message.bytes().put(hash);
-    message.bytes().put(static_cast<std::uint32_t>(rounds_.size()));
-    const int calculator = cast_.calculator_of(to);
-    Hand hand = calculator >= 0 ? std::move(hands[static_cast<std::size_t>(calculator)]) : Hand{};
-    if (!failure_.failed()) {
-      message.bytes().put_raw(cuts.data(), cuts.size());
-      message.bytes().put_raw(hand.bytes.data(), hand.bytes.size());
+  particles::Bytes common;
+  common.put(recording::hash(record_bytes_.view()));
+  common.put(static_cast<std::uint32_t>(rounds_.size()));
+  common.put(shared);
+  if (failure_.failed()) {
+    hands = std::vector<Part>(hands.size());
+  } else {
+    common.put_raw(cuts.data(), cuts.size());
+  }
+  relay_.tell(Phase::begin, stamp(round), common, hands, failure_.failed());
+}
+
+void Engine::deal_groups(std::size_t index, std::vector<Part>& hands) {
+  const System& system = *systems_[index];
+  for (const BirthGroup& group : groups_[index]) {
+    charge(options_.costs.birth * static_cast<double>(group.count));
+    if (bears_its_own()) {
+      hands[static_cast<std::size_t>(rank())].count += group.count;
+    } else {
+      make_births(system, group, 0, group.count,
+                  [&](const particles::Store& piece) { deal_out(system, piece, hands); });
     }
-    comm_->post(to, Phase::begin, stamp(round), std::move(message), hand.count, failure_.failed());
   }
 }
 
@@ -68,44 +72,61 @@ void Engine::put_cuts(System& system, particles::Bytes& out) {
   out.put_raw(cuts.data(), cuts.size() * sizeof(float));
 }
 
-void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands) {
-  std::vector<std::vector<std::uint32_t>> owned(hands.size());
+void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Part>& hands) const {
+  std::vector<std::vector<std::uint32_t>> owned(cast_.calculators.size());
   const float* x = newborn.plane(particles::position, system.definition.axis);
   for (std::size_t p = 0; p < newborn.size(); ++p) {
     owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
   }
-  for (std::size_t c = 0; c < hands.size(); ++c) {
-    newborn.pack(owned[c], hands[c].bytes);
-    hands[c].count += owned[c].size();
+  for (std::size_t c = 0; c < owned.size(); ++c) {
+    Part& hand = hands[static_cast<std::size_t>(cast_.calculators[c])];
+    newborn.pack(owned[c], hand.bytes);
+    hand.count += owned[c].size();
   }
 }
 
-Message Engine::receive_births(std::size_t round) {
-  const Timed timed(*this, times_.create, "wait for births", name_of(rounds_[round]));
-  Message message = comm_->expect(cast_.manager, Phase::begin, stamp(rounds_[round]));
-  particles::Reader in = message.reader();
-  if (in.get<recording::Hash>() != recording::hash(record_bytes_.view())) {
+Engine::Newborn Engine::receive_births(std::size_t index) {
+  const Timed timed(*this, times_.create, "wait for births", name_of(rounds_[index]));
+  Newborn newborn;
+  newborn.heard = relay_.hear(Phase::begin, stamp(rounds_[index]));
+  newborn.count = newborn.heard.count;
+  newborn.dealt = particles::Reader(newborn.heard.own);
+  particles::Reader in(newborn.heard.common);
+  const auto hash = in.get<recording::Hash>();
+  const auto rounds = in.get<std::uint32_t>();
+  newborn.shared = in.get<bool>();
+  if (hash != recording::hash(record_bytes_.view())) {
     failure_ = {Failure::Kind::mismatch, recording::name(record_.verb), "another list than the manager's"};
     // The conversation goes on by the manager's list until all agree that this one differs.
     const std::size_t before = rounds_.size();
-    rounds_.resize(in.get<std::uint32_t>());
+    rounds_.resize(rounds);
     for (std::size_t r = before; r < rounds_.size(); ++r) rounds_[r].turn = rounds_[r - 1].turn + 1;
   }
-  return message;
+  const Round& round = rounds_[index];
+  if (!newborn.heard.failed) {
+    work("create", [&] {
+      for (std::size_t i = round.first; i < round.last; ++i) take_cuts(*systems_[i], in);
+    });
+  }
+  if (newborn.shared && calculator() >= 0) share_births(round, newborn);
+  return newborn;
 }
 
 // Groups are made and dealt out in pieces of so many particles: a large burst needs no memory of its own, and a piece
 // stays in the second cache.
 constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
 
-void Engine::make_births(const System& system, const BirthGroup& group, const Use& use) const {
-  for (std::uint64_t first = 0; first < group.count; first += kPiece) {
-    use(system.make(group, first, std::min(kPiece, group.count - first), options_.dt, options_.substeps));
+// Those with the numbers first .. last - 1 within the group.
+void Engine::make_births(const System& system, const BirthGroup& group, std::uint64_t first, std::uint64_t last,
+                         const Use& use) const {
+  for (; first < last; first += std::min(kPiece, last - first)) {
+    use(system.make(group, first, std::min(kPiece, last - first), options_.dt, options_.substeps));
   }
 }
 
-void Engine::take_births(System& system, const BirthGroup& group, particles::Reader& births) {
-  for (std::uint64_t first = 0; first < group.count; first += kPiece) system.store->unpack(births);
+void Engine::take_births(System& system, const BirthGroup& group, Newborn& newborn) {
+  if (newborn.shared) return take_shares(system, newborn);
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) system.store->unpack(newborn.dealt);
 }
 
 // The only calculator, when it is the manager too, makes births where they stay: no message holds them.
@@ -115,7 +136,7 @@ bool Engine::bears_its_own() const { return manages() && calculator() == 0 && ca
 void Engine::bear(System& system, const BirthGroup& group) const {
   const bool all = cast_.calculators.size() == 1;
   if (all) system.store->make_room(group.count);
-  make_births(system, group, [&](const particles::Store& piece) {
+  make_births(system, group, 0, group.count, [&](const particles::Store& piece) {
     const float* x = piece.plane(particles::position, system.definition.axis);
     std::vector<std::uint32_t> mine;
     for (std::size_t p = 0; p < piece.size(); ++p) {
@@ -159,7 +180,7 @@ void Engine::fit(System& system, const std::vector<BirthGroup>& groups, const St
   };
   if (cast_.calculators.size() > 1) {  // one domain needs no cuts
     std::for_each(children.begin(), children.end(), note);
-    for (const BirthGroup& group : groups) make_births(system, group, note);
+    for (const BirthGroup& group : groups) make_births(system, group, 0, group.count, note);
   }
   system.domains = domains::quantiles(coordinates, static_cast<int>(cast_.calculators.size()));
   system.waits_for_fit = false;

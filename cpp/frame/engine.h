@@ -16,6 +16,7 @@
 #include "comm/communicator.h"
 #include "frame/costs.h"
 #include "frame/log.h"
+#include "frame/relay.h"
 #include "frame/report.h"
 #include "frame/round.h"
 #include "frame/spans.h"
@@ -24,6 +25,7 @@
 #include "image/records.h"
 #include "recording/record.h"
 #include "roles/cast.h"
+#include "roles/grid.h"
 
 namespace motes::frame {
 
@@ -43,6 +45,9 @@ class Agreed : public std::runtime_error {
   std::string role_;
 };
 
+/// Who makes newborn particles: the manager, which deals them out (paper 3.2.1), or each calculator a part of them.
+enum class Births : std::uint8_t { manager, calculators };
+
 struct Options {
   std::uint64_t seed = 0;
   double dt = 1.0 / 24;  // seconds a frame
@@ -55,6 +60,8 @@ struct Options {
   bool wall_clock = false;  // what compute seconds are: processor time of this thread, or wall time
   double speed = 1;         // 0..1: this rank spends as much time as a machine of this part of its speed would
   bool spans = false;       // write a timeline of each rank to the log
+  Births births = Births::manager;
+  int fan_out = 8;          // to so many ranks at most one passes the manager's words on
   bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
   Costs costs;              // of work on a simulated machine
 };
@@ -172,27 +179,44 @@ class Engine {
 
   // create.cpp: manager -> all
   void count_births();
-  struct Hand {  // newborn particles for one calculator
-    particles::Bytes bytes;
-    std::uint64_t count = 0;
+  struct Newborn {  // what a calculator got of a round's births
+    Heard heard;                             // the manager's message
+    particles::Reader dealt{{}};             // children, and births where the manager makes them
+    bool shared = false;                     // the calculators made them:
+    std::vector<Part> shares;                // from several; each holds packs of groups that have a number
+    std::vector<particles::Reader> readers;  // of the shares
+    std::uint32_t group = 0;                 // the next to be taken
+    std::uint64_t count = 0;                 // particles in all of it
   };
   void deal(const Round& round);
+  void deal_groups(std::size_t system, std::vector<Part>& hands);
   static void put_cuts(System& system, particles::Bytes& out);
-  static void deal_out(const System& system, const particles::Store& newborn, std::vector<Hand>& hands);
-  comm::Message receive_births(std::size_t round);
+  void deal_out(const System& system, const particles::Store& newborn, std::vector<Part>& hands) const;
+  Newborn receive_births(std::size_t round);
   using Use = std::function<void(const particles::Store&)>;
-  void make_births(const System& system, const BirthGroup& group, const Use& use) const;
+  void make_births(const System& system, const BirthGroup& group, std::uint64_t first, std::uint64_t last,
+                   const Use& use) const;
   void fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const;
   bool bears_its_own() const;
   void bear(System& system, const BirthGroup& group) const;
-  static void take_births(System& system, const BirthGroup& group, particles::Reader& births);
+  static void take_births(System& system, const BirthGroup& group, Newborn& newborn);
   static particles::Store make_children(System& system);
 
+  // share.cpp: calculators <-> calculators
+  bool shares_births(const Round& round) const;
+  void share_births(const Round& round, Newborn& newborn);
+  using Parts = std::map<int, Part>;  // by calculator
+  Parts make_share(const Round& round);
+  static void pack_share(const System& system, const particles::Store& piece, std::uint32_t group, Parts& parts);
+  void scatter(const Round& round, const roles::Grid& grid, const Parts& parts);
+  std::map<int, comm::Message> sort_shares(const Round& round, const roles::Grid& grid);
+  static void take_shares(System& system, Newborn& newborn);
+
   // act.cpp: calculators
-  void act(Round& round, const comm::Message& births);
-  void act_on_all(Round& round, particles::Reader& births, std::uint64_t expected);
+  void act(Round& round, Newborn& newborn);
+  void act_on_all(Round& round, Newborn& newborn);
   static void take_cuts(System& system, particles::Reader& in);
-  void act_on(System& system, const std::vector<BirthGroup>& groups, particles::Reader& births);
+  void act_on(System& system, const std::vector<BirthGroup>& groups, Newborn& newborn);
   void run_list(System& system, const std::vector<BirthGroup>& groups, std::size_t children,
                 const std::function<void(const BirthGroup&)>& append);
   void charge_list(const System& system) const;
@@ -212,22 +236,21 @@ class Engine {
   Report own_report(const Round& round);
   void judge(Round& round);
   void sum_up(const Round& round, const std::vector<Report>& reports, Verdict& verdict,
-              std::vector<std::vector<std::int32_t>>& sources) const;
+              std::vector<Orders>& orders) const;
   void collect_offspring(const Round& round, std::vector<Report>& reports, Verdict& verdict);
   Verdict compare(std::vector<Report>& reports) const;
   Verdict mismatch(std::vector<Report>& reports) const;
-  void obey(Round& round, Verdict verdict);
+  void obey(Round& round, Verdict verdict, Orders orders);
 
   // exchange.cpp: calculators <-> calculators
   void send_leavers(Round& round);
   void receive_strangers(Round& round);
 
   // balance.cpp: manager -> calculators -> manager, or calculators <-> calculators -> manager; before the next begin
-  using Requests = std::vector<std::vector<Request>>;  // one list a calculator
   bool balances() const;
   std::vector<std::size_t> systems_to_balance(const Round& round) const;
-  Requests plan(const Round& round);
-  void ask(std::size_t system, const balance::Plan& plan, Requests& requests);
+  void plan(const Round& round, std::vector<Orders>& orders);  // one a calculator
+  void ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders);
   void balance(Round& round);
   std::vector<Request> decide_with_neighbours(const Round& round, const std::vector<std::size_t>& systems);
   std::vector<Request> requests_between(int me, int other, const std::vector<balance::Load>& own,
@@ -259,6 +282,7 @@ class Engine {
   std::function<void(const Call&)> callback_;
   std::unique_ptr<comm::Communicator> comm_;
   roles::Cast cast_;
+  Relay relay_;
   Options options_;
   std::vector<std::unique_ptr<System>> systems_;
   std::uint64_t frame_ = 0;

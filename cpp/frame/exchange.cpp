@@ -9,14 +9,13 @@ using comm::Phase;
 
 void Engine::send_leavers(Round& round) {
   const Timed timed(*this, times_.exchange, "send leavers", name_of(round));
-  for (std::size_t c = 0; c < round.leaving.size(); ++c) {
-    std::uint64_t count = 0;
-    for (std::size_t i = round.first; i < round.last; ++i) {
-      for (const Sent& s : systems_[i]->sent) count += s.domain == static_cast<std::int32_t>(c) ? s.count : 0;
-    }
-    if (count > 0) {
-      comm_->post(cast_.calculators[c], Phase::exchange, stamp(round), std::move(round.leaving[c]), count);
-    }
+  std::map<int, std::uint64_t> counts;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (const Sent& s : systems_[i]->sent) counts[s.domain] += s.count;
+  }
+  for (auto& [to, message] : round.leaving) {
+    const int rank = cast_.calculators[static_cast<std::size_t>(to)];
+    comm_->post(rank, Phase::exchange, stamp(round), std::move(message), counts[to]);
   }
   round.leaving.clear();
 }
@@ -24,13 +23,13 @@ void Engine::send_leavers(Round& round) {
 void Engine::receive_strangers(Round& round) {
   const Timed timed(*this, times_.exchange, "receive", name_of(round));
   exchange_bytes_.resize(systems_.size());
-  for (const std::int32_t source : round.verdict.sources) {
+  for (const std::int32_t source : round.orders.sources) {
     const Message message = comm_->expect(source, Phase::exchange, stamp(round));
     work("exchange", [&] {
       particles::Reader in = message.reader();
       std::uint64_t count = 0;
-      for (std::size_t i = round.first; i < round.last; ++i) {
-        System& system = *systems_[i];
+      while (!in.done()) {
+        System& system = *systems_.at(in.get<std::uint32_t>());
         const std::size_t before = system.store->size();
         system.store->unpack(in);
         system.tally.received += system.store->size() - before;

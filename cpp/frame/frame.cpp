@@ -9,8 +9,9 @@ namespace motes::frame {
 using recording::Verb;
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Options options)
-    : comm_(std::move(communicator)), cast_(std::move(cast)), options_(std::move(options)) {
+    : comm_(std::move(communicator)), cast_(std::move(cast)), relay_(*comm_, cast_), options_(std::move(options)) {
   if (options_.policy) options_.policy->check(cast_.calculators.size());
+  comm_->weigh(options_.costs.scale);
 }
 
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.
@@ -42,17 +43,19 @@ void Engine::talk() {
 }
 
 void Engine::open(std::size_t round) {
-  const comm::Message births = receive_births(round);  // may learn that the manager has other rounds
-  act(rounds_[round], births);  // calculators run the list and set leavers aside
+  Newborn newborn = receive_births(round);  // may learn that the manager has other rounds
+  act(rounds_[round], newborn);  // calculators run the list and set leavers aside
   report(rounds_[round]);       // all -> manager: loads, failures
 }
 
 void Engine::settle(Round& round) {
   if (manages()) judge(round);
   const Timed timed(*this, times_.report, "wait for verdict", name_of(round));
-  const comm::Message answer = comm_->expect(cast_.manager, comm::Phase::verdict, stamp(round));
-  particles::Reader in = answer.reader();
-  obey(round, read_verdict(in));
+  relay_.hand_up(comm::Phase::report, stamp(round));
+  const Heard answer = relay_.hear(comm::Phase::verdict, stamp(round));
+  particles::Reader common(answer.common);
+  particles::Reader own(answer.own);
+  obey(round, read_verdict(common), own.done() ? Orders{} : read_orders(own));
   send_leavers(round);  // calculators -> calculators
 }
 
@@ -67,8 +70,9 @@ void Engine::split() {
   rounds_.clear();
   const std::size_t n = systems_.size();
   const std::size_t width = in_frame() && options_.combine != Combine::together ? 1 : n;
-  for (std::size_t first = 0; first < n; first += width) rounds_.push_back({first, first + width, ++turn_, {}, {}, {}});
-  if (rounds_.empty()) rounds_.push_back({0, 0, ++turn_, {}, {}, {}});
+  for (std::size_t first = 0; first < n; first += width)
+    rounds_.push_back({first, first + width, ++turn_, {}, {}, {}, 0});
+  if (rounds_.empty()) rounds_.push_back({0, 0, ++turn_, {}, {}, {}, 0});
 }
 
 std::string Engine::name_of(const Round& round) const {
@@ -81,7 +85,10 @@ void Engine::start() {
   constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
   std::string shared = kCombine[static_cast<int>(options_.combine)];
   shared.append(", ").append(options_.policy ? options_.policy->name() : "cuts stay");
+  shared.append(options_.births == Births::calculators ? ", births by calculators" : "");
+  shared.append(", fan-out ").append(std::to_string(options_.fan_out));
   converse(Verb::start, shared);
+  relay_.grow(cast_, options_.fan_out);  // all have agreed on it
   if (manages() && !options_.log.empty()) {
     work("log", [&] { log_ = std::make_unique<Log>(options_.log, options_.hosts); });
     if (log_) log_->event("start", frame_, "");

@@ -100,11 +100,10 @@ void write(const Verdict& verdict, Bytes& out) {
   put(out, verdict.failure);
   out.put(verdict.failed_rank);
   put_list(out, verdict.ranks);
-  put_list(out, verdict.sources);
   put_list(out, verdict.alive);
   put_list(out, verdict.digests);
   put_list(out, verdict.spawned);
-  put_list(out, verdict.requests);
+  out.put(verdict.asks);
 }
 
 Verdict read_verdict(Reader& in) {
@@ -112,12 +111,23 @@ Verdict read_verdict(Reader& in) {
   verdict.failure = get_failure(in);
   verdict.failed_rank = in.get<std::int32_t>();
   verdict.ranks = get_list<std::int32_t>(in);
-  verdict.sources = get_list<std::int32_t>(in);
   verdict.alive = get_list<std::uint64_t>(in);
   verdict.digests = get_list<particles::Digest>(in);
   verdict.spawned = get_list<std::uint64_t>(in);
-  verdict.requests = get_list<Request>(in);
+  verdict.asks = in.get<bool>();
   return verdict;
+}
+
+void write(const Orders& orders, Bytes& out) {
+  put_list(out, orders.sources);
+  put_list(out, orders.requests);
+}
+
+Orders read_orders(Reader& in) {
+  Orders orders;
+  orders.sources = get_list<std::int32_t>(in);
+  orders.requests = get_list<Request>(in);
+  return orders;
 }
 
 void write(const Proposal& proposal, Bytes& out) {

@@ -95,17 +95,24 @@ struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
-  std::vector<std::int32_t> sources;    // ranks that will send this rank particles
   std::vector<std::uint64_t> alive;     // one a system, over all ranks
   std::vector<particles::Digest> digests;
   std::vector<std::uint64_t> spawned;   // one a system: children that the next frame starts with
-  std::vector<Request> requests;        // to this rank, before cuts move
+  bool asks = false;                    // some rank has requests: all say what they propose
+};
+
+/// What the verdict says to one rank alone.
+struct Orders {
+  std::vector<std::int32_t> sources;    // ranks that will send it particles
+  std::vector<Request> requests;        // before cuts move
 };
 
 void write(const Report& report, particles::Bytes& out);
 Report read_report(particles::Reader& in);
 void write(const Verdict& verdict, particles::Bytes& out);
 Verdict read_verdict(particles::Reader& in);
+void write(const Orders& orders, particles::Bytes& out);
+Orders read_orders(particles::Reader& in);
 void write(const Proposal& proposal, particles::Bytes& out);
 Proposal read_proposal(particles::Reader& in);
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <vector>
 
 #include "comm/message.h"
@@ -17,9 +18,9 @@ struct Round {
   std::size_t first = 0;  // systems first .. last - 1
   std::size_t last = 0;
   std::uint32_t turn = 0;
-  std::vector<comm::Message> leaving;  // one a calculator
+  std::map<int, comm::Message> leaving;  // by the calculator that they go to
   Verdict verdict;
-  std::vector<std::int32_t> asked;  // manager: the ranks with requests
+  Orders orders;
   double reported_s = 0;            // when this rank's report went off
 };
 
@@ -27,7 +28,6 @@ struct Round {
 struct Asked {
   comm::Stamp stamp;
   std::vector<std::size_t> systems;
-  std::vector<std::int32_t> ranks;  // that will answer
 };
 
 }  // namespace motes::frame

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import _core, _last_resort, arguments, open_worlds, runfile, scenefile
+from . import _core, _last_resort, arguments, environment, open_worlds, runfile, scenefile
 from . import roles as _roles
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
@@ -29,7 +29,6 @@ from .system import System
 __all__ = ["World"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
-STALL_S = 60.0
 
 
 class World:
@@ -57,6 +56,8 @@ class World:
         balancer: Balancer | None = None,
         renderer: Renderer | None = None,
         combine: str = "together",
+        births: str = "manager",
+        fan_out: int = 8,
         clock: str = "cpu",
         log: str | os.PathLike[str] | None = None,
         spans: bool = False,
@@ -72,7 +73,10 @@ class World:
         at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the first
         births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance, or None: cuts stay.
         `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message a pair
-        for all systems) or "overlapped" (the messages of one travel while the next computes). `clock`: what a
+        for all systems) or "overlapped" (the messages of one travel while the next computes). `births`: who
+        makes newborn particles: the "manager", which deals them out, or the "calculators", each a part of
+        them; they are the same. `fan_out`: to so many ranks at most does one pass on what the manager says
+        to all (docs/paper.md tells what both are worth with many ranks). `clock`: what a
         calculator's load is measured in: "cpu" (processor time of its thread, which others on the same
         processor do not stretch) or "wall". `log`: a directory. `spans`: also log a timeline of each rank.
         `digest`: also log fingerprints of particles and pictures, a frame. `progress`: "lines", "bar", "off"
@@ -91,6 +95,8 @@ class World:
         if checkpoint is not None:
             raise ArgumentError("checkpoint", checkpoint, "None")
         self._combine = arguments.choice("combine", combine, ("one_by_one", "together", "overlapped"))
+        self._births = environment.births(births)
+        self._fan_out = environment.fan_out(fan_out)
         self._clock = arguments.choice("clock", clock, ("cpu", "wall"))
         if comm is not None and not isinstance(comm, MPI.Intracomm):
             raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
@@ -103,7 +109,7 @@ class World:
             raise ArgumentError("spans", spans, "False where there is no log")
         self._digest = arguments.flag("digest", digest)
         self._progress_way = check_progress(progress)
-        self._stall_s = _stall_s()
+        self._stall_s = environment.stall_s()
         self._comm: MPI.Intracomm = MPI.COMM_WORLD if comm is None else comm
         self._cast = _roles.cast(roles, self._comm.size)
         self._speeds = _roles.speeds(roles, self._comm.size)
@@ -261,6 +267,8 @@ class World:
                 "hosts": hosts,
                 "policy": self._balancer.policy,
                 "combine": self._combine,
+                "births": self._births,
+                "fan_out": self._fan_out,
                 "clock": self._clock,
                 "speed": self._speeds.get(self.rank, 1.0),
                 "spans": self._spans,
@@ -294,6 +302,8 @@ class World:
             "space": self._space,
             "balancer": repr(self._balancer),
             "combine": self._combine,
+            "births": self._births,
+            "fan_out": self._fan_out,
             "clock": self._clock,
             "speeds": {str(rank): speed for rank, speed in sorted(self._speeds.items())},
             "manager": manager,
@@ -431,19 +441,6 @@ def _user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tupl
     return made
 
 
-def _stall_s() -> float:
-    text = os.environ.get("MOTES_STALL_S", "")
-    if not text:
-        return STALL_S
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0 < seconds < float("inf"):
-        raise ArgumentError("MOTES_STALL_S", text, "a number of seconds > 0")
-    return seconds
-
-
 # --- before the engine exists
 
 _CARD = struct.Struct("<i64s64siqQ96s")
@@ -463,7 +460,7 @@ def _introduce(comm: MPI.Intracomm, me: _last_resort.Peer, wish: int) -> tuple[l
     cards = bytearray(_CARD.size * comm.size)
     request = comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE])
     start, pause = _time.monotonic(), 0.0
-    limit = _stall_s()
+    limit = environment.stall_s()
     while not request.Test():
         if _time.monotonic() - start > limit:
             raise MotesError(

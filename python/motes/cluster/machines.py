@@ -20,11 +20,14 @@ class Network:
     """Bytes a second of a node's link, one direction."""
     latency_s: float
     """Seconds from one node to another."""
+    overhead_s: float = 0.0
+    """Seconds that a message takes of the processor at each of its ends; the first network's counts."""
 
     def __post_init__(self) -> None:
         """Check what was given."""
         arguments.number(f"bandwidth of {self.name}", self.bandwidth, low=1)
         arguments.number(f"latency_s of {self.name}", self.latency_s, low=0)
+        arguments.number(f"overhead_s of {self.name}", self.overhead_s, low=0)
 
 
 def Myrinet() -> Network:

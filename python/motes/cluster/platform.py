@@ -12,8 +12,8 @@ OPERATIONS = 1e9
 """A second on a machine of speed 1 for the simulator, so costs are nanoseconds."""
 
 
-def platform(cluster: Cluster, *, scale: float = 1.0) -> str:
-    """Write the platform file (XML). `scale`: particles that each stands for; networks carry fewer."""
+def platform(cluster: Cluster) -> str:
+    """Write the platform file (XML)."""
     machines = list(cluster.hosts())
     lines = [
         '<?xml version="1.0"?>',
@@ -23,11 +23,11 @@ def platform(cluster: Cluster, *, scale: float = 1.0) -> str:
     for name, node in machines:
         facts = f"id={quoteattr(name)} speed={quoteattr(f'{node.rank_speed * OPERATIONS!r}f')}"
         lines.append(f'<host {facts} core="{node.started}"/>')
-        lines.append(_link(f"memory {name}", node.copy_bandwidth / scale, 0.0, "FATPIPE"))
+        lines.append(_link(f"memory {name}", node.copy_bandwidth, 0.0, "FATPIPE"))
         for network in cluster.networks:
             if node.networks is None or network.name in node.networks:
                 half = network.latency_s / 2
-                lines.append(_link(_port(network, name), network.bandwidth / scale, half, "SPLITDUPLEX"))
+                lines.append(_link(_port(network, name), network.bandwidth, half, "SPLITDUPLEX"))
     for i, (source, a) in enumerate(machines):
         lines.append(_route(source, source, [f"<link_ctn id={quoteattr(f'memory {source}')}/>"]))
         for target, b in machines[i + 1 :]:

@@ -27,6 +27,7 @@ FLAGS = {
     "smpi/privatization": "no",  # the engine has no global state
     "network/crosstraffic": "0",
     "smpi/cpu-threshold": "-1",
+    "smpi/send-is-detached-thresh": "65536",  # longer messages wait for their receiver
 }
 
 
@@ -85,6 +86,12 @@ def _path() -> str:
     return os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 
 
+def _overheads(cluster: Cluster) -> dict[str, str]:
+    """What each message takes of the processors at its ends."""
+    seconds = cluster.networks[0].overhead_s
+    return {f"smpi/{name}": f"0:{seconds!r}:0" for name in ("os", "ois", "or")} if seconds > 0 else {}
+
+
 def record(scene: Path, script: Path, words: Sequence[object] = ()) -> None:
     """Record a script's scene, in a process of its own. Raises MotesError with what the script said."""
     command = [sys.executable, "-m", "motes", "record", "-o", scene, script, *words]
@@ -105,18 +112,18 @@ def simulate(
     """Replay a recorded scene on a virtual cluster; the run's log, in simulated seconds.
 
     `costs`: what work costs, lines `name = nanoseconds` on a machine of speed 1 (`paper.costs` is one).
-    `scale`: particles that each particle of the scene stands for: work and messages cost as many times
-    more. `options` go to `motes_replay`. Raises MotesError where the run fails, with what it said.
+    `scale`: particles that each particle of the scene stands for: work on particles, and messages that hold
+    some, cost as many times more. `options` go to `motes_replay`. Raises MotesError where the run fails,
+    with what it said.
     """
     scale = arguments.number("scale", scale, low=1e-9)
     smpirun, replay = find_smpirun(), find_replay()
     with tempfile.TemporaryDirectory(prefix="motes-cluster-") as text:
         folder = Path(text)  # run from there, so that the log does not depend on any path
-        (folder / "platform.xml").write_text(platform(cluster, scale=scale))
+        (folder / "platform.xml").write_text(platform(cluster))
         (folder / "hosts").write_text(hosts(cluster))
         (folder / "scene.motes").symlink_to(Path(scene).absolute())
-        # Messages longer than this wait for their receiver: with scale, so do shorter ones.
-        flags = {**FLAGS, "smpi/send-is-detached-thresh": str(int(65536 / scale))}
+        flags = {**FLAGS, **_overheads(cluster)}
         words = [smpirun, "-np", str(cluster.ranks), "-hostfile", "hosts", "-platform", "platform.xml"]
         words += [f"--cfg={name}:{value}" for name, value in flags.items()]
         words += [

@@ -3,8 +3,8 @@
 import motes
 from motes.shapes import Box, Plane, Rectangle
 
-args = motes.script.options(__doc__, particles=2000, frames=40, size="64x36", space="-30,30")
-width, top, life = 60.0, 12.0, 12.0  # m, m, s
+args = motes.script.options(__doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0)
+width, top, life = args.width, 12.0, 12.0  # m, m, s
 camera = motes.Camera((0, 6, 60), (0, 6, 0), fov_deg=60)
 renderer = motes.Renderer(*args.size, camera=camera)
 world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)

@@ -1,0 +1,69 @@
+// Words from the manager to all ranks and back, passed on along a tree. What goes down has a part for all and a part
+// for each; what comes up is each rank's own words, which nobody on the way reads.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "comm/communicator.h"
+#include "roles/tree.h"
+
+namespace motes::frame {
+
+/// What the manager says to one rank besides what it says to all.
+struct Part {
+  particles::Bytes bytes;
+  std::uint64_t count = 0;  // particles in it
+};
+
+/// What a rank heard from the manager. The message keeps the bytes.
+struct Heard {
+  comm::Message message;
+  std::span<const std::byte> common;
+  std::span<const std::byte> own;
+  std::uint64_t count = 0;
+  bool failed = false;
+};
+
+/// What a rank said to the manager.
+struct Said {
+  std::span<const std::byte> bytes;
+  bool failed = false;
+};
+
+/// What came up from a tree: one entry a rank. The messages keep the bytes.
+struct AllSaid {
+  std::vector<comm::Message> messages;
+  std::vector<Said> ranks;
+};
+
+class Relay {
+ public:
+  /// Until widen() all ranks talk to the manager directly: they have not yet agreed on a tree.
+  Relay(comm::Communicator& comm, const roles::Cast& cast);
+  void grow(const roles::Cast& cast, int fan_out);
+  const roles::Tree& tree() const { return tree_; }
+
+  /// Manager: `parts`, one a rank, and `common` set out to all, this rank too, which hears them like any other.
+  void tell(comm::Phase phase, comm::Stamp stamp, const particles::Bytes& common, const std::vector<Part>& parts,
+            bool failed);
+  /// Waits for what tell() sent, and passes on what is for those below.
+  Heard hear(comm::Phase phase, comm::Stamp stamp);
+
+  /// Every rank, the manager too: words for the manager. They leave at once where nobody stands below; elsewhere with
+  /// hand_up().
+  void say(comm::Phase phase, comm::Stamp stamp, std::span<const std::byte> words, bool failed);
+  /// Waits for those below, and passes their words on with one's own. Nothing to do for the manager and for leaves.
+  void hand_up(comm::Phase phase, comm::Stamp stamp);
+  /// Manager: waits for all.
+  AllSaid listen(comm::Phase phase, comm::Stamp stamp);
+
+ private:
+  comm::Message collect(comm::Phase phase, comm::Stamp stamp);
+
+  comm::Communicator& comm_;
+  roles::Tree tree_;
+};
+
+}  // namespace motes::frame

@@ -29,7 +29,8 @@ MOTES_INLINE void draw_block(const actions::Parameters& p, const actions::Block&
   const int columns = p.ahead != nullptr ? p.ahead->count : 0;
   for (int k = 0; k < columns; ++k) column[k] = b.component[p.ahead->column[k].component] + p.ahead->column[k].offset;
   words.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
-    for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i);
+    // Into the second cache: it waits for more lines at once than the first one does.
+    for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i, 0, 2);
   });
 }
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {

@@ -90,13 +90,13 @@ def test_the_log_names_the_hosts_and_a_slow_one_gets_less_work(hosts, scene, tmp
         if rows.exists() and rows.stat().st_size:
             hosts.slow_down(c, 0.1)
 
-    script = (scene, "balance.PrefixCuts()", tmp_path / "log", 24, 300_000, 4)
+    script = (scene, "balance.PrefixCuts()", tmp_path / "log", 32, 300_000, 4)
     lines = run(hosts, "a,b,c", *script, watch=brake).lines
     facts = json.loads((tmp_path / "log" / "run.json").read_text())
     assert [rank["host"] for rank in facts["ranks"]] == [a, b, c]
-    quick, slow = held(tmp_path / "log", since=8)
+    quick, slow = held(tmp_path / "log", since=16)
     assert quick > 1.2 * slow > 0, "a tenth of a core, by wall clock"
-    assert lines[-1] == mpirun(3, scene, "None", tmp_path / "one", 24, 300_000, 4).lines[-1]
+    assert lines[-1] == mpirun(3, scene, "None", tmp_path / "one", 32, 300_000, 4).lines[-1]
 
 
 def test_a_lost_host_ends_the_run(hosts, scene, tmp_path):

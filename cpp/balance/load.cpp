@@ -7,7 +7,8 @@ namespace motes::balance {
 
 namespace {
 
-constexpr double kNoiseGain = 0.1;  // a sample's part in what is known of noise, after ten of them
+constexpr double kNoiseGain = 0.05;   // a sample's part in what is known of noise, after twenty of them
+constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
 
 }  // namespace
 
@@ -22,23 +23,34 @@ void Speeds::add(int calculator, std::uint64_t particles, double seconds) {
   const bool tells = std::isfinite(seconds) && seconds > 0 && seconds >= options_.min_seconds && particles > 0 &&
                      particles >= options_.min_particles;
   if (!tells) return;
-  Known& known = known_[static_cast<std::size_t>(calculator)];
-  const double sample = static_cast<double>(particles) / seconds;
-  if (known.last > 0) {
-    const double step = std::log(sample / known.last);
-    known.noise2 += std::max(kNoiseGain, 1 / ++known.steps) * (step * step / 2 - known.noise2);
+  known_[static_cast<std::size_t>(calculator)].add(static_cast<double>(particles) / seconds, 1 - options_.smoothing);
+}
+
+void Speeds::Known::add(double sample, double gain) {
+  const double last_off = off;
+  if (steady.value > 0) {
+    off = sample / steady.value - 1;
+    const double odd = sample / quick.value - 1;  // a drift is no noise: the last few samples know of it
+    note(odd * odd / (1 + quick.variance));
   }
-  known.last = sample;
-  const double gain = 1 - options_.smoothing;
-  known.quick.add(sample, gain);
-  known.steady.add(sample, gain * gain * gain);
-  const double apart = std::abs(known.steady.value / known.quick.value - 1);
-  if (apart > kErrors * known.quick.error(std::sqrt(known.noise2))) known.steady = known.quick;
+  quick.add(sample, gain);
+  steady.add(sample, gain * gain * gain);
+  const double change = quick.value / steady.value - 1;
+  const bool beyond = std::abs(change) > kErrors * quick.error(noise2);
+  // One sample alone is an accident: a page fault, another process.
+  const bool lasts = off * change > change * change / 2 && last_off * change > change * change / 2;
+  if (beyond && lasts) steady = quick;
+}
+
+// What is far beyond the noise known so far is a change or an accident, and counts as noise only as far as that.
+void Speeds::Known::note(double square) {
+  const double most = steps < 4 ? square : kErrors * kErrors * std::max(noise2, kLeastNoise * kLeastNoise);
+  noise2 += std::max(kNoiseGain, 1 / ++steps) * (std::min(square, most) - noise2);
 }
 
 double Speeds::error(int calculator) const {
   const Known& known = known_[static_cast<std::size_t>(calculator)];
-  return known.steady.error(std::sqrt(known.noise2));
+  return known.steady.error(known.noise2);
 }
 
 void Speeds::Mean::add(double sample, double gain) {
@@ -48,7 +60,7 @@ void Speeds::Mean::add(double sample, double gain) {
   samples = 1 / variance;
 }
 
-double Speeds::Mean::error(double noise) const { return noise * std::sqrt(variance); }
+double Speeds::Mean::error(double noise2) const { return std::sqrt(noise2 * variance); }
 
 double doubt(const Load& a, const Load& b) { return kErrors * std::hypot(a.error, b.error); }
 

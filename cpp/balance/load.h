@@ -26,7 +26,7 @@ struct SpeedOptions {
 
 /// Smoothed speeds of calculators, and how well they are known. A clock on a shared machine is off by some per cent in
 /// each frame: while samples agree with what was known but for their noise, it weighs more, 1 - (1 - smoothing)^3, and
-/// all samples alike at first; a change beyond noise makes the speed that of the last few samples.
+/// all samples alike at first; a change beyond noise, in two samples on end, makes the speed that of the last few.
 class Speeds {
  public:
   Speeds() = default;
@@ -48,13 +48,16 @@ class Speeds {
     double samples = 0;
 
     void add(double sample, double gain);
-    double error(double noise) const;
+    double error(double noise2) const;
   };
   struct Known {
     Mean quick, steady;
-    double last = 0;
-    double noise2 = 0;  // of a sample, relative: half the mean square of the steps between successive ones
-    double steps = 0;
+    double off = 0;     // how far the last sample was from what was known, as a part of it
+    double noise2 = 0;  // mean square of a sample's error, as a part of it
+    double steps = 0;   // samples that noise2 is of
+
+    void add(double sample, double gain);
+    void note(double square);
   };
 
   SpeedOptions options_;

@@ -44,7 +44,7 @@ def play(balancer: Balancer, *, frames: int = 60, particles: int = 40_000, seed:
         noise = random.normal(1, 0.02, n)
         seconds = (old + created) / machine * noise
         for c in range(n):
-            speeds.add(c, int(old[c] + created[c]), float(seconds[c]))
+            speeds.add(c, int(old[c] + created[c]), float(seconds[c]), int(created[c]))
         moved = start != owner
         rescaled = seconds * held / np.maximum(old + created, 1)
         smooth = [speeds.of(c) for c in range(n)]

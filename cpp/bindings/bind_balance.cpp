@@ -144,7 +144,7 @@ void bind_values(py::module_& m) {
 
 void bind_policies(py::module_& m) {
   py::class_<Speeds>(m, "Speeds")
-      .def("add", &Speeds::add, py::arg("calculator"), py::arg("particles"), py::arg("seconds"))
+      .def("add", &Speeds::add, py::arg("calculator"), py::arg("particles"), py::arg("seconds"), py::arg("newborn") = 0)
       .def("of", &Speeds::of, py::arg("calculator"))
       .def("error", &Speeds::error, py::arg("calculator"));
   py::class_<Policy, std::shared_ptr<Policy>>(m, "Policy")

@@ -124,7 +124,7 @@ void Engine::balance(Round& round) {
   if (calculator() >= 0) {
     for (std::size_t i = round.first; !manages() && i < round.last; ++i) {
       System& s = *systems_[i];
-      s.speeds.add(calculator(), s.tally.at_start + s.tally.created, s.tally.compute_s);
+      s.speeds.add(calculator(), s.tally.at_start + s.tally.created, s.tally.compute_s, s.tally.created);
     }
     std::vector<Request> requests = std::move(round.orders.requests);
     if (alone) requests = decide_with_neighbours(round, systems_to_balance(round));

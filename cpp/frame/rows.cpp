@@ -79,7 +79,7 @@ void Engine::note_loads(const std::vector<Report>& reports, std::size_t index, s
     load.domain_lo = s.domains.low(static_cast<int>(c));
     load.domain_hi = s.domains.high(static_cast<int>(c));
     if (balances()) {
-      s.speeds.add(static_cast<int>(c), processed, from.compute_s);
+      s.speeds.add(static_cast<int>(c), processed, from.compute_s, from.created);
       s.loads[c] = {load.n_end, load.rescaled_s, s.speeds.of(static_cast<int>(c)), s.speeds.error(static_cast<int>(c))};
     }
     row_.exchanged += load.sent;

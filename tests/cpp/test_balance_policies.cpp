@@ -78,7 +78,9 @@ TEST(load_is_rescaled_and_small_samples_do_not_count) {
   speeds.add(0, 1000, 0);                                      // no time
   speeds.add(0, 1000, std::numeric_limits<double>::quiet_NaN());  // no number
   CHECK(speeds.of(0) == 0);
-  speeds.add(0, 1000, 0.5);
+  speeds.add(0, 1000, 0.1, 501);                               // mostly born in this frame
+  CHECK(speeds.of(0) == 0);
+  speeds.add(0, 1000, 0.5, 500);
   CHECK(speeds.of(0) == 2000);
   CHECK(speeds.error(0) == 0);
   speeds.add(0, 1000, 1.0);
@@ -116,6 +118,16 @@ TEST(errors_are_those_of_the_noise) {
     CHECK(std::sqrt(told / squares) > 0.75);
     CHECK(std::sqrt(told / squares) < 1.25);
   }
+}
+
+TEST(a_slow_start_is_forgotten_soon) {
+  std::mt19937_64 random(5);
+  std::normal_distribution<double> normal;
+  Speeds speeds(1, {0.5, 0, 0});
+  speeds.add(0, 1000, 10);
+  for (int i = 0; i < 12; ++i) speeds.add(0, 1000, std::exp(0.05 * normal(random)));
+  CHECK(std::abs(speeds.of(0) / 1000 - 1) < 0.1);
+  CHECK(speeds.error(0) < 0.1);
 }
 
 TEST(a_change_beyond_noise_is_believed_soon) {

@@ -88,8 +88,8 @@ class _System:
         processed = n_start + created
         seconds = seconds + np.where(processed > 0, moment.overhead_s, 0.0)
         rescaled = np.where(processed > 0, seconds * n_end / np.maximum(processed, 1), seconds)
-        for c, (n, s) in enumerate(zip(processed, seconds, strict=True)):
-            self.speeds.add(c, int(n), float(s))
+        for c, (n, s, newborn) in enumerate(zip(processed, seconds, created, strict=True)):
+            self.speeds.add(c, int(n), float(s), int(newborn))
         smoothed = np.array([self.speeds.of(c) for c in range(len(n_end))])
         error = np.array([self.speeds.error(c) for c in range(len(n_end))])
         moved = round(crossing(moment.density, self.cuts_before, self.cuts))

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 from launching import command
 
-from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, simulate
+from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, growth, simulate
 from motes.cluster.paper import model, show
 from motes.cluster.paper.experiment import Row
 from motes.cluster.paper.tables import cells
@@ -58,6 +58,13 @@ def test_platform_has_each_machine_and_each_route_once():
     assert routes["b-0", "a-0"] == ["Myrinet b-0", "Myrinet a-0"]
     assert routes["b-0", "c-0"] == ["Fast Ethernet b-0", "Fast Ethernet c-0"], "the network that both have"
     assert routes["b-1", "b-1"] == ["memory b-1"]
+
+
+def test_machines_of_one_kind_take_one_line():
+    text = platform(Cluster([Node("n", 2.0, cores=2, count=4096)], Network("wire", 1e9, 2e-6)))
+    (found,) = ElementTree.fromstring(text)
+    assert len(text) < 600 and found.attrib["radical"] == "0-4095" and found.attrib["prefix"] == "n-"
+    assert (found.attrib["speed"], found.attrib["lat"]) == ("2000000000.0f", "1e-06s")
 
 
 def test_ranks_go_to_machines_in_their_order():
@@ -133,6 +140,21 @@ def test_many_ranks_talk_along_trees_and_grids(simulated_replay: Path, tmp_path:
         frames.append(run.frames[["particles", "particles_digest", "image_sha256"]].to_numpy().tolist())
         assert run.frames["t_frame_s"].min() > 0, "messages take time"
     assert len(frames[0]) == 4 and frames[0] == frames[1]
+
+
+def test_growth_tells_the_phases_of_a_frame(simulated_replay: Path, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    monkeypatch.setattr(growth, "COMPUTED", 3000)
+    rows = [row for way in growth.WAYS for row in growth.grow([5], way)]
+    for row in rows:
+        assert row.computed == 1000 and 0 < row.efficiency < 1
+        assert sum(row.phases.values()) == pytest.approx(row.frame_s, rel=0.02), "nothing is left out"
+        assert row.phases["act"] == pytest.approx(400_000 * 4.3e-9, rel=0.1) and row.phases["render"] == 0
+    assert rows[0].talk < rows[1].talk, "a manager that makes all births is waited for"
+    assert [row["way"] for row in growth.facts(rows)["rows"]] == list(growth.WAYS)
+    assert "calculators" in growth.text(rows)
+    growth.plot(rows, tmp_path / "growth.png")
+    assert (tmp_path / "growth.png").read_bytes().startswith(b"\x89PNG")
 
 
 def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):

@@ -1,4 +1,4 @@
-"""`python -m motes cluster run | paper`: scripts on machines that are not here, and the paper's tables."""
+"""`python -m motes cluster run | paper | growth`: virtual machines, the paper's tables, many ranks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,9 @@ from .simulate import record, simulate
 __all__ = ["USAGE", "main"]
 
 USAGE = """python -m motes cluster run [options] CLUSTER.py (SCENE.motes | script.py [arguments])
-       python -m motes cluster paper --table 1|2|3 [--json] [--plot FILE]"""
+       python -m motes cluster paper --table 1|2|3 [--json] [--plot FILE]
+       python -m motes cluster growth [--ranks 8,64,...] [--births WHO,...] [--pictures]
+           [--json] [--plot FILE]"""
 REPLAY = ("balancer", "combine", "roles", "frames")
 """Options that go to motes_replay as they are."""
 
@@ -30,6 +32,8 @@ def main(words: Sequence[str]) -> int:
         return _run(list(words[1:]))
     if command == "paper":
         return _paper(list(words[1:]))
+    if command == "growth":
+        return _growth(list(words[1:]))
     print(f"usage: {USAGE}")
     return 0 if command in ("-h", "--help") else 2
 
@@ -110,4 +114,30 @@ def _paper(words: list[str]) -> int:
     print(json.dumps(show.facts(rows)) if args.json else show.text(rows))
     if args.plot:
         show.plot(rows, args.plot)
+    return 0
+
+
+def _growth(words: list[str]) -> int:
+    from . import growth
+
+    parser = argparse.ArgumentParser(prog="python -m motes cluster growth", usage=USAGE)
+    parser.add_argument(
+        "--ranks", default=",".join(map(str, growth.RANKS)), help="numbers of ranks, from 3 on"
+    )
+    parser.add_argument("--births", default="calculators", help=f"of {', '.join(growth.WAYS)}")
+    parser.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
+    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
+    args = parser.parse_args(words)
+    try:
+        ranks = [int(text) for text in args.ranks.split(",")]
+    except ValueError:
+        parser.error(f"--ranks takes whole numbers, got {args.ranks}")
+    if min(ranks) < 3:
+        parser.error("--ranks takes numbers from 3 on: one draws, one manages, the others calculate")
+    ways = args.births.split(",")
+    rows = [row for way in ways for row in growth.grow(ranks, way, pictures=args.pictures)]
+    print(json.dumps(growth.facts(rows)) if args.json else growth.text(rows))
+    if args.plot:
+        growth.plot(rows, args.plot)
     return 0

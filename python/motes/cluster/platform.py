@@ -4,9 +4,14 @@ from __future__ import annotations
 
 from xml.sax.saxutils import quoteattr
 
-from .machines import Cluster, Network
+from .machines import Cluster, Network, Node
 
 __all__ = ["hosts", "platform"]
+
+HEAD = """<?xml version="1.0"?>
+<!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">
+<platform version="4.1">
+"""
 
 OPERATIONS = 1e9
 """A second on a machine of speed 1 for the simulator, so costs are nanoseconds."""
@@ -14,12 +19,10 @@ OPERATIONS = 1e9
 
 def platform(cluster: Cluster) -> str:
     """Write the platform file (XML)."""
+    if len(cluster.nodes) == 1 and len(cluster.networks) == 1:
+        return HEAD + _uniform(cluster.nodes[0], cluster.networks[0]) + "</platform>\n"
     machines = list(cluster.hosts())
-    lines = [
-        '<?xml version="1.0"?>',
-        '<!DOCTYPE platform SYSTEM "https://simgrid.org/simgrid.dtd">',
-        '<platform version="4.1"><zone id="cluster" routing="Full">',
-    ]
+    lines = [HEAD + '<zone id="cluster" routing="Full">']
     for name, node in machines:
         facts = f"id={quoteattr(name)} speed={quoteattr(f'{node.rank_speed * OPERATIONS!r}f')}"
         lines.append(f'<host {facts} core="{node.started}"/>')
@@ -36,6 +39,21 @@ def platform(cluster: Cluster) -> str:
             links = [_end(_port(network, name), way) for name, way in ends]
             lines.append(_route(source, target, links))
     return "\n".join([*lines, "</zone></platform>", ""])
+
+
+def _uniform(node: Node, network: Network) -> str:
+    """One kind of machines: in few words, as thousands of them have millions of routes."""
+    facts = {
+        **{"id": "cluster", "prefix": f"{node.name}-", "suffix": "", "radical": f"0-{node.count - 1}"},
+        **{"speed": f"{node.rank_speed * OPERATIONS!r}f", "core": str(node.started)},
+        **{"bw": f"{network.bandwidth!r}Bps", "lat": f"{network.latency_s / 2!r}s"},
+        **{
+            "sharing_policy": "SPLITDUPLEX",
+            "loopback_bw": f"{node.copy_bandwidth!r}Bps",
+            "loopback_lat": "0s",
+        },
+    }
+    return f"<cluster {' '.join(f'{name}={quoteattr(value)}' for name, value in facts.items())}/>\n"
 
 
 def hosts(cluster: Cluster) -> str:

@@ -1,0 +1,177 @@
+"""How the engine grows: as many particles a rank on ever more virtual ranks (weak scaling), by phase."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import arguments
+from ..analysis.run import Run
+from .machines import Cluster, Network, Node
+from .simulate import find_replay, find_smpirun, record, simulate
+
+__all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
+
+PARTICLES = 400_000
+"""A rank."""
+COMPUTED = 16_000_000
+"""Particles that are computed in all, at most; each stands for as many as are missing."""
+METRES = 4.0
+"""Width of a rank's domain."""
+FRAMES, MEASURED = 5, 3
+RANKS = (8, 16, 32, 64, 128)
+WAYS = {
+    "calculators": ("--births", "calculators"),
+    "manager": ("--births", "manager", "--fan-out", "1000000"),
+}
+"""Calculators make births, words go along a tree; or the manager makes them, and tells each."""
+PHASES = {
+    "create": ("create", "wait for births"),
+    "act": ("act", "order"),
+    "agree": ("report", "judge", "wait for verdict"),
+    "exchange": ("send leavers", "receive"),
+    "balance": ("balance",),
+    "render": ("project", "draw"),
+}
+"""Of a frame, with the spans (docs/analysis.md) that each is made of."""
+FOLDER = Path(__file__).parent
+
+
+def network() -> Network:
+    """Describe InfiniBand HDR100: 100 Gb/s a node, 1.5 us, 0.3 us of a processor a message.
+
+    The vendor's 100 Gb/s; latency and overhead as MPI benchmarks of such networks have them (OSU
+    microbenchmarks: 1 to 2 us between nodes, of which the processors have some 0.3 us each). All pairs have
+    the full bandwidth, as in a non-blocking fat tree.
+    """
+    return Network("HDR100", 100e9 / 8, 1.5e-6, overhead_s=0.3e-6)
+
+
+@dataclass(frozen=True)
+class Row:
+    """One number of ranks."""
+
+    ranks: int
+    way: str
+    pictures: bool
+    computed: int
+    """Particles of a rank that are computed."""
+    frame_s: float
+    """Simulated seconds a frame."""
+    phases: dict[str, float]
+    """Seconds of each phase, the mean over all calculators, waits included."""
+    ideal_s: float
+    """Seconds that a calculator acts (and draws), the mean: a frame in which nobody waits or talks."""
+
+    @property
+    def efficiency(self) -> float:
+        """Part of the frame that is work on particles."""
+        return self.ideal_s / self.frame_s
+
+    @property
+    def talk(self) -> float:
+        """Part of the frame that create, exchange and balance take."""
+        return sum(self.phases[name] for name in ("create", "exchange", "balance")) / self.frame_s
+
+
+def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bool = False) -> list[Row]:
+    """Run snow on each number of calculators, with one rank more for pictures and one to manage."""
+    find_smpirun(), find_replay()  # say at once what is missing
+    arguments.choice("way", way, tuple(WAYS))
+    with tempfile.TemporaryDirectory(prefix="motes-growth-") as folder:
+        return [_row(Path(folder), count, way, pictures) for count in ranks]
+
+
+def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
+    calculators = ranks - 2
+    computed = min(8000, COMPUTED // calculators)
+    half = METRES * calculators / 2
+    words = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
+    scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
+    record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={FRAMES}", *words])
+    options = [*WAYS[way], "--balancer", "PrefixCuts", "--spans", *([] if pictures else ["--no-images"])]
+    run = simulate(
+        scene,
+        Cluster([Node("node", count=ranks)], network()),
+        log=log,
+        costs=FOLDER / "growth.costs",
+        scale=PARTICLES / computed,
+        options=options,
+    )
+    found = {name: _seconds(run, spans) for name, spans in PHASES.items()}
+    found["agree"] -= _seconds(run, ("send leavers",))  # which the wait for the verdict holds
+    frame_s = float(run.frames["t_frame_s"].iloc[-MEASURED:].mean())
+    ideal_s = found["act"] + (_seconds(run, ("project",)) if pictures else 0.0)
+    return Row(ranks, way, pictures, computed, frame_s, found, ideal_s)
+
+
+def _seconds(run: Run, spans: Sequence[str]) -> float:
+    """Seconds a measured frame, the mean over calculators."""
+    calculators = run.facts["calculators"]
+    rows = run.spans
+    wanted = rows["phase"].isin(spans) & rows["rank"].isin(calculators) & (rows["frame"] >= FRAMES - MEASURED)
+    chosen = rows[wanted]
+    return float((chosen["end_s"] - chosen["start_s"]).sum()) / (MEASURED * len(calculators))
+
+
+def facts(rows: Sequence[Row]) -> dict[str, Any]:
+    """All of it as plain values."""
+    return {
+        "particles_a_rank": PARTICLES,
+        "rows": [
+            {
+                "ranks": row.ranks,
+                "way": row.way,
+                "pictures": row.pictures,
+                "computed_a_rank": row.computed,
+                "frame_s": row.frame_s,
+                "efficiency": row.efficiency,
+                "create_exchange_balance": row.talk,
+                **{f"{name}_s": seconds for name, seconds in row.phases.items()},
+            }
+            for row in rows
+        ],
+    }
+
+
+def text(rows: Sequence[Row]) -> str:
+    """The table, a line a number of ranks; phases in per cent of the frame."""
+    title = (
+        f"Weak scaling: snow, {PARTICLES} particles a rank; phases in % of the frame, mean over calculators"
+    )
+    lines = [title, f"{'ranks':>6} {'births':12}{'frame ms':>10}{'efficiency':>12}"]
+    lines[1] += "".join(f"{name:>10}" for name in PHASES) + f"{'c + e + b':>11}"
+    for row in rows:
+        shares = "".join(f"{100 * row.phases[name] / row.frame_s:10.1f}" for name in PHASES)
+        figures = f"{1e3 * row.frame_s:10.3f}{row.efficiency:12.3f}{shares}{100 * row.talk:11.1f}"
+        lines.append(f"{row.ranks:6} {row.way:12}{figures}")
+    return "\n".join(lines)
+
+
+def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
+    """Draw each phase's share over the number of ranks, a panel a way."""
+    from matplotlib.figure import Figure
+
+    ways = list(dict.fromkeys(row.way for row in rows))
+    figure = Figure(figsize=(4.6 * len(ways) + 1, 3.8), layout="constrained")
+    panels = figure.subplots(1, len(ways), sharey=True, squeeze=False)[0]
+    for panel, way in zip(panels, ways, strict=True):
+        chosen = [row for row in rows if row.way == way]
+        bottom = [0.0] * len(chosen)
+        for number, name in enumerate(PHASES):
+            heights = [1e3 * row.phases[name] for row in chosen]
+            names = [str(row.ranks) for row in chosen]
+            panel.bar(names, heights, bottom=bottom, label=name, color=f"C{number}", width=0.7)
+            bottom = [low + more for low, more in zip(bottom, heights, strict=True)]
+        panel.set_title(
+            f"births by {'calculators, words along a tree' if way == 'calculators' else 'the manager'}"
+        )
+        panel.set_xlabel("ranks")
+        panel.grid(alpha=0.3, axis="y")
+    panels[0].set_ylabel("ms a frame, mean over calculators")
+    panels[0].legend()
+    figure.savefig(os.fspath(path), dpi=120)

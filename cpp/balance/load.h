@@ -20,7 +20,7 @@ double rescaled(double seconds, std::uint64_t processed, std::uint64_t after);
 /// What makes a sample of speed, and how samples become a speed.
 struct SpeedOptions {
   double smoothing = 0.5;       // weight of what was known where speeds change, 0..1
-  double min_seconds = 2e-4;    // shorter samples say more about the clock than about the machine
+  double min_seconds = 5e-5;    // shorter samples say more about the clock than about the machine
   std::uint64_t min_particles = 1000;
 };
 

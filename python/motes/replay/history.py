@@ -20,7 +20,7 @@ __all__ = ["FrameCosts", "History", "Moment", "Recorded"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
-LEAST_PARTICLES, LEAST_SECONDS = 1000, 2e-4  # as in the engine: smaller samples say nothing of a machine
+LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing of a machine
 
 
 @dataclass(frozen=True)

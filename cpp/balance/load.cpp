@@ -10,6 +10,7 @@ namespace {
 constexpr double kNoiseGain = 0.05;   // a sample's part in what is known of noise, after twenty of them
 constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
 constexpr double kFirstNoise = 0.05;  // nor does one begin with more than three times this
+constexpr double kMostNoise = 0.1;  // with more, smoothing must do: to wait for certainty would cost more than errors
 
 }  // namespace
 
@@ -27,11 +28,26 @@ void Speeds::add(int calculator, std::uint64_t particles, double seconds, std::u
   known_[static_cast<std::size_t>(calculator)].add(static_cast<double>(particles) / seconds, 1 - options_.smoothing);
 }
 
-void Speeds::Known::add(double sample, double gain) {
+// What disturbs a machine makes it slower, for a frame: the faster of the first two samples, then the middle one of
+// three.
+double Speeds::Known::undisturbed(double sample) {
+  const double a = last[0];
+  const double b = last[1];
+  last = {b, sample};
+  if (!(b > 0)) return sample;
+  if (!(a > 0)) {
+    quick = steady = {};  // the first sample is that of a cold machine
+    return std::max(b, sample);
+  }
+  return std::max(std::min(a, b), std::min(std::max(a, b), sample));
+}
+
+void Speeds::Known::add(double raw, double gain) {
+  const double sample = undisturbed(raw);
   const double last_off = off;
   if (steady.value > 0) {
     off = sample / steady.value - 1;
-    const double odd = sample / quick.value - 1;  // a drift is no noise: the last few samples know of it
+    const double odd = raw / quick.value - 1;  // a drift is no noise: the last few samples know of it
     note(odd * odd / (1 + quick.variance));
   }
   quick.add(sample, gain);
@@ -48,11 +64,14 @@ void Speeds::Known::note(double square) {
   const double least = steps < 4 ? kFirstNoise : kLeastNoise;
   const double most = kErrors * kErrors * std::max(noise2, least * least);
   noise2 += std::max(kNoiseGain, 1 / ++steps) * (std::min(square, most) - noise2);
+  noise2 = std::min(noise2, kMostNoise * kMostNoise);
 }
 
 double Speeds::error(int calculator) const {
   const Known& known = known_[static_cast<std::size_t>(calculator)];
-  return known.steady.error(known.noise2);
+  // Who looks a hundred times sees three errors once or twice by chance; who looks twice does not.
+  const double looks = std::min(1.0, std::sqrt(2 * std::log1p(known.steps)) / kErrors);
+  return looks * known.steady.error(known.noise2);
 }
 
 void Speeds::Mean::add(double sample, double gain) {

@@ -1,6 +1,7 @@
 // How much: what is known of the work of one system, a calculator at a time (paper 3.2.4).
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -24,9 +25,10 @@ struct SpeedOptions {
   std::uint64_t min_particles = 1000;
 };
 
-/// Smoothed speeds of calculators, and how well they are known. A clock on a shared machine is off by some per cent in
-/// each frame: while samples agree with what was known but for their noise, it weighs more, 1 - (1 - smoothing)^3, and
-/// all samples alike at first; a change beyond noise, in two samples on end, makes the speed that of the last few.
+/// Smoothed speeds of calculators, and how well they are known. A sample is the middle one of three, since what
+/// disturbs a machine makes it slower for a frame. A clock on a shared machine is off by some per cent in each: while
+/// samples agree with what was known but for their noise, it weighs more, 1 - (1 - smoothing)^3, and all samples alike
+/// at first; a change beyond noise, in two samples on end, makes the speed that of the last few.
 class Speeds {
  public:
   Speeds() = default;
@@ -39,7 +41,8 @@ class Speeds {
   /// Particles a second; 0 where no sample was large enough yet.
   double of(int calculator) const { return known_[static_cast<std::size_t>(calculator)].steady.value; }
 
-  /// Standard error of that, as a part of it; 0 before the second sample.
+  /// Standard error of that, as a part of it; 0 before the third sample, and less than it is for the first hundred:
+  /// an early order by mistake costs little, and a late one leaves a machine idle.
   double error(int calculator) const;
 
  private:
@@ -53,11 +56,13 @@ class Speeds {
   };
   struct Known {
     Mean quick, steady;
+    std::array<double, 2> last{};  // samples as they came; 0: none
     double off = 0;     // how far the last sample was from what was known, as a part of it
     double noise2 = 0;  // mean square of a sample's error, as a part of it
     double steps = 0;   // samples that noise2 is of
 
-    void add(double sample, double gain);
+    void add(double raw, double gain);
+    double undisturbed(double sample);
     void note(double square);
   };
 

@@ -84,7 +84,9 @@ TEST(load_is_rescaled_and_small_samples_do_not_count) {
   CHECK(speeds.of(0) == 2000);
   CHECK(speeds.error(0) == 0);
   speeds.add(0, 1000, 1.0);
-  CHECK(speeds.of(0) == 1500);
+  CHECK(speeds.of(0) == 2000);  // the faster of the first two
+  speeds.add(0, 1000, 0.8);
+  CHECK(speeds.of(0) == 1625);  // its mean with the middle one of three
   CHECK(speeds.of(1) == 0);
 }
 

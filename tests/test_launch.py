@@ -265,3 +265,23 @@ def test_ranks_that_are_alone_under_a_launcher_are_warned_once():
     assert [answer.returncode for answer in told] == [0, 0]
     assert "a launcher started 4 ranks, but each is alone" in told[0].stderr
     assert told[1].stderr == ""
+
+
+# --- several hosts
+
+
+@pytest.mark.parametrize(
+    ("rank", "code"),
+    [
+        ("open_worlds.enter(0)", 1),
+        ("open_worlds.enter(0); open_worlds.leave(0)", 0),
+        ("open_worlds.enter(0); sys.exit(3)", 3),
+        ("open_worlds.enter(0); os.kill(os.getpid(), 9)", 137),
+    ],
+)
+def test_a_launcher_that_says_0_is_held_against_what_ranks_left_open(rank, code):
+    launcher = [sys.executable, "-c", f"import os, sys; from motes import open_worlds; {rank}"]
+    run = f"from motes import launch; raise SystemExit(launch._supervised({launcher!r}))"
+    ended = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, timeout=40)
+    assert ended.returncode == code, ended.stderr
+    assert ("rank(s) 0" in ended.stderr) == (code == 1)

@@ -37,7 +37,7 @@ std::vector<std::string> Environment::hosts(int at) const {
   std::vector<char> all(rank_ == at ? kName * static_cast<std::size_t>(size_) : 0);
   MPI_Gather(own.data(), kName, MPI_CHAR, all.data(), kName, MPI_CHAR, at, MPI_COMM_WORLD);
   std::vector<std::string> names;
-  for (std::size_t at = 0; at < all.size(); at += kName) names.emplace_back(all.data() + at);
+  for (std::size_t begin = 0; begin < all.size(); begin += kName) names.emplace_back(all.data() + begin);
   return names;
 }
 

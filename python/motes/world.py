@@ -76,7 +76,7 @@ class World:
         for all systems) or "overlapped" (the messages of one travel while the next computes). `births`: who
         makes newborn particles: the "manager", which deals them out, or the "calculators", each a part of
         them; they are the same. `fan_out`: to so many ranks at most does one pass on what the manager says
-        to all (docs/paper.md tells what both are worth with many ranks). `clock`: what a
+        to all (docs/growth.md tells what both are worth with many ranks). `clock`: what a
         calculator's load is measured in: "cpu" (processor time of its thread, which others on the same
         processor do not stretch) or "wall". `log`: a directory. `spans`: also log a timeline of each rank.
         `digest`: also log fingerprints of particles and pictures, a frame. `progress`: "lines", "bar", "off"

@@ -17,8 +17,7 @@ Order Diffusive::between(std::int32_t left, const Load& left_load, const Load& r
   const double difference = std::abs(left_s - right_s);
   const bool to_right = left_s > right_s;
   Order order{to_right ? left : left + 1, to_right ? left + 1 : left, 0};
-  const double least = std::max(threshold_, doubt(left_load, right_load));
-  if (!(difference > least * std::max(left_s, right_s))) return order;
+  if (!apart(left_load, left_s, right_load, right_s, threshold_)) return order;
   const double flow = rate_ * difference * std::min(speeds[0], speeds[1]) / 2;
   const std::uint64_t half = (to_right ? left_load : right_load).particles / 2;
   const std::uint64_t count = std::min(half, static_cast<std::uint64_t>(std::round(flow)));

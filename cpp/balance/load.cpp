@@ -85,6 +85,11 @@ double Speeds::Mean::error(double noise2) const { return std::sqrt(noise2 * vari
 
 double doubt(const Load& a, const Load& b) { return kErrors * std::hypot(a.error, b.error); }
 
+bool apart(const Load& a, double a_s, const Load& b, double b_s, double threshold) {
+  const double least = std::max(threshold, doubt(a, b));
+  return std::abs(a_s - b_s) > least * std::max(a_s, b_s);
+}
+
 std::vector<double> complete(const std::vector<Load>& loads) {
   double sum = 0;
   std::size_t known = 0;
@@ -100,12 +105,16 @@ std::vector<double> complete(const std::vector<Load>& loads) {
   return speeds;
 }
 
+std::vector<double> predicted_seconds(const std::vector<Load>& loads) {
+  std::vector<double> seconds = complete(loads);
+  for (std::size_t c = 0; c < loads.size(); ++c) seconds[c] = static_cast<double>(loads[c].particles) / seconds[c];
+  return seconds;
+}
+
 double imbalance(const std::vector<Load>& loads) {
-  const std::vector<double> speeds = complete(loads);
   double sum = 0;
   double slowest = 0;
-  for (std::size_t c = 0; c < loads.size(); ++c) {
-    const double seconds = static_cast<double>(loads[c].particles) / speeds[c];
+  for (const double seconds : predicted_seconds(loads)) {
     sum += seconds;
     slowest = std::max(slowest, seconds);
   }

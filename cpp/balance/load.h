@@ -73,12 +73,19 @@ class Speeds {
 /// Speeds without gaps: what is not known is the mean of what is, or 1 for all where nothing is.
 std::vector<double> complete(const std::vector<Load>& loads);
 
+/// Predicted seconds of each calculator, from particles and complete speeds.
+std::vector<double> predicted_seconds(const std::vector<Load>& loads);
+
 /// How far apart two calculators' times must be, as a part of the longer one, to be more than noise: so many standard
 /// errors of their difference.
 inline constexpr double kErrors = 3;
 double doubt(const Load& a, const Load& b);
 
-/// The slowest calculator's predicted seconds over the mean, from particles and complete speeds; 1 where all are idle.
+/// Whether two calculators' times differ by more than `threshold` of the longer one, and by more than noise may
+/// explain.
+bool apart(const Load& a, double a_s, const Load& b, double b_s, double threshold);
+
+/// The slowest calculator's predicted seconds over the mean; 1 where all are idle.
 double imbalance(const std::vector<Load>& loads);
 
 /// All systems' loads, calculator by calculator. The speed of a mix is its particles over the sum of what each part

@@ -36,9 +36,8 @@ Plan Pairwise::plan(const Table& table) const {
     const double right_s = static_cast<double>(r.particles) / speeds[i + 1];
     plan.evaluated.push_back(left);
     const Order order = equal_times(left, l, r, speeds[i], speeds[i + 1]);
-    const double least = std::max(threshold_, doubt(l, r));
-    const bool apart = std::abs(left_s - right_s) > least * std::max(left_s, right_s);
-    const bool balances = apart && order.count >= std::max<std::uint64_t>(min_particles_, 1);
+    const bool balances =
+        apart(l, left_s, r, right_s, threshold_) && order.count >= std::max<std::uint64_t>(min_particles_, 1);
     if (balances) plan.orders.push_back(order);
     left += balances ? 2 : 1;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <stdexcept>
 
 namespace motes::balance {
@@ -31,15 +32,13 @@ double most_off(const std::vector<Load>& loads, const std::vector<double>& wante
 }
 
 bool above_mean(const std::vector<Load>& loads, double threshold) {
-  const std::vector<double> speeds = complete(loads);
+  const std::vector<double> seconds = predicted_seconds(loads);
   const auto calculators = static_cast<double>(loads.size());
-  double sum = 0;
-  for (std::size_t c = 0; c < loads.size(); ++c) sum += static_cast<double>(loads[c].particles) / speeds[c];
+  const double sum = std::accumulate(seconds.begin(), seconds.end(), 0.0);
   const double errors = std::sqrt(kErrors * kErrors + 2 * std::log(std::max(calculators, 1.0)));
   for (std::size_t c = 0; c < loads.size(); ++c) {
     const double least = std::max(threshold, errors * loads[c].error);
-    const double seconds = static_cast<double>(loads[c].particles) / speeds[c];
-    if (sum > 0 && seconds * calculators / sum > 1 + least) return true;
+    if (sum > 0 && seconds[c] * calculators / sum > 1 + least) return true;
   }
   return false;
 }

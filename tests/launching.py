@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -13,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Hang", "Result", "command", "launches", "mpirun", "python"]
+__all__ = ["Hang", "Result", "command", "launches", "mpirun", "python", "said"]
 
 POLL_S = 0.01
 NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, on a busy machine
@@ -21,6 +22,14 @@ NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, 
 
 class Hang(AssertionError):
     """A job that did not end within its limit; shows everything that it printed."""
+
+
+def said(text: str, opening: str) -> list[str]:
+    """What follows an opening, to the end of each line that has it.
+
+    Not only at a line's start: mpirun may leave a stray byte between its notice of an abort and a line.
+    """
+    return re.findall(f"{re.escape(opening)}(.*)$", text, re.MULTILINE)
 
 
 @dataclass(frozen=True)
@@ -123,8 +132,8 @@ def command(
         seconds = time.monotonic() - start
         launches.jobs += 1
         launches.seconds += seconds
-        said = [file.read_text(errors="replace") for file in (out, err)]
-        result = Result(process.returncode, said[0], said[1], seconds)
+        told = [file.read_text(errors="replace") for file in (out, err)]
+        result = Result(process.returncode, told[0], told[1], seconds)
         if not ended:
             raise Hang(f"{' '.join(texts)}: no end within {timeout:g} s\n{result.text}")
         return result

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from launching import Result, mpirun
+from launching import Result, mpirun, said
 
 RANKS = 4
 FAULTY = Path(__file__).parent / "scenes" / "faulty.py"
@@ -46,7 +46,7 @@ KINDS = (
 
 def reports(result: Result) -> list[str]:
     """Return the first lines of all reports."""
-    return re.findall(r"^\*\*\* motes: (.*)$", result.err, re.MULTILINE)
+    return said(result.err, "*** motes: ")
 
 
 def faulty(

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from launching import said
 
 from motes import _last_resort, launch
 from motes.errors import RankError
@@ -124,7 +125,7 @@ class Job:
     @property
     def reports(self) -> list[str]:
         """The first line of each report."""
-        return re.findall(r"^\*\*\* motes: (.*)$", self.text, re.MULTILINE)
+        return said(self.text, "*** motes: ")
 
 
 @pytest.fixture
@@ -135,7 +136,7 @@ def job(tmp_path: Path):
         path = tmp_path / "script.py"
         path.write_text(script)
         words = launch.command(4, [sys.executable, str(path), *arguments])
-        answer = subprocess.run(words, capture_output=True, text=True, timeout=20)
+        answer = subprocess.run(words, capture_output=True, errors="replace", timeout=20)
         ended = time.time()
         text = answer.stdout + answer.stderr
         failed = re.search(r"failing at ([\d.]+)", text)

@@ -27,7 +27,7 @@ def motes(*words: str, limit: float = 40, **changes: str) -> subprocess.Complete
     return subprocess.run(
         [sys.executable, "-m", "motes", *words],
         capture_output=True,
-        text=True,
+        errors="replace",
         timeout=limit,
         env={**os.environ, **changes},
     )

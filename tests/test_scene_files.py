@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from launching import Result, command, python
+from launching import Result, command, python, said
 
 import motes
 from motes import launch
@@ -77,7 +77,7 @@ def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | 
 
 def complaints(result: Result) -> list[str]:
     """The lines in which the driver complains."""
-    return [line for line in result.err.splitlines() if line.startswith("motes_replay:")]
+    return said(result.err, "motes_replay: ")
 
 
 @pytest.mark.parametrize("ranks", [1, 3, 5])

@@ -72,6 +72,12 @@ def test_scale_covers_the_sizes(capsys):
     assert found["largest_by_least"] == 1
 
 
+def test_births_have_their_costs(capsys):
+    for calculators in (1, 3, 40):
+        found = figures(capsys, "births", "--calculators", f"{calculators}", "--births", "500", "--repeats", "5")
+        assert all(found[f"{what}_ns"] > 0 for what in ("make", "own", "pack", "forward", "take"))
+
+
 def test_recording_counts_its_calls(capsys):
     found = figures(capsys, "recording", "--systems", "2", "--frames", "3")
     assert (found["systems"], found["actions"], found["frames"]) == (2, 24, 3)

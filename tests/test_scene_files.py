@@ -286,7 +286,7 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
     flags = ["--log=root.thresh:warning", *(f"--cfg=smpi/{flag}" for flag in FLAGS)]
     where = ["-hostfile", tmp_path / "hosts", "-platform", tmp_path / "cluster.xml"]
     for name in SCRIPTS:
-        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: a grid with a short last row
+        many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: two steps along a ring
         for ranks, log, more in ((1, "a", []), (4, "b", []), (18, "c", []), (18, "d", []), (40, "e", many)):
             words = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
             played = command([*words, *more, "--digest", "--log", tmp_path / log])

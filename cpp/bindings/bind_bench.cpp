@@ -1,4 +1,5 @@
 #include "bindings/bindings.h"
+#include "frame/bench_births.h"
 #include "image/bench.h"
 #include "recording/bench.h"
 #include "recording/bench_actions.h"
@@ -82,6 +83,26 @@ void bind_actions(py::module_& m) {
       py::arg("particles"), py::arg("steps"));
 }
 
+void bind_births(py::module_& m) {
+  m.def(
+      "birth_bench",
+      [](int calculators, int births, int repeats) {
+        frame::BirthBench b;
+        {
+          const py::gil_scoped_release release;
+          b = frame::birth_bench(calculators, births, repeats);
+        }
+        py::dict d;
+        d["make_ns"] = b.make;
+        d["own_ns"] = b.own;
+        d["pack_ns"] = b.pack;
+        d["forward_ns"] = b.forward;
+        d["take_ns"] = b.take;
+        return d;
+      },
+      py::arg("calculators"), py::arg("births"), py::arg("repeats"));
+}
+
 void bind_render(py::module_& m) {
   m.def(
       "render_bench",
@@ -115,6 +136,7 @@ void bind_render(py::module_& m) {
 void bind_bench(py::module_& m) {
   bind_scenes(m);
   bind_actions(m);
+  bind_births(m);
   bind_render(m);
 }
 

@@ -79,8 +79,8 @@ struct Mailed {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[] = {"begin",     "report", "verdict",   "exchange", "records", "gather",
-                                    "particles", "loads",  "proposals", "births",   "newborn"};
+  constexpr const char* kNames[] = {"begin",  "report",    "verdict", "exchange",  "records",
+                                    "gather", "particles", "loads",   "proposals", "births"};
   return kNames[static_cast<std::size_t>(phase)];
 }
 
@@ -150,10 +150,11 @@ struct Communicator::State {
     }
   }
 
-  // One for all simulated ranks, which are threads that run one after another.
+  // One for all simulated ranks, which are threads that run one after another. The simulator does not copy what lies in
+  // memory of this kind.
   static void* sea() {
-    static const std::unique_ptr<std::byte[]> bytes(new std::byte[kBallast]());
-    return bytes.get();
+    static void* const bytes = SMPI_SHARED_MALLOC(kBallast);
+    return bytes;
   }
 
   // A simulated rank waits inside a receive: polling would let the simulated time pass in steps of its own, and so does

@@ -20,8 +20,7 @@ enum class Phase : std::uint8_t {
   particles,
   loads,
   proposals,
-  births,
-  newborn
+  births
 };
 const char* name(Phase phase);
 

@@ -14,9 +14,25 @@ Domains::Domains(std::vector<float> cuts) : cuts_(std::move(cuts)) {
   }
 }
 
-int Domains::owner_of(float x) const {
-  // Not a number compares false with every cut: the search ends at the last domain.
-  return static_cast<int>(std::upper_bound(cuts_.begin(), cuts_.end(), x) - cuts_.begin());
+// The number of cuts at or below x. Each step halves what is left without a branch, for some particles side by side:
+// with thousands of cuts and particles in no order, a processor would guess every second branch wrong, and wait for
+// each load.
+void Domains::owners_of(std::span<const float> x, std::uint32_t* owners) const {
+  constexpr std::size_t kAbreast = 16;
+  const float* const cuts = cuts_.data();
+  for (std::size_t first = 0; first < x.size(); first += kAbreast) {
+    const std::size_t count = std::min(kAbreast, x.size() - first);
+    std::uint32_t* const below = owners + first;
+    std::fill_n(below, count, 0u);
+    for (auto left = static_cast<std::uint32_t>(cuts_.size()); left > 0;) {
+      const std::uint32_t half = (left + 1) / 2;
+      // Not a number compares false with every cut: its search ends at the last domain.
+      for (std::size_t i = 0; i < count; ++i) {
+        below[i] += half * static_cast<std::uint32_t>(!(x[first + i] < cuts[below[i] + half - 1]));
+      }
+      left -= half;
+    }
+  }
 }
 
 float Domains::low(int domain) const {

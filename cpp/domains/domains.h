@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -35,7 +36,13 @@ class Domains {
   const std::vector<float>& cuts() const { return cuts_; }
 
   /// The one rule of ownership: used by create, exchange and donate alike.
-  int owner_of(float x) const;
+  int owner_of(float x) const {
+    std::uint32_t owner = 0;
+    owners_of({&x, 1}, &owner);
+    return static_cast<int>(owner);
+  }
+  /// The same for many.
+  void owners_of(std::span<const float> x, std::uint32_t* owners) const;
 
   float low(int domain) const;   // -infinity for the first
   float high(int domain) const;  // infinity for the last

@@ -16,6 +16,7 @@ struct Costs {
   std::array<double, actions::kKinds> act{};  // one action
   double birth = 0;    // manager: making, finding its owner, packing
   double newborn = 0;  // calculator: taking it from the manager's message
+  double forward = 0;  // calculator: a birth that it passes on, unpacking, sorting, packing
   double leave = 0;    // calculator: taking a leaver out of its system, packing
   double gap = 0;  // calculator: a leaver, for each particle of its system there (what stands behind it moves up)
   double arrive = 0;  // calculator: unpacking, putting it into its system

@@ -74,10 +74,9 @@ void Engine::put_cuts(System& system, particles::Bytes& out) {
 
 void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Part>& hands) const {
   std::vector<std::vector<std::uint32_t>> owned(cast_.calculators.size());
-  const float* x = newborn.plane(particles::position, system.definition.axis);
-  for (std::size_t p = 0; p < newborn.size(); ++p) {
-    owned[static_cast<std::size_t>(system.domains.owner_of(x[p]))].push_back(static_cast<std::uint32_t>(p));
-  }
+  std::vector<std::uint32_t> owners(newborn.size());
+  system.domains.owners_of({newborn.plane(particles::position, system.definition.axis), newborn.size()}, owners.data());
+  for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
     Part& hand = hands[static_cast<std::size_t>(cast_.calculators[c])];
     newborn.pack(owned[c], hand.bytes);
@@ -174,7 +173,7 @@ particles::Store Engine::make_children(System& system) {
 void Engine::fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const {
   if (!system.waits_for_fit || (groups.empty() && children.empty())) return;
   std::vector<float> coordinates;
-  const Use note = [&](const particles::Store& store) {
+  const auto note = [&](const particles::Store& store) {
     const float* x = store.plane(particles::position, system.definition.axis);
     coordinates.insert(coordinates.end(), x, x + store.size());
   };

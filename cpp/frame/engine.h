@@ -15,6 +15,7 @@
 #include "balance/policy.h"
 #include "comm/communicator.h"
 #include "frame/costs.h"
+#include "frame/flock.h"
 #include "frame/log.h"
 #include "frame/relay.h"
 #include "frame/report.h"
@@ -25,7 +26,6 @@
 #include "image/records.h"
 #include "recording/record.h"
 #include "roles/cast.h"
-#include "roles/grid.h"
 
 namespace motes::frame {
 
@@ -183,7 +183,7 @@ class Engine {
     Heard heard;                             // the manager's message
     particles::Reader dealt{{}};             // children, and births where the manager makes them
     bool shared = false;                     // the calculators made them:
-    std::vector<Part> shares;                // from several; each holds packs of groups that have a number
+    std::vector<comm::Message> shares;       // from several, each with packs of groups in their order
     std::vector<particles::Reader> readers;  // of the shares
     std::uint32_t group = 0;                 // the next to be taken
     std::uint64_t count = 0;                 // particles in all of it
@@ -193,7 +193,7 @@ class Engine {
   static void put_cuts(System& system, particles::Bytes& out);
   void deal_out(const System& system, const particles::Store& newborn, std::vector<Part>& hands) const;
   Newborn receive_births(std::size_t round);
-  using Use = std::function<void(const particles::Store&)>;
+  using Use = std::function<void(particles::Store&&)>;
   void make_births(const System& system, const BirthGroup& group, std::uint64_t first, std::uint64_t last,
                    const Use& use) const;
   void fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const;
@@ -205,11 +205,10 @@ class Engine {
   // share.cpp: calculators <-> calculators
   bool shares_births(const Round& round) const;
   void share_births(const Round& round, Newborn& newborn);
-  using Parts = std::map<int, Part>;  // by calculator
-  Parts make_share(const Round& round);
-  static void pack_share(const System& system, const particles::Store& piece, std::uint32_t group, Parts& parts);
-  void scatter(const Round& round, const roles::Grid& grid, const Parts& parts);
-  std::map<int, comm::Message> sort_shares(const Round& round, const roles::Grid& grid);
+  std::vector<Flock> make_share(const Round& round) const;
+  std::vector<Flock> between_steps(const Round& round, const std::vector<comm::Message>& messages) const;
+  std::vector<comm::Message> pass_on(const Round& round, const roles::Ring& ring, int step,
+                                     std::vector<comm::Message> messages);
   static void take_shares(System& system, Newborn& newborn);
 
   // act.cpp: calculators

@@ -67,6 +67,10 @@ def _parser() -> argparse.ArgumentParser:
     leavers.add_argument("--particles", type=_positive, default=3_200_000)
     leavers.add_argument("--steps", type=_positive, default=10)
     leavers.add_argument("--bins", type=_positive, default=64)
+    births = names.add_parser("births", help="what a birth costs the calculators that make and pass it on")
+    births.add_argument("--calculators", type=_positive, default=4094)
+    births.add_argument("--births", type=_positive, default=1389, help="a frame, of one calculator")
+    births.add_argument("--repeats", type=_positive, default=1000)
     render = names.add_parser("render", help="a whole frame on one core: project, splat, tone map")
     render.add_argument("--particles", type=_positive, default=3_200_000)
     render.add_argument("--size", type=_size, default=(1920, 1080), metavar="WxH")
@@ -121,6 +125,17 @@ def _actions(arguments: argparse.Namespace) -> dict[str, Any]:
         "cores": 1,
         "simd": _core.simd(),
         "actions": _core.action_bench(arguments.particles, arguments.repeats),
+    }
+
+
+def _births(arguments: argparse.Namespace) -> dict[str, Any]:
+    return {
+        "calculators": arguments.calculators,
+        "births": arguments.births,
+        "repeats": arguments.repeats,
+        "cores": 1,
+        "simd": _core.simd(),
+        **_core.birth_bench(arguments.calculators, arguments.births, arguments.repeats),
     }
 
 
@@ -311,6 +326,7 @@ _RUNS = {
     "lists": _lists,
     "scale": _scale,
     "recording": _recording,
+    "births": _births,
     "leavers": _leavers,
     "render": _render,
     "balance": _balance,

@@ -4,7 +4,7 @@
 #include <set>
 
 #include "check.h"
-#include "roles/grid.h"
+#include "roles/ring.h"
 #include "roles/tree.h"
 
 using namespace motes::roles;
@@ -60,33 +60,45 @@ TEST(who_only_draws_holds_nobody_up) {
   CHECK(Tree(cast_auto(4096), 4096, 8, 1).height() == 4);
 }
 
-TEST(grid_brings_everything_to_everybody) {
+TEST(ring_brings_everything_to_everybody) {
   for (int calculators = 1; calculators < 150; ++calculators) {
-    const Grid grid(calculators);
-    std::vector<std::set<int>> arrived(static_cast<std::size_t>(calculators));  // whose words for it each one has
-    std::map<std::pair<int, int>, std::set<int>> between;  // who stands for whom: at, owner -> from
-    for (int from = 0; from < calculators; ++from) {
-      const std::vector<int> along = grid.along(from);
-      CHECK(static_cast<int>(along.size()) == grid.columns());
-      for (int owner = 0; owner < calculators; ++owner) {
-        const int at = along[static_cast<std::size_t>(owner % grid.columns())];
-        const std::vector<int> senders = grid.from_along(at);
-        CHECK(std::count(senders.begin(), senders.end(), from) == 1);
-        const std::vector<int> column = grid.column(at);
-        CHECK(std::count(column.begin(), column.end(), owner) == 1);
-        CHECK((between[{at, owner}].insert(from).second));
-      }
+    std::vector<Ring> rings;
+    for (int c = 0; c < calculators; ++c) rings.emplace_back(calculators, c);
+    std::vector<std::vector<std::pair<int, int>>> here(static_cast<std::size_t>(calculators));  // from, owner
+    for (int c = 0; c < calculators; ++c) {
+      for (int owner = 0; owner < calculators; ++owner) here[static_cast<std::size_t>(c)].emplace_back(c, owner);
     }
-    std::size_t first = 0;
+    for (int step = 0; step < rings[0].steps(); ++step) {
+      std::vector<std::vector<std::pair<int, int>>> next(here.size());
+      for (int at = 0; at < calculators; ++at) {
+        const Ring& ring = rings[static_cast<std::size_t>(at)];
+        const std::vector<int> ahead = ring.ahead(step);
+        for (const int to : ahead) {
+          const std::vector<int> senders = rings[static_cast<std::size_t>(to)].behind(step);
+          CHECK(std::count(senders.begin(), senders.end(), at) == 1);
+        }
+        for (const auto& word : here[static_cast<std::size_t>(at)]) {
+          const auto digit = static_cast<std::size_t>(ring.digit(word.second, step));
+          CHECK(digit <= ahead.size());
+          next[static_cast<std::size_t>(digit == 0 ? at : ahead[digit - 1])].push_back(word);
+        }
+      }
+      here = std::move(next);
+    }
     for (int at = 0; at < calculators; ++at) {
-      first += grid.from_along(at).size();
-      for (const int owner : grid.column(at)) {
-        for (const int from : between[{at, owner}]) CHECK(arrived[static_cast<std::size_t>(owner)].insert(from).second);
-      }
+      const auto& words = here[static_cast<std::size_t>(at)];
+      CHECK(static_cast<int>(words.size()) == calculators);
+      for (const auto& word : words) CHECK(word.second == at);
     }
-    CHECK(first == static_cast<std::size_t>(calculators) * static_cast<std::size_t>(grid.columns()));
-    for (const std::set<int>& senders : arrived) CHECK(static_cast<int>(senders.size()) == calculators);
-    CHECK(grid.direct() == (calculators <= 16));
+    CHECK(rings[0].steps() <= 1 || calculators > 16);
   }
-  CHECK(Grid(4094).columns() == 64);
+}
+
+TEST(ring_needs_few_messages) {
+  const Ring ring(4094, 7);
+  int messages = 0;
+  for (int step = 0; step < ring.steps(); ++step) messages += static_cast<int>(ring.ahead(step).size());
+  CHECK(messages == 4 * 7);
+  CHECK(Ring(1, 0).steps() == 0);
+  CHECK(Ring(16, 3).ahead(0).size() == 15);
 }

@@ -1,0 +1,37 @@
+// How calculators send something to each other, all to all, in few messages.
+#pragma once
+
+#include <vector>
+
+namespace motes::roles {
+
+/// Calculators 0, 1, ... on a ring: what c has for d lies (d - c) mod n ahead of it. In step s a calculator sends what
+/// has digit j there, in base 8, to the one that stands j * 8^s ahead; so each step ends a digit, and behind the last
+/// one all is where it belongs. 7 messages a step, of log8(n) steps, for any n (Bruck et al. 1997, "Efficient
+/// algorithms for all-to-all communications in multiport message-passing systems"). Up to 16 calculators do it in one
+/// step: all messages are direct.
+class Ring {
+ public:
+  /// As calculator `self` sees it.
+  Ring(int calculators, int self);
+
+  int steps() const { return steps_; }
+  /// Which of the step's messages takes what lies here to `owner`: 0 for none, it stays; 1 for the one to the first of
+  /// ahead(step).
+  int digit(int owner, int step) const {
+    const int distance = owner < self_ ? owner - self_ + calculators_ : owner - self_;
+    return distance >> (bits_ * step) & ((1 << bits_) - 1);
+  }
+  /// The calculators that this one sends to in a step, those at digit 1, 2, ...
+  std::vector<int> ahead(int step) const;
+  /// Those that send to it in a step.
+  std::vector<int> behind(int step) const;
+
+ private:
+  int calculators_;
+  int self_;
+  int bits_;  // of a digit
+  int steps_ = 0;
+};
+
+}  // namespace motes::roles

@@ -69,7 +69,7 @@ void Engine::judge(Round& round) {
   }
   std::vector<Part> parts(static_cast<std::size_t>(comm_->size()));
   for (std::size_t c = 0; c < orders.size(); ++c) {
-    verdict.asks = verdict.asks || !orders[c].requests.empty();
+    verdict.asks = verdict.asks || !orders[c].requests.empty() || !orders[c].partners.empty();
     write(orders[c], parts[static_cast<std::size_t>(cast_.calculators[c])].bytes);
   }
   particles::Bytes common;

@@ -1,7 +1,7 @@
 // balance (paper 3.2.5): the manager plans from the frame's loads, or neighbours decide by themselves; donors find
 // the new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it
 // needs to. What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of
-// its own.
+// its own. Where nothing is to be decided nobody says so: the verdict tells who has something to talk about.
 #include <algorithm>
 #include <stdexcept>
 #include <utility>
@@ -56,7 +56,6 @@ std::vector<std::size_t> Engine::systems_to_balance(const Round& round) const {
 // Manager: what each calculator is asked for.
 void Engine::plan(const Round& round, std::vector<Orders>& orders) {
   const balance::Policy& policy = *options_.policy;
-  if (policy.decentralised()) return;
   const std::vector<std::size_t> systems = systems_to_balance(round);
   balance::Plan whole;
   std::vector<Load> sum;
@@ -82,6 +81,7 @@ void Engine::plan(const Round& round, std::vector<Orders>& orders) {
 void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
   const auto index = static_cast<std::int32_t>(system);
   for (const std::int32_t cut : plan.evaluated) row_of(system, cut);
+  if (options_.policy->decentralised()) return bring_together(system, plan, orders);
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
     const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
@@ -95,6 +95,18 @@ void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orde
     }
   }
   systems_[system]->plan = plan;
+}
+
+// Manager: neighbours whose loads it sees to be apart shall compare them. What goes over a cut is theirs to say.
+void Engine::bring_together(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
+  for (const std::int32_t cut : plan.evaluated) row_of(system, cut).ordered = 0;
+  for (const balance::Order& order : plan.orders) {
+    for (const auto& [one, other] : {std::pair{order.from, order.to}, std::pair{order.to, order.from}}) {
+      std::vector<std::int32_t>& partners = orders[static_cast<std::size_t>(one)].partners;
+      const auto place = std::lower_bound(partners.begin(), partners.end(), other);
+      if (place == partners.end() || *place != other) partners.insert(place, other);
+    }
+  }
 }
 
 // The row of a cut that is being looked at; made where there is none yet.
@@ -119,7 +131,6 @@ BalanceRow& Engine::row_of(std::size_t system, std::int32_t cut) {
 void Engine::balance(Round& round) {
   if (!balances()) return;
   const Timed timed(*this, times_.balance, "balance", name_of(round));
-  const bool alone = options_.policy->decentralised();
   particles::Bytes proposals;
   if (calculator() >= 0) {
     for (std::size_t i = round.first; !manages() && i < round.last; ++i) {
@@ -127,29 +138,17 @@ void Engine::balance(Round& round) {
       s.speeds.add(calculator(), s.tally.at_start + s.tally.created, s.tally.compute_s, s.tally.created);
     }
     std::vector<Request> requests = std::move(round.orders.requests);
-    if (alone) requests = decide_with_neighbours(round, systems_to_balance(round));
+    if (!round.orders.partners.empty()) requests = decide_with_neighbours(round);
     work("balance", [&] {
       for (const Request& request : requests) write(propose(request), proposals);
     });
     if (failure_.failed()) proposals.clear();
   }
-  if (alone || round.verdict.asks) {
-    relay_.say(Phase::proposals, stamp(round), proposals.view(), failure_.failed());
-    relay_.hand_up(Phase::proposals, stamp(round));
-  }
-  if (manages()) await_proposals(round);
-}
-
-// Manager: rows of the log say what was known in this frame; who was asked answers while other work goes on.
-void Engine::await_proposals(const Round& round) {
-  const bool alone = options_.policy->decentralised();
-  Asked asked{stamp(round), systems_to_balance(round)};
-  for (const std::size_t i : asked.systems) {
-    for (std::int32_t cut = 0; alone && cut + 1 < static_cast<std::int32_t>(cast_.calculators.size()); ++cut) {
-      row_of(i, cut).ordered = 0;
-    }
-  }
-  if (alone || round.verdict.asks) asked_.push_back(std::move(asked));
+  if (!round.verdict.asks) return;
+  relay_.say(Phase::proposals, stamp(round), proposals.view(), failure_.failed());
+  relay_.hand_up(Phase::proposals, stamp(round));
+  // Who was asked answers while other work goes on.
+  if (manages()) asked_.push_back({stamp(round), systems_to_balance(round)});
 }
 
 // Manager: before it deals births by the new cuts.
@@ -162,19 +161,19 @@ void Engine::take_all_proposals() {
 }
 
 // What neighbours tell each other is all that either needs; both come to the same order, and the donor acts on it.
-std::vector<Request> Engine::decide_with_neighbours(const Round& round, const std::vector<std::size_t>& systems) {
+std::vector<Request> Engine::decide_with_neighbours(const Round& round) {
+  const std::vector<std::size_t> systems = systems_to_balance(round);
+  const std::vector<std::int32_t>& partners = round.orders.partners;
+  const int me = calculator();
   std::vector<Load> own;
   for (const std::size_t i : systems) own.push_back(own_load(*systems_[i]));
-  const int me = calculator();
-  std::vector<Request> requests;
-  for (const int other : {me - 1, me + 1}) {
-    if (other < 0 || other >= static_cast<int>(cast_.calculators.size())) continue;
+  for (const std::int32_t other : partners) {
     Message message;
     message.bytes().put_raw(own.data(), own.size() * sizeof(Load));
     comm_->post(cast_.calculators[static_cast<std::size_t>(other)], Phase::loads, stamp(round), std::move(message));
   }
-  for (const int other : {me - 1, me + 1}) {
-    if (other < 0 || other >= static_cast<int>(cast_.calculators.size())) continue;
+  std::vector<Request> requests;
+  for (const std::int32_t other : partners) {
     const Message message =
         comm_->expect(cast_.calculators[static_cast<std::size_t>(other)], Phase::loads, stamp(round));
     work("balancer " + options_.policy->name(), [&] {

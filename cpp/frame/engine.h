@@ -245,18 +245,18 @@ class Engine {
   void send_leavers(Round& round);
   void receive_strangers(Round& round);
 
-  // balance.cpp: manager -> calculators -> manager, or calculators <-> calculators -> manager; before the next begin
+  // balance.cpp: calculators -> manager, or calculators <-> calculators -> manager, where the verdict asks for it
   bool balances() const;
   std::vector<std::size_t> systems_to_balance(const Round& round) const;
   void plan(const Round& round, std::vector<Orders>& orders);  // one a calculator
   void ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders);
   void balance(Round& round);
-  std::vector<Request> decide_with_neighbours(const Round& round, const std::vector<std::size_t>& systems);
+  void bring_together(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders);
+  std::vector<Request> decide_with_neighbours(const Round& round);
   std::vector<Request> requests_between(int me, int other, const std::vector<balance::Load>& own,
                                         const std::vector<balance::Load>& theirs,
                                         const std::vector<std::size_t>& systems) const;
   Proposal propose(const Request& request);
-  void await_proposals(const Round& round);
   void take_all_proposals();
   void take_proposals(const Asked& asked);
   void take_proposal(int calculator, const Proposal& proposal);

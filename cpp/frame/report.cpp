@@ -121,12 +121,14 @@ Verdict read_verdict(Reader& in) {
 void write(const Orders& orders, Bytes& out) {
   put_list(out, orders.sources);
   put_list(out, orders.requests);
+  put_list(out, orders.partners);
 }
 
 Orders read_orders(Reader& in) {
   Orders orders;
   orders.sources = get_list<std::int32_t>(in);
   orders.requests = get_list<Request>(in);
+  orders.partners = get_list<std::int32_t>(in);
   return orders;
 }
 

@@ -98,13 +98,14 @@ struct Verdict {
   std::vector<std::uint64_t> alive;     // one a system, over all ranks
   std::vector<particles::Digest> digests;
   std::vector<std::uint64_t> spawned;   // one a system: children that the next frame starts with
-  bool asks = false;                    // some rank has requests: all say what they propose
+  bool asks = false;                    // some rank has requests or partners: all say what they propose
 };
 
 /// What the verdict says to one rank alone.
 struct Orders {
   std::vector<std::int32_t> sources;    // ranks that will send it particles
   std::vector<Request> requests;        // before cuts move
+  std::vector<std::int32_t> partners;   // neighbouring calculators to compare loads with, ascending
 };
 
 void write(const Report& report, particles::Bytes& out);

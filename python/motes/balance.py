@@ -191,9 +191,9 @@ class Pairwise(_Native):
 class Diffusive(_Native):
     """Neighbours decide by themselves, without a manager (the paper's future work, section 6).
 
-    Each calculator tells its two neighbours its load, and over each cut flows part of the difference:
-    first-order diffusion (G. Cybenko, 1989). Since the flow fades with the difference, it needs no wide
-    threshold and does not stall on a long slope as pairs do; but a far imbalance takes many frames.
+    Neighbours whose times are apart tell each other their loads, and over each cut flows part of the
+    difference: first-order diffusion (G. Cybenko, 1989). Since the flow fades with the difference, it needs
+    no wide threshold and does not stall on a long slope as pairs do; but a far imbalance takes many frames.
     """
 
     def __init__(

@@ -17,6 +17,7 @@ from typing import Any
 from mpi4py import MPI
 
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from .distributions import Uniform
 from .shapes import Box, Plane, Rectangle, Sphere
 from .system import System
 from .world import World
@@ -34,7 +35,7 @@ class Lane:
     def __init__(self, balancer: Balancer, systems: int, particles: int, frames: int) -> None:
         """Make the world of the paper's snow, on equal machines that share it evenly."""
         self.world = World(seed=1, space=(-30, 30), balancer=balancer, progress="off")
-        self.layers = [self.world.system(f"snow {i}", capacity=particles) for i in range(systems)]
+        self.layers = [self.world.system(f"snow {i}", capacity=2 * particles) for i in range(systems)]
         self.particles = particles
         self.frames: Iterator[int] = iter(self.world.frames(frames))
         self.times: list[dict[str, float]] = []
@@ -49,11 +50,16 @@ class Lane:
             self.times.append(self.world.timings)
 
     def say(self, snow: System, frame: int) -> None:
-        """Record what one layer does in a frame; the air is full from the start."""
+        """Record what one layer does in a frame; the air is full from the start, and stays so.
+
+        The first flakes are of all ages: as many die in a frame as are born.
+        """
         life = TOP / FALL + REST
         snow.configure(velocity=Box((-0.3, -FALL - 0.1, -0.3), (0.4, -FALL + 0.1, 0.3)))
         if frame == 0:
-            snow.burst(Box((-30, 0, -5), (30, TOP, 5)), count=self.particles * 7 // 8)
+            snow.configure(age=Uniform(0, life))
+            snow.burst(Box((-30, 0, -5), (30, TOP, 5)), count=self.particles)
+            snow.configure(age=0)
         snow.source(Rectangle((-30, TOP, -5), (60, 0, 0), (0, 0, 10)), rate=self.particles / life)
         snow.random_acceleration(Sphere((0, 0, 0), 1))
         snow.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.1, friction=0.9)

@@ -10,7 +10,14 @@ namespace {
 constexpr double kNoiseGain = 0.05;   // a sample's part in what is known of noise, after twenty of them
 constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
 constexpr double kFirstNoise = 0.05;  // nor does one begin with more than three times this
-constexpr double kMostNoise = 0.1;  // with more, smoothing must do: to wait for certainty would cost more than errors
+constexpr double kMostNoise = 0.2;  // with more, smoothing must do: to wait for certainty would cost more than errors
+
+// So many samples on end must show a change: what disturbs a machine for a few frames ends before particles that are
+// moved for it have paid for their way.
+constexpr double kFirstLasting = 2;  // of a speed that is hardly known
+constexpr double kLasting = 5;  // of one that was steady for kSteady samples
+constexpr double kSteady = 24;
+constexpr double kFew = 8;  // fewer samples do not tell the noise
 
 }  // namespace
 
@@ -44,19 +51,29 @@ double Speeds::Known::undisturbed(double sample) {
 
 void Speeds::Known::add(double raw, double gain) {
   const double sample = undisturbed(raw);
-  const double last_off = off;
+  double off = 0;
   if (steady.value > 0) {
     off = sample / steady.value - 1;
     const double odd = raw / quick.value - 1;  // a drift is no noise: the last few samples know of it
     note(odd * odd / (1 + quick.variance));
   }
   quick.add(sample, gain);
-  steady.add(sample, gain * gain * gain);
+  steady.add(gain < 1 ? believed(sample) : sample, gain * gain * gain);  // unless nothing shall be smoothed
   const double change = quick.value / steady.value - 1;
-  const bool beyond = std::abs(change) > kErrors * quick.error(noise2);
-  // One sample alone is an accident: a page fault, another process.
-  const bool lasts = off * change > change * change / 2 && last_off * change > change * change / 2;
-  if (beyond && lasts) steady = quick;
+  const int side = change > 0 ? 1 : -1;
+  const bool shows = std::abs(change) > kErrors * quick.error(noise2) && off * change > change * change / 2;
+  lasting = shows ? side + (lasting * side > 0 ? lasting : 0) : 0;
+  const double enough = std::min(kFirstLasting + (kLasting - kFirstLasting) * steps / kSteady, kLasting);
+  if (std::abs(lasting) < enough) return;
+  steady = quick;
+  lasting = 0;
+}
+
+// A sample far beyond the noise counts as far as noise reaches, until it shows to last.
+double Speeds::Known::believed(double sample) const {
+  if (steps < kFew) return sample;
+  const double reach = steady.value * kErrors * std::max(std::sqrt(noise2), kLeastNoise);
+  return std::clamp(sample, steady.value - reach, steady.value + reach);
 }
 
 // What is far beyond the noise known so far is a change or an accident, and counts as noise only as far as that.

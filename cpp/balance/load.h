@@ -28,7 +28,8 @@ struct SpeedOptions {
 /// Smoothed speeds of calculators, and how well they are known. A sample is the middle one of three, since what
 /// disturbs a machine makes it slower for a frame. A clock on a shared machine is off by some per cent in each: while
 /// samples agree with what was known but for their noise, it weighs more, 1 - (1 - smoothing)^3, and all samples alike
-/// at first; a change beyond noise, in two samples on end, makes the speed that of the last few.
+/// at first; what is beyond noise counts as far as noise reaches, until two samples on end show it, or five where the
+/// speed was steady before: the speed is then that of the last few.
 class Speeds {
  public:
   Speeds() = default;
@@ -57,12 +58,13 @@ class Speeds {
   struct Known {
     Mean quick, steady;
     std::array<double, 2> last{};  // samples as they came; 0: none
-    double off = 0;     // how far the last sample was from what was known, as a part of it
+    int lasting = 0;    // samples on end that show a change; below 0: to slower
     double noise2 = 0;  // mean square of a sample's error, as a part of it
     double steps = 0;   // samples that noise2 is of
 
     void add(double raw, double gain);
     double undisturbed(double sample);
+    double believed(double sample) const;
     void note(double square);
   };
 

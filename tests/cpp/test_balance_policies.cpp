@@ -143,6 +143,20 @@ TEST(a_change_beyond_noise_is_believed_soon) {
   }
 }
 
+TEST(what_disturbs_for_a_few_frames_is_not_believed) {
+  std::mt19937_64 random(6);
+  std::normal_distribution<double> normal;
+  for (const double noise : {0.0, 0.02, 0.05}) {
+    Speeds speeds(1, {0.5, 0, 0});
+    for (int i = 0; i < 60; ++i) speeds.add(0, 1000, std::exp(noise * normal(random)));
+    const double before = speeds.of(0);
+    for (int i = 0; i < 4; ++i) speeds.add(0, 1000, 1.7 * std::exp(noise * normal(random)));
+    CHECK(std::abs(speeds.of(0) / before - 1) < 0.03 + 2 * noise);
+    for (int i = 0; i < 3; ++i) speeds.add(0, 1000, 1.7 * std::exp(noise * normal(random)));
+    CHECK(std::abs(speeds.of(0) * 1.7 / 1000 - 1) < 0.05 + 2 * noise);  // it lasts
+  }
+}
+
 TEST(differences_within_noise_are_left_alone) {
   const auto apart = [](double error) {
     return table_of({{1100, 0, 1, error}, {900, 0, 1, 0}, {1000, 0, 1, 0}});  // 18 % in the first pair

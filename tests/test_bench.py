@@ -74,7 +74,9 @@ def test_scale_covers_the_sizes(capsys):
 
 def test_births_have_their_costs(capsys):
     for calculators in (1, 3, 40):
-        found = figures(capsys, "births", "--calculators", f"{calculators}", "--births", "500", "--repeats", "5")
+        found = figures(
+            capsys, "births", "--calculators", f"{calculators}", "--births", "500", "--repeats", "5"
+        )
         assert all(found[f"{what}_ns"] > 0 for what in ("make", "own", "pack", "forward", "take"))
 
 

@@ -128,18 +128,23 @@ def test_without_simgrid_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch, t
     assert made.code == 2 and made.err.count("\n") == 1 and "libsimgrid-dev" in made.err, made.text
 
 
-def test_many_ranks_talk_along_trees_and_grids(simulated_replay: Path, tmp_path: Path, monkeypatch):
+def test_many_ranks_talk_along_trees_and_rings(simulated_replay: Path, tmp_path: Path, monkeypatch):
     monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
     scene = tmp_path / "snow.motes"
     record(scene, SNOW, [*SMALL, "--out", tmp_path])
     frames = []
-    for ranks, more in ((3, []), (40, ["--births", "calculators", "--fan-out", "3"])):
-        cluster = Cluster([Node("n", count=ranks)], Network("wire", 1e9, 1e-6, overhead_s=1e-7))
-        options = ["--digest", *more]
-        run = simulate(scene, cluster, log=tmp_path / f"log-{ranks}", options=options)
+    many = ["--births", "calculators", "--fan-out", "3"]
+    for nodes, shared, more in (
+        ([Node("n", count=3)], True, []),
+        ([Node("n", count=40)], True, many),
+        ([Node("n", count=20), Node("m", count=20)], False, many),
+    ):
+        cluster = Cluster(nodes, Network("wire", 1e9, 1e-6, overhead_s=1e-7, shared=shared))
+        log = tmp_path / f"log-{len(frames)}"
+        run = simulate(scene, cluster, log=log, scale=4, options=["--digest", *more])
         frames.append(run.frames[["particles", "particles_digest", "image_sha256"]].to_numpy().tolist())
         assert run.frames["t_frame_s"].min() > 0, "messages take time"
-    assert len(frames[0]) == 4 and frames[0] == frames[1]
+    assert len(frames[0]) == 4 and frames[0] == frames[1] == frames[2]
 
 
 def test_growth_tells_the_phases_of_a_frame(simulated_replay: Path, tmp_path: Path, monkeypatch):

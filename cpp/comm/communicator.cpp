@@ -9,6 +9,8 @@
 #include <algorithm>
 #include <deque>
 #include <list>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "comm/clock.h"
@@ -20,10 +22,12 @@ namespace {
 constexpr std::size_t kPiece = std::size_t{1} << 30;
 
 #ifdef MOTES_SMPI
-constexpr std::size_t kBeginning = 1024;  // of a message that is received in parts
 constexpr std::size_t kBallast = std::size_t{1} << 26;
+
+// Of a message that is received in parts. Births come from many at a time, a few to a message.
+std::size_t beginning(Phase phase) { return std::size_t{1} << (phase == Phase::births ? 10 : 14); }
 #else
-constexpr std::size_t kBeginning = kPiece;
+std::size_t beginning(Phase) { return kPiece; }
 #endif
 
 void check(int code, const char* what) {
@@ -35,6 +39,9 @@ void check(int code, const char* what) {
 }
 
 int tag(Phase phase) { return 100 + static_cast<int>(phase); }
+#ifdef MOTES_SMPI
+int ballast_tag(Phase phase) { return 200 + static_cast<int>(phase); }
+#endif
 
 #ifndef MOTES_SMPI
 constexpr double kWatchEvery = 0.05;
@@ -94,7 +101,16 @@ struct Communicator::State {
   std::deque<Mailed> mailbox;
   double waited_s = 0;
   std::uint64_t bytes_sent = 0;
-  double scale = 1;
+  Weights weights;
+#ifdef MOTES_SMPI
+  struct Awaited {
+    particles::Bytes bytes;
+    MPI_Request request = MPI_REQUEST_NULL;
+  };
+  std::map<std::pair<int, Phase>, Awaited> awaited;             // by sender
+  std::map<std::pair<int, Phase>, MPI_Request>
+      awaited_ballast;  // at most 64 MB of it; of the next message that has some
+#endif
 
 #ifndef MOTES_SMPI
   // Calls `done` until it says true; gives up after `limits` times the stall limit.
@@ -135,12 +151,21 @@ struct Communicator::State {
   }
 
 #ifdef MOTES_SMPI
-  // What a message of particles weighs above its bytes travels behind it, as bytes that nobody reads.
-  std::size_t ballast(const Header& header) const {
-    const double bytes = static_cast<double>(sizeof header + header.payload_bytes) * (scale - 1);
-    return header.count > 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+  // Bytes that a message of particles weighs.
+  double weight(const Header& header) const {
+    return static_cast<double>(sizeof header + header.payload_bytes) * (header.count > 0 ? weights.scale : 1);
   }
 
+  // What it weighs above its bytes travels behind it, as bytes that nobody reads.
+  std::size_t ballast(const Header& header) const {
+    const double bytes = weight(header) - static_cast<double>(sizeof header + header.payload_bytes);
+    return weights.byte <= 0 && bytes > 0 ? static_cast<std::size_t>(bytes) : 0;
+  }
+
+  // The time that it takes at one end.
+  void handle(const Header& header) const { execute(weights.message + weights.byte * weight(header)); }
+
+  // In pieces; `move` sends or receives one.
   template <class Move>
   void carry(const Header& header, const Move& move) {
     for (std::size_t left = ballast(header); left > 0;) {
@@ -157,18 +182,35 @@ struct Communicator::State {
     return bytes;
   }
 
+  void await(int from, Phase phase) {
+    Awaited& next = awaited[{from, phase}];
+    if (next.request == MPI_REQUEST_NULL) begin(from, phase, next);
+  }
+
+  void begin(int from, Phase phase, Awaited& next) {
+    next.bytes.resize(beginning(phase));
+    check(MPI_Irecv(next.bytes.data(), static_cast<int>(next.bytes.size()), MPI_BYTE, from, tag(phase), comm,
+                    &next.request),
+          "receiving a message");
+  }
+
   // A simulated rank waits inside a receive: polling would let the simulated time pass in steps of its own, and so does
   // MPI_Probe there. A message's beginning says how long the rest is. The simulator itself says so when all ranks wait
   // for ever.
   Message receive(int from, Phase phase, int, const std::string&) {
     const double start = wall_seconds();
-    particles::Bytes bytes;
-    bytes.resize(kBeginning);
+    Awaited next;
+    if (const auto found = awaited.find({from, phase}); found != awaited.end()) {
+      next = std::move(found->second);
+      awaited.erase(found);
+    } else {
+      begin(from, phase, next);
+    }
     MPI_Status status;
-    check(MPI_Recv(bytes.data(), static_cast<int>(kBeginning), MPI_BYTE, from, tag(phase), comm, &status),
-          "receiving a message");
+    check(MPI_Wait(&next.request, &status), "receiving a message");
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
+    particles::Bytes bytes = std::move(next.bytes);
     bytes.resize(static_cast<std::size_t>(length));
     const auto header = particles::Reader(bytes.view()).get<Header>();
     const std::size_t whole = sizeof(Header) + header.payload_bytes;
@@ -178,8 +220,9 @@ struct Communicator::State {
             "receiving a message");
     }
     carry(header, [&](void* into, int size) {
-      check(MPI_Recv(into, size, MPI_BYTE, from, tag(phase), comm, MPI_STATUS_IGNORE), "receiving a message");
+      check(MPI_Recv(into, size, MPI_BYTE, from, ballast_tag(phase), comm, MPI_STATUS_IGNORE), "receiving a message");
     });
+    handle(header);
     waited_s += wall_seconds() - start;
     return Message(std::move(bytes));
   }
@@ -297,7 +340,7 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
   s.posted.push_back({std::move(message), {}});
   Posted& posted = s.posted.back();
   const particles::Bytes& bytes = posted.message.bytes();
-  std::size_t length = std::min(kBeginning, bytes.size());
+  std::size_t length = std::min(beginning(phase), bytes.size());
   for (std::size_t at = 0; at < bytes.size(); at += length, length = std::min(kPiece, bytes.size() - at)) {
     posted.requests.push_back(MPI_REQUEST_NULL);
     check(MPI_Isend(bytes.data() + at, static_cast<int>(length), MPI_BYTE, to, tag(phase), s.comm,
@@ -307,13 +350,23 @@ void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::
 #ifdef MOTES_SMPI
   s.carry(header, [&](void* from, int size) {
     posted.requests.push_back(MPI_REQUEST_NULL);
-    check(MPI_Isend(from, size, MPI_BYTE, to, tag(phase), s.comm, &posted.requests.back()), "sending a message");
+    check(MPI_Isend(from, size, MPI_BYTE, to, ballast_tag(phase), s.comm, &posted.requests.back()),
+          "sending a message");
   });
+  s.handle(header);
 #endif
   s.bytes_sent += bytes.size();
 }
 
-void Communicator::weigh(double scale) { state_->scale = scale; }
+void Communicator::weigh(Weights weights) { state_->weights = weights; }
+
+#ifdef MOTES_SMPI
+void Communicator::await(int from, Phase phase) {
+  if (from != state_->rank) state_->await(from, phase);
+}
+#else
+void Communicator::await(int, Phase) {}
+#endif
 
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   State& s = *state_;

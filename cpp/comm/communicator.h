@@ -37,6 +37,13 @@ struct Watch {
   double stall_s = 60;
 };
 
+/// What messages take under a simulator.
+struct Weights {
+  double scale = 1;    // one with particles weighs so many times its bytes: each stands for so many
+  double message = 0;  // operations (see comm::execute) at each of its ends
+  double byte = 0;     // and for each byte; where this is 0, what it weighs above its bytes travels behind it
+};
+
 /// A duplicate of the user's communicator with an error handler of its own.
 class Communicator {
  public:
@@ -53,9 +60,12 @@ class Communicator {
   /// `count`: particles in it, which the receiver holds against what it finds.
   void post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count = 0, bool failed = false);
 
-  /// Under a simulator: a message weighs so many times its bytes where it has particles, each of which stands for so
-  /// many. All ranks must say the same.
-  void weigh(double scale);
+  /// What messages take under a simulator. All ranks must say the same.
+  void weigh(Weights weights);
+
+  /// This rank will expect() a message of this phase from `from`. Under a simulator it may arrive from now on; it would
+  /// set out only when waited for. Elsewhere messages do so anyway.
+  void await(int from, Phase phase);
 
   /// Waits for the message of this phase and stamp from a rank. Throws CommError for any other, Stalled, or what
   /// Watch::while_waiting throws. `hops`: how many ranks further on may be the one that is silent; waits so much

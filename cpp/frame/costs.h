@@ -26,6 +26,8 @@ struct Costs {
   double draw = 0;  // image generator
   double picture = 0;  // image generator: a whole picture without particles
   double report = 0;  // manager: one calculator's report, a system
+  double message = 0;  // any rank: a message, at each end
+  double byte = 0;  // and a byte of it; where this is given, messages share no links
   double scale = 1;  // each computed particle stands for so many
 
   /// Operations of a list's actions on one particle, one sub-step.

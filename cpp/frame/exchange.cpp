@@ -9,6 +9,7 @@ using comm::Phase;
 
 void Engine::send_leavers(Round& round) {
   const Timed timed(*this, times_.exchange, "send leavers", name_of(round));
+  for (const std::int32_t source : round.orders.sources) comm_->await(source, Phase::exchange);
   std::map<int, std::uint64_t> counts;
   for (std::size_t i = round.first; i < round.last; ++i) {
     for (const Sent& s : systems_[i]->sent) counts[s.domain] += s.count;

@@ -34,6 +34,8 @@ std::vector<Message> split(std::span<const Flock> flocks, const roles::Ring& rin
       const std::span<const std::uint32_t> chosen(sorted.data() + first, ends[m] - first);
       if (chosen.empty()) continue;
       particles::Bytes& out = messages[m].bytes();
+      out.reserve(out.size() + sizeof flock.group + flock.store.packed_bytes(chosen.size()) +
+                  chosen.size() * sizeof(std::uint32_t));
       out.put(flock.group);
       flock.store.pack(chosen, out);
       std::byte* owners = out.extend(chosen.size() * sizeof(std::uint32_t));

@@ -11,7 +11,7 @@ using recording::Verb;
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Options options)
     : comm_(std::move(communicator)), cast_(std::move(cast)), relay_(*comm_, cast_), options_(std::move(options)) {
   if (options_.policy) options_.policy->check(cast_.calculators.size());
-  comm_->weigh(options_.costs.scale);
+  comm_->weigh({options_.costs.scale, options_.costs.message, options_.costs.byte});
 }
 
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.

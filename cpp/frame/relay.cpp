@@ -99,6 +99,7 @@ void Relay::say(Phase phase, Stamp stamp, std::span<const std::byte> words, bool
 
 void Relay::hand_up(Phase phase, Stamp stamp) {
   if (tree_.root() || tree_.leaf()) return;
+  for (const Range& child : tree_.children()) comm_.await(tree_.rank_at(child.first), phase);
   Message message = comm_.expect(comm_.rank(), phase, stamp);
   bool failed = message.header().failed != 0;
   for (const Range& child : tree_.children()) {
@@ -110,6 +111,7 @@ void Relay::hand_up(Phase phase, Stamp stamp) {
 }
 
 AllSaid Relay::listen(Phase phase, Stamp stamp) {
+  for (const Range& child : tree_.children()) comm_.await(tree_.rank_at(child.first), phase);
   AllSaid all;
   all.ranks.resize(static_cast<std::size_t>(tree_.size()));
   const auto take = [&](Message message, const Range& places) {

@@ -33,6 +33,11 @@ bool Engine::shares_births(const Round& round) const {
 void Engine::share_births(const Round& round, Newborn& newborn) {
   const roles::Ring ring(static_cast<int>(cast_.calculators.size()), calculator());
   for (int step = 0; step < ring.steps(); ++step) {
+    for (const int from : ring.behind(step)) {
+      comm_->await(cast_.calculators[static_cast<std::size_t>(from)], Phase::births);
+    }
+  }
+  for (int step = 0; step < ring.steps(); ++step) {
     std::vector<Message> messages(1 + ring.ahead(step).size());
     work("create", [&] {
       const std::vector<Flock> flocks = step == 0 ? make_share(round) : between_steps(round, newborn.shares);

@@ -48,6 +48,10 @@ class Bytes {
     std::memcpy(data_.get() + at, &value, sizeof value);
   }
 
+  /// Room for `size` bytes in all, so that what is put there moves nothing.
+  void reserve(std::size_t size) {
+    if (size > capacity_) grow(size);
+  }
   void clear() { size_ = 0; }
   void resize(std::size_t size) {
     if (size > capacity_) grow(size);

@@ -18,6 +18,18 @@ bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
   return std::memcmp(a.data(), b.data(), sizeof(float) * static_cast<std::size_t>(width)) == 0;
 }
 
+// A column of packed particles: as every one is born unless told otherwise; another value that all have; or values.
+enum class Packed : std::uint8_t { initial, uniform, planes };
+
+template <class T>
+void gather(const T* plane, std::span<const std::uint32_t> indices, Bytes& out) {
+  std::byte* to = out.extend(indices.size() * sizeof(T));
+  for (const std::uint32_t i : indices) {
+    std::memcpy(to, plane + i, sizeof(T));
+    to += sizeof(T);
+  }
+}
+
 }  // namespace
 
 template <class T>
@@ -160,22 +172,29 @@ void Store::permute(std::span<const std::uint32_t> from) {
   }
 }
 
+std::size_t Store::packed_bytes(std::size_t count) const {
+  std::size_t each = sizeof(std::uint64_t);
+  std::size_t once = sizeof(std::uint64_t) + columns_.size();
+  for (int a = 0; a < schema_->size(); ++a) {
+    (uniform(a) ? once : each) += sizeof(float) * static_cast<std::size_t>(width(a));
+  }
+  return once + count * each;
+}
+
 void Store::pack(std::span<const std::uint32_t> indices, Bytes& out) const {
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;
-  auto* ids = out.extend(indices.size() * sizeof(std::uint64_t));
-  for (std::size_t i = 0; i < indices.size(); ++i) std::memcpy(ids + 8 * i, &ids_[indices[i]], 8);
+  out.reserve(out.size() + packed_bytes(indices.size()));
+  gather(ids_.get(), indices, out);
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
-    out.put(static_cast<std::uint8_t>(column.planes != nullptr));
-    for (int c = 0; c < width(a); ++c) {
-      if (!column.planes) {
-        out.put(column.value[static_cast<std::size_t>(c)]);
-        continue;
-      }
-      const float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
-      auto* to = out.extend(indices.size() * sizeof(float));
-      for (std::size_t i = 0; i < indices.size(); ++i) std::memcpy(to + 4 * i, &plane[indices[i]], 4);
+    const Packed how = column.planes                                              ? Packed::planes
+                       : same_bits(column.value, (*schema_)[a].initial, width(a)) ? Packed::initial
+                                                                                  : Packed::uniform;
+    out.put(how);
+    if (how == Packed::uniform) out.put_raw(column.value.data(), sizeof(float) * static_cast<std::size_t>(width(a)));
+    for (int c = 0; how == Packed::planes && c < width(a); ++c) {
+      gather(column.planes.get() + static_cast<std::size_t>(c) * capacity_, indices, out);
     }
   }
 }
@@ -195,7 +214,9 @@ void Store::unpack(Reader& in) {
   std::memcpy(ids_.get() + first, id_bytes.data(), id_bytes.size());
   for (int a = 0; a < schema_->size(); ++a) {
     const int components = width(a);
-    if (in.get<std::uint8_t>() != 0) {
+    const auto how = in.get<Packed>();
+    if (how > Packed::planes) throw std::runtime_error("packed particles have a column of no known kind");
+    if (how == Packed::planes) {
       if (uniform(a)) {
         size_ = first;  // only the particles that were here have the uniform value
         materialize(a);
@@ -207,8 +228,8 @@ void Store::unpack(Reader& in) {
       }
       continue;
     }
-    std::array<float, 3> value{};
-    for (int c = 0; c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
+    std::array<float, 3> value = (*schema_)[a].initial;
+    for (int c = 0; how == Packed::uniform && c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
     if (adopt_uniform(a, value, first)) continue;
     for (int c = 0; c < components; ++c) {
       float* plane = writable_plane(a, c) + first;

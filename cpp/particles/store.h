@@ -69,6 +69,9 @@ class Store {
   /// Appends the particles at `indices` of this store to a message, in that order.
   void pack(std::span<const std::uint32_t> indices, Bytes& out) const;
 
+  /// The most bytes that pack() appends for so many.
+  std::size_t packed_bytes(std::size_t count) const;
+
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
   void unpack(Reader& in);
 

@@ -20,7 +20,7 @@ class Ring {
   /// ahead(step).
   int digit(int owner, int step) const {
     const int distance = owner < self_ ? owner - self_ + calculators_ : owner - self_;
-    return distance >> (bits_ * step) & ((1 << bits_) - 1);
+    return distance >> (kBits * step) & ((1 << kBits) - 1);
   }
   /// The calculators that this one sends to in a step, those at digit 1, 2, ...
   std::vector<int> ahead(int step) const;
@@ -28,9 +28,10 @@ class Ring {
   std::vector<int> behind(int step) const;
 
  private:
+  static constexpr int kBits = 4;  // of a digit: with more messages a step fewer steps, in which all is packed anew
+
   int calculators_;
   int self_;
-  int bits_;  // of a digit
   int steps_ = 0;
 };
 

@@ -18,7 +18,7 @@ __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 
 PARTICLES = 400_000
 """A rank."""
-COMPUTED = 16_000_000
+COMPUTED = 33_000_000
 """Particles that are computed in all, at most; each stands for as many as are missing."""
 METRES = 4.0
 """Width of a rank's domain."""
@@ -48,7 +48,7 @@ def network() -> Network:
     microbenchmarks: 1 to 2 us between nodes, of which the processors have some 0.3 us each). All pairs have
     the full bandwidth, as in a non-blocking fat tree.
     """
-    return Network("HDR100", 100e9 / 8, 1.5e-6, overhead_s=0.3e-6)
+    return Network("HDR100", 100e9 / 8, 1.5e-6, overhead_s=0.3e-6, shared=False)
 
 
 @dataclass(frozen=True)

@@ -22,12 +22,18 @@ class Network:
     """Seconds from one node to another."""
     overhead_s: float = 0.0
     """Seconds that a message takes of the processor at each of its ends; the first network's counts."""
+    shared: bool = True
+    """Whether messages share their nodes' links as they travel. Where not, each crosses alone, and the
+    processors at its ends are busy with its bytes for as long as the link would be (the LogGP model,
+    Alexandrov et al. 1995): for thousands of ranks, among whose messages a simulator would share links for
+    hours. The first network's counts."""
 
     def __post_init__(self) -> None:
         """Check what was given."""
         arguments.number(f"bandwidth of {self.name}", self.bandwidth, low=1)
         arguments.number(f"latency_s of {self.name}", self.latency_s, low=0)
         arguments.number(f"overhead_s of {self.name}", self.overhead_s, low=0)
+        arguments.flag(f"shared of {self.name}", self.shared)
 
 
 def Myrinet() -> Network:

@@ -30,13 +30,13 @@ def platform(cluster: Cluster) -> str:
         for network in cluster.networks:
             if node.networks is None or network.name in node.networks:
                 half = network.latency_s / 2
-                lines.append(_link(_port(network, name), network.bandwidth, half, "SPLITDUPLEX"))
+                lines.append(_link(_port(network, name), network.bandwidth, half, _sharing(network)))
     for i, (source, a) in enumerate(machines):
         lines.append(_route(source, source, [f"<link_ctn id={quoteattr(f'memory {source}')}/>"]))
         for target, b in machines[i + 1 :]:
             network = cluster.between(a, b)
             ends = (source, "UP"), (target, "DOWN")
-            links = [_end(_port(network, name), way) for name, way in ends]
+            links = [_end(network, name, way) for name, way in ends]
             lines.append(_route(source, target, links))
     return "\n".join([*lines, "</zone></platform>", ""])
 
@@ -48,7 +48,7 @@ def _uniform(node: Node, network: Network) -> str:
         **{"speed": f"{node.rank_speed * OPERATIONS!r}f", "core": str(node.started)},
         **{"bw": f"{network.bandwidth!r}Bps", "lat": f"{network.latency_s / 2!r}s"},
         **{
-            "sharing_policy": "SPLITDUPLEX",
+            "sharing_policy": _sharing(network),
             "loopback_bw": f"{node.copy_bandwidth!r}Bps",
             "loopback_lat": "0s",
         },
@@ -65,8 +65,13 @@ def _port(network: Network, host: str) -> str:
     return f"{network.name} {host}"
 
 
-def _end(link: str, way: str) -> str:
-    return f"<link_ctn id={quoteattr(link)} direction={quoteattr(way)}/>"
+def _sharing(network: Network) -> str:
+    return "SPLITDUPLEX" if network.shared else "FATPIPE"
+
+
+def _end(network: Network, host: str, way: str) -> str:
+    direction = f" direction={quoteattr(way)}" if network.shared else ""
+    return f"<link_ctn id={quoteattr(_port(network, host))}{direction}/>"
 
 
 def _link(name: str, bandwidth: float, latency_s: float, sharing: str) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from .. import arguments
 from ..analysis.run import Run, open_run
 from ..errors import MotesError
-from .machines import Cluster
+from .machines import Cluster, Network
 from .platform import hosts, platform
 
 __all__ = ["find_replay", "find_smpirun", "record", "simulate"]
@@ -29,6 +29,10 @@ FLAGS = {
     "smpi/cpu-threshold": "-1",
     "smpi/send-is-detached-thresh": "65536",  # longer messages wait for their receiver
 }
+ALONE = {
+    "smpi/send-is-detached-thresh": "0",  # the simulator searches one list for each message that is nobody's
+}
+"""Where messages do not share links."""
 
 
 def find_smpirun() -> str:
@@ -86,18 +90,19 @@ def _path() -> str:
     return os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
 
 
-def _overheads(cluster: Cluster) -> dict[str, str]:
-    """What each message takes of the processors at its ends."""
-    seconds = cluster.networks[0].overhead_s
-    return {f"smpi/{name}": f"0:{seconds!r}:0" for name in ("os", "ois", "or")} if seconds > 0 else {}
-
-
 def record(scene: Path, script: Path, words: Sequence[object] = ()) -> None:
     """Record a script's scene, in a process of its own. Raises MotesError with what the script said."""
     command = [sys.executable, "-m", "motes", "record", "-o", scene, script, *words]
     made = subprocess.run([str(word) for word in command], capture_output=True, text=True, check=False)
     if made.returncode != 0:
         raise MotesError(f"recording {script} failed:\n{made.stderr[-3000:]}".rstrip())
+
+
+def _costs(path: str | os.PathLike[str] | None, network: Network) -> str:
+    """What work costs, and what each message and its bytes take of the processors at its ends."""
+    text = "" if path is None else Path(path).read_text()
+    byte_s = 0.0 if network.shared else 1 / network.bandwidth
+    return f"{text}\nmessage = {1e9 * network.overhead_s!r}\nbyte = {1e9 * byte_s!r}\n"
 
 
 def simulate(
@@ -123,7 +128,7 @@ def simulate(
         (folder / "platform.xml").write_text(platform(cluster))
         (folder / "hosts").write_text(hosts(cluster))
         (folder / "scene.motes").symlink_to(Path(scene).absolute())
-        flags = {**FLAGS, **_overheads(cluster)}
+        flags = FLAGS | ({} if cluster.networks[0].shared else ALONE)
         words = [smpirun, "-np", str(cluster.ranks), "-hostfile", "hosts", "-platform", "platform.xml"]
         words += [f"--cfg={name}:{value}" for name, value in flags.items()]
         words += [
@@ -135,9 +140,8 @@ def simulate(
             "--scale",
             repr(scale),
         ]
-        if costs is not None:
-            (folder / "costs").symlink_to(Path(costs).absolute())
-            words += ["--costs", "costs"]
+        (folder / "costs").write_text(_costs(costs, cluster.networks[0]))
+        words += ["--costs", "costs"]
         words += ["".join(option.split()) for option in options]  # smpirun parts words at blanks
         made = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
         if made.returncode == 0:

@@ -39,7 +39,8 @@ struct Kernels {
   void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);
 
   /// Writes the indices of particles that are dead or, where `axis` is a plane, not in low <= x < high; those which
-  /// are dead to `dead`, the others to `left`. Indices count from `base`.
+  /// are dead to `dead`, the others to `left`. Indices count from `base`. There is room for kPadding more than there
+  /// are particles.
   void (*collect)(const Block&, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
                   std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
 };

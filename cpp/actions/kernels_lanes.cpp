@@ -15,6 +15,9 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
 
 void collect(const actions::Block& b, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
              std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
+  constexpr std::uint32_t kNumbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
+  static_assert(kLanes <= particles::kPadding && particles::kPadding == std::size(kNumbers));
+  const Words lane = load_words(kNumbers);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Mask killed = load_mask(b.dead + i);
     Mask away = Mask{};
@@ -23,14 +26,10 @@ void collect(const actions::Block& b, const float* axis, float low, float high, 
       away = ~((x >= low) & (x < high));
     }
     if (!any(killed | away)) continue;
-    for (std::size_t k = 0; k < kLanes && i + k < b.count; ++k) {
-      const auto index = static_cast<std::uint32_t>(base + i + k);
-      if (killed[k] != 0) {
-        dead[dead_count++] = index;
-      } else if (away[k] != 0) {
-        left[left_count++] = index;
-      }
-    }
+    const Mask here = (Mask)(lane < static_cast<std::uint32_t>(b.count - i));
+    const Words index = lane + static_cast<std::uint32_t>(base + i);
+    dead_count += squeeze(dead + dead_count, index, killed & here);
+    left_count += squeeze(left + left_count, index, away & ~killed & here);
   }
 }
 

@@ -35,8 +35,8 @@ std::uint64_t untouched(const actions::Action& action, bool turns) {
 void collect(const actions::Block& block, const float* axis, const Slice& slice, std::size_t base, Outcome& outcome) {
   const std::size_t dead = outcome.dead.size();
   const std::size_t left = outcome.left.size();
-  static thread_local std::array<std::uint32_t, kBlock> dead_here;
-  static thread_local std::array<std::uint32_t, kBlock> left_here;
+  static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> dead_here;
+  static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> left_here;
   std::size_t dead_count = 0;
   std::size_t left_count = 0;
   actions::kernels().collect(block, axis, slice.low, slice.high, static_cast<std::uint32_t>(base), dead_here.data(),

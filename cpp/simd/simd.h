@@ -89,6 +89,23 @@ MOTES_INLINE void store_words(std::uint32_t* to, Words v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
+/// Writes the chosen words one behind the other and returns how many; there is room for all lanes. Without a branch:
+/// who is chosen is nothing that a processor guesses well.
+MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Words v, Mask chosen) {
+#if MOTES_WIDTH == 512
+  const __mmask16 bits = _mm512_movepi32_mask((__m512i)chosen);
+  store_words(to, (Words)_mm512_maskz_compress_epi32(bits, (__m512i)v));
+  return static_cast<std::size_t>(__builtin_popcount(bits));
+#else
+  std::size_t count = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    to[count] = v[i];
+    count += static_cast<std::size_t>(chosen[i] & 1);
+  }
+  return count;
+#endif
+}
+
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);

@@ -198,7 +198,8 @@ TEST(contains_and_collect_agree_in_every_build) {
       }
     }
     for (const test::Build& build : builds) {
-      std::vector<std::uint32_t> dead(count), left(count), dead_wanted, left_wanted;
+      const std::size_t room = count + particles::kPadding;
+      std::vector<std::uint32_t> dead(room), left(room), dead_wanted, left_wanted;
       std::size_t dead_count = 0, left_count = 0;
       const float* x = p.planes[0].data();
       build.kernels.collect(block, x, -1, 2, 1000, dead.data(), dead_count, left.data(), left_count);

@@ -44,16 +44,21 @@ Report Engine::own_report(const Round& round) {
 
 void Engine::judge(Round& round) {
   const Timed timed(*this, times_.report, "judge", name_of(round));
-  std::vector<Report> reports;
+  write_rows();  // while the others act
+  std::vector<Report>& reports = reports_;
   const AllSaid said = relay_.listen(Phase::report, stamp(round));
-  for (const Said& words : said.ranks) {
-    particles::Reader in(words.bytes);
-    reports.push_back(read_report(in));
-    const auto systems = static_cast<double>(reports.back().systems.size());
-    charge(options_.costs.report / options_.costs.scale * systems);  // as long for few particles as for many
+  double systems = 0;
+  reports.resize(said.ranks.size());
+  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
+    particles::Reader in(said.ranks[rank].bytes);
+    read(in, reports[rank]);
+    systems += static_cast<double>(reports[rank].systems.size());
   }
+  charge(options_.costs.report / options_.costs.scale * systems);  // as long for few particles as for many
   Verdict verdict = compare(reports);
-  std::vector<Orders> orders(cast_.calculators.size());
+  std::vector<Orders>& orders = orders_;
+  orders.resize(cast_.calculators.size());
+  for (Orders& of_one : orders) of_one.clear();
   if (!verdict.failure.failed()) {
     if (round.first == 0) note_tails(reports);
     sum_up(round, reports, verdict, orders);
@@ -67,14 +72,16 @@ void Engine::judge(Round& round) {
       }
     }
   }
-  std::vector<Part> parts(static_cast<std::size_t>(comm_->size()));
+  parts_.resize(static_cast<std::size_t>(comm_->size()));
   for (std::size_t c = 0; c < orders.size(); ++c) {
     verdict.asks = verdict.asks || !orders[c].requests.empty() || !orders[c].partners.empty();
-    write(orders[c], parts[static_cast<std::size_t>(cast_.calculators[c])].bytes);
+    particles::Bytes& words = parts_[static_cast<std::size_t>(cast_.calculators[c])].bytes;
+    words.clear();
+    write(orders[c], words);
   }
   particles::Bytes common;
   write(verdict, common);
-  relay_.tell(Phase::verdict, stamp(round), common, parts, verdict.failure.failed());
+  relay_.tell(Phase::verdict, stamp(round), common, parts_, verdict.failure.failed());
 }
 
 // Counts and fingerprints over all calculators, and for each calculator the ranks that will send it particles.

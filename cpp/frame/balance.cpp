@@ -80,7 +80,9 @@ void Engine::plan(const Round& round, std::vector<Orders>& orders) {
 
 void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
   const auto index = static_cast<std::int32_t>(system);
-  for (const std::int32_t cut : plan.evaluated) row_of(system, cut);
+  if (log_) {
+    for (const std::int32_t cut : plan.evaluated) row_of(system, cut);
+  }
   if (options_.policy->decentralised()) return bring_together(system, plan, orders);
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
@@ -123,7 +125,6 @@ BalanceRow& Engine::row_of(std::size_t system, std::int32_t cut) {
   row.left = s.loads[left];
   row.right = s.loads[left + 1];
   row.cut_before = row.cut_after = s.domains.cuts()[left];
-  row.policy = options_.policy->name();
   return row;
 }
 
@@ -257,8 +258,12 @@ void Engine::take_proposals(const Asked& asked) {
 
 void Engine::write_balance_rows() {
   if (log_ && !balance_rows_.empty()) {
+    const std::string policy = options_.policy->name();
     work("log", [&] {
-      for (const auto& [key, row] : balance_rows_) log_->add(row);
+      for (auto& [key, row] : balance_rows_) {
+        row.policy = policy;
+        log_->add(row);
+      }
       log_->write_balance();
     });
   }

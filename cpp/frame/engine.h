@@ -276,6 +276,7 @@ class Engine {
   void note_imbalance();
   void note_loads(const std::vector<Report>& reports, std::size_t system, std::size_t first);
   void note_tails(const std::vector<Report>& reports);
+  void write_rows();
   void note_tail(int rank, const Tail& tail, FrameRow& row);
 
   std::function<void(const Call&)> callback_;
@@ -316,6 +317,10 @@ class Engine {
   std::vector<particles::Digest> row_digests_;
   std::optional<FrameRow> open_row_;   // waits for the tails
   std::optional<FrameRow> last_row_;
+  bool row_is_new_ = false;            // the log does not have it yet
+  std::vector<Report> reports_;  // manager: of the last conversation, and the answers: their memory serves again
+  std::vector<Orders> orders_;
+  std::vector<Part> parts_;
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> balance_rows_;  // by system and cut, until cuts are known
   std::vector<Asked> asked_;  // manager: whose proposals are under way
   std::vector<std::vector<balance::Histogram>> histograms_;  // manager: one list a system, one histogram a calculator

@@ -101,6 +101,7 @@ void Engine::start() {
 
 void Engine::finish() {
   converse(Verb::finish, "");  // brings the last frame's tails, so its row is whole
+  write_rows();
   if (log_) log_->event("end", frame_, "");
   comm_->flush();
 }

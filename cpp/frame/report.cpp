@@ -14,14 +14,14 @@ void put_list(Bytes& out, const std::vector<T>& list) {
   out.put_raw(list.data(), list.size() * sizeof(T));
 }
 
+// Into a list that may have room already.
 template <class T>
-std::vector<T> get_list(Reader& in) {
+void get_list(Reader& in, std::vector<T>& list) {
   const auto count = in.get<std::uint64_t>();
   if (count > in.left() / sizeof(T)) throw std::runtime_error("a report ends too early");
-  std::vector<T> list(count);
+  list.resize(count);
   const auto bytes = in.take(count * sizeof(T));
   if (count != 0) std::memcpy(list.data(), bytes.data(), bytes.size());
-  return list;
 }
 
 void put(Bytes& out, const Failure& failure) {
@@ -50,18 +50,18 @@ void put(Bytes& out, const SystemReport& system) {
   for (const std::vector<recording::Event>& events : system.events) put_list(out, events);
 }
 
-SystemReport get_system(Reader& in) {
-  SystemReport system;
+void get_system(Reader& in, SystemReport& system) {
   system.at_start = in.get<std::uint64_t>();
   system.created = in.get<std::uint64_t>();
   system.killed = in.get<std::uint64_t>();
   system.kept = in.get<std::uint64_t>();
   system.compute_s = in.get<double>();
-  system.sent = get_list<Sent>(in);
+  get_list(in, system.sent);
   system.digest = in.get<particles::Digest>();
   const auto rules = in.get<std::uint32_t>();
-  for (std::uint32_t r = 0; r < rules; ++r) system.events.push_back(get_list<recording::Event>(in));
-  return system;
+  if (rules > in.left() / sizeof(std::uint64_t)) throw std::runtime_error("a report ends too early");
+  system.events.resize(rules);
+  for (std::vector<recording::Event>& events : system.events) get_list(in, events);
 }
 
 }  // namespace
@@ -80,20 +80,21 @@ void write(const Report& report, Bytes& out) {
   out.put_text(report.tail.image_sha256);
 }
 
-Report read_report(Reader& in) {
-  Report report;
+void read(Reader& in, Report& report) {
   report.failure = get_failure(in);
   const auto record = in.take(in.get<std::uint64_t>());
+  report.record.clear();
   report.record.put_raw(record.data(), record.size());
   const auto systems = in.get<std::uint32_t>();
-  for (std::uint32_t i = 0; i < systems; ++i) report.systems.push_back(get_system(in));
+  if (systems > in.left() / sizeof(SystemReport::at_start)) throw std::runtime_error("a report ends too early");
+  report.systems.resize(systems);
+  for (SystemReport& system : report.systems) get_system(in, system);
   report.tail.valid = in.get<bool>();
   report.tail.frame = in.get<std::uint64_t>();
   report.tail.times = in.get<PhaseTimes>();
-  report.tail.bytes_sent = get_list<std::uint64_t>(in);
-  report.tail.density = get_list<Density>(in);
+  get_list(in, report.tail.bytes_sent);
+  get_list(in, report.tail.density);
   report.tail.image_sha256 = in.get_text();
-  return report;
 }
 
 void write(const Verdict& verdict, Bytes& out) {
@@ -110,10 +111,10 @@ Verdict read_verdict(Reader& in) {
   Verdict verdict;
   verdict.failure = get_failure(in);
   verdict.failed_rank = in.get<std::int32_t>();
-  verdict.ranks = get_list<std::int32_t>(in);
-  verdict.alive = get_list<std::uint64_t>(in);
-  verdict.digests = get_list<particles::Digest>(in);
-  verdict.spawned = get_list<std::uint64_t>(in);
+  get_list(in, verdict.ranks);
+  get_list(in, verdict.alive);
+  get_list(in, verdict.digests);
+  get_list(in, verdict.spawned);
   verdict.asks = in.get<bool>();
   return verdict;
 }
@@ -126,9 +127,9 @@ void write(const Orders& orders, Bytes& out) {
 
 Orders read_orders(Reader& in) {
   Orders orders;
-  orders.sources = get_list<std::int32_t>(in);
-  orders.requests = get_list<Request>(in);
-  orders.partners = get_list<std::int32_t>(in);
+  get_list(in, orders.sources);
+  get_list(in, orders.requests);
+  get_list(in, orders.partners);
   return orders;
 }
 
@@ -143,8 +144,8 @@ Proposal read_proposal(Reader& in) {
   Proposal proposal;
   proposal.request = in.get<Request>();
   proposal.gift = in.get<balance::Gift>();
-  proposal.histogram.edges = get_list<float>(in);
-  proposal.histogram.counts = get_list<std::uint64_t>(in);
+  get_list(in, proposal.histogram.edges);
+  get_list(in, proposal.histogram.counts);
   return proposal;
 }
 

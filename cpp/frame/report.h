@@ -106,10 +106,17 @@ struct Orders {
   std::vector<std::int32_t> sources;    // ranks that will send it particles
   std::vector<Request> requests;        // before cuts move
   std::vector<std::int32_t> partners;   // neighbouring calculators to compare loads with, ascending
+
+  void clear() {
+    sources.clear();
+    requests.clear();
+    partners.clear();
+  }
 };
 
 void write(const Report& report, particles::Bytes& out);
-Report read_report(particles::Reader& in);
+/// Over an earlier one, whose memory it takes.
+void read(particles::Reader& in, Report& report);
 void write(const Verdict& verdict, particles::Bytes& out);
 Verdict read_verdict(particles::Reader& in);
 void write(const Orders& orders, particles::Bytes& out);

@@ -60,6 +60,7 @@ void Engine::note_loads(const std::vector<Report>& reports, std::size_t index, s
     }
   }
   System& s = *systems_[index];
+  row_.load.reserve(systems_.size() * cast_.calculators.size());
   s.loads.assign(cast_.calculators.size(), {});
   for (std::size_t c = 0; c < cast_.calculators.size(); ++c) {
     const SystemReport& from = reports[static_cast<std::size_t>(cast_.calculators[c])].systems[index - first];
@@ -94,9 +95,15 @@ void Engine::note_tails(const std::vector<Report>& reports) {
     const Tail& tail = reports[rank].tail;
     if (tail.valid && tail.frame == row.frame) note_tail(static_cast<int>(rank), tail, row);
   }
-  if (log_) log_->add(row);
   last_row_ = std::move(row);
+  row_is_new_ = true;
   open_row_.reset();
+}
+
+// A row is written a turn after it is whole: nobody waits for the disk then.
+void Engine::write_rows() {
+  if (log_ && row_is_new_) log_->add(*last_row_);
+  row_is_new_ = false;
 }
 
 void Engine::note_tail(int rank, const Tail& tail, FrameRow& row) {

@@ -68,8 +68,11 @@ class Bytes {
     void operator()(std::byte* p) const { std::free(p); }
   };
 
+  static constexpr std::size_t kLeast = 64;  // a few numbers do not move memory each
+
   void grow(std::size_t least) {
-    const std::size_t target = least > 2 * capacity_ ? least : 2 * capacity_;
+    std::size_t target = least > 2 * capacity_ ? least : 2 * capacity_;
+    if (target < kLeast) target = kLeast;
     void* wider = std::realloc(data_.get(), target);
     if (wider == nullptr) throw std::bad_alloc();
     (void)data_.release();

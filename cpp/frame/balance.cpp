@@ -80,10 +80,14 @@ void Engine::plan(const Round& round, std::vector<Orders>& orders) {
 
 void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
   const auto index = static_cast<std::int32_t>(system);
+  const bool alone = options_.policy->decentralised();
   if (log_) {
-    for (const std::int32_t cut : plan.evaluated) row_of(system, cut);
+    for (const std::int32_t cut : plan.evaluated) {
+      BalanceRow& row = row_of(system, cut);
+      if (alone) row.ordered = 0;
+    }
   }
-  if (options_.policy->decentralised()) return bring_together(system, plan, orders);
+  if (alone) return bring_together(plan, orders);
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
     const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
@@ -100,8 +104,7 @@ void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orde
 }
 
 // Manager: neighbours whose loads it sees to be apart shall compare them. What goes over a cut is theirs to say.
-void Engine::bring_together(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
-  for (const std::int32_t cut : plan.evaluated) row_of(system, cut).ordered = 0;
+void Engine::bring_together(const balance::Plan& plan, std::vector<Orders>& orders) {
   for (const balance::Order& order : plan.orders) {
     for (const auto& [one, other] : {std::pair{order.from, order.to}, std::pair{order.to, order.from}}) {
       std::vector<std::int32_t>& partners = orders[static_cast<std::size_t>(one)].partners;

@@ -251,7 +251,7 @@ class Engine {
   void plan(const Round& round, std::vector<Orders>& orders);  // one a calculator
   void ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders);
   void balance(Round& round);
-  void bring_together(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders);
+  static void bring_together(const balance::Plan& plan, std::vector<Orders>& orders);
   std::vector<Request> decide_with_neighbours(const Round& round);
   std::vector<Request> requests_between(int me, int other, const std::vector<balance::Load>& own,
                                         const std::vector<balance::Load>& theirs,

@@ -213,6 +213,18 @@ def test_a_run_that_fails_ends_on_all_ranks(motes_replay: Path, recorded: dict[s
     assert wrong.code == 2 and "MOTES_STALL_S" in complaints(wrong)[0]
 
 
+def test_ranks_behave_like_slower_machines(motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path):
+    scene = recorded["fountain"]
+    asked = {"MOTES_SPEEDS": "0:1.0,2:0.25"}
+    result = replay(motes_replay, 4, scene.scene, "--digest", "--log", tmp_path / "log", env=asked)
+    assert result.lines == scene.lines
+    assert motes.open_run(tmp_path / "log").speeds == {0: 1.0, 2: 0.25}
+    for text in ("0", "0:0", "4:0.5", "0:0.5,", "0:1e-9", "-1:1", "0:nan", "0:0.5x"):
+        refused = replay(motes_replay, 1, scene.scene, env={"MOTES_SPEEDS": text})
+        assert refused.code == 2, text
+        assert f"with ranks 0..0 and speeds 0.001..1, got '{text}'" in complaints(refused)[0]
+
+
 def test_help(motes_replay: Path):
     lines = replay(motes_replay, 3, "--help").lines
     assert lines[0].startswith("usage: motes_replay scene.motes") and lines.count(lines[0]) == 1

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <map>
 #include <memory>
 #include <optional>
 
@@ -76,6 +77,8 @@ class Player {
     run_.spans = options.spans;
     run_.blocking = options.blocking;
     run_.costs = costs();
+    speeds_ = read_speeds(std::getenv("MOTES_SPEEDS"), mpi.size());
+    if (const auto own = speeds_.find(mpi.rank()); own != speeds_.end()) run_.speed = own->second;
     auto communicator = std::make_unique<comm::Communicator>(mpi.world(), std::move(watch));
     engine_ = std::make_unique<frame::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
@@ -173,14 +176,16 @@ class Player {
   }
 
   void note_run(std::span<char* const> words) const {
-    write_run(options_.log,
-              {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, opened_.first.systems});
+    write_run(
+        options_.log,
+        {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, opened_.first.systems, speeds_});
   }
 
   const Options& options_;
   const Opened& opened_;
   roles::Cast cast_;
   frame::Options run_;
+  std::map<int, double> speeds_;  // of ranks that behave like slower machines
   std::unique_ptr<frame::Engine> engine_;
 };
 
@@ -216,6 +221,7 @@ int main(int count, char** all) {
     if (!options.help) opened.emplace(options.scene);
     simd::isa();
     stall_limit();
+    read_speeds(std::getenv("MOTES_SPEEDS"), mpi.size());
   } catch (const std::exception& error) {
     wrong = error.what();
   }

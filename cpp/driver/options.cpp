@@ -1,14 +1,18 @@
 #include "driver/options.h"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <initializer_list>
+#include <sstream>
 #include <stdexcept>
 
 #include "balance/named.h"
 
 namespace motes::driver {
 namespace {
+
+constexpr double kLeastSpeed = 0.001;  // of a rank that behaves like a slower machine
 
 std::uint64_t number(const std::string& name, const std::string& text) {
   std::uint64_t value = 0;
@@ -96,6 +100,26 @@ Options read_options(std::span<char* const> words) {
   return options;
 }
 
+std::map<int, double> read_speeds(const char* text, int ranks) {
+  std::map<int, double> speeds;
+  const std::string all = text == nullptr || *text == '\0' ? "" : std::string(text) + ",";
+  std::istringstream pairs(all);
+  for (std::string pair; std::getline(pairs, pair, ',');) {
+    const std::size_t colon = std::min(pair.find(':'), pair.size());
+    const char* const end = pair.data() + pair.size();
+    int rank = -1;
+    double speed = 0;
+    const bool numbered = std::from_chars(pair.data(), pair.data() + colon, rank).ptr == pair.data() + colon;
+    const bool timed = colon < pair.size() && std::from_chars(pair.data() + colon + 1, end, speed).ptr == end;
+    if (!numbered || !timed || rank < 0 || rank >= ranks || !(speed >= kLeastSpeed && speed <= 1)) {
+      throw std::invalid_argument("MOTES_SPEEDS must be rank:speed pairs such as 0:1.0,1:0.5 with ranks 0.." +
+                                  std::to_string(ranks - 1) + " and speeds 0.001..1, got '" + text + "'");
+    }
+    speeds[rank] = speed;
+  }
+  return speeds;
+}
+
 const char* usage() {
   return R"text(usage: motes_replay scene.motes [options]
        mpirun -n 4 motes_replay scene.motes [options]
@@ -119,7 +143,8 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --help                this text
 
 Exit code: 0, or 1 where the run failed, or 2 where the scene or the arguments are wrong.
-Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (seconds without an answer before giving up).
+Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (seconds without an answer before giving up),
+MOTES_SPEEDS (2:1.0,3:0.5: rank 3 spends as much time as a machine of half the speed would).
 )text";
 }
 

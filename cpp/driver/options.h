@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <span>
 #include <string>
 
@@ -29,6 +30,10 @@ struct Options {
 /// Reads the words behind the program's name. Throws std::invalid_argument, saying which word is wrong and what is
 /// allowed.
 Options read_options(std::span<char* const> words);
+
+/// Ranks that are to spend the time of slower machines, as MOTES_SPEEDS="2:1.0,3:0.5" says; none where `text` is null
+/// or empty. Throws std::invalid_argument, saying what is allowed with so many ranks.
+std::map<int, double> read_speeds(const char* text, int ranks);
 
 /// What --help prints.
 const char* usage();

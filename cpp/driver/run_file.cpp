@@ -79,6 +79,9 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("systems", listed(facts.systems, [](const auto& system) { return quoted(system.name); }));
   field("axes", listed(facts.systems, [](const auto& s) { return quoted(std::string(1, "xyz"[s.axis])); }));
   field("ranks", ranks(facts.options.hosts));
+  const std::string speeds =
+      listed(facts.speeds, [](const auto& of) { return quoted(std::to_string(of.first)) + ": " + decimal(of.second); });
+  field("speeds", "{" + speeds.substr(1, speeds.size() - 2) + "}");
   field("motes", quoted(recording::version()));
   field("recorded_by", quoted(facts.scene->version));
   field("mpi", quoted(comm::library_version()));

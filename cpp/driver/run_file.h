@@ -1,6 +1,7 @@
 // run.json: what was run and on what, as python/motes/runfile.py writes it for a script.
 #pragma once
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ struct RunFacts {
   std::string combine;
   roles::Cast cast;
   std::vector<recording::SystemDefinition> systems;
+  std::map<int, double> speeds;  // of ranks that behave like slower machines
 };
 
 /// Writes `directory`/run.json, whole or not at all. Throws std::runtime_error.

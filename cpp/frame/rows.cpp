@@ -102,7 +102,7 @@ void Engine::note_tails(const std::vector<Report>& reports) {
 
 // A row is written a turn after it is whole: nobody waits for the disk then.
 void Engine::write_rows() {
-  if (log_ && row_is_new_) log_->add(*last_row_);
+  if (log_ && row_is_new_ && last_row_) log_->add(*last_row_);
   row_is_new_ = false;
 }
 

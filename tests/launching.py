@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-__all__ = ["Hang", "Result", "command", "launches", "mpirun", "python", "said"]
+__all__ = ["NO_LAUNCHER", "Hang", "Result", "command", "launches", "mpirun", "python", "said"]
 
 POLL_S = 0.01
 NO_LAUNCHER = "PMIx server's listener thread failed to start"  # mpirun itself, on a busy machine
@@ -95,11 +95,7 @@ def _job(
         path = script if isinstance(script, Path) else Path(folder) / "script.py"
         if not isinstance(script, Path):
             path.write_text(script)
-        job = [sys.executable, *words, path, *arguments]
-        result = command(job, timeout=timeout, env=env, watch=watch)
-        if NO_LAUNCHER in result.err:  # nothing of ours has run yet
-            result = command(job, timeout=timeout, env=env, watch=watch)
-        return result
+        return command([sys.executable, *words, path, *arguments], timeout=timeout, env=env, watch=watch)
 
 
 def command(
@@ -109,7 +105,19 @@ def command(
     env: dict[str, str] | None = None,
     watch: Callable[[int], None] | None = None,
 ) -> Result:
-    """Run any program with its arguments."""
+    """Run any program with its arguments; once more where mpirun itself could not start."""
+    result = _once(words, timeout, env, watch)
+    if result.code != 0 and NO_LAUNCHER in result.err:  # nothing of ours has run yet
+        result = _once(words, timeout, env, watch)
+    return result
+
+
+def _once(
+    words: Sequence[object],
+    timeout: float,
+    env: dict[str, str] | None,
+    watch: Callable[[int], None] | None,
+) -> Result:
     with tempfile.TemporaryDirectory(prefix="motes-test-") as folder:
         texts = [str(word) for word in words]
         out, err = Path(folder) / "out", Path(folder) / "err"

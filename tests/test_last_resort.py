@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from launching import said
+from launching import command, said
 
 from motes import _last_resort, launch
 from motes.errors import RankError
@@ -136,11 +136,11 @@ def job(tmp_path: Path):
         path = tmp_path / "script.py"
         path.write_text(script)
         words = launch.command(4, [sys.executable, str(path), *arguments])
-        answer = subprocess.run(words, capture_output=True, errors="replace", timeout=20)
+        answer = command(words, timeout=20)
         ended = time.time()
-        text = answer.stdout + answer.stderr
+        text = answer.out + answer.err
         failed = re.search(r"failing at ([\d.]+)", text)
-        return Job(answer.returncode, text, ended - float(failed[1]) if failed else 0.0)
+        return Job(answer.code, text, ended - float(failed[1]) if failed else 0.0)
 
     return run
 

@@ -95,3 +95,42 @@ def test_particles_return_to_where_they_were_born():
     away, back = map(float, mpirun(3, RETURN).lines[-1].split())
     assert away > 0.5
     assert back < 1e-5
+
+
+LATE = """
+import sys
+import numpy as np
+import motes
+
+roles, calls = sys.argv[1], int(sys.argv[2])
+world = motes.World(seed=1, dt=1.0, roles=roles, progress="off")
+s = world.system("a")
+rng = np.random.default_rng(1)
+born = []
+with world:
+    for frame in world.frames(8):
+        if frame < 4:
+            for _ in range(calls):
+                place = rng.uniform(-19, -18, 3).astype("f4")
+                born.append(place)
+                s.vertex(place)
+            rows = rng.uniform(-19, -18, (60_000, 3)).astype("f4")
+            born += list(rows)
+            s.configure(velocity=(7, 0, 0))
+            s.emit(position=rows, velocity=np.full((60_000, 3), (7, 0, 0), "f4"))
+        if frame == 6:
+            s.restore(time_left=10.0, where=motes.column("position_b").x > 100)
+        s.kill_old(5, where=motes.column("position").y > -18.5)
+        s.move()
+        world.step()
+    p = s.gather()
+    if p:
+        print(len(p), (p.position_b == np.array(born)[p.id.astype(int)]).all())
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2, 4])
+def test_targets_are_right_where_particles_arrive_after_their_call_was_noted(ranks):
+    count, right = mpirun(ranks, LATE, "shared", 40).lines[-1].split()
+    assert int(count) > 1000
+    assert right == "True"

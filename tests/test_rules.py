@@ -116,7 +116,7 @@ def test_expressions_refuse_what_they_cannot_say():
 
 
 def spawn(on: str, count: int, **keywords: Any) -> tuple[motes.Particles, motes.Particles, int]:
-    """Parents at the end of the frame before their events, children at the start of the next, and drops."""
+    """Parents at the end of the frame of their events, the children of that frame, and drops."""
     world = motes.World(seed=9, dt=DT, progress="off")
     parents = world.system("parents")
     children = world.system("children", capacity=keywords.pop("capacity", None))
@@ -128,15 +128,11 @@ def spawn(on: str, count: int, **keywords: Any) -> tuple[motes.Particles, motes.
         parents.bounce(Plane((0, 0, 0), (0, 1, 0)))
         parents.move()
         world.step()
-        before = parents.gather()
-        assert children.count == 0, "children appear when the next frame starts"
-        parents.kill_expired()
-        parents.spawn(into=children, on="death", count=1) if on == "other" else None
-        world.step()
-        return before, children.gather(), children.dropped
+        assert children.count == children.born
+        return parents.gather(), children.gather(), children.dropped
 
 
-def test_births_bear_children_in_the_order_of_their_parents():
+def test_births_have_children_in_the_order_of_their_parents():
     parents, children, _ = spawn("birth", 3, inherit_velocity=0.5)
     assert len(children) == 600
     np.testing.assert_array_equal(children.id, np.arange(600))
@@ -146,7 +142,7 @@ def test_births_bear_children_in_the_order_of_their_parents():
     assert (children.age == 0.5).all()
 
 
-def test_collisions_bear_children_where_the_condition_holds():
+def test_collisions_have_children_where_the_condition_holds():
     parents, children, _ = spawn("collision", 1, where=column("position").x > 0)
     rises = parents.velocity[:, 1] > 0
     assert 0 < rises.sum() < 200
@@ -160,7 +156,7 @@ def test_children_above_the_capacity_are_dropped_and_counted():
     np.testing.assert_array_equal(children.id, np.arange(100))
 
 
-def test_deaths_bear_children_one_frame_later():
+def test_the_dead_have_children_at_the_end_of_the_same_frame():
     world = motes.World(seed=9, dt=DT, progress="off")
     parents, children = world.system("parents"), world.system("children")
     with world:
@@ -171,7 +167,6 @@ def test_deaths_bear_children_one_frame_later():
         world.step()
         dead = 50 - parents.count
         assert 0 < dead < 50
-        world.step()
         assert (children.count, children.born) == (4 * dead, 4 * dead)
 
 
@@ -188,6 +183,20 @@ def test_children_have_children():
                 system.move()
             world.step()
         assert (stars.born, sparks.born) == (13, 91)
+
+
+def test_children_keep_the_target_that_they_were_given():
+    world = motes.World(seed=9, dt=DT, progress="off")
+    parents, children = world.system("parents"), world.system("children")
+    with world:
+        parents.configure(velocity=(1, 0, 0))
+        parents.burst((0, 0, 0), count=1)
+        children.configure(velocity_b=(7, 8, 9))
+        parents.spawn(into=children, on="birth", count=2, inherit_velocity=0.5)
+        world.step()
+        p = children.gather()
+    np.testing.assert_array_equal(p.velocity, [[0.5, 0, 0]] * 2)
+    np.testing.assert_array_equal(p.velocity_b, [[7, 8, 9]] * 2)
 
 
 def test_a_callback_stands_in_its_place_of_the_list():

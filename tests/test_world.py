@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import re
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -30,16 +31,30 @@ def world():
 # --- births
 
 
-@pytest.mark.parametrize("rate", [0, 0.5, 23.7, 24, 1000 / 3])
+@pytest.mark.parametrize("rate", [0, 0.5, 23.7, 24, 48, 1000 / 3])
 @pytest.mark.parametrize("substeps", [1, 3])
-def test_a_source_bears_by_the_formula(rate, substeps):
+def test_a_source_emits_by_the_formula(rate, substeps):
     world = world_of(substeps=substeps)
     s = world.system("a")
     with world:
         for frame in world.frames(50):
             s.source((0, 0, 0), rate=rate)
             world.step()
-            assert s.count == s.born == math.floor(rate * ((frame + 1) * world.dt))
+            exact = Fraction(rate) * (frame + 1) / 24
+            assert s.count == s.born == math.floor(exact + Fraction(1, 10**9))
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+@pytest.mark.parametrize("dt", [1 / 24, 1 / 30, 0.1, 1 / 60, 0.04, 1 / 7])
+def test_a_source_of_the_frame_rate_emits_one_per_frame_for_ever(dt, substeps):
+    world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
+    systems = [world.system(f"{k}") for k in (1, 2, 5)]
+    with world:
+        for frame in world.frames(1000):
+            for k, s in zip((1, 2, 5), systems, strict=True):
+                s.source((0, 0, 0), rate=k / dt)
+            world.step()
+            assert [s.born for s in systems] == [frame + 1, 2 * (frame + 1), 5 * (frame + 1)]
 
 
 def test_ids_are_birth_numbers_in_the_order_of_calls(world):

@@ -26,26 +26,26 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
 }
 
 // Named facts of a run, as World gives them.
-frame::Options make_options(const py::dict& facts) {
-  frame::Options options;
-  options.seed = facts["seed"].cast<std::uint64_t>();
-  options.dt = facts["dt"].cast<double>();
-  options.substeps = facts["substeps"].cast<int>();
-  options.digest = facts["digest"].cast<bool>();
-  options.log = facts["log"].cast<std::string>();
-  options.hosts = facts["hosts"].cast<std::vector<std::string>>();
-  if (!facts["policy"].is_none()) options.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
+frame::Settings make_settings(const py::dict& facts) {
+  frame::Settings settings;
+  settings.seed = facts["seed"].cast<std::uint64_t>();
+  settings.dt = facts["dt"].cast<double>();
+  settings.substeps = facts["substeps"].cast<int>();
+  settings.log.digest = facts["digest"].cast<bool>();
+  settings.log.directory = facts["log"].cast<std::string>();
+  settings.log.hosts = facts["hosts"].cast<std::vector<std::string>>();
+  if (!facts["policy"].is_none()) settings.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
   const auto combine = facts["combine"].cast<std::string>();
-  options.combine = combine == "one_by_one"   ? frame::Combine::one_by_one
-                    : combine == "overlapped" ? frame::Combine::overlapped
-                                              : frame::Combine::together;
+  settings.combine = combine == "one_by_one"   ? frame::Combine::one_by_one
+                     : combine == "overlapped" ? frame::Combine::overlapped
+                                               : frame::Combine::together;
   const bool shared = facts["births"].cast<std::string>() == "calculators";
-  options.births = shared ? frame::Births::calculators : frame::Births::manager;
-  options.fan_out = facts["fan_out"].cast<int>();
-  options.wall_clock = facts["clock"].cast<std::string>() == "wall";
-  options.speed = facts["speed"].cast<double>();
-  options.spans = facts["spans"].cast<bool>();
-  return options;
+  settings.births = shared ? frame::Births::calculators : frame::Births::manager;
+  settings.fan_out = facts["fan_out"].cast<int>();
+  settings.wall_clock = facts["clock"].cast<std::string>() == "wall";
+  settings.speed = facts["speed"].cast<double>();
+  settings.log.spans = facts["spans"].cast<bool>();
+  return settings;
 }
 
 std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles,
@@ -54,11 +54,11 @@ std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::ve
   auto [manager, image_generator, calculators] = roles;
   roles::Cast cast{manager, image_generator, std::move(calculators)};
   comm::Watch watch = make_watch(std::move(while_waiting), std::move(describe), stall_s);
-  frame::Options options = make_options(facts);
+  frame::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
   auto communicator = std::make_unique<comm::Communicator>(comm, std::move(watch));
   roles::check(cast, communicator->size());
-  return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(options));
+  return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(settings));
 }
 
 int add_system(Engine& engine, const std::string& name, std::optional<std::uint64_t> capacity, int axis,
@@ -108,7 +108,7 @@ py::object last_row(const Engine& engine) {
 }
 
 void on_callback(Engine& engine, py::function call) {
-  engine.on_callback([held = std::make_shared<py::function>(std::move(call))](const Engine::Call& now) {
+  engine.on_callback([held = std::make_shared<py::function>(std::move(call))](const frame::Call& now) {
     const py::gil_scoped_acquire gil;
     py::object chosen = py::none();
     if (now.chosen != nullptr) {
@@ -127,7 +127,7 @@ py::object gather(Engine& engine, int system, bool to_all) {
   if (!store) return py::none();
   py::dict columns;
   for (int a = 0; a < store->schema().size(); ++a) columns[store->schema()[a].name.c_str()] = column_copy(*store, a);
-  columns["id"] = id_view(*store);
+  columns["id"] = id_view(*store, 0, store->size());
   return columns;
 }
 
@@ -168,7 +168,8 @@ void bind_engine(py::module_& m) {
           "digest", [](Engine& e) { return combined(e.digest()); }, Release())
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
       .def(
-          "run_pending", [](Engine& e, int system) { e.local(system); }, Release())
+          "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
+      .def("keep_preview", &Engine::keep_preview, Release())
       .def("touched", &Engine::touched)
       .def("record_callback",
            [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); })
@@ -177,33 +178,40 @@ void bind_engine(py::module_& m) {
       .def(
           "local_column",
           [](Engine& e, int system, int attribute, std::size_t begin) {
-            return column_view(*e.system(system).store, attribute, begin);
+            const frame::Seen seen = e.seen(system);
+            return column_view(*seen.store, attribute, begin, seen.count);
           },
           py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
       .def(
-          "local_ids", [](Engine& e, int system, std::size_t begin) { return id_view(*e.system(system).store, begin); },
+          "local_ids",
+          [](Engine& e, int system, std::size_t begin) {
+            const frame::Seen seen = e.seen(system);
+            return id_view(*seen.store, begin, seen.count);
+          },
           py::arg("system"), py::arg("begin") = 0)
-      .def("local_size", [](Engine& e, int system) { return e.system(system).store->size(); })
-      .def("memory_bytes", [](Engine& e, int system) { return e.system(system).store->memory_bytes(); })
-      .def("count", [](Engine& e, int system) { return computed(e, system).alive; })
-      .def("born", [](Engine& e, int system) { return computed(e, system).born; })
-      .def("dropped", [](Engine& e, int system) { return computed(e, system).dropped; })
+      .def("local_size", [](Engine& e, int system) { return e.seen(system).count; })
+      .def("memory_bytes", [](Engine& e, int system) { return e.seen(system).store->memory_bytes(); })
+      .def("count", [](Engine& e, int system) { return computed(e, system).counts.alive; })
+      .def("born", [](Engine& e, int system) { return computed(e, system).counts.born; })
+      .def("dropped", [](Engine& e, int system) { return computed(e, system).counts.dropped; })
       .def("cuts", [](Engine& e, int system) { return computed(e, system).domains.cuts(); })
       .def("keep_lists", &Engine::keep_lists, py::arg("compute"))
       .def_property_readonly("kept", [](const Engine& e) { return e.kept_lists().size(); })
       .def("scene_bytes", &scene_bytes, py::arg("facts"))
       .def("take_pixels",
            [](Engine& e, int width, int height) {
-             return owned_array(e.take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
+             return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
       .def("linear",
            [](Engine& e) {
-             std::vector<float> light = e.linear();
+             std::vector<float> light = e.painter().linear();
              const auto n = static_cast<py::ssize_t>(light.size());
              return owned_array(std::move(light), {n});
            })
-      .def_property("keep_linear", &Engine::keeps_linear, &Engine::keep_linear)
+      .def_property(
+          "keep_linear", [](Engine& e) { return e.painter().keep_linear; },
+          [](Engine& e, bool keep) { e.painter().keep_linear = keep; })
       .def_property_readonly("frame", &Engine::frame)
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def_property_readonly("last_row", &last_row);

@@ -35,9 +35,9 @@ py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_
 
 /// A writable view of an attribute's planes, (n,) or (n, 3). It keeps the memory alive, not its meaning: the store may
 /// move its particles elsewhere.
-/// `begin`: the first particle seen.
-py::array column_view(particles::Store& store, int attribute, std::size_t begin = 0);
-py::array id_view(particles::Store& store, std::size_t begin = 0);
+/// Of the particles begin .. end - 1.
+py::array column_view(particles::Store& store, int attribute, std::size_t begin, std::size_t end);
+py::array id_view(particles::Store& store, std::size_t begin, std::size_t end);
 
 /// A copy, without giving a uniform attribute memory.
 py::array column_copy(const particles::Store& store, int attribute);

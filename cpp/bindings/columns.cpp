@@ -12,18 +12,18 @@ py::capsule keep(std::shared_ptr<T[]> memory) {
 
 }  // namespace
 
-py::array column_view(particles::Store& store, int attribute, std::size_t begin) {
+py::array column_view(particles::Store& store, int attribute, std::size_t begin, std::size_t end) {
   float* first = store.writable_plane(attribute, 0) + begin;
-  const auto n = static_cast<py::ssize_t>(store.size() - begin);
+  const auto n = static_cast<py::ssize_t>(end - begin);
   const py::capsule owner = keep(store.planes(attribute));
   if (store.schema()[attribute].width == 1) return py::array_t<float>({n}, {sizeof(float)}, first, owner);
   const auto stride = static_cast<py::ssize_t>(store.plane_stride() * sizeof(float));
   return py::array_t<float>({n, py::ssize_t{3}}, {static_cast<py::ssize_t>(sizeof(float)), stride}, first, owner);
 }
 
-py::array id_view(particles::Store& store, std::size_t begin) {
+py::array id_view(particles::Store& store, std::size_t begin, std::size_t end) {
   store.reserve(1);
-  const auto n = static_cast<py::ssize_t>(store.size() - begin);
+  const auto n = static_cast<py::ssize_t>(end - begin);
   py::array_t<std::uint64_t> ids({n}, {sizeof(std::uint64_t)}, store.ids() + begin, keep(store.shared_ids()));
   py::object flags = ids.attr("flags");
   flags.attr("writeable") = false;  // an id is for life

@@ -42,6 +42,8 @@ struct Weights {
   double scale = 1;    // one with particles weighs so many times its bytes: each stands for so many
   double message = 0;  // operations (see comm::execute) at each of its ends
   double byte = 0;     // and for each byte; where this is 0, what it weighs above its bytes travels behind it
+
+  bool operator==(const Weights&) const = default;
 };
 
 /// A duplicate of the user's communicator with an error handler of its own.

@@ -66,15 +66,15 @@ class Player {
     run_.seed = opened.first.seed;
     run_.dt = opened.first.dt;
     run_.substeps = opened.first.substeps;
-    run_.digest = options.digest;
-    run_.log = options.log;
-    run_.hosts = mpi.hosts(cast_.manager);
+    run_.log.digest = options.digest;
+    run_.log.directory = options.log;
+    run_.log.hosts = mpi.hosts(cast_.manager);
     run_.policy = policy();
     run_.policy->check(cast_.calculators.size());
     run_.combine = combine();
     run_.births = options.births == "calculators" ? frame::Births::calculators : frame::Births::manager;
     run_.fan_out = options.fan_out;
-    run_.spans = options.spans;
+    run_.log.spans = options.spans;
     run_.blocking = options.blocking;
     run_.costs = costs();
     speeds_ = read_speeds(std::getenv("MOTES_SPEEDS"), mpi.size());
@@ -90,14 +90,14 @@ class Player {
   void play(std::span<char* const> words) {
     for (const recording::SystemDefinition& system : opened_.first.systems) engine_->add_system(system);
     engine_->start();
-    if (engine_->manages() && !options_.log.empty()) note_run(words);
+    if (engine_->talk().manages() && !options_.log.empty()) note_run(words);
     const std::size_t frames = std::min<std::uint64_t>(options_.frames, opened_.scene.frames.size());
     for (std::size_t i = 0; i < frames; ++i) play_frame(i == 0 ? opened_.first : read(i));
     engine_->finish();
   }
 
   /// "rank 2 (calculator 0), frame 7".
-  std::string place() const { return describe(engine_->rank()) + ", frame " + std::to_string(engine_->frame()); }
+  std::string place() const { return describe(engine_->talk().rank()) + ", frame " + std::to_string(engine_->frame()); }
 
  private:
   static roles::Cast cast(const std::string& name, int size) {
@@ -125,7 +125,7 @@ class Player {
         throw std::runtime_error(options_.costs + ", " + error.what());
       }
     }
-    costs.scale = options_.scale;
+    costs.messages.scale = options_.scale;
     return costs;
   }
 
@@ -154,8 +154,8 @@ class Player {
     const std::uint64_t index = engine_->frame();
     frame::replay(*engine_, record, options_.images);
     std::string sha256 = "-";
-    if (engine_->draws() && options_.images && record.view) {
-      const std::vector<std::uint8_t> pixels = engine_->take_pixels();
+    if (engine_->talk().draws() && options_.images && record.view) {
+      const std::vector<std::uint8_t> pixels = engine_->painter().take_pixels();
       const auto [width, height] = std::pair(record.view->width, record.view->height);
       if (options_.digest) {
         sha256 = image::picture_sha256(width, height, pixels);
@@ -169,7 +169,7 @@ class Player {
     }
     if (options_.digest) {
       const std::string particles = particles::combine(engine_->digest()).text();
-      if (engine_->draws())
+      if (engine_->talk().draws())
         std::printf("%llu %s %s\n", static_cast<unsigned long long>(index), particles.c_str(), sha256.c_str());
       std::fflush(stdout);
     }
@@ -184,7 +184,7 @@ class Player {
   const Options& options_;
   const Opened& opened_;
   roles::Cast cast_;
-  frame::Options run_;
+  frame::Settings run_;
   std::map<int, double> speeds_;  // of ranks that behave like slower machines
   std::unique_ptr<frame::Engine> engine_;
 };

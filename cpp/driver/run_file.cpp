@@ -66,11 +66,11 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   // A simulated run has no date: two of them write the same bytes.
   field("started_unix_s", comm::simulated() ? "0" : std::to_string(time(nullptr)));
   field("argv", listed(facts.words, quoted));
-  field("seed", std::to_string(facts.options.seed));
-  field("dt_s", decimal(facts.options.dt));
-  field("substeps", number(facts.options.substeps));
+  field("seed", std::to_string(facts.settings.seed));
+  field("dt_s", decimal(facts.settings.dt));
+  field("substeps", number(facts.settings.substeps));
   for (const char* name : {"recorded_from", "axis", "space"}) field(name, quoted(facts.scene->fact(name)));
-  field("balancer", quoted(facts.options.policy->name()));
+  field("balancer", quoted(facts.settings.policy->name()));
   field("combine", quoted(facts.combine));
   field("clock", quoted("cpu"));
   field("manager", number(facts.cast.manager));
@@ -78,7 +78,7 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("calculators", listed(facts.cast.calculators, number));
   field("systems", listed(facts.systems, [](const auto& system) { return quoted(system.name); }));
   field("axes", listed(facts.systems, [](const auto& s) { return quoted(std::string(1, "xyz"[s.axis])); }));
-  field("ranks", ranks(facts.options.hosts));
+  field("ranks", ranks(facts.settings.log.hosts));
   const std::string speeds =
       listed(facts.speeds, [](const auto& of) { return quoted(std::to_string(of.first)) + ": " + decimal(of.second); });
   field("speeds", "{" + speeds.substr(1, speeds.size() - 2) + "}");

@@ -13,7 +13,7 @@ namespace motes::driver {
 struct RunFacts {
   std::vector<std::string> words;  // the command line
   const recording::Scene* scene = nullptr;
-  frame::Options options;
+  frame::Settings settings;
   std::string combine;
   roles::Cast cast;
   std::vector<recording::SystemDefinition> systems;

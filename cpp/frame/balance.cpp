@@ -1,19 +1,14 @@
-// balance (paper 3.2.5): the manager plans from the frame's loads, or neighbours decide by themselves; donors find
-// the new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it
-// needs to. What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of
-// its own. Where nothing is to be decided nobody says so: the verdict tells who has something to talk about.
+#include "frame/balance.h"
+
 #include <algorithm>
-#include <stdexcept>
 #include <utility>
 
 #include "balance/cuts.h"
-#include "frame/engine.h"
-#include "frame/work.h"
+#include "frame/neighbours.h"
 
 namespace motes::frame {
 
 using balance::Load;
-using comm::Message;
 using comm::Phase;
 
 namespace {
@@ -28,83 +23,31 @@ std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
 }
 
-std::span<const float> coordinates(const System& system, std::vector<float>& room) {
-  const particles::Store& store = *system.store;
-  if (const float* x = store.plane(particles::position, system.definition.axis)) return {x, store.size()};
-  const auto axis = static_cast<std::size_t>(system.definition.axis);
-  room.assign(store.size(), store.uniform_value(particles::position)[axis]);
+std::span<const float> coordinates(const System& system, const Population& here, std::vector<float>& room) {
+  const int axis = system.definition.axis;
+  if (const float* x = here.store.plane(particles::position, axis)) return {x, here.store.size()};
+  room.assign(here.store.size(), here.store.uniform_value(particles::position)[static_cast<std::size_t>(axis)]);
   return room;
 }
 
-}  // namespace
-
-bool Engine::balances() const {
-  return in_frame() && options_.policy != nullptr && options_.policy->moves() && cast_.calculators.size() > 1;
+// The row of a cut that is being looked at; made where there is none yet.
+BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std::size_t system, std::int32_t cut) {
+  const auto [found, is_new] = manager.rows.try_emplace({system, cut});
+  BalanceRow& row = found->second;
+  if (!is_new) return row;
+  const auto left = static_cast<std::size_t>(cut);
+  row.frame = rank.talk.frame;
+  row.system = script.systems[system]->definition.name;
+  row.left_rank = rank.talk.rank_of(cut);
+  row.right_rank = rank.talk.rank_of(cut + 1);
+  row.left = manager.systems[system].loads[left];
+  row.right = manager.systems[system].loads[left + 1];
+  row.cut_before = row.cut_after = script.systems[system]->domains.cuts()[left];
+  return row;
 }
 
-// Those of this round; where the sum over systems counts, all of them in the frame's last round.
-std::vector<std::size_t> Engine::systems_to_balance(const Round& round) const {
-  std::vector<std::size_t> found;
-  const bool all = options_.policy->over_all;
-  if (all && round.last < systems_.size()) return found;
-  for (std::size_t i = all ? 0 : round.first; i < round.last; ++i) {
-    if (!systems_[i]->waits_for_fit) found.push_back(i);
-  }
-  return found;
-}
-
-// Manager: what each calculator is asked for.
-void Engine::plan(const Round& round, std::vector<Orders>& orders) {
-  const balance::Policy& policy = *options_.policy;
-  const std::vector<std::size_t> systems = systems_to_balance(round);
-  balance::Plan whole;
-  std::vector<Load> sum;
-  if (policy.over_all && !systems.empty()) {
-    std::vector<std::vector<Load>> loads;
-    for (const std::size_t i : systems) loads.push_back(systems_[i]->loads);
-    sum = balance::sum_of(loads);
-    System& first = *systems_[systems.front()];
-    const balance::Table table{frame_, first.evaluations++, "all", sum, first.domains.cuts()};
-    whole = balance::legal(policy.plan(table), table, policy.name());
-  }
-  for (const std::size_t i : systems) {
-    System& s = *systems_[i];
-    if (policy.over_all) {
-      ask(i, balance::part_of(whole, s.loads, sum), orders);
-    } else {
-      const balance::Table table{frame_, s.evaluations++, s.definition.name, s.loads, s.domains.cuts()};
-      ask(i, balance::legal(policy.plan(table), table, policy.name()), orders);
-    }
-  }
-}
-
-void Engine::ask(std::size_t system, const balance::Plan& plan, std::vector<Orders>& orders) {
-  const auto index = static_cast<std::int32_t>(system);
-  const bool alone = options_.policy->decentralised();
-  if (log_) {
-    for (const std::int32_t cut : plan.evaluated) {
-      BalanceRow& row = row_of(system, cut);
-      if (alone) row.ordered = 0;
-    }
-  }
-  if (alone) return bring_together(plan, orders);
-  for (const balance::Order& order : plan.orders) {
-    const bool right = order.to > order.from;
-    const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
-    orders[static_cast<std::size_t>(order.from)].requests.push_back({index, kind, order.count});
-    const auto count = static_cast<std::int64_t>(order.count);
-    row_of(system, std::min(order.from, order.to)).ordered = right ? count : -count;
-  }
-  if (!plan.shares.empty()) {
-    for (std::size_t c = 0; c < orders.size(); ++c) {
-      orders[c].requests.push_back({index, Request::Kind::histogram, bins_for(systems_[system]->loads, c)});
-    }
-  }
-  systems_[system]->plan = plan;
-}
-
-// Manager: neighbours whose loads it sees to be apart shall compare them. What goes over a cut is theirs to say.
-void Engine::bring_together(const balance::Plan& plan, std::vector<Orders>& orders) {
+// Neighbours whose loads the manager sees to be apart shall compare them. What goes over a cut is theirs to say.
+void bring_together(const balance::Plan& plan, std::vector<Orders>& orders) {
   for (const balance::Order& order : plan.orders) {
     for (const auto& [one, other] : {std::pair{order.from, order.to}, std::pair{order.to, order.from}}) {
       std::vector<std::int32_t>& partners = orders[static_cast<std::size_t>(one)].partners;
@@ -114,127 +57,35 @@ void Engine::bring_together(const balance::Plan& plan, std::vector<Orders>& orde
   }
 }
 
-// The row of a cut that is being looked at; made where there is none yet.
-BalanceRow& Engine::row_of(std::size_t system, std::int32_t cut) {
-  const auto [found, is_new] = balance_rows_.try_emplace({system, cut});
-  BalanceRow& row = found->second;
-  if (!is_new) return row;
-  const System& s = *systems_[system];
-  const auto left = static_cast<std::size_t>(cut);
-  row.frame = frame_;
-  row.system = s.definition.name;
-  row.left_rank = cast_.calculators[left];
-  row.right_rank = cast_.calculators[left + 1];
-  row.left = s.loads[left];
-  row.right = s.loads[left + 1];
-  row.cut_before = row.cut_after = s.domains.cuts()[left];
-  return row;
-}
-
-// All ranks: donors look where their particles are, and tell the manager.
-void Engine::balance(Round& round) {
-  if (!balances()) return;
-  const Timed timed(*this, times_.balance, "balance", name_of(round));
-  particles::Bytes proposals;
-  if (calculator() >= 0) {
-    for (std::size_t i = round.first; !manages() && i < round.last; ++i) {
-      System& s = *systems_[i];
-      s.speeds.add(calculator(), s.tally.at_start + s.tally.created, s.tally.compute_s, s.tally.created);
-    }
-    std::vector<Request> requests = std::move(round.orders.requests);
-    if (!round.orders.partners.empty()) requests = decide_with_neighbours(round);
-    work("balance", [&] {
-      for (const Request& request : requests) write(propose(request), proposals);
-    });
-    if (failure_.failed()) proposals.clear();
+// Turns a plan into requests to donors.
+void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t system, const balance::Plan& plan) {
+  const auto index = static_cast<std::int32_t>(system);
+  const bool alone = rank.settings.policy->decentralised();
+  for (const std::int32_t cut : manager.account.log() != nullptr ? plan.evaluated : std::vector<std::int32_t>()) {
+    BalanceRow& row = row_of(rank, script, manager, system, cut);
+    if (alone) row.ordered = 0;
   }
-  if (!round.verdict.asks) return;
-  relay_.say(Phase::proposals, stamp(round), proposals.view(), failure_.failed());
-  relay_.hand_up(Phase::proposals, stamp(round));
-  // Who was asked answers while other work goes on.
-  if (manages()) asked_.push_back({stamp(round), systems_to_balance(round)});
-}
-
-// Manager: before it deals births by the new cuts.
-void Engine::take_all_proposals() {
-  if (!manages() || (asked_.empty() && balance_rows_.empty())) return;
-  const Timed timed(*this, times_.balance, "new cuts");
-  histograms_.assign(systems_.size(), {});
-  for (const Asked& asked : std::exchange(asked_, {})) take_proposals(asked);
-  write_balance_rows();
-}
-
-// What neighbours tell each other is all that either needs; both come to the same order, and the donor acts on it.
-std::vector<Request> Engine::decide_with_neighbours(const Round& round) {
-  const std::vector<std::size_t> systems = systems_to_balance(round);
-  const std::vector<std::int32_t>& partners = round.orders.partners;
-  const int me = calculator();
-  std::vector<Load> own;
-  for (const std::size_t i : systems) own.push_back(own_load(*systems_[i]));
-  for (const std::int32_t other : partners) {
-    Message message;
-    message.bytes().put_raw(own.data(), own.size() * sizeof(Load));
-    comm_->post(cast_.calculators[static_cast<std::size_t>(other)], Phase::loads, stamp(round), std::move(message));
+  if (alone) return bring_together(plan, manager.orders);
+  for (const balance::Order& order : plan.orders) {
+    const bool right = order.to > order.from;
+    const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
+    manager.orders[static_cast<std::size_t>(order.from)].requests.push_back({index, kind, order.count});
+    const auto count = static_cast<std::int64_t>(order.count);
+    row_of(rank, script, manager, system, std::min(order.from, order.to)).ordered = right ? count : -count;
   }
-  std::vector<Request> requests;
-  for (const std::int32_t other : partners) {
-    const Message message =
-        comm_->expect(cast_.calculators[static_cast<std::size_t>(other)], Phase::loads, stamp(round));
-    work("balancer " + options_.policy->name(), [&] {
-      particles::Reader in = message.reader();
-      std::vector<Load> theirs;
-      for (std::size_t k = 0; k < systems.size(); ++k) theirs.push_back(in.get<Load>());
-      const std::vector<Request> some = requests_between(me, other, own, theirs, systems);
-      requests.insert(requests.end(), some.begin(), some.end());
-    });
+  for (std::size_t c = 0; !plan.shares.empty() && c < manager.orders.size(); ++c) {
+    const std::uint64_t bins = bins_for(manager.systems[system].loads, c);
+    manager.orders[c].requests.push_back({index, Request::Kind::histogram, bins});
   }
-  return requests;
+  manager.systems[system].plan = plan;
 }
 
-// What this calculator has to give to a neighbour of each of these systems.
-std::vector<Request> Engine::requests_between(int me, int other, const std::vector<Load>& own,
-                                              const std::vector<Load>& theirs,
-                                              const std::vector<std::size_t>& systems) const {
-  const balance::Policy& policy = *options_.policy;
-  const auto between = [&](const Load& mine, const Load& his) {
-    const balance::Order order = other < me ? policy.between(other, his, mine) : policy.between(me, mine, his);
-    return order.from == me ? std::min(order.count, mine.particles / 2) : 0;
-  };
-  std::vector<std::uint64_t> counts;
-  if (policy.over_all) {
-    std::vector<std::vector<Load>> pairs;
-    for (std::size_t k = 0; k < systems.size(); ++k) pairs.push_back({own[k], theirs[k]});
-    const std::vector<Load> sum = balance::sum_of(pairs);
-    if (sum.empty()) return {};
-    const double part = static_cast<double>(between(sum[0], sum[1])) /
-                        static_cast<double>(std::max<std::uint64_t>(sum[0].particles, 1));
-    for (const Load& load : own)
-      counts.push_back(static_cast<std::uint64_t>(static_cast<double>(load.particles) * part));
-  } else {
-    for (std::size_t k = 0; k < systems.size(); ++k) counts.push_back(between(own[k], theirs[k]));
-  }
-  const auto kind = other < me ? Request::Kind::give_left : Request::Kind::give_right;
-  std::vector<Request> requests;
-  for (std::size_t k = 0; k < systems.size(); ++k) {
-    if (counts[k] > 0) requests.push_back({static_cast<std::int32_t>(systems[k]), kind, counts[k]});
-  }
-  return requests;
-}
-
-// This calculator's, as the manager would see it.
-Load Engine::own_load(const System& system) const {
-  const std::uint64_t processed = system.tally.at_start + system.tally.created;
-  return {system.store->size(), balance::rescaled(system.tally.compute_s, processed, system.store->size()),
-          system.speeds.of(calculator()), system.speeds.error(calculator())};
-}
-
-Proposal Engine::propose(const Request& request) {
-  const System& s = *systems_[static_cast<std::size_t>(request.system)];
+Proposal propose(const Rank& rank, const System& system, const Population& here, const Request& request) {
   std::vector<float> room;
-  const std::span<const float> x = coordinates(s, room);
-  const float low = s.domains.low(calculator());
-  const float high = s.domains.high(calculator());
-  charge(options_.costs.select * static_cast<double>(x.size()));
+  const std::span<const float> x = coordinates(system, here, room);
+  const float low = system.domains.low(rank.talk.calculator());
+  const float high = system.domains.high(rank.talk.calculator());
+  rank.machine.charge(rank.machine.costs().select * static_cast<double>(x.size()));
   Proposal proposal{request, {}, {}};
   switch (request.kind) {
     case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;
@@ -244,78 +95,179 @@ Proposal Engine::propose(const Request& request) {
   return proposal;
 }
 
-void Engine::take_proposals(const Asked& asked) {
-  bool whole = true;
-  const AllSaid said = relay_.listen(Phase::proposals, asked.stamp);
-  for (std::size_t from = 0; from < said.ranks.size(); ++from) {
-    whole = whole && !said.ranks[from].failed;
-    work("balance", [&] {
-      for (particles::Reader in(said.ranks[from].bytes); !in.done();) {
-        take_proposal(cast_.calculator_of(static_cast<int>(from)), read_proposal(in));
-      }
-    });
-  }
-  // A calculator that failed says so with its next report; until then cuts stay.
-  if (whole) work("balance", [&] { move_cuts(asked.systems); });
-}
-
-void Engine::write_balance_rows() {
-  if (log_ && !balance_rows_.empty()) {
-    const std::string policy = options_.policy->name();
-    work("log", [&] {
-      for (auto& [key, row] : balance_rows_) {
-        row.policy = policy;
-        log_->add(row);
-      }
-      log_->write_balance();
-    });
-  }
-  balance_rows_.clear();
-}
-
-void Engine::take_proposal(int calculator, const Proposal& proposal) {
+void take_proposal(const Rank& rank, const Script& script, Manager& manager, int calculator, const Proposal& proposal) {
   const auto system = static_cast<std::size_t>(proposal.request.system);
   if (proposal.request.kind == Request::Kind::histogram) {
-    histograms_[system].resize(cast_.calculators.size());
-    histograms_[system][static_cast<std::size_t>(calculator)] = proposal.histogram;
+    std::vector<balance::Histogram>& histograms = manager.systems[system].histograms;
+    histograms.resize(rank.talk.calculators());
+    histograms[static_cast<std::size_t>(calculator)] = proposal.histogram;
     return;
   }
   const bool right = proposal.request.kind == Request::Kind::give_right;
   const int sign = right ? 1 : -1;
-  BalanceRow& row = row_of(system, right ? calculator : calculator - 1);
+  BalanceRow& row = row_of(rank, script, manager, system, right ? calculator : calculator - 1);
   row.ordered = sign * static_cast<std::int64_t>(proposal.request.count);
   row.given = sign * static_cast<std::int64_t>(proposal.gift.count);
   if (proposal.gift.count > 0) row.cut_after = proposal.gift.cut;
 }
 
-void Engine::move_cuts(const std::vector<std::size_t>& systems) {
+void move_cuts(const Rank& rank, const Script& script, Manager& manager, const std::vector<std::size_t>& systems) {
   for (const std::size_t i : systems) {
-    System& s = *systems_[i];
-    std::vector<float> cuts = s.domains.cuts();
-    if (!histograms_[i].empty()) {
-      cuts = balance::prefix_cuts(histograms_[i], s.plan.costs, s.plan.shares, cuts);
-      for (std::size_t c = 0; c < cuts.size(); ++c) row_of(i, static_cast<std::int32_t>(c)).cut_after = cuts[c];
+    Balancing& balancing = manager.systems[i];
+    const std::vector<float>& before = script.systems[i]->domains.cuts();
+    std::vector<float> cuts = before;
+    if (!balancing.histograms.empty()) {
+      cuts = balance::prefix_cuts(balancing.histograms, balancing.plan.costs, balancing.plan.shares, cuts);
+      for (std::size_t c = 0; c < cuts.size(); ++c) {
+        row_of(rank, script, manager, i, static_cast<std::int32_t>(c)).cut_after = cuts[c];
+      }
     } else {
-      for (auto row = balance_rows_.lower_bound({i, 0}); row != balance_rows_.end() && row->first.first == i; ++row) {
+      for (auto row = manager.rows.lower_bound({i, 0}); row != manager.rows.end() && row->first.first == i; ++row) {
         cuts[static_cast<std::size_t>(row->first.second)] = row->second.cut_after;
       }
     }
-    if (cuts != s.domains.cuts()) s.next_domains = domains::Domains(std::move(cuts));
+    if (cuts != before) balancing.next = domains::Domains(std::move(cuts));
   }
 }
 
-// For the log: where particles are at the frame's end.
-void Engine::note_density() {
-  if (calculator() < 0) return;
+void take_proposals(Rank& rank, const Script& script, Manager& manager, const Asked& asked) {
+  bool whole = true;
+  const AllSaid said = rank.talk.relay().listen(Phase::proposals, asked.stamp);
+  for (std::size_t from = 0; from < said.ranks.size(); ++from) {
+    whole = whole && !said.ranks[from].failed;
+    rank.talk.work("balance", [&] {
+      for (particles::Reader in(said.ranks[from].bytes); !in.done();) {
+        const int calculator = rank.talk.cast().calculator_of(static_cast<int>(from));
+        take_proposal(rank, script, manager, calculator, read_proposal(in));
+      }
+    });
+  }
+  // A calculator that failed says so with its next report; until then cuts stay.
+  if (whole) rank.talk.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
+}
+
+void write_rows(Rank& rank, Manager& manager) {
+  if (Log* log = manager.account.log(); log != nullptr && !manager.rows.empty()) {
+    const std::string policy = rank.settings.policy->name();
+    rank.talk.work("log", [&] {
+      for (auto& [key, row] : manager.rows) {
+        row.policy = policy;
+        log->add(row);
+      }
+      log->write_balance();
+    });
+  }
+  manager.rows.clear();
+}
+
+}  // namespace
+
+bool balances(const Rank& rank, const Script& script) {
+  const balance::Policy* policy = rank.settings.policy.get();
+  return script.in_frame() && policy != nullptr && policy->moves() && rank.talk.calculators() > 1;
+}
+
+std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round) {
+  std::vector<std::size_t> found;
+  const bool all = rank.settings.policy->over_all;
+  if (all && round.last < script.systems.size()) return found;
+  for (std::size_t i = all ? 0 : round.first; i < round.last; ++i) {
+    if (!script.systems[i]->waits_for_fit) found.push_back(i);
+  }
+  return found;
+}
+
+void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round) {
+  const std::size_t calculators = rank.talk.calculators();
+  for (std::size_t i = round.first; i < round.last && i < script.systems.size(); ++i) {
+    Balancing& system = manager.systems[i];
+    system.loads.assign(calculators, {});
+    for (std::size_t c = 0; c < calculators; ++c) {
+      const LoadRow& row = manager.account.loads()[i * calculators + c];
+      const int who = static_cast<int>(c);
+      system.speeds.add(who, row.tally.at_start + row.tally.created, row.tally.compute_s, row.tally.created);
+      system.loads[c] = {row.n_end, row.rescaled_s, system.speeds.of(who), system.speeds.error(who)};
+    }
+  }
+}
+
+void plan(const Rank& rank, const Script& script, Manager& manager, const Round& round) {
+  const balance::Policy& policy = *rank.settings.policy;
+  const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
+  balance::Plan whole;
+  std::vector<Load> sum;
+  if (policy.over_all && !systems.empty()) {
+    std::vector<std::vector<Load>> loads;
+    for (const std::size_t i : systems) loads.push_back(manager.systems[i].loads);
+    sum = balance::sum_of(loads);
+    const std::size_t first = systems.front();
+    const balance::Table table{rank.talk.frame, manager.systems[first].evaluations++, "all", sum,
+                               script.systems[first]->domains.cuts()};
+    whole = balance::legal(policy.plan(table), table, policy.name());
+  }
+  for (const std::size_t i : systems) {
+    Balancing& system = manager.systems[i];
+    if (policy.over_all) {
+      ask(rank, script, manager, i, balance::part_of(whole, system.loads, sum));
+    } else {
+      const balance::Table table{rank.talk.frame, system.evaluations++, script.systems[i]->definition.name,
+                                 system.loads, script.systems[i]->domains.cuts()};
+      ask(rank, script, manager, i, balance::legal(policy.plan(table), table, policy.name()));
+    }
+  }
+}
+
+void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, Round& round) {
+  if (!balances(rank, script)) return;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "balance", script.name_of(round));
+  Conversation& talk = rank.talk;
+  particles::Bytes proposals;
+  if (talk.calculates()) {
+    for (std::size_t i = round.first; i < round.last; ++i) {
+      Population& here = *calculator.populations[i];
+      const Tally& tally = here.tally;
+      here.speeds.add(talk.calculator(), tally.at_start + tally.created, tally.compute_s, tally.created);
+    }
+    std::vector<Request> requests = std::move(round.orders.requests);
+    if (!round.orders.partners.empty()) {
+      requests = decide_with_neighbours(rank, calculator, round, systems_to_balance(rank, script, round));
+    }
+    talk.work("balance", [&] {
+      for (const Request& request : requests) {
+        const auto i = static_cast<std::size_t>(request.system);
+        write(propose(rank, *script.systems[i], *calculator.populations[i], request), proposals);
+      }
+    });
+    if (talk.failed()) proposals.clear();
+  }
+  if (!round.verdict.asks) return;
+  talk.relay().say(Phase::proposals, talk.stamp(round), proposals.view(), talk.failed());
+  talk.relay().hand_up(Phase::proposals, talk.stamp(round));
+  // Who was asked answers while other work goes on.
+  if (talk.manages()) manager.asked.push_back({talk.stamp(round), systems_to_balance(rank, script, round)});
+}
+
+void take_all_proposals(Rank& rank, const Script& script, Manager& manager) {
+  if (manager.asked.empty() && manager.rows.empty()) return;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "new cuts");
+  for (Balancing& system : manager.systems) system.histograms.clear();
+  for (const Asked& asked : std::exchange(manager.asked, {})) take_proposals(rank, script, manager, asked);
+  write_rows(rank, manager);
+}
+
+std::vector<Density> densities(const Script& script, const Calculator& calculator) {
+  std::vector<Density> found;
   std::vector<float> room;
-  for (const auto& system : systems_) {
+  for (std::size_t i = 0; i < script.systems.size(); ++i) {
+    const Population& here = *calculator.populations[i];
     Density density;
-    density.particles = system->store->size();
-    const std::vector<float> q = balance::quantiles(coordinates(*system, room), kQuantiles);
+    density.particles = here.store.size();
+    const std::vector<float> q = balance::quantiles(coordinates(*script.systems[i], here, room), kQuantiles);
     if (q.empty()) density.particles = 0;
     std::copy(q.begin(), q.end(), density.quantiles);
-    tail_.density.push_back(density);
+    found.push_back(density);
   }
+  return found;
 }
 
 }  // namespace motes::frame

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "comm/clock.h"
-#include "frame/flock.h"
+#include "frame/birth_batch.h"
 #include "recording/births.h"
 #include "simd/float_mode.h"
 
@@ -62,11 +62,11 @@ BirthBench birth_bench(int calculators, int births, int repeats) {
     Store newborn = recording::make(birth, schema, particles::system_key(1, 0), static_cast<std::uint64_t>(i) * count,
                                     count, 1.0f / 24, false, 0);
     lap(0);
-    const std::vector<Flock> made(1, Flock(0, std::move(newborn), domains, 0));
+    const std::vector<BirthBatch> made(1, BirthBatch(0, std::move(newborn), domains, 0));
     lap(1);
     std::vector<comm::Message> messages = split(made, ring, 0);
     lap(2);
-    std::vector<Flock> between(1, Flock(0, schema));
+    std::vector<BirthBatch> between(1, BirthBatch(0, schema));
     join(messages, between);
     messages = split(between, ring, std::max(ring.steps() - 1, 0));
     lap(3);

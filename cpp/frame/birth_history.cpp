@@ -9,8 +9,8 @@ namespace {
 using particles::Store;
 using recording::Birth;
 
-constexpr std::size_t kWorthLooking = std::size_t{1} << 20;  // bytes
-constexpr std::uint64_t kChunk = 1u << 16;                   // particles made at once
+constexpr std::uint64_t kChunk = 1u << 16;  // particles made at once
+constexpr std::size_t kSources = 16;        // calls among which a new one may find itself again
 
 std::size_t bytes_of(const Birth& birth) {
   std::size_t bytes = sizeof birth + birth.state.size() * sizeof(recording::Given);
@@ -39,34 +39,52 @@ void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_
 
 }  // namespace
 
-void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, float dt) {
-  calls_.push_back({birth, first_id, count, dt});
-  bytes_ += bytes_of(birth);
+// A source says the same in every frame. What was emitted has arrays of its own: it is not compared.
+std::uint64_t BirthHistory::number_of(const Birth& birth, float dt) {
+  const std::size_t first = calls_.size() > kSources ? calls_.size() - kSources : 0;
+  for (std::size_t i = calls_.size(); birth.kind != Birth::Kind::emit && i > first; --i) {
+    if (calls_[i - 1].dt == dt && calls_[i - 1].birth == birth) return forgotten_calls_ + i - 1;
+  }
+  calls_.push_back({birth, dt, bytes_of(birth)});
+  call_bytes_ += calls_.back().bytes;
+  return forgotten_calls_ + calls_.size() - 1;
 }
 
-void BirthHistory::forget_dead(const Store& store) {
-  if (bytes_ < kWorthLooking || bytes_ < 2 * bytes_kept_) return;
-  const std::vector<std::uint32_t> order = by_id(store);
-  const std::uint64_t* ids = store.ids();
-  std::erase_if(calls_, [&](const Call& call) {
-    const auto first = std::lower_bound(order.begin(), order.end(), call.first_id,
-                                        [ids](std::uint32_t p, std::uint64_t id) { return ids[p] < id; });
-    return first == order.end() || ids[*first] >= call.first_id + call.count;
-  });
-  bytes_ = 0;
-  for (const Call& call : calls_) bytes_ += bytes_of(call.birth);
-  bytes_kept_ = bytes_;
+void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, float dt) {
+  const std::uint64_t call = number_of(birth, dt);
+  if (!stretches_.empty()) {
+    Stretch& last = stretches_.back();
+    if (last.call == call && last.first_id + last.count == first_id) {
+      last.count += count;
+      return;
+    }
+  }
+  stretches_.push_back({first_id, count, call});
+}
+
+std::size_t BirthHistory::bytes() const { return call_bytes_ + stretches_.size() * sizeof(Stretch); }
+
+void BirthHistory::forget_before(std::uint64_t oldest) {
+  std::erase_if(stretches_, [oldest](const Stretch& s) { return s.first_id + s.count <= oldest; });
+  std::uint64_t needed = forgotten_calls_ + calls_.size();
+  for (const Stretch& stretch : stretches_) needed = std::min(needed, stretch.call);
+  const auto kept = calls_.begin() + static_cast<std::ptrdiff_t>(needed - forgotten_calls_);
+  for (auto call = calls_.begin(); call != kept; ++call) call_bytes_ -= call->bytes;
+  calls_.erase(calls_.begin(), kept);
+  forgotten_calls_ = needed;
+  pruned_bytes_ = bytes();
 }
 
 void BirthHistory::restore_copies(Store& store, particles::Key key) {
   const std::vector<std::uint32_t> order = by_id(store);
   auto next = order.begin();
-  for (const Call& call : calls_) {
+  for (const Stretch& stretch : stretches_) {
+    const Call& call = calls_[stretch.call - forgotten_calls_];
     // What was emitted has arrays for the whole call; what is drawn can be made in parts.
-    const std::uint64_t step = call.birth.kind == Birth::Kind::emit ? call.count : kChunk;
-    for (std::uint64_t done = 0; done < call.count; done += step) {
-      const std::uint64_t first = call.first_id + done;
-      const std::uint64_t count = std::min(step, call.count - done);
+    const std::uint64_t step = call.birth.kind == Birth::Kind::emit ? stretch.count : kChunk;
+    for (std::uint64_t done = 0; done < stretch.count; done += step) {
+      const std::uint64_t first = stretch.first_id + done;
+      const std::uint64_t count = std::min(step, stretch.count - done);
       while (next != order.end() && store.ids()[*next] < first) ++next;
       if (next == order.end()) break;
       if (store.ids()[*next] >= first + count) continue;
@@ -76,8 +94,9 @@ void BirthHistory::restore_copies(Store& store, particles::Key key) {
       }
     }
   }
-  calls_.clear();
-  bytes_ = bytes_kept_ = 0;
+  clear();
 }
+
+void BirthHistory::clear() { *this = BirthHistory(); }
 
 }  // namespace motes::frame

@@ -2,6 +2,7 @@
 // can be made once more when a script first names a *_b attribute.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -11,29 +12,49 @@
 
 namespace motes::frame {
 
+/// All births of one system so far, but for those whose particles are dead on all ranks. Every rank notes the same
+/// calls, also where none of their particles live: one of them may come later. So all ranks reach the limits below in
+/// the same frame, and what they do about it needs no messages of its own.
 class BirthHistory {
  public:
   /// Notes particles first_id .. first_id + count - 1 of a call. dt: seconds of its (sub)step.
   void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, float dt);
 
-  /// Forgets calls of which no particle lives in `store`; looks only where that may free memory worth the work.
-  void forget_dead(const particles::Store& store);
+  /// Whether the history has grown so much that forgetting the dead is worth a look at all ids. `limit`: bytes that it
+  /// may take.
+  bool wants_pruning(std::size_t limit) const { return bytes() > limit / 4 && bytes() > 2 * pruned_bytes_; }
+
+  /// Forgets the particles with ids below `oldest`, the lowest id that lives on any rank.
+  void forget_before(std::uint64_t oldest);
 
   /// Gives the particles of `store` the *_b values that they would have had from birth on, and forgets all.
   void restore_copies(particles::Store& store, particles::Key key);
+  void clear();
 
-  std::size_t size() const { return calls_.size(); }
+  /// Memory that it takes.
+  std::size_t bytes() const;
+  /// Stretches of ids that one call made.
+  std::size_t size() const { return stretches_.size(); }
 
  private:
   struct Call {
     recording::Birth birth;
+    float dt;
+    std::size_t bytes;
+  };
+  struct Stretch {
     std::uint64_t first_id;
     std::uint64_t count;
-    float dt;
+    std::uint64_t call;  // its number since the beginning: calls_[call - forgotten_calls_]
   };
-  std::vector<Call> calls_;  // ascending ids
-  std::size_t bytes_ = 0;
-  std::size_t bytes_kept_ = 0;  // when last looked
+
+  std::uint64_t number_of(const recording::Birth& birth, float dt);
+
+  std::vector<Call> calls_;
+  std::vector<Stretch> stretches_;  // ascending ids
+  std::uint64_t forgotten_calls_ = 0;
+  std::size_t call_bytes_ = 0;
+  std::size_t pruned_bytes_ = 0;  // when last looked
 };
 
 }  // namespace motes::frame

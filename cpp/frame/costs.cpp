@@ -58,11 +58,20 @@ double Costs::of(const std::vector<recording::Item>& list) const {
 
 Costs read_costs(const std::string& text) {
   Costs costs;
-  const std::map<std::string, double*> fields = {
-      {"birth", &costs.birth},     {"newborn", &costs.newborn}, {"forward", &costs.forward}, {"leave", &costs.leave},
-      {"gap", &costs.gap},         {"arrive", &costs.arrive},   {"select", &costs.select},   {"record", &costs.record},
-      {"collect", &costs.collect}, {"draw", &costs.draw},       {"picture", &costs.picture}, {"report", &costs.report},
-      {"message", &costs.message}, {"byte", &costs.byte}};
+  const std::map<std::string, double*> fields = {{"birth", &costs.birth},
+                                                 {"newborn", &costs.newborn},
+                                                 {"forward", &costs.forward},
+                                                 {"leave", &costs.leave},
+                                                 {"gap", &costs.gap},
+                                                 {"arrive", &costs.arrive},
+                                                 {"select", &costs.select},
+                                                 {"record", &costs.record},
+                                                 {"collect", &costs.collect},
+                                                 {"draw", &costs.draw},
+                                                 {"picture", &costs.picture},
+                                                 {"report", &costs.report},
+                                                 {"message", &costs.messages.message},
+                                                 {"byte", &costs.messages.byte}};
   const std::map<std::string, Entry> found = entries(text);
   if (const auto all = found.find("action"); all != found.end()) costs.act.fill(all->second.value);
   for (const auto& [name, entry] : found) {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "actions/action.h"
+#include "comm/communicator.h"
 #include "recording/record.h"
 
 namespace motes::frame {
@@ -26,9 +27,9 @@ struct Costs {
   double draw = 0;  // image generator
   double picture = 0;  // image generator: a whole picture without particles
   double report = 0;  // manager: one calculator's report, a system
-  double message = 0;  // any rank: a message, at each end
-  double byte = 0;  // and a byte of it; where this is given, messages share no links
-  double scale = 1;  // each computed particle stands for so many
+  /// `messages.message`: any rank, a message at each of its ends; `messages.byte`: and a byte of it; where this is
+  /// given, messages share no links. `messages.scale`: each computed particle stands for this many.
+  comm::Weights messages;
 
   /// Operations of a list's actions on one particle, one sub-step.
   double of(const std::vector<recording::Item>& list) const;

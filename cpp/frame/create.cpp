@@ -1,189 +1,172 @@
-// create (paper 3.2.1): the manager counts, numbers and makes the births of the frame and deals them out by domain;
-// its message is also the notice that transmission has ended, and says what it was asked to do. share.cpp is another
-// way: the calculators make births.
+#include "frame/create.h"
+
 #include <algorithm>
-#include <numeric>
+#include <cstring>
 #include <utility>
 
-#include "frame/engine.h"
-#include "frame/work.h"
+#include "frame/share.h"
 
 namespace motes::frame {
 
 using comm::Phase;
 
-void Engine::count_births() {
-  groups_.assign(systems_.size(), {});
-  for (std::size_t i = 0; in_frame() && i < systems_.size(); ++i) {
-    groups_[i] = systems_[i]->count_births(frame_, options_.dt, options_.substeps);
-  }
-}
+namespace {
 
-void Engine::deal(const Round& round) {
-  const Timed timed(*this, times_.create, "create", name_of(round));
-  particles::Bytes cuts;
-  std::vector<Part> hands(static_cast<std::size_t>(comm_->size()));
-  const bool shared = shares_births(round);
-  work("create", [&] {
-    for (std::size_t i = round.first; i < round.last; ++i) {
-      System& system = *systems_[i];
-      Stores children;
-      if (system.next_domains) {
-        system.domains = *std::exchange(system.next_domains, std::nullopt);
-        system.new_cuts = true;
-      }
-      if (in_frame() && system.children.count > 0) children.push_back(make_children(system));
-      fit(system, groups_[i], children);
-      put_cuts(system, cuts);
-      for (const particles::Store& store : children) deal_out(system, store, hands);
-      if (!shared) deal_groups(i, hands);
-    }
-  });
-  particles::Bytes common;
-  common.put(recording::hash(record_bytes_.view()));
-  common.put(static_cast<std::uint32_t>(rounds_.size()));
-  common.put(shared);
-  if (failure_.failed()) {
-    hands = std::vector<Part>(hands.size());
-  } else {
-    common.put_raw(cuts.data(), cuts.size());
-  }
-  relay_.tell(Phase::begin, stamp(round), common, hands, failure_.failed());
-}
+// Groups are made and dealt out in pieces of so many particles: a large burst needs no memory of its own, and a piece
+// stays in the second cache.
+constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
 
-void Engine::deal_groups(std::size_t index, std::vector<Part>& hands) {
-  const System& system = *systems_[index];
-  for (const BirthGroup& group : groups_[index]) {
-    charge(options_.costs.birth * static_cast<double>(group.count));
-    if (bears_its_own()) {
-      hands[static_cast<std::size_t>(rank())].count += group.count;
-    } else {
-      make_births(system, group, 0, group.count,
-                  [&](const particles::Store& piece) { deal_out(system, piece, hands); });
-    }
-  }
-}
-
-void Engine::put_cuts(System& system, particles::Bytes& out) {
-  out.put(system.new_cuts);
-  if (!std::exchange(system.new_cuts, false)) return;
+void put_cuts(const System& system, Balancing& balancing, particles::Bytes& out) {
+  out.put(balancing.untold);
+  if (!std::exchange(balancing.untold, false)) return;
   const std::vector<float>& cuts = system.domains.cuts();
   out.put(static_cast<std::uint32_t>(cuts.size()));
   out.put_raw(cuts.data(), cuts.size() * sizeof(float));
 }
 
-void Engine::deal_out(const System& system, const particles::Store& newborn, std::vector<Part>& hands) const {
-  std::vector<std::vector<std::uint32_t>> owned(cast_.calculators.size());
+void take_cuts(System& system, Population& here, particles::Reader& in) {
+  if (!in.get<bool>()) return;
+  std::vector<float> cuts(in.get<std::uint32_t>());
+  const auto bytes = in.take(cuts.size() * sizeof(float));
+  if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
+  system.domains = domains::Domains(std::move(cuts));
+  system.waits_for_fit = false;
+  here.moved = true;  // its particles may be outside now: the next exchange takes them to their owners
+}
+
+// To each calculator what belongs to it.
+void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
+  std::vector<std::vector<std::uint32_t>> owned(rank.talk.calculators());
   std::vector<std::uint32_t> owners(newborn.size());
   system.domains.owners_of({newborn.plane(particles::position, system.definition.axis), newborn.size()}, owners.data());
   for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
-    Part& hand = hands[static_cast<std::size_t>(cast_.calculators[c])];
-    newborn.pack(owned[c], hand.bytes);
-    hand.count += owned[c].size();
+    Part& part = parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))];
+    newborn.pack(owned[c], part.bytes);
+    part.count += owned[c].size();
   }
 }
 
-Engine::Newborn Engine::receive_births(std::size_t index) {
-  const Timed timed(*this, times_.create, "wait for births", name_of(rounds_[index]));
+void deal_groups(const Rank& rank, const System& system, std::vector<Part>& parts) {
+  for (const BirthGroup& group : system.groups) {
+    rank.machine.charge(rank.machine.costs().birth * static_cast<double>(group.count));
+    if (rank.creates_in_place()) {
+      parts[static_cast<std::size_t>(rank.talk.rank())].count += group.count;
+    } else {
+      make_births(rank, system, group, 0, group.count,
+                  [&](const particles::Store& piece) { deal_out(rank, system, piece, parts); });
+    }
+  }
+}
+
+// Other rounds than this rank's: its list differs.
+void follow(Script& script, std::uint32_t rounds) {
+  const std::size_t before = script.rounds.size();
+  script.rounds.resize(rounds);
+  for (std::size_t r = before; r < script.rounds.size(); ++r) script.rounds[r].turn = script.rounds[r - 1].turn + 1;
+}
+
+}  // namespace
+
+void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "create", script.name_of(round));
+  particles::Bytes cuts;
+  std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
+  const bool shared = shares_births(rank, script, round);
+  rank.talk.work("create", [&] {
+    for (std::size_t i = round.first; i < round.last; ++i) {
+      System& system = *script.systems[i];
+      Balancing& balancing = manager.systems[i];
+      if (balancing.next) {
+        system.domains = *std::exchange(balancing.next, std::nullopt);
+        balancing.untold = true;
+      }
+      if (fit(rank, system)) balancing.untold = true;
+      put_cuts(system, balancing, cuts);
+      if (!shared) deal_groups(rank, system, parts);
+    }
+  });
+  particles::Bytes common;
+  common.put(script.hash);
+  common.put(static_cast<std::uint32_t>(script.rounds.size()));
+  common.put(shared);
+  if (rank.talk.failed()) {
+    parts = std::vector<Part>(parts.size());
+  } else {
+    common.put_raw(cuts.data(), cuts.size());
+  }
+  rank.talk.relay().tell(Phase::begin, rank.talk.stamp(round), common, parts, rank.talk.failed());
+}
+
+Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t index) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "wait for births",
+                               script.name_of(script.rounds[index]));
   Newborn newborn;
-  newborn.heard = relay_.hear(Phase::begin, stamp(rounds_[index]));
+  newborn.heard = rank.talk.relay().hear(Phase::begin, rank.talk.stamp(script.rounds[index]));
   newborn.count = newborn.heard.count;
   newborn.dealt = particles::Reader(newborn.heard.own);
   particles::Reader in(newborn.heard.common);
   const auto hash = in.get<recording::Hash>();
   const auto rounds = in.get<std::uint32_t>();
   newborn.shared = in.get<bool>();
-  if (hash != recording::hash(record_bytes_.view())) {
-    failure_ = {Failure::Kind::mismatch, recording::name(record_.verb), "another list than the manager's"};
-    // The conversation goes on by the manager's list until all agree that this one differs.
-    const std::size_t before = rounds_.size();
-    rounds_.resize(rounds);
-    for (std::size_t r = before; r < rounds_.size(); ++r) rounds_[r].turn = rounds_[r - 1].turn + 1;
+  if (hash != script.hash) {
+    rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
+    follow(script, rounds);
   }
-  const Round& round = rounds_[index];
+  const Round& round = script.rounds[index];
   if (!newborn.heard.failed) {
-    work("create", [&] {
-      for (std::size_t i = round.first; i < round.last; ++i) take_cuts(*systems_[i], in);
+    rank.talk.work("create", [&] {
+      for (std::size_t i = round.first; i < round.last; ++i) {
+        take_cuts(*script.systems[i], *calculator.populations[i], in);
+      }
     });
   }
-  if (newborn.shared && calculator() >= 0) share_births(round, newborn);
+  if (newborn.shared && rank.talk.calculates()) share_births(rank, script, round, newborn);
   return newborn;
 }
 
-// Groups are made and dealt out in pieces of so many particles: a large burst needs no memory of its own, and a piece
-// stays in the second cache.
-constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
-
-// Those with the numbers first .. last - 1 within the group.
-void Engine::make_births(const System& system, const BirthGroup& group, std::uint64_t first, std::uint64_t last,
-                         const Use& use) const {
+void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
+                 std::uint64_t last, const std::function<void(particles::Store&&)>& use) {
   for (; first < last; first += std::min(kPiece, last - first)) {
-    use(system.make(group, first, std::min(kPiece, last - first), options_.dt, options_.substeps));
+    use(system.make(group, first, std::min(kPiece, last - first), rank.settings.dt, rank.settings.substeps));
   }
 }
 
-void Engine::take_births(System& system, const BirthGroup& group, Newborn& newborn) {
-  if (newborn.shared) return take_shares(system, newborn);
-  for (std::uint64_t first = 0; first < group.count; first += kPiece) system.store->unpack(newborn.dealt);
+void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store) {
+  if (newborn.shared) return take_shares(newborn, store);
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) store.unpack(newborn.dealt);
 }
 
-// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
-bool Engine::bears_its_own() const { return manages() && calculator() == 0 && cast_.calculators.size() == 1; }
-
-// Makes what belongs here of a group.
-void Engine::bear(System& system, const BirthGroup& group) const {
-  const bool all = cast_.calculators.size() == 1;
-  if (all) system.store->make_room(group.count);
-  make_births(system, group, 0, group.count, [&](const particles::Store& piece) {
+void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store) {
+  const bool all = rank.talk.calculators() == 1;
+  if (all) store.make_room(group.count);
+  make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
     const float* x = piece.plane(particles::position, system.definition.axis);
     std::vector<std::uint32_t> mine;
     for (std::size_t p = 0; p < piece.size(); ++p) {
-      if (all || system.domains.owner_of(x[p]) == calculator()) mine.push_back(static_cast<std::uint32_t>(p));
+      if (all || system.domains.owner_of(x[p]) == rank.talk.calculator()) mine.push_back(static_cast<std::uint32_t>(p));
     }
     particles::Bytes bytes;
     piece.pack(mine, bytes);
     particles::Reader in(bytes.view());
-    system.store->unpack(in);
+    store.unpack(in);
   });
 }
 
-// What the last frame's events bear: one store, in the order of their ids.
-particles::Store Engine::make_children(System& system) {
-  particles::Store all(system.schema);
-  std::uint64_t first = system.children.first_id;
-  std::uint64_t left = system.children.count;
-  for (const recording::Offspring& offspring : system.offspring) {
-    const particles::Store some =
-        recording::make(offspring, system.schema, system.key, first, left, system.keeps_copies);
-    std::vector<std::uint32_t> everyone(some.size());
-    std::iota(everyone.begin(), everyone.end(), 0u);
-    particles::Bytes bytes;
-    some.pack(everyone, bytes);
-    particles::Reader in(bytes.view());
-    all.unpack(in);
-    first += some.size();
-    left -= some.size();
-  }
-  system.offspring.clear();
-  return all;
-}
-
-// space "fit": the first births decide where the domains lie.
-void Engine::fit(System& system, const std::vector<BirthGroup>& groups, const Stores& children) const {
-  if (!system.waits_for_fit || (groups.empty() && children.empty())) return;
+bool fit(const Rank& rank, System& system) {
+  if (!system.waits_for_fit || system.groups.empty()) return false;
   std::vector<float> coordinates;
-  const auto note = [&](const particles::Store& store) {
-    const float* x = store.plane(particles::position, system.definition.axis);
-    coordinates.insert(coordinates.end(), x, x + store.size());
-  };
-  if (cast_.calculators.size() > 1) {  // one domain needs no cuts
-    std::for_each(children.begin(), children.end(), note);
-    for (const BirthGroup& group : groups) make_births(system, group, 0, group.count, note);
+  if (rank.talk.calculators() > 1) {  // one domain needs no cuts
+    for (const BirthGroup& group : system.groups) {
+      make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
+        const float* x = piece.plane(particles::position, system.definition.axis);
+        coordinates.insert(coordinates.end(), x, x + piece.size());
+      });
+    }
   }
-  system.domains = domains::quantiles(coordinates, static_cast<int>(cast_.calculators.size()));
+  system.domains = domains::quantiles(coordinates, static_cast<int>(rank.talk.calculators()));
   system.waits_for_fit = false;
-  system.new_cuts = true;
+  return true;
 }
 
 }  // namespace motes::frame

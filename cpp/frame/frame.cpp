@@ -1,203 +1,162 @@
-#include "frame/engine.h"
-
+// The loop: what a frame, and every other conversation of all ranks, consists of.
 #include "comm/clock.h"
 #include "comm/last_words.h"
-#include "frame/work.h"
+#include "frame/act.h"
+#include "frame/agree.h"
+#include "frame/balance.h"
+#include "frame/create.h"
+#include "frame/engine.h"
+#include "frame/exchange.h"
+#include "frame/histories.h"
+#include "frame/spawn.h"
 
 namespace motes::frame {
 
 using recording::Verb;
 
-Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Options options)
-    : comm_(std::move(communicator)), cast_(std::move(cast)), relay_(*comm_, cast_), options_(std::move(options)) {
-  if (options_.policy) options_.policy->check(cast_.calculators.size());
-  comm_->weigh({options_.costs.scale, options_.costs.message, options_.costs.byte});
+namespace {
+
+void open(Parts& p, std::size_t index) {
+  Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may learn that there are other rounds
+  Round& round = p.script.rounds[index];
+  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set leavers aside
+  report(p.rank, p.script, p.calculator, round);        // all -> manager: loads, events, failures
 }
 
-// The paper's Algorithm 1 and section 3.2, from a recorded list on.
-void Engine::run_frame(const std::optional<image::View>& view) {
-  begin_frame(view ? Verb::render : Verb::step, view, "");
-  keep_list();
-  if (listing_) return end_frame();
-  talk();    // create, act, agree, exchange, balance
-  order();   // calculators, each by itself
-  render();  // calculators -> image generator
-  end_frame();
+void settle(Parts& p, Round& round) {
+  if (p.rank.talk.manages()) judge(p.rank, p.script, p.manager, round);
+  hear_verdict(p.rank, p.script, round);               // manager -> all
+  send_leavers(p.rank, p.script, p.calculator, round);  // calculators -> calculators
+}
+
+void close(Parts& p, Round& round) {
+  receive_arrivals(p.rank, p.script, p.calculator, round);
+  if (p.script.in_frame()) balance(p.rank, p.script, p.calculator, p.manager, round);
+  p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
 }
 
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
-void Engine::talk() {
-  take_all_proposals();  // of the last frame: the manager hands the new cuts out now
-  const std::size_t lag = in_frame() && options_.combine == Combine::overlapped ? 1 : 0;
-  if (manages() && lag > 0) {
-    for (const Round& round : rounds_) deal(round);
+void converse(Parts& p) {
+  const bool manages = p.rank.talk.manages();
+  if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame: new cuts go out with the births
+  std::vector<Round>& rounds = p.script.rounds;
+  const std::size_t lag = p.script.in_frame() && p.rank.settings.combine == Combine::overlapped ? 1 : 0;
+  for (std::size_t round = 0; manages && lag > 0 && round < rounds.size(); ++round) {
+    deal(p.rank, p.script, p.manager, rounds[round]);
   }
-  for (std::size_t step = 0; step < rounds_.size() + 2 * lag; ++step) {
-    if (step < rounds_.size()) {
-      if (manages() && lag == 0) deal(rounds_[step]);
-      open(step);
+  for (std::size_t step = 0; step < rounds.size() + 2 * lag; ++step) {
+    if (step < rounds.size()) {
+      if (manages && lag == 0) deal(p.rank, p.script, p.manager, rounds[step]);
+      open(p, step);
     }
-    if (step >= lag && step - lag < rounds_.size()) settle(rounds_[step - lag]);
-    if (step >= 2 * lag) close(rounds_[step - 2 * lag]);
+    if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
+    if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
   }
 }
 
-void Engine::open(std::size_t round) {
-  Newborn newborn = receive_births(round);  // may learn that the manager has other rounds
-  act(rounds_[round], newborn);  // calculators run the list and set leavers aside
-  report(rounds_[round]);       // all -> manager: loads, failures
+void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const std::string& argument) {
+  p.rank.talk.check_alive();
+  const Settings& run = p.rank.settings;
+  write_record(p.script, run, p.rank.talk.frame, verb, view, argument);
+  p.rank.watch.begin(p.rank.talk.frame, p.script.in_frame(), p.rank.talk.comm().waited_s());
+  for (const auto& system : p.script.systems) {
+    system->groups.clear();
+    if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
+  }
+  if (p.script.in_frame()) ask_for_oldest(p.script);
+  split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
 
-void Engine::settle(Round& round) {
-  if (manages()) judge(round);
-  const Timed timed(*this, times_.report, "wait for verdict", name_of(round));
-  relay_.hand_up(comm::Phase::report, stamp(round));
-  const Heard answer = relay_.hear(comm::Phase::verdict, stamp(round));
-  particles::Reader common(answer.common);
-  particles::Reader own(answer.own);
-  obey(round, read_verdict(common), own.done() ? Orders{} : read_orders(own));
-  send_leavers(round);  // calculators -> calculators
+void end(Parts& p) {
+  Conversation& talk = p.rank.talk;
+  p.rank.watch.end(talk.comm().waited_s());
+  Tail& tail = p.calculator.tail;
+  tail.valid = true;
+  tail.frame = talk.frame;
+  tail.times = p.rank.watch.last();
+  for (const auto& here : p.calculator.populations) tail.bytes_sent.push_back(here->tally.bytes_sent);
+  if (!p.rank.settings.log.directory.empty() && talk.calculates()) tail.density = densities(p.script, p.calculator);
+  talk.work("spans", [&] { p.rank.watch.write_spans(); });
+  bound_histories(p.script, p.calculator);
+  ++talk.frame;
+  for (const auto& system : p.script.systems) system->start_frame();
+  for (const auto& here : p.calculator.populations) start_frame(*here);
+  comm::set_place("rank " + std::to_string(talk.rank()) + " (" + talk.cast().describe(talk.rank()) + "), frame " +
+                  std::to_string(talk.frame));
 }
 
-void Engine::close(Round& round) {
-  receive_strangers(round);
-  if (in_frame()) balance(round);
-  if (spans_ && in_frame()) spans_->add(frame_, "messages", name_of(round), round.reported_s, comm::wall_seconds());
+// Outside the frame: all ranks are here and ask the same.
+void ask_all(Parts& p, Verb verb, const std::string& argument) {
+  begin(p, verb, std::nullopt, argument);
+  converse(p);
 }
 
-// The rounds of this conversation: the systems one by one, or all at once.
-void Engine::split() {
-  rounds_.clear();
-  const std::size_t n = systems_.size();
-  const std::size_t width = in_frame() && options_.combine != Combine::together ? 1 : n;
-  for (std::size_t first = 0; first < n; first += width)
-    rounds_.push_back({first, first + width, ++turn_, {}, {}, {}, 0});
-  if (rounds_.empty()) rounds_.push_back({0, 0, ++turn_, {}, {}, {}, 0});
+// Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
+std::string shared_settings(const Settings& run) {
+  constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
+  std::string shared = kCombine[static_cast<int>(run.combine)];
+  shared.append(", ").append(run.policy ? run.policy->name() : "cuts stay");
+  shared.append(run.births == Births::calculators ? ", births by calculators" : "");
+  return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
-std::string Engine::name_of(const Round& round) const {
-  return round.last == round.first + 1 ? systems_[round.first]->definition.name : "";
+}  // namespace
+
+// The paper's Algorithm 1 and section 3.2, from a recorded list on.
+void Engine::run_frame(const std::optional<image::View>& view) {
+  Parts& p = parts_;
+  begin(p, view ? Verb::render : Verb::step, view, "");
+  keep_list();
+  if (!kept_.only) {
+    converse(p);  // create, act, agree, exchange, balance
+    spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
+    sort_all(p.rank, p.script, p.calculator);  // the same
+    render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
+  }
+  end(p);
 }
 
 void Engine::start() {
-  frame_start_s_ = comm::wall_seconds();
-  // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
-  constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
-  std::string shared = kCombine[static_cast<int>(options_.combine)];
-  shared.append(", ").append(options_.policy ? options_.policy->name() : "cuts stay");
-  shared.append(options_.births == Births::calculators ? ", births by calculators" : "");
-  shared.append(", fan-out ").append(std::to_string(options_.fan_out));
-  converse(Verb::start, shared);
-  relay_.grow(cast_, options_.fan_out);  // all have agreed on it
-  if (manages() && !options_.log.empty()) {
-    work("log", [&] { log_ = std::make_unique<Log>(options_.log, options_.hosts); });
-    if (log_) log_->event("start", frame_, "");
+  Rank& rank = parts_.rank;
+  const Logging& log = rank.settings.log;
+  rank.watch.start();
+  ask_all(parts_, Verb::start, shared_settings(rank.settings));
+  rank.talk.relay().grow(rank.talk.cast(), rank.settings.fan_out);  // all have agreed on it
+  if (rank.talk.manages() && !log.directory.empty()) {
+    rank.talk.work("log", [&] {
+      parts_.manager.account.open_log(log.directory, log.hosts);
+      parts_.manager.account.log()->event("start", frame(), "");
+    });
   }
-  converse(Verb::start, "log");  // all know now whether the manager can write its log
-  if (!options_.spans) return;
+  ask_all(parts_, Verb::start, "log");  // all know now whether the manager can write its log
+  if (!log.spans) return;
   const double zero = comm::wall_seconds();
-  work("spans", [&] { spans_ = std::make_unique<Spans>(options_.log, rank(), zero); });
+  rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero); });
 }
 
 void Engine::finish() {
-  converse(Verb::finish, "");  // brings the last frame's tails, so its row is whole
-  write_rows();
-  if (log_) log_->event("end", frame_, "");
-  comm_->flush();
+  ask_all(parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
+  parts_.manager.account.write_rows();
+  if (Log* log = parts_.manager.account.log()) log->event("end", frame(), "");
+  parts_.rank.talk.comm().flush();
 }
 
 std::vector<particles::Digest> Engine::digest() {
   catch_up();
-  converse(Verb::digest, "");
-  return digests_;
+  parts_.rank.talk.work("act", [&] {
+    for (int i = 0; i < system_count(); ++i) note_digest(local(i), population(i));
+  });
+  ask_all(parts_, Verb::digest, "");
+  std::vector<particles::Digest> found;
+  for (const auto& system : parts_.script.systems) found.push_back(system->digest);
+  return found;
 }
 
-int Engine::add_system(recording::SystemDefinition definition) {
-  const auto index = static_cast<std::uint32_t>(systems_.size());
-  const int calculators = static_cast<int>(cast_.calculators.size());
-  systems_.push_back(std::make_unique<System>(std::move(definition), options_.seed, index, calculators));
-  if (options_.policy) {
-    balance::SpeedOptions speeds = options_.policy->speeds;
-    speeds.min_particles = static_cast<std::uint64_t>(static_cast<double>(speeds.min_particles) / options_.costs.scale);
-    systems_.back()->speeds = balance::Speeds(calculators, speeds);
-  }
-  return static_cast<int>(index);
-}
-
-void Engine::record(int index, recording::Item item) {
-  System& s = system(index);
-  if (const auto* action = std::get_if<actions::Action>(&item)) {
-    actions::check(*action);
-    actions::check(*action, s.schema);
-    if (actions::uses_copies(*action, s.schema)) s.keep_copies();
-  }
-  if (const auto* birth = std::get_if<recording::Birth>(&item)) {
-    recording::check(*birth, s.schema);
-    if (recording::gives_copies(*birth)) s.keep_copies();
-  }
-  if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
-    if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
-    recording::check(*spawn, s.schema, system(spawn->into).schema);
-    if (actions::uses_copies(spawn->where, s.schema)) s.keep_copies();
-    system(spawn->into).keep_copies();  // only the manager knows what children are made of
-  }
-  if (const auto* callback = std::get_if<recording::Callback>(&item)) {
-    actions::check_condition(callback->where, callback->shapes, s.schema);
-    if (actions::uses_copies(callback->where, s.schema)) s.keep_copies();
-  }
-  s.list.push_back(std::move(item));
-}
-
-void Engine::begin_frame(Verb verb, const std::optional<image::View>& view, const std::string& argument) {
-  if (broken_) throw std::runtime_error("the run ended when frame " + std::to_string(frame_) + " failed");
-  times_ = {};
-  waited_before_s_ = comm_->waited_s();
-  record_ = {};
-  record_.verb = verb;
-  record_.frame = frame_;
-  record_.seed = options_.seed;
-  record_.dt = options_.dt;
-  record_.substeps = options_.substeps;
-  for (const auto& s : systems_) {
-    record_.systems.push_back(s->definition);
-    record_.lists.push_back(std::move(s->list));  // lent: moved back below
-    record_.sprites.push_back(s->sprite);
-  }
-  record_.view = view;
-  record_.argument = argument;
-  record_bytes_.clear();
-  recording::write(record_, record_bytes_);
-  for (std::size_t i = 0; i < systems_.size(); ++i) systems_[i]->list = std::move(record_.lists[i]);
-  record_.lists.clear();
-  digests_.assign(systems_.size(), {});
-  count_births();
-  split();
-}
-
-void Engine::end_frame() {
-  const double now = comm::wall_seconds();
-  times_.wait = comm_->waited_s() - waited_before_s_;
-  times_.frame = now - frame_start_s_;
-  frame_start_s_ = now;
-  tail_.valid = true;
-  tail_.frame = frame_;
-  tail_.times = last_times_ = times_;
-  tail_.bytes_sent = exchange_bytes_;
-  if (!options_.log.empty()) note_density();
-  if (spans_) work("spans", [&] { spans_->write(); });
-  ++frame_;
-  for (const auto& s : systems_) s->start_frame();
-  comm::set_place("rank " + std::to_string(rank()) + " (" + cast_.describe(rank()) + "), frame " +
-                  std::to_string(frame_));
-}
-
-// A conversation outside the frame: all ranks are here and ask the same.
-void Engine::converse(Verb verb, const std::string& argument) {
-  for (int i = 0; i < system_count(); ++i) {
-    if (verb == Verb::digest || verb == Verb::gather) work("act", [&] { local(i); });
-  }
-  begin_frame(verb, std::nullopt, argument);
-  talk();
+std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
+  catch_up();
+  parts_.rank.talk.work("act", [&] { local(index); });
+  ask_all(parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
+  return frame::gather(parts_.rank, system(index), seen(index), to_all);
 }
 
 }  // namespace motes::frame

@@ -19,17 +19,18 @@ Row row_of(const FrameRow& frame) {
   row.field("t_report_s", frame.times.report).field("t_exchange_s", frame.times.exchange);
   row.field("t_balance_s", frame.times.balance).field("t_render_s", frame.times.render);
   if (!frame.image_sha256.empty()) row.field("image_sha256", frame.image_sha256);
-  if (!frame.particles_digest.empty()) row.field("particles_digest", frame.particles_digest);
+  if (!frame.digests.empty()) row.field("particles_digest", particles::combine(frame.digests).text());
   return row;
 }
 
 Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) {
   Row row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank).field("host", host);
-  row.field("n_start", load.n_start).field("n_end", load.n_end);
-  row.field("created", load.created).field("killed", load.killed);
-  row.field("sent", load.sent).field("received", load.received).field("bytes_sent", load.bytes_sent);
-  row.field("t_compute_s", seconds(load.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
+  const Tally& tally = load.tally;
+  row.field("n_start", tally.at_start).field("n_end", load.n_end);
+  row.field("created", tally.created).field("killed", tally.killed);
+  row.field("sent", tally.sent).field("received", tally.received).field("bytes_sent", tally.bytes_sent);
+  row.field("t_compute_s", seconds(tally.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
   row.field("t_exchange_s", seconds(load.exchange_s))
       .field("t_wait_s", seconds(load.wait_s))
       .field("t_image_s", seconds(load.image_s));

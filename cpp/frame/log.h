@@ -16,10 +16,11 @@ namespace motes::frame {
 struct LoadRow {
   std::string system;
   int rank = 0;
-  std::uint64_t n_start = 0, n_end = 0, created = 0, killed = 0, sent = 0, received = 0, bytes_sent = 0;
-  double compute_s = 0, rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
+  Tally tally;
+  std::uint64_t n_end = 0;
+  double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
   float domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
-  double speed = 0;                    // particles a second
+  double speed = 0;                    // particles per second
   Density density;
 };
 
@@ -42,11 +43,12 @@ struct FrameRow {
   double imbalance = 1;  // slowest calculator's compute seconds / their mean
   int slowest_rank = 0;
   PhaseTimes times;      // the slowest rank of each phase
-  std::string image_sha256, particles_digest;
-  std::vector<LoadRow> load;
+  std::string image_sha256;
+  std::vector<particles::Digest> digests;  // one per system; empty where nobody asked for them
+  std::vector<LoadRow> load;               // by system, then calculator
 };
 
-/// The tables of a run but run.json and the spans: written a frame at a time.
+/// The tables of a run but run.json and the spans: written frame by frame.
 class Log {
  public:
   /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.

@@ -1,7 +1,4 @@
-// render (paper 3.2.4): calculators project their particles and send what is visible; the image generator draws it
-// with the external objects.
-#include "frame/engine.h"
-#include "frame/work.h"
+#include "frame/render.h"
 
 namespace motes::frame {
 namespace {
@@ -20,58 +17,78 @@ image::Drawn drawn(const particles::Store& store) {
   return d;
 }
 
-}  // namespace
-
-void Engine::render() {
-  if (!record_.view) return;
-  if (calculator() >= 0) send_sprites();
-  if (draws()) draw();
-}
-
-void Engine::send_sprites() {
-  const Timed timed(*this, times_.render, "project");
-  const double start = compute_seconds();
+void send_records(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
+  Conversation& talk = rank.talk;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "project");
+  const double start = rank.machine.compute_seconds();
   comm::Message message;
-  std::uint64_t visible = 0;
-  work("render", [&] {
-    for (const auto& system : systems_) {
-      projector_.project(drawn(*system->store), system->sprite, *record_.view, records_);
-      const auto bytes = records_.bytes();
+  std::uint64_t projected = 0;
+  talk.work("render", [&] {
+    for (std::size_t i = 0; i < script.systems.size(); ++i) {
+      const particles::Store& store = calculator.populations[i]->store;
+      painter.projector.project(drawn(store), script.systems[i]->sprite, *script.record.view, painter.records);
+      const auto bytes = painter.records.bytes();
       message.bytes().put(static_cast<std::uint64_t>(bytes.size()));
       message.bytes().put_raw(bytes.data(), bytes.size());
-      visible += system->store->size();
+      projected += store.size();
     }
-    if (!draws()) charge(options_.costs.record * static_cast<double>(visible));
+    if (!talk.draws()) rank.machine.charge(rank.machine.costs().record * static_cast<double>(projected));
   });
-  slow_down(start);
-  if (failure_.failed()) message = comm::Message();
-  comm_->post(cast_.image_generator, comm::Phase::records, stamp(), std::move(message), visible, failure_.failed());
-  if (options_.blocking) comm_->flush();
+  rank.machine.slow_down(start);
+  if (talk.failed()) {
+    message = comm::Message();
+    message.bytes().put_text(talk.failure().action);
+    message.bytes().put_text(talk.failure().text);
+  }
+  talk.comm().post(talk.cast().image_generator, comm::Phase::records, talk.stamp(), std::move(message), projected,
+                   talk.failed());
+  if (rank.settings.blocking) talk.comm().flush();
 }
 
-void Engine::draw() {
-  const Timed timed(*this, times_.render, "draw");
+// No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
+[[noreturn]] void report_failure(Rank& rank, int from, const comm::Message& message) {
+  particles::Reader in = message.reader();
+  Verdict verdict;
+  verdict.failed_rank = from;
+  verdict.failure = {Failure::Kind::compute, in.get_text(), in.get_text()};
+  rank.talk.give_up(std::move(verdict));
+}
+
+// What all calculators sent, and how many particles it stands for.
+std::vector<comm::Message> receive_records(Rank& rank, double& particles) {
   std::vector<comm::Message> messages;
-  double particles = 0;
-  for (const int from : cast_.calculators) {
-    messages.push_back(comm_->expect(from, comm::Phase::records, stamp()));
+  for (const int from : rank.talk.cast().calculators) {
+    messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
+    if (messages.back().header().failed != 0 && from != rank.talk.rank()) report_failure(rank, from, messages.back());
     const auto count = static_cast<double>(messages.back().header().count);
-    if (from != rank()) charge(options_.costs.collect * count);
+    if (from != rank.talk.rank()) rank.machine.charge(rank.machine.costs().collect * count);
     particles += count;
   }
-  work("render", [&] {
-    canvas_.begin(*record_.view, keep_linear_);
+  return messages;
+}
+
+void draw(Rank& rank, const Script& script, Painter& painter) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "draw");
+  double particles = 0;
+  const std::vector<comm::Message> messages = receive_records(rank, particles);
+  rank.talk.work("render", [&] {
+    painter.canvas.begin(*script.record.view, painter.keep_linear);
     for (const comm::Message& message : messages) {
-      if (message.header().failed != 0) {
-        throw std::runtime_error("a calculator could not draw its part of frame " + std::to_string(frame_));
-      }
-      for (particles::Reader in = message.reader(); !in.done();) canvas_.add(in.take(in.get<std::uint64_t>()));
+      for (particles::Reader in = message.reader(); !in.done();) painter.canvas.add(in.take(in.get<std::uint64_t>()));
     }
-    pixels_ = canvas_.finish();
-    charge(options_.costs.draw * particles + options_.costs.picture / options_.costs.scale);
+    painter.pixels = painter.canvas.finish();
+    rank.machine.charge(rank.machine.costs().draw * particles);
+    rank.machine.charge_once(rank.machine.costs().picture);
   });
-  // A frame that could not be drawn must not reach the script.
-  if (failure_.failed()) std::rethrow_exception(own_exception_);
+}
+
+}  // namespace
+
+void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
+  if (!script.record.view) return;
+  if (rank.talk.calculates()) send_records(rank, script, calculator, painter);
+  if (rank.talk.draws()) draw(rank, script, painter);
+  rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
 }
 
 }  // namespace motes::frame

@@ -46,6 +46,7 @@ void put(Bytes& out, const SystemReport& system) {
   out.put(system.compute_s);
   put_list(out, system.sent);
   out.put(system.digest);
+  out.put(system.oldest);
   out.put(static_cast<std::uint32_t>(system.events.size()));
   for (const std::vector<recording::Event>& events : system.events) put_list(out, events);
 }
@@ -58,6 +59,7 @@ void get_system(Reader& in, SystemReport& system) {
   system.compute_s = in.get<double>();
   get_list(in, system.sent);
   system.digest = in.get<particles::Digest>();
+  system.oldest = in.get<std::uint64_t>();
   const auto rules = in.get<std::uint32_t>();
   if (rules > in.left() / sizeof(std::uint64_t)) throw std::runtime_error("a report ends too early");
   system.events.resize(rules);
@@ -77,6 +79,7 @@ void write(const Report& report, Bytes& out) {
   out.put(report.tail.times);
   put_list(out, report.tail.bytes_sent);
   put_list(out, report.tail.density);
+  put_list(out, report.tail.children);
   out.put_text(report.tail.image_sha256);
 }
 
@@ -94,6 +97,7 @@ void read(Reader& in, Report& report) {
   report.tail.times = in.get<PhaseTimes>();
   get_list(in, report.tail.bytes_sent);
   get_list(in, report.tail.density);
+  get_list(in, report.tail.children);
   report.tail.image_sha256 = in.get_text();
 }
 
@@ -104,6 +108,7 @@ void write(const Verdict& verdict, Bytes& out) {
   put_list(out, verdict.alive);
   put_list(out, verdict.digests);
   put_list(out, verdict.spawned);
+  put_list(out, verdict.oldest);
   out.put(verdict.asks);
 }
 
@@ -115,6 +120,7 @@ Verdict read_verdict(Reader& in) {
   get_list(in, verdict.alive);
   get_list(in, verdict.digests);
   get_list(in, verdict.spawned);
+  get_list(in, verdict.oldest);
   verdict.asks = in.get<bool>();
   return verdict;
 }
@@ -123,6 +129,7 @@ void write(const Orders& orders, Bytes& out) {
   put_list(out, orders.sources);
   put_list(out, orders.requests);
   put_list(out, orders.partners);
+  put_list(out, orders.parents);
 }
 
 Orders read_orders(Reader& in) {
@@ -130,6 +137,7 @@ Orders read_orders(Reader& in) {
   get_list(in, orders.sources);
   get_list(in, orders.requests);
   get_list(in, orders.partners);
+  get_list(in, orders.parents);
   return orders;
 }
 

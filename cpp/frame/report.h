@@ -40,6 +40,25 @@ struct Sent {
   std::uint64_t count = 0;
 };
 
+/// What happened to one system on one calculator in a frame.
+struct Tally {
+  std::uint64_t at_start = 0;
+  std::uint64_t created = 0;
+  std::uint64_t killed = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t bytes_sent = 0;
+  double compute_s = 0;
+};
+
+/// A particle that has children at the end of this frame, for the calculator that they belong to.
+struct Parent {
+  std::int32_t system = 0;   // the parent's
+  std::int32_t rule = 0;     // its number among that system's spawn rules
+  std::uint64_t first = 0;   // number of its first child among all of the frame, in the children's system
+  recording::Event event;
+};
+
 /// One system on one calculator: after its list ran, before the exchange.
 struct SystemReport {
   std::uint64_t at_start = 0;
@@ -49,7 +68,8 @@ struct SystemReport {
   double compute_s = 0;
   std::vector<Sent> sent;
   particles::Digest digest;
-  std::vector<std::vector<recording::Event>> events;  // one list a spawn rule
+  std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
+  std::vector<std::vector<recording::Event>> events;  // one list per spawn rule
 };
 
 /// How the log pictures where a calculator's particles of one system are.
@@ -65,7 +85,8 @@ struct Tail {
   std::uint64_t frame = 0;
   PhaseTimes times;
   std::vector<std::uint64_t> bytes_sent;  // exchange, one a system
-  std::vector<Density> density;           // one a system, where there is a log
+  std::vector<Density> density;           // one per system, where there is a log
+  std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   std::string image_sha256;
 };
 
@@ -97,7 +118,8 @@ struct Verdict {
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
   std::vector<std::uint64_t> alive;     // one a system, over all ranks
   std::vector<particles::Digest> digests;
-  std::vector<std::uint64_t> spawned;   // one a system: children that the next frame starts with
+  std::vector<std::uint64_t> spawned;   // one per system: children at the end of this frame, capacity not minded
+  std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
   bool asks = false;                    // some rank has requests or partners: all say what they propose
 };
 
@@ -106,11 +128,13 @@ struct Orders {
   std::vector<std::int32_t> sources;    // ranks that will send it particles
   std::vector<Request> requests;        // before cuts move
   std::vector<std::int32_t> partners;   // neighbouring calculators to compare loads with, ascending
+  std::vector<Parent> parents;          // whose children belong to it
 
   void clear() {
     sources.clear();
     requests.clear();
     partners.clear();
+    parents.clear();
   }
 };
 

@@ -21,13 +21,7 @@ struct Round {
   std::map<int, comm::Message> leaving;  // by the calculator that they go to
   Verdict verdict;
   Orders orders;
-  double reported_s = 0;            // when this rank's report went off
-};
-
-/// What the manager asked for in a round, until it needs the new cuts.
-struct Asked {
-  comm::Stamp stamp;
-  std::vector<std::size_t> systems;
+  double reported_s = 0;  // when this rank's report was sent
 };
 
 }  // namespace motes::frame

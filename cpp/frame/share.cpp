@@ -1,10 +1,8 @@
-// create, another way: each calculator makes a part of the births, by their numbers, and hands them to their owners in
-// a few steps along a ring. Particles depend on their numbers alone, so they are those that the manager would make.
+#include "frame/share.h"
+
 #include <algorithm>
 
-#include "frame/engine.h"
-#include "frame/flock.h"
-#include "frame/work.h"
+#include "frame/birth_batch.h"
 
 namespace motes::frame {
 
@@ -18,32 +16,78 @@ std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c)
   return count / calculators * c + std::min<std::uint64_t>(c, count % calculators);
 }
 
-}  // namespace
-
-// Manager: whether calculators make this round's births. All of them send and receive then, also what is empty: nobody
-// needs to be told who will.
-bool Engine::shares_births(const Round& round) const {
-  if (options_.births != Births::calculators || !in_frame() || cast_.calculators.size() < 2) return false;
-  return std::any_of(groups_.begin() + static_cast<std::ptrdiff_t>(round.first),
-                     groups_.begin() + static_cast<std::ptrdiff_t>(round.last),
-                     [](const std::vector<BirthGroup>& groups) { return !groups.empty(); });
+std::vector<BirthBatch> make_share(const Rank& rank, const Script& script, const Round& round) {
+  std::vector<BirthBatch> batches;
+  const std::size_t calculators = rank.talk.calculators();
+  const auto self = static_cast<std::size_t>(rank.talk.calculator());
+  std::uint32_t number = 0;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
+    for (const BirthGroup& group : system.groups) {
+      const std::uint64_t first = share(group.count, calculators, self);
+      const std::uint64_t last = share(group.count, calculators, self + 1);
+      make_births(rank, system, group, first, last, [&](particles::Store&& piece) {
+        batches.emplace_back(number, std::move(piece), system.domains, system.definition.axis);
+      });
+      rank.machine.charge(rank.machine.costs().birth * static_cast<double>(last - first));
+      ++number;
+    }
+  }
+  return batches;
 }
 
-// A calculator that fails takes part with empty messages.
-void Engine::share_births(const Round& round, Newborn& newborn) {
-  const roles::Ring ring(static_cast<int>(cast_.calculators.size()), calculator());
-  for (int step = 0; step < ring.steps(); ++step) {
-    for (const int from : ring.behind(step)) {
-      comm_->await(cast_.calculators[static_cast<std::size_t>(from)], Phase::births);
+// All that is here between two steps, one batch per group.
+std::vector<BirthBatch> between_steps(const Rank& rank, const Script& script, const Round& round,
+                                      const std::vector<Message>& messages) {
+  std::vector<BirthBatch> batches;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (std::size_t g = 0; g < script.systems[i]->groups.size(); ++g) {
+      batches.emplace_back(static_cast<std::uint32_t>(batches.size()), script.systems[i]->schema);
     }
+  }
+  rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, batches)));
+  return batches;
+}
+
+// Sends the step's messages; returns those that came, and what stays.
+std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& ring, int step,
+                             std::vector<Message> messages) {
+  Conversation& talk = rank.talk;
+  const std::vector<int> ahead = ring.ahead(step);
+  for (std::size_t m = 0; m < ahead.size(); ++m) {
+    const std::uint64_t count = messages[m + 1].header().count;
+    talk.comm().post(talk.rank_of(ahead[m]), Phase::births, talk.stamp(round), std::move(messages[m + 1]), count,
+                     talk.failed());
+  }
+  messages.resize(1);
+  for (const int from : ring.behind(step)) {
+    messages.push_back(talk.comm().expect(talk.rank_of(from), Phase::births, talk.stamp(round)));
+  }
+  return messages;
+}
+
+}  // namespace
+
+bool shares_births(const Rank& rank, const Script& script, const Round& round) {
+  if (rank.settings.births != Births::calculators || !script.in_frame() || rank.talk.calculators() < 2) return false;
+  return std::any_of(script.systems.begin() + static_cast<std::ptrdiff_t>(round.first),
+                     script.systems.begin() + static_cast<std::ptrdiff_t>(round.last),
+                     [](const auto& system) { return !system->groups.empty(); });
+}
+
+void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn) {
+  const roles::Ring ring(static_cast<int>(rank.talk.calculators()), rank.talk.calculator());
+  for (int step = 0; step < ring.steps(); ++step) {
+    for (const int from : ring.behind(step)) rank.talk.comm().await(rank.talk.rank_of(from), Phase::births);
   }
   for (int step = 0; step < ring.steps(); ++step) {
     std::vector<Message> messages(1 + ring.ahead(step).size());
-    work("create", [&] {
-      const std::vector<Flock> flocks = step == 0 ? make_share(round) : between_steps(round, newborn.shares);
-      messages = frame::split(flocks, ring, step);
+    rank.talk.work("create", [&] {
+      const std::vector<BirthBatch> batches =
+          step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
+      messages = frame::split(batches, ring, step);
     });
-    newborn.shares = pass_on(round, ring, step, std::move(messages));
+    newborn.shares = pass_on(rank, round, ring, step, std::move(messages));
   }
   for (const Message& message : newborn.shares) {
     newborn.readers.push_back(message.reader());
@@ -51,57 +95,8 @@ void Engine::share_births(const Round& round, Newborn& newborn) {
   }
 }
 
-std::vector<Flock> Engine::make_share(const Round& round) const {
-  std::vector<Flock> flocks;
-  const std::size_t calculators = cast_.calculators.size();
-  const auto self = static_cast<std::size_t>(calculator());
-  std::uint32_t number = 0;
-  for (std::size_t i = round.first; i < round.last; ++i) {
-    const System& system = *systems_[i];
-    for (const BirthGroup& group : groups_[i]) {
-      const std::uint64_t first = share(group.count, calculators, self);
-      const std::uint64_t last = share(group.count, calculators, self + 1);
-      make_births(system, group, first, last, [&](particles::Store&& piece) {
-        flocks.emplace_back(number, std::move(piece), system.domains, system.definition.axis);
-      });
-      charge(options_.costs.birth * static_cast<double>(last - first));
-      ++number;
-    }
-  }
-  return flocks;
-}
-
-// All that is here between two steps, a flock a group.
-std::vector<Flock> Engine::between_steps(const Round& round, const std::vector<Message>& messages) const {
-  std::vector<Flock> flocks;
-  for (std::size_t i = round.first; i < round.last; ++i) {
-    for (std::size_t g = 0; g < groups_[i].size(); ++g) {
-      flocks.emplace_back(static_cast<std::uint32_t>(flocks.size()), systems_[i]->schema);
-    }
-  }
-  charge(options_.costs.forward * static_cast<double>(join(messages, flocks)));
-  return flocks;
-}
-
-// Sends the step's messages; returns those that came, and what stays.
-std::vector<Message> Engine::pass_on(const Round& round, const roles::Ring& ring, int step,
-                                     std::vector<Message> messages) {
-  const auto rank_of = [&](int c) { return cast_.calculators[static_cast<std::size_t>(c)]; };
-  const std::vector<int> ahead = ring.ahead(step);
-  for (std::size_t m = 0; m < ahead.size(); ++m) {
-    const std::uint64_t count = messages[m + 1].header().count;
-    comm_->post(rank_of(ahead[m]), Phase::births, stamp(round), std::move(messages[m + 1]), count, failure_.failed());
-  }
-  messages.resize(1);
-  for (const int from : ring.behind(step)) {
-    messages.push_back(comm_->expect(rank_of(from), Phase::births, stamp(round)));
-  }
-  return messages;
-}
-
-// Its particles of the next group.
-void Engine::take_shares(System& system, Newborn& newborn) {
-  for (particles::Reader& in : newborn.readers) take(in, newborn.group, *system.store);
+void take_shares(Newborn& newborn, particles::Store& store) {
+  for (particles::Reader& in : newborn.readers) take(in, newborn.group, store);
   ++newborn.group;
 }
 

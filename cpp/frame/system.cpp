@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "simd/float_mode.h"
-
 namespace motes::frame {
 
 using recording::Birth;
@@ -13,7 +11,6 @@ using recording::Item;
 System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint32_t index, int calculators)
     : definition(std::move(given)), key(particles::system_key(seed, index)), sprite(definition.sprite) {
   for (const recording::UserAttribute& a : definition.attributes) schema.add(a.name, a.width, a.initial);
-  store = std::make_unique<particles::Store>(schema);
   const domains::Space& space = definition.space;
   const bool finite = space.kind == domains::Space::Kind::finite;
   domains = domains::equal_slices(finite ? space.low : -domains::kInfinite, finite ? space.high : domains::kInfinite,
@@ -21,8 +18,8 @@ System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint3
   waits_for_fit = space.kind == domains::Space::Kind::fit;
 }
 
-std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int substeps) {
-  std::vector<BirthGroup> groups;
+void System::count_births(std::uint64_t frame, double dt, int substeps) {
+  groups.clear();
   for (int substep = 0; substep < substeps; ++substep) {
     const double from = (static_cast<double>(frame) + static_cast<double>(substep) / substeps) * dt;
     const double to = (static_cast<double>(frame) + static_cast<double>(substep + 1) / substeps) * dt;
@@ -32,18 +29,16 @@ std::vector<BirthGroup> System::count_births(std::uint64_t frame, double dt, int
       const auto* birth = std::get_if<Birth>(&list[i]);
       if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
       const std::uint64_t wanted = recording::births_between(*birth, from, to);
-      const std::uint64_t taken = alive_at_start + born_this_frame;
+      const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
       const std::uint64_t room = definition.capacity > taken ? definition.capacity - taken : 0;
       const std::uint64_t count = std::min(wanted, room);
-      dropped += wanted - count;
+      counts.dropped += wanted - count;
       if (count == 0) continue;
-      groups.push_back({i, entry, substep, born, count});
-      if (!keeps_copies) history.add(*birth, born, count, static_cast<float>(dt / substeps));
-      born += count;
-      born_this_frame += count;
+      groups.push_back({i, entry, substep, counts.born, count});
+      if (!keeps_copies) history.add(*birth, counts.born, count, static_cast<float>(dt / substeps));
+      counts.born += count;
     }
   }
-  return groups;
 }
 
 particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
@@ -51,13 +46,6 @@ particles::Store System::make(const BirthGroup& group, std::uint64_t first, std:
   const Birth& birth = std::get<Birth>(list[group.item]);
   return recording::make(birth, schema, key, group.first_id + first, count, static_cast<float>(dt / substeps),
                          keeps_copies, first);
-}
-
-void System::keep_copies() {
-  if (keeps_copies) return;
-  keeps_copies = true;
-  const simd::FloatMode mode;
-  history.restore_copies(*store, key);
 }
 
 std::vector<Piece> System::pending_pieces() const {
@@ -95,24 +83,31 @@ std::vector<const recording::Spawn*> System::rules() const {
   return all;
 }
 
+std::vector<const actions::Action*> System::sorts(std::size_t first) const {
+  std::vector<const actions::Action*> all;
+  for (std::size_t i = first; i < list.size(); ++i) {
+    const auto* action = std::get_if<actions::Action>(&list[i]);
+    if (action != nullptr && action->kind == actions::Kind::sort) all.push_back(action);
+  }
+  return all;
+}
+
+std::uint64_t System::number_children(std::uint64_t spawned) {
+  counts.newborn_from = counts.born;
+  const std::uint64_t room = definition.capacity > counts.alive ? definition.capacity - counts.alive : 0;
+  const std::uint64_t count = std::min(spawned, room);
+  counts.dropped += spawned - count;
+  counts.born += count;
+  counts.alive += count;
+  return count;
+}
+
 void System::start_frame() {
-  history.forget_dead(*store);
   list.clear();
   run_items = 0;
-  born_this_frame = 0;
-  alive_at_start = alive;
-  moved = false;
-  tally = {};
-  tally.at_start = store->size();
-  sent.clear();
-  events.clear();
-  const std::uint64_t room = definition.capacity > alive ? definition.capacity - alive : 0;
-  children = {0, 0, 0, born, std::min(spawned, room)};
-  dropped += spawned - children.count;
-  born += children.count;
-  born_this_frame += children.count;
-  spawned = 0;
-  offspring = std::exchange(next_offspring, {});
+  groups.clear();
+  counts.born_at_start = counts.born;
+  counts.alive_at_start = counts.alive;
 }
 
 }  // namespace motes::frame

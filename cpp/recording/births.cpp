@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <numeric>
 #include <stdexcept>
 
 namespace motes::recording {
@@ -63,6 +65,15 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key});
 }
 
+// Particles that a source has emitted until time t. rate * t is rounded, and so are t and the step that it is a
+// multiple of: a product that is a whole number but for that counts as this number.
+double emitted_until(double rate, double t) {
+  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
+  const double exact = rate * t;
+  const double whole = std::nearbyint(exact);
+  return std::fabs(exact - whole) <= kRounding * exact ? whole : std::floor(exact);
+}
+
 }  // namespace
 
 void check(const Birth& birth, const particles::Schema& schema) {
@@ -91,13 +102,20 @@ bool gives_copies(const Birth& birth) {
 
 std::uint64_t births_between(const Birth& birth, double from, double to) {
   if (birth.kind != Birth::Kind::source) return birth.amount;
-  return static_cast<std::uint64_t>(std::floor(birth.rate * to) - std::floor(birth.rate * from));
+  return static_cast<std::uint64_t>(emitted_until(birth.rate, to) - emitted_until(birth.rate, from));
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
            std::uint64_t count, float dt, bool keeps_copies, std::uint64_t skip) {
+  std::vector<std::uint64_t> ids(count);
+  std::iota(ids.begin(), ids.end(), first_id);
+  return make(birth, schema, key, ids, dt, keeps_copies, skip);
+}
+
+Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
+           float dt, bool keeps_copies, std::uint64_t skip) {
   Store newborn(schema);
-  if (count == 0) return newborn;
+  if (ids.empty()) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
   std::vector<bool> given_at_all(static_cast<std::size_t>(schema.size()), false);
   for (const Emitted& column : birth.columns) emitted[static_cast<std::size_t>(column.attribute)] = true;
@@ -112,9 +130,9 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
       drawn.push_back(&given);
     }
   }
-  newborn.reserve(count);
-  newborn.grow(count);
-  for (std::size_t i = 0; i < count; ++i) newborn.ids()[i] = first_id + i;
+  newborn.reserve(ids.size());
+  newborn.grow(ids.size());
+  std::copy(ids.begin(), ids.end(), newborn.ids());
   if (birth.kind != Birth::Kind::emit) {
     Given place{particles::position, {}};
     place.distribution.kind = Distribution::Kind::shape;

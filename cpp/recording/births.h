@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,7 +33,7 @@ struct Birth {
   enum class Kind : std::uint8_t { source, burst, emit };
   Kind kind = Kind::burst;
   shapes::Shape shape;           // source, burst: where
-  double rate = 0;               // source: particles a second
+  double rate = 0;               // source: particles per second
   std::uint64_t amount = 0;      // burst, emit: particles
   bool jitter = false;           // source: spread over the step
   std::vector<Given> state;      // the source state (API: System.configure) when the call was recorded
@@ -45,7 +46,8 @@ struct Birth {
 void check(const Birth& birth, const particles::Schema& schema);
 
 /// How many particles the call makes in the step from time `from` to time `to` (seconds since the run's start):
-/// a source floor(rate to) - floor(rate from). A burst, vertex or emit makes its number in each (sub)step.
+/// a source floor(rate to) - floor(rate from), where a product that is a whole number up to rounding counts as that
+/// number. A burst, vertex or emit makes its number.
 std::uint64_t births_between(const Birth& birth, double from, double to);
 
 /// Makes particles first_id .. first_id + count - 1 of the call: they depend on the arguments alone, so any rank may
@@ -54,6 +56,9 @@ std::uint64_t births_between(const Birth& birth, double from, double to);
 /// skip: how many particles of the call are made elsewhere, before first_id; an emit's rows begin behind theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
                       std::uint64_t count, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
+/// The same with ids of any order.
+particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
+                      std::span<const std::uint64_t> ids, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
 
 /// Whether the call gives newborns a *_b attribute.
 bool gives_copies(const Birth& birth);

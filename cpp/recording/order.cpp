@@ -63,7 +63,7 @@ void sort_places(std::vector<Place>& places, const std::uint64_t* ids) {
 
 }  // namespace
 
-void order(const actions::Action& sort, particles::Store& store) {
+std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store) {
   const double* eye = sort.numbers.data();
   const double* look = eye + 3;
   const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, store);
@@ -83,6 +83,7 @@ void order(const actions::Action& sort, particles::Store& store) {
   std::iota(from.begin(), from.end(), 0u);
   for (std::size_t k = 0; k < chosen.size(); ++k) from[chosen[k]] = places[k].index;
   store.permute(from);
+  return from;
 }
 
 }  // namespace motes::recording

@@ -74,29 +74,29 @@ std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std
   return events;
 }
 
-Store make(const Offspring& offspring, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-           std::uint64_t count, bool keeps_copies) {
+Store make(const Spawn& rule, const std::vector<Child>& children, const particles::Schema& schema, particles::Key key,
+           bool keeps_copies) {
   const simd::FloatMode mode;
-  const std::uint64_t all = offspring.events.size() * offspring.rule.count;
   Birth birth;
   birth.kind = Birth::Kind::emit;
-  birth.amount = std::min(count, all);
-  birth.state = offspring.rule.state;
+  birth.amount = children.size();
+  birth.state = rule.state;
   birth.columns.push_back({particles::position, {}});
-  for (std::uint64_t i = 0; i < birth.amount; ++i) {
-    const float* p = offspring.events[i / offspring.rule.count].position;
-    birth.columns[0].values.insert(birth.columns[0].values.end(), p, p + 3);
+  std::vector<std::uint64_t> ids;
+  for (const Child& child : children) {
+    ids.push_back(child.id);
+    birth.columns[0].values.insert(birth.columns[0].values.end(), child.event->position, child.event->position + 3);
   }
-  Store children = make(birth, schema, key, first_id, birth.amount, 0, keeps_copies);
-  const auto part = static_cast<float>(offspring.rule.inherit_velocity);
-  for (int c = 0; part != 0 && c < 3; ++c) {
-    float* v = children.size() > 0 ? children.writable_plane(particles::velocity, c) : nullptr;
-    for (std::uint64_t i = 0; i < children.size(); ++i) {
-      v[i] += part * offspring.events[i / offspring.rule.count].velocity[c];
-    }
+  Store made = make(birth, schema, key, ids, 0, keeps_copies);
+  const auto part = static_cast<float>(rule.inherit_velocity);
+  for (int c = 0; part != 0 && c < 3 && made.size() > 0; ++c) {
+    float* v = made.writable_plane(particles::velocity, c);
+    for (std::size_t i = 0; i < made.size(); ++i) v[i] += part * children[i].event->velocity[c];
   }
-  if (keeps_copies && part != 0) children.copy_attribute(particles::velocity, particles::velocity_b);
-  return children;
+  const bool given = std::any_of(rule.state.begin(), rule.state.end(),
+                                 [](const Given& g) { return g.attribute == particles::velocity_b; });
+  if (keeps_copies && part != 0 && !given) made.copy_attribute(particles::velocity, particles::velocity_b);
+  return made;
 }
 
 }  // namespace motes::recording

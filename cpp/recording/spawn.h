@@ -11,8 +11,8 @@
 
 namespace motes::recording {
 
-/// A rule for one frame: each event bears `count` particles of system `into`, where the parent is at the frame's end.
-/// They appear when the next frame starts.
+/// A rule for one frame: each event makes `count` particles of system `into`, at the frame's end, where the parent is
+/// then. A particle counts once per rule and frame.
 struct Spawn {
   enum class On : std::uint8_t { birth, death, collision };
   std::int32_t into = 0;  // a system's index
@@ -33,10 +33,10 @@ struct Event {
   float velocity[3] = {};
 };
 
-/// A rule and the events of all ranks, in the order of the parents' ids.
-struct Offspring {
-  Spawn rule;
-  std::vector<Event> events;
+/// A child that an event makes. The event must outlive it.
+struct Child {
+  std::uint64_t id = 0;
+  const Event* event = nullptr;
 };
 
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
@@ -46,8 +46,8 @@ void check(const Spawn& spawn, const particles::Schema& parents, const particles
 std::vector<Event> events_of(const Spawn& spawn, const particles::Store& parents,
                              const std::vector<std::uint32_t>& indices);
 
-/// Makes children first_id .. first_id + count - 1: `rule.count` an event, as many as `count` allows.
-particles::Store make(const Offspring& offspring, const particles::Schema& schema, particles::Key key,
-                      std::uint64_t first_id, std::uint64_t count, bool keeps_copies);
+/// Makes children where their parents are, with the rule's state and its part of the parent's velocity.
+particles::Store make(const Spawn& rule, const std::vector<Child>& children, const particles::Schema& schema,
+                      particles::Key key, bool keeps_copies);
 
 }  // namespace motes::recording

@@ -46,9 +46,9 @@ image::View view() {
 [[gnu::visibility("default")]] int main(int count, char** words) {
   const comm::Environment mpi(count, words);
   auto communicator = std::make_unique<comm::Communicator>(mpi.world(), comm::Watch{});
-  frame::Options options;
-  options.seed = 1;
-  frame::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), options);
+  frame::Settings settings;
+  settings.seed = 1;
+  frame::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), settings);
   recording::SystemDefinition definition;
   definition.name = "sparks";
   definition.space = {domains::Space::Kind::finite, -4, 4};
@@ -59,10 +59,10 @@ image::View view() {
     for (int i = 0; i < 24; ++i) {
       say(engine, sparks);
       engine.run_frame(shown);
-      if (!engine.draws()) continue;
-      const std::string sum = image::picture_sha256(shown.width, shown.height, engine.take_pixels());
+      if (!engine.talk().draws()) continue;
+      const std::string sum = image::picture_sha256(shown.width, shown.height, engine.painter().take_pixels());
       std::printf("frame %d: %llu particles, picture %s\n", i,
-                  static_cast<unsigned long long>(engine.system(sparks).alive), sum.c_str());
+                  static_cast<unsigned long long>(engine.system(sparks).counts.alive), sum.c_str());
     }
     engine.finish();
   } catch (const std::exception& error) {

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from . import _core
 from .errors import MotesError
+from .written_views import noticing
 
 __all__ = ["LocalParticles", "Particles"]
 
@@ -29,10 +30,11 @@ class LocalParticles:
         chosen: NDArray[np.uint32] | None = None,
         *,
         read_only: bool = False,
+        preview: bool = False,
     ) -> None:
         """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`.
 
-        `read_only` forbids writing.
+        `read_only` forbids writing. `preview`: what is read is a copy that counts where it is written.
         """
         self._begin = 0 if chosen is not None else begin
         self._chosen = chosen
@@ -41,6 +43,8 @@ class LocalParticles:
         self._system = system
         self._attributes = attributes
         self._views: dict[str, NDArray[Any]] = {}
+        self._before: dict[str, bytes] | None = {} if preview else None
+        self._written = False
 
     def __len__(self) -> int:
         """Particles on this rank."""
@@ -59,6 +63,9 @@ class LocalParticles:
                 view.flags.writeable = name != "id"
             if self._read_only:
                 view.flags.writeable = False
+            elif self._before is not None and name != "id":
+                self._before[name] = view.tobytes()
+                view = noticing(view, self._note_write)
             self._views[name] = view
         return self._views[name]
 
@@ -76,6 +83,21 @@ class LocalParticles:
         for name, copy in self._views.items() if self._chosen is not None else ():
             if name != "id":
                 self._column(name)[self._chosen] = copy
+
+    def _note_write(self) -> None:
+        self._written = True
+
+    def _keep_preview(self) -> None:
+        """End a preview: it counts where the script wrote into it."""
+        if self._written:
+            self._live().keep_preview(self._system)
+            return
+        for name, before in (self._before or {}).items():
+            if self._views[name].tobytes() != before:
+                raise MotesError(
+                    f"particles.{name} was written behind its back; with sub-steps, write into the view "
+                    f"itself: particles.{name}[...] = ..."
+                )
 
     def _live(self) -> _core.Engine:
         if self._engine is None:

@@ -185,15 +185,20 @@ class System(Recorder):
     def local(self) -> Iterator[LocalParticles]:
         """Give zero-copy views of this rank's particles, where the script stands; valid inside only.
 
-        Does not communicate, but runs what was recorded so far. With sub-steps that part runs all of them
-        first. Positions that are written take their particles to their owners when the frame ends.
+        Does not communicate, but runs what was recorded so far; reading changes nothing that comes out. With
+        sub-steps one sees a preview, in which all of them have run; writing into it makes it count, and then
+        the rest of the list runs behind it. Positions that are written take their particles to their owners
+        when the frame ends.
         """
         engine = self.world._engine_for("local")
-        engine.run_pending(self._index)
+        preview = engine.run_pending(self._index)
         recording = self.world._recording
-        view = LocalParticles(engine, self._index, self._attributes, read_only=recording is not None)
+        view = LocalParticles(
+            engine, self._index, self._attributes, read_only=recording is not None, preview=preview
+        )
         try:
             yield view
+            view._keep_preview()
         except ValueError as error:
             if recording is not None and "read-only" in str(error):
                 recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")

@@ -1,0 +1,21 @@
+// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set leavers aside.
+#pragma once
+
+#include "frame/create.h"
+#include "frame/population.h"
+#include "frame/rank.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Runs a round's lists; what leaves this domain is packed for its owners.
+void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn);
+
+/// What `sort` is for: the particles that a calculator has at the frame's end stand in the order of drawing.
+void sort_all(Rank& rank, const Script& script, Calculator& calculator);
+
+/// Calls the script's function of one system's particles.
+void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback,
+               std::size_t begin);
+
+}  // namespace motes::frame

@@ -1,0 +1,21 @@
+// agree: all ranks report to the manager, which answers all: loads and counts, who sends particles to whom, and
+// whether a rank failed or recorded another list. Whatever the answer is, all ranks do the same thing next.
+#pragma once
+
+#include "frame/manager.h"
+#include "frame/population.h"
+#include "frame/rank.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// All ranks: what happened here in a round. Tells also what became known after the last report.
+void report(Rank& rank, const Script& script, Calculator& calculator, Round& round);
+
+/// Manager: hears all reports, and sends the verdict.
+void judge(Rank& rank, const Script& script, Manager& manager, const Round& round);
+
+/// All ranks: hears the verdict, and takes it over; throws where all agreed to give up.
+void hear_verdict(Rank& rank, Script& script, Round& round);
+
+}  // namespace motes::frame

@@ -1,0 +1,93 @@
+// Who talks: this rank among the others, the conversation that is under way, and a failure that waits to be agreed on.
+#pragma once
+
+#include <cstdint>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "comm/communicator.h"
+#include "frame/relay.h"
+#include "frame/report.h"
+#include "frame/round.h"
+#include "roles/cast.h"
+#include "simd/float_mode.h"
+
+namespace motes::frame {
+
+/// All ranks agreed that one of them failed, or that their scripts differ; every rank throws this, but the one whose
+/// compute failed throws its original exception.
+class Agreed : public std::runtime_error {
+ public:
+  Agreed(Verdict verdict, std::uint64_t frame, std::string role, const std::string& text)
+      : std::runtime_error(text), verdict_(std::move(verdict)), frame_(frame), role_(std::move(role)) {}
+  const Verdict& verdict() const { return verdict_; }
+  const std::string& role() const { return role_; }  // of verdict().failed_rank
+  std::uint64_t frame() const { return frame_; }
+
+ private:
+  Verdict verdict_;
+  std::uint64_t frame_;
+  std::string role_;
+};
+
+/// Compute may fail, conversations may not: `work` keeps a failure and skips the rank's later work; the rank goes on
+/// talking with empty payloads until all have agreed on what happened, and all give up together.
+class Conversation {
+ public:
+  Conversation(std::unique_ptr<comm::Communicator> comm, roles::Cast cast);
+
+  comm::Communicator& comm() { return *comm_; }
+  const comm::Communicator& comm() const { return *comm_; }
+  Relay& relay() { return relay_; }
+  const roles::Cast& cast() const { return cast_; }
+
+  int rank() const { return comm_->rank(); }
+  int size() const { return comm_->size(); }
+  bool manages() const { return rank() == cast_.manager; }
+  bool draws() const { return rank() == cast_.image_generator; }
+  /// This rank's number among the calculators, or -1.
+  int calculator() const { return cast_.calculator_of(rank()); }
+  bool calculates() const { return calculator() >= 0; }
+  std::size_t calculators() const { return cast_.calculators.size(); }
+  int rank_of(int calculator) const { return cast_.calculators[static_cast<std::size_t>(calculator)]; }
+
+  std::uint64_t frame = 0;
+  std::uint32_t turn = 0;  // rounds so far
+  comm::Stamp stamp() const { return {frame, turn}; }
+  comm::Stamp stamp(const Round& round) const { return {frame, round.turn}; }
+
+  /// Runs `compute` unless something failed before; what it throws becomes the rank's failure, said to be of `action`.
+  template <class Work>
+  void work(const std::string& action, const Work& compute) {
+    if (failure_.failed()) return;
+    const simd::FloatMode mode;
+    try {
+      compute();
+    } catch (const std::exception& error) {
+      failure_ = {Failure::Kind::compute, action, error.what()};
+      own_exception_ = std::current_exception();
+    }
+  }
+  bool failed() const { return failure_.failed(); }
+  const Failure& failure() const { return failure_; }
+  void fail(Failure failure) { failure_ = std::move(failure); }
+
+  /// Throws what all agreed on: the original exception where it happened here, Agreed otherwise. The run is over.
+  [[noreturn]] void give_up(Verdict verdict);
+  /// Throws this rank's own exception, if there is one: for what may not reach the script.
+  void rethrow() const;
+  /// Throws std::runtime_error where the run has ended with a failure.
+  void check_alive() const;
+
+ private:
+  std::unique_ptr<comm::Communicator> comm_;
+  roles::Cast cast_;
+  Relay relay_;
+  Failure failure_;
+  std::exception_ptr own_exception_;
+  bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
+};
+
+}  // namespace motes::frame

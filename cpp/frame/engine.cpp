@@ -1,0 +1,101 @@
+// What the script says to the engine between two frames: systems, lists, reads.
+#include "frame/engine.h"
+
+#include <utility>
+
+#include "frame/replay.h"
+
+namespace motes::frame {
+
+Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
+    : parts_(std::move(communicator), std::move(cast), std::move(settings)) {
+  if (parts_.rank.settings.policy) parts_.rank.settings.policy->check(parts_.rank.talk.calculators());
+  parts_.rank.talk.comm().weigh(parts_.rank.settings.costs.messages);
+}
+
+int Engine::add_system(recording::SystemDefinition definition) {
+  const auto index = static_cast<std::uint32_t>(parts_.script.systems.size());
+  const int calculators = static_cast<int>(parts_.rank.talk.calculators());
+  auto system = std::make_unique<System>(std::move(definition), parts_.rank.settings.seed, index, calculators);
+  auto here = std::make_unique<Population>(system->schema);
+  Balancing balancing;
+  if (parts_.rank.settings.policy) {
+    balance::SpeedOptions speeds = parts_.rank.settings.policy->speeds;
+    const double least = static_cast<double>(speeds.min_particles) / parts_.rank.settings.costs.messages.scale;
+    speeds.min_particles = static_cast<std::uint64_t>(least);
+    here->speeds = balance::Speeds(calculators, speeds);
+    if (parts_.rank.talk.manages()) balancing.speeds = balance::Speeds(calculators, speeds);
+  }
+  parts_.script.systems.push_back(std::move(system));
+  parts_.calculator.populations.push_back(std::move(here));
+  parts_.manager.systems.push_back(std::move(balancing));
+  return static_cast<int>(index);
+}
+
+void Engine::record(int index, recording::Item item) {
+  System& s = system(index);
+  bool uses_copies = false;
+  if (const auto* action = std::get_if<actions::Action>(&item)) {
+    actions::check(*action);
+    actions::check(*action, s.schema);
+    uses_copies = actions::uses_copies(*action, s.schema);
+  }
+  if (const auto* birth = std::get_if<recording::Birth>(&item)) {
+    recording::check(*birth, s.schema);
+    uses_copies = recording::gives_copies(*birth);
+  }
+  if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
+    if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
+    recording::check(*spawn, s.schema, system(spawn->into).schema);
+    uses_copies = actions::uses_copies(spawn->where, s.schema);
+    keep_copies(system(spawn->into), population(spawn->into));  // their births cannot be made again from their ids alone
+  }
+  if (const auto* callback = std::get_if<recording::Callback>(&item)) {
+    actions::check_condition(callback->where, callback->shapes, s.schema);
+    uses_copies = actions::uses_copies(callback->where, s.schema);
+  }
+  if (uses_copies) keep_copies(s, population(index));
+  s.list.push_back(std::move(item));
+}
+
+Seen Engine::local(int index) {
+  catch_up();
+  return read(parts_.rank, parts_.script, parts_.calculator, index);
+}
+
+void Engine::keep_lists(bool compute) {
+  kept_.on = true;
+  kept_.pictures = compute;
+  kept_.only = !compute && parts_.rank.talk.size() == 1;
+}
+
+void Engine::keep_list() {
+  if (!kept_.on) return;
+  kept_.lists.emplace_back();
+  kept_.lists.back().put_raw(parts_.script.bytes.data(), parts_.script.bytes.size());
+  if (!kept_.pictures) parts_.script.record.view.reset();
+}
+
+// Nobody needs the particles for keeping what a script says, so with one rank they are not computed; where the script
+// asks for them after all, the kept lists are replayed first.
+void Engine::catch_up() {
+  if (!kept_.only) return;
+  kept_.only = false;
+  const std::vector<std::unique_ptr<System>> as_they_are = std::exchange(parts_.script.systems, {});
+  parts_.calculator.populations.clear();
+  parts_.manager.systems.clear();
+  for (const auto& s : as_they_are) add_system(s->definition);
+  parts_.rank.talk.frame = 0;
+  kept_.on = false;  // these are kept already
+  for (const particles::Bytes& bytes : kept_.lists) {
+    particles::Reader in(bytes.view());
+    replay(*this, recording::read(in), false);
+  }
+  kept_.on = true;
+  for (std::size_t i = 0; i < as_they_are.size(); ++i) {
+    parts_.script.systems[i]->sprite = as_they_are[i]->sprite;
+    for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
+  }
+}
+
+}  // namespace motes::frame

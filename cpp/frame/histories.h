@@ -1,0 +1,17 @@
+// Birth histories stay within bounds: what is dead on all ranks is forgotten, and a system whose history would take more
+// than its share of memory keeps its birth values from then on.
+#pragma once
+
+#include "frame/population.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Before the reports of a frame: the systems whose history has grown ask for the oldest particle. All ranks note the
+/// same births, so they agree on which.
+void ask_for_oldest(Script& script);
+
+/// At the frame's end, after the verdict has told which particles are dead.
+void bound_histories(Script& script, Calculator& calculator);
+
+}  // namespace motes::frame

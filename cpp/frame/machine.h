@@ -1,0 +1,37 @@
+// The machine that a rank runs on: how compute time is measured, slowed down for experiments, or simulated.
+#pragma once
+
+#include "comm/clock.h"
+#include "frame/settings.h"
+
+namespace motes::frame {
+
+class Machine {
+ public:
+  explicit Machine(const Settings& settings)
+      : wall_clock_(settings.wall_clock), speed_(settings.speed), costs_(settings.costs) {}
+
+  const Costs& costs() const { return costs_; }
+
+  /// Seconds of work so far, by the clock that the run chose.
+  double compute_seconds() const { return wall_clock_ ? comm::wall_seconds() : comm::cpu_seconds(); }
+
+  /// A slower machine would have taken longer for what was done since `start`: spends the rest.
+  void slow_down(double start) const {
+    if (speed_ < 1) comm::spend((compute_seconds() - start) * (1 / speed_ - 1));
+  }
+
+  /// Under a simulator, lets the time pass that this work takes on a machine of speed 1, where each computed particle
+  /// stands for `scale` others. Elsewhere nothing happens.
+  void charge(double nanoseconds) const { comm::execute(nanoseconds * costs_.messages.scale); }
+
+  /// The same for work that does not grow with the number of particles.
+  void charge_once(double nanoseconds) const { comm::execute(nanoseconds); }
+
+ private:
+  bool wall_clock_;
+  double speed_;
+  Costs costs_;
+};
+
+}  // namespace motes::frame

@@ -1,0 +1,56 @@
+// What the manager keeps: each system's cuts to come, the loads that they follow from, the reports of the ranks, and
+// the account of the frame.
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "balance/cuts.h"
+#include "balance/policy.h"
+#include "domains/domains.h"
+#include "frame/account.h"
+#include "frame/relay.h"
+#include "frame/report.h"
+
+namespace motes::frame {
+
+/// Cuts of one system: what they follow from, and what they will be.
+struct Balancing {
+  bool untold = false;                   // the other ranks do not know the cuts yet
+  std::optional<domains::Domains> next;  // from the next frame's births on
+  balance::Speeds speeds;                // of all calculators
+  std::vector<balance::Load> loads;      // after the exchange of this frame, one per calculator
+  balance::Plan plan;                    // what this frame's loads call for
+  std::uint64_t evaluations = 0;         // how often cuts were looked at
+  std::vector<balance::Histogram> histograms;  // one per calculator, where all are asked for one
+};
+
+/// What the manager asked for in a round, until it needs the new cuts.
+struct Asked {
+  comm::Stamp stamp;
+  std::vector<std::size_t> systems;
+};
+
+/// A parent, and the calculator that its children belong to.
+struct PlacedParent {
+  int calculator;
+  int into;  // the children's system
+  std::uint32_t count;
+  Parent parent;
+};
+
+struct Manager {
+  std::vector<Balancing> systems;
+  Account account;
+  std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
+  std::vector<Asked> asked;            // whose proposals are under way
+  std::vector<PlacedParent> parents;   // of this frame
+  std::vector<Report> reports;  // of the last conversation, and the answers: their memory serves again
+  std::vector<Orders> orders;
+  std::vector<Part> parts;
+};
+
+}  // namespace motes::frame

@@ -1,0 +1,69 @@
+// What one calculator has of a system: its particles, and what happened to them in this frame.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "balance/load.h"
+#include "frame/report.h"
+#include "frame/system.h"
+#include "particles/store.h"
+#include "recording/program.h"
+#include "recording/spawn.h"
+
+namespace motes::frame {
+
+/// What the script reads where the list may not run in parts: a copy that has run the items so far.
+struct Preview {
+  particles::Store store;
+  std::size_t dead;   // stand behind the others
+  std::size_t items;  // of the list, that have run
+};
+
+struct Population {
+  explicit Population(const particles::Schema& schema) : store(schema) {}
+
+  /// How many particles a script sees: the dead of this frame stand behind them until it ends.
+  std::size_t seen() const { return store.size() - outcome.dead.size(); }
+
+  particles::Store store;
+  std::unique_ptr<Preview> preview;
+  bool in_callback = false;                   // the script sees all that the list runs over
+  bool moved = false;                         // positions may have changed since leavers were looked for
+  recording::Outcome outcome;
+  Tally tally;
+  std::vector<Sent> sent;                              // leavers of this frame, by domain
+  std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
+  std::uint64_t oldest = 0;                            // the lowest id here, where the history asks for it
+  particles::Digest digest;    // where the conversation asks for it
+  balance::Speeds speeds;      // this calculator's, where neighbours decide by themselves
+};
+
+/// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at
+/// the indices `chosen`.
+struct Call {
+  int system;
+  int callback;  // its number
+  std::size_t begin;
+  const std::vector<std::uint32_t>* chosen;
+};
+
+/// What a calculator keeps, per system. Ranks that do not calculate have empty populations.
+struct Calculator {
+  std::vector<std::unique_ptr<Population>> populations;
+  std::function<void(const Call&)> callback;
+  Tail tail;  // what the next report tells of the last frame
+};
+
+/// A store with the same particles.
+particles::Store copy_of(const particles::Store& store);
+
+/// Starts a frame: nothing has happened yet.
+void start_frame(Population& here);
+
+/// The *_b attributes are in use from here on: particles that live already get copies of what they were at birth.
+void keep_copies(System& system, Population& here);
+
+}  // namespace motes::frame

@@ -1,0 +1,28 @@
+// What every phase of a frame needs of its rank: what the run is set to, how to talk, what work costs, what time it
+// took.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "frame/conversation.h"
+#include "frame/machine.h"
+#include "frame/settings.h"
+#include "frame/stopwatch.h"
+
+namespace motes::frame {
+
+struct Rank {
+  Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
+      : settings(std::move(given)), talk(std::move(communicator), std::move(cast)), machine(settings) {}
+
+  /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
+  bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }
+
+  Settings settings;
+  Conversation talk;
+  Machine machine;
+  Stopwatch watch;
+};
+
+}  // namespace motes::frame

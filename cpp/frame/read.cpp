@@ -1,0 +1,197 @@
+#include "frame/read.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "frame/act.h"
+#include "frame/create.h"
+#include "frame/run_list.h"
+#include "recording/order.h"
+
+namespace motes::frame {
+
+namespace {
+
+using comm::Message;
+using comm::Phase;
+using particles::Store;
+
+// The particles now stand in another order, from[i] at place i: what happened happened to the same ones.
+void follow(recording::Outcome& outcome, const std::vector<std::uint32_t>& from) {
+  std::vector<std::uint32_t> now(from.size());
+  for (std::uint32_t p = 0; p < from.size(); ++p) now[from[p]] = p;
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.hits}) {
+    for (std::uint32_t& p : *list) p = now[p];
+    std::sort(list->begin(), list->end());
+  }
+}
+
+// The dead of a list that has run in part move behind the living: a script does not see them, but they keep moving
+// until the frame ends.
+void set_dead_aside(Population& here) {
+  recording::Outcome& outcome = here.outcome;
+  outcome.left.clear();  // looked for at the frame's end
+  if (outcome.dead.empty()) return;
+  std::vector<std::uint32_t> from;
+  from.reserve(here.store.size());
+  auto dead = outcome.dead.begin();
+  for (std::uint32_t p = 0; p < here.store.size(); ++p) {
+    if (dead != outcome.dead.end() && *dead == p) {
+      ++dead;
+    } else {
+      from.push_back(p);
+    }
+  }
+  from.insert(from.end(), outcome.dead.begin(), outcome.dead.end());
+  here.store.permute(from);
+  follow(outcome, from);
+}
+
+void run_and_arrange(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+  system.count_births(rank.talk.frame, rank.settings.dt, rank.settings.substeps);
+  fit(rank, system);
+  if (!rank.talk.calculates()) return;
+  Population& here = *calculator.populations[index];
+  run_list(
+      rank, system, here, [&](const BirthGroup& group) { create_own(rank, system, group, here.store); },
+      [&](const recording::Callback& callback, std::size_t begin) { call_back(calculator, index, callback, begin); },
+      true);
+  for (const actions::Action* action : system.sorts(system.run_items)) {
+    follow(here.outcome, recording::order(*action, here.store));
+  }
+  set_dead_aside(here);
+}
+
+// In place: the rest of the list comes to the same whether it runs with this part or behind it.
+void run_part(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+  Population& here = *calculator.populations[index];
+  const double start = rank.machine.compute_seconds();
+  run_and_arrange(rank, system, calculator, index);
+  here.moved = true;
+  rank.machine.slow_down(start);
+  here.tally.compute_s += rank.machine.compute_seconds() - start;
+  system.groups.clear();
+  system.list.emplace_back(recording::Read{});
+  system.mark_run();
+}
+
+// On a copy: afterwards all is as it was.
+void run_preview(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+  Population& here = *calculator.populations[index];
+  const Counts counts = system.counts;
+  const domains::Domains domains = system.domains;
+  const bool waits_for_fit = system.waits_for_fit;
+  const BirthHistory history = system.history;
+  const Tally tally = here.tally;
+  const recording::Outcome outcome = here.outcome;
+  Store before = copy_of(here.store);
+  const auto restore = [&] {
+    here.preview = std::make_unique<Preview>(
+        Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});
+    here.outcome = outcome;
+    here.tally = tally;
+    system.counts = counts;
+    system.domains = domains;
+    system.waits_for_fit = waits_for_fit;
+    system.history = history;
+    system.groups.clear();
+  };
+  try {
+    run_and_arrange(rank, system, calculator, index);
+  } catch (...) {
+    restore();
+    here.preview.reset();
+    throw;
+  }
+  restore();
+}
+
+Message packed(const Seen& seen) {
+  std::vector<std::uint32_t> everyone(seen.count);
+  std::iota(everyone.begin(), everyone.end(), 0u);
+  Message message;
+  seen.store->pack(everyone, message.bytes());
+  return message;
+}
+
+// Each message goes around once: in step s a rank passes on what came in the step before.
+void pass_around(Rank& rank, Message own, std::uint64_t count, Store& gathered) {
+  Conversation& talk = rank.talk;
+  const int next = (talk.rank() + 1) % talk.size();
+  const int previous = (talk.rank() + talk.size() - 1) % talk.size();
+  const auto take = [&](const Message& message) {
+    particles::Reader in = message.reader();
+    if (!in.done()) gathered.unpack(in);
+  };
+  Message passing = std::move(own);
+  for (int step = 1; step < talk.size(); ++step) {
+    take(passing);
+    talk.comm().post(next, Phase::gather, talk.stamp(), std::move(passing), count);
+    passing = talk.comm().expect(previous, Phase::gather, talk.stamp());
+    count = passing.header().count;
+  }
+  take(passing);
+}
+
+}  // namespace
+
+Seen seen(Population& here) {
+  if (here.in_callback) return {&here.store, here.store.size(), false};
+  if (here.preview) return {&here.preview->store, here.preview->store.size() - here.preview->dead, true};
+  return {&here.store, here.seen(), false};
+}
+
+Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  System& system = *script.systems[i];
+  Population& here = *calculator.populations[i];
+  if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
+  const simd::FloatMode mode;
+  if (rank.settings.substeps == 1) {
+    run_part(rank, system, calculator, i);
+  } else {
+    run_preview(rank, system, calculator, i);
+  }
+  return seen(here);
+}
+
+void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  Population& here = *calculator.populations[i];
+  if (!here.preview) return;
+  const simd::FloatMode mode;
+  const std::unique_ptr<Preview> written = std::move(here.preview);
+  run_part(rank, *script.systems[i], calculator, i);  // the same particles in the same order
+  here.store = std::move(written->store);
+}
+
+void note_digest(const Seen& seen, Population& here) {
+  here.digest = particles::digest(*seen.store);
+  if (seen.count == seen.store->size()) return;
+  std::vector<std::uint32_t> unseen(seen.store->size() - seen.count);
+  std::iota(unseen.begin(), unseen.end(), static_cast<std::uint32_t>(seen.count));
+  here.digest -= particles::digest(*seen.store, unseen);
+}
+
+std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
+  Conversation& talk = rank.talk;
+  Message own = talk.calculates() ? packed(seen) : Message();
+  const std::uint64_t count = talk.calculates() ? seen.count : 0;
+  if (to_all) {
+    auto gathered = std::make_unique<Store>(system.schema);
+    pass_around(rank, std::move(own), count, *gathered);
+    return gathered;
+  }
+  if (talk.calculates()) talk.comm().post(0, Phase::gather, talk.stamp(), std::move(own), count);
+  if (talk.rank() != 0) return nullptr;
+  auto gathered = std::make_unique<Store>(system.schema);
+  for (const int from : talk.cast().calculators) {
+    const Message message = talk.comm().expect(from, Phase::gather, talk.stamp());
+    particles::Reader in = message.reader();
+    gathered->unpack(in);
+  }
+  return gathered;
+}
+
+}  // namespace motes::frame

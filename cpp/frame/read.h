@@ -1,0 +1,39 @@
+// Reading in the middle of a frame: what was recorded so far runs first, and nothing that comes out changes by it.
+#pragma once
+
+#include <memory>
+
+#include "frame/population.h"
+#include "frame/rank.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Particles of this rank as a script reads them: the first `count` of a store. What it writes into one that is not
+/// `preview` counts; for one that is, see keep_preview.
+struct Seen {
+  particles::Store* store;
+  std::size_t count;
+  bool preview;
+};
+
+/// What the last read saw, or the particles as they are.
+Seen seen(Population& here);
+
+/// Runs what was recorded so far on this rank alone, and communicates nothing: each calculator makes the newborn of its
+/// own domain. The rest of the list runs at the frame's end. With sub-steps a list may not run in parts, so it runs on
+/// a copy that is forgotten at the frame's end.
+Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
+
+/// The script writes into such a copy, on all ranks: from here on it is what there is. All sub-steps of the list so far
+/// have run then, before any of the rest. Views of the copy stay as they are.
+void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);
+
+/// Collective, after read(): a fingerprint of what is seen is part of the next report.
+void note_digest(const Seen& seen, Population& here);
+
+/// Collective, within a conversation of verb gather: all particles on rank 0, or on every rank; null elsewhere. Each
+/// particle is sent once to a rank 0, and along a ring of all ranks where all want it. Not sorted.
+std::unique_ptr<particles::Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all);
+
+}  // namespace motes::frame

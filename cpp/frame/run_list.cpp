@@ -1,0 +1,93 @@
+#include "frame/run_list.h"
+
+#include <algorithm>
+
+#include "recording/order.h"
+
+namespace motes::frame {
+
+namespace {
+
+using recording::Outcome;
+
+// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
+void tidy(Outcome& outcome) {
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+  std::erase_if(outcome.left,
+                [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
+}
+
+bool wants_hits(const System& system) {
+  const std::vector<const recording::Spawn*> rules = system.rules();
+  return std::any_of(rules.begin(), rules.end(), [](const recording::Spawn* rule) {
+    return rule->on == recording::Spawn::On::collision;
+  });
+}
+
+bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }
+
+// Callbacks act between pieces of the list, so each sub-step runs piece by piece; without them all is one pass.
+void run_pieces(const Rank& rank, const System& system, Population& here, const std::vector<Piece>& pieces,
+                const CallBack& call_back, std::size_t begin, const BirthGroup& group) {
+  particles::Store& store = here.store;
+  const Settings& run = rank.settings;
+  recording::Span span{rank.talk.frame, run.substeps, run.dt, group.substep, 0};
+  if (!calls_back(pieces)) {
+    pieces[0].program.run(store, begin, group.entry, span, system.key, slice_of(rank, system), here.outcome);
+    return;
+  }
+  if (begin >= store.size()) return;
+  const recording::Slice everywhere{system.definition.axis};
+  for (int substep = group.substep; substep < run.substeps; ++substep) {
+    span.first = substep;
+    span.last = substep + 1;
+    const std::size_t from = substep == group.substep ? group.entry : 0;
+    for (const Piece& piece : pieces) {
+      const std::size_t end = piece.first + piece.program.size();
+      const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
+      piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome);
+      if (piece.callback != nullptr && from <= end) call_back(*piece.callback, begin);
+    }
+  }
+}
+
+}  // namespace
+
+recording::Slice slice_of(const Rank& rank, const System& system) {
+  const int self = rank.talk.calculator();
+  return {system.definition.axis, system.domains.low(self), system.domains.high(self)};
+}
+
+void find_leavers(const Rank& rank, const System& system, Population& here) {
+  here.outcome.left.clear();
+  recording::Program::find_leavers(here.store, 0, slice_of(rank, system), here.outcome);
+  tidy(here.outcome);
+}
+
+void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
+              bool keep_hits) {
+  const std::vector<Piece> pieces = system.pending_pieces();
+  const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
+  here.outcome.wants_hits = keep_hits || wants_hits(system);
+  run_pieces(rank, system, here, pieces, call_back, 0, {});
+  for (const BirthGroup& group : system.groups) {
+    const std::size_t begin = here.store.size();
+    append(group);
+    here.tally.created += here.store.size() - begin;
+    run_pieces(rank, system, here, pieces, call_back, begin, group);
+  }
+  if (calls_back(pieces)) {
+    find_leavers(rank, system, here);
+  } else if (again) {
+    tidy(here.outcome);
+  }
+}
+
+void sort(const System& system, particles::Store& store, std::size_t first) {
+  for (const actions::Action* action : system.sorts(first)) recording::order(*action, store);
+}
+
+}  // namespace motes::frame

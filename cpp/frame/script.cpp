@@ -1,0 +1,47 @@
+#include "frame/script.h"
+
+#include <utility>
+
+namespace motes::frame {
+
+std::string Script::name_of(const Round& round) const {
+  return round.last == round.first + 1 ? systems[round.first]->definition.name : "";
+}
+
+void write_record(Script& script, const Settings& settings, std::uint64_t frame, recording::Verb verb,
+                  const std::optional<image::View>& view, const std::string& argument) {
+  recording::Record& record = script.record;
+  record = {};
+  record.verb = verb;
+  record.frame = frame;
+  record.seed = settings.seed;
+  record.dt = settings.dt;
+  record.substeps = settings.substeps;
+  record.view = view;
+  record.argument = argument;
+  for (const auto& system : script.systems) {  // lent: moved back below
+    record.systems.push_back(std::move(system->definition));
+    record.lists.push_back(std::move(system->list));
+    record.sprites.push_back(system->sprite);
+  }
+  script.bytes.clear();
+  recording::write(record, script.bytes);
+  for (std::size_t i = 0; i < script.systems.size(); ++i) {
+    script.systems[i]->definition = std::move(record.systems[i]);
+    script.systems[i]->list = std::move(record.lists[i]);
+  }
+  record.systems.clear();
+  record.lists.clear();
+  script.hash = recording::hash(script.bytes.view());
+}
+
+void split_rounds(Script& script, Combine combine, std::uint32_t& turn) {
+  script.rounds.clear();
+  const std::size_t n = script.systems.size();
+  const std::size_t width = script.in_frame() && combine != Combine::together ? 1 : n;
+  for (std::size_t first = 0; first < n; first += width)
+    script.rounds.push_back({first, first + width, ++turn, {}, {}, {}, 0});
+  if (script.rounds.empty()) script.rounds.push_back({0, 0, ++turn, {}, {}, {}, 0});
+}
+
+}  // namespace motes::frame

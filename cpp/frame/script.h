@@ -1,0 +1,37 @@
+// What the script said: its systems with their lists, and the record of the conversation under way.
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "frame/round.h"
+#include "frame/settings.h"
+#include "frame/system.h"
+#include "image/scene.h"
+#include "particles/bytes.h"
+#include "recording/record.h"
+
+namespace motes::frame {
+
+struct Script {
+  std::vector<std::unique_ptr<System>> systems;
+  recording::Record record;  // of the conversation under way; its lists are in the systems
+  particles::Bytes bytes;    // the same with lists: what all ranks hash
+  recording::Hash hash;
+  std::vector<Round> rounds;
+
+  bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
+  /// The one system of a round, or empty: what a timeline calls the round.
+  std::string name_of(const Round& round) const;
+};
+
+/// Writes down what all ranks were asked to do.
+void write_record(Script& script, const Settings& settings, std::uint64_t frame, recording::Verb verb,
+                  const std::optional<image::View>& view, const std::string& argument);
+
+/// The rounds of this conversation: the systems one by one, or all at once. Each takes a turn.
+void split_rounds(Script& script, Combine combine, std::uint32_t& turn);
+
+}  // namespace motes::frame

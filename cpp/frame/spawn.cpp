@@ -1,0 +1,143 @@
+#include "frame/spawn.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace motes::frame {
+
+namespace {
+
+using recording::Event;
+using recording::Spawn;
+
+// Ids are given in the order of birth, so who is new in this frame has the highest ones: the last frame's children, and
+// this frame's births.
+std::vector<std::uint32_t> newborn_of(const System& system, const particles::Store& store) {
+  std::vector<std::uint32_t> found;
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    if (store.ids()[i] >= system.counts.newborn_from) found.push_back(static_cast<std::uint32_t>(i));
+  }
+  return found;
+}
+
+std::vector<Event> events_of_all(const Rank& rank, const std::vector<Report>& reports, std::size_t row,
+                                 std::size_t rule) {
+  std::vector<Event> all;
+  for (const int calculator : rank.talk.cast().calculators) {
+    const auto& events = reports[static_cast<std::size_t>(calculator)].systems[row].events;
+    if (rule < events.size()) all.insert(all.end(), events[rule].begin(), events[rule].end());
+  }
+  std::sort(all.begin(), all.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
+  return all;
+}
+
+// How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
+std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children) {
+  return first >= children ? 0 : std::min<std::uint64_t>(count, children - first);
+}
+
+// Parents of one rule that stand next to each other make their children in one go.
+void make_children(const Script& script, Calculator& calculator, const std::vector<Parent>& parents, std::size_t begin,
+                   std::size_t end, const std::vector<std::uint64_t>& children) {
+  const System& from = *script.systems[static_cast<std::size_t>(parents[begin].system)];
+  const Spawn& rule = *from.rules()[static_cast<std::size_t>(parents[begin].rule)];
+  const auto into = static_cast<std::size_t>(rule.into);
+  const System& system = *script.systems[into];
+  std::vector<recording::Child> wanted;
+  for (std::size_t p = begin; p < end; ++p) {
+    const std::uint64_t count = children_of(parents[p].first, rule.count, children[into]);
+    for (std::uint64_t k = 0; k < count; ++k) {
+      wanted.push_back({system.counts.newborn_from + parents[p].first + k, &parents[p].event});
+    }
+  }
+  const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
+  std::vector<std::uint32_t> everyone(made.size());
+  std::iota(everyone.begin(), everyone.end(), 0u);
+  particles::Bytes bytes;
+  made.pack(everyone, bytes);
+  particles::Reader in(bytes.view());
+  Population& here = *calculator.populations[into];
+  here.store.unpack(in);
+  here.tally.created += made.size();
+  if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(made);
+}
+
+}  // namespace
+
+void note_events(const System& system, Population& here) {
+  const std::vector<const Spawn*> rules = system.rules();
+  here.events.resize(rules.size());
+  for (std::size_t r = 0; r < rules.size(); ++r) {
+    switch (rules[r]->on) {
+      case Spawn::On::birth:
+        here.events[r] = recording::events_of(*rules[r], here.store, newborn_of(system, here.store));
+        break;
+      case Spawn::On::death:
+        here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.dead);
+        break;
+      case Spawn::On::collision:
+        here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.hits);
+        break;
+    }
+  }
+}
+
+void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
+                     const std::vector<Report>& reports, Verdict& verdict, std::vector<Orders>& orders) {
+  if (round.first == 0) manager.parents.clear();
+  if (!script.in_frame()) return;
+  verdict.spawned.assign(script.systems.size(), 0);
+  std::vector<std::uint64_t> next(script.systems.size(), 0);
+  for (const PlacedParent& placed : manager.parents) next[static_cast<std::size_t>(placed.into)] += placed.count;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const std::vector<const Spawn*> rules = script.systems[i]->rules();
+    for (std::size_t r = 0; r < rules.size(); ++r) {
+      const auto into = static_cast<std::size_t>(rules[r]->into);
+      const System& system = *script.systems[into];
+      for (const Event& event : events_of_all(rank, reports, i - round.first, r)) {
+        const int owner = system.domains.owner_of(event.position[system.definition.axis]);
+        const Parent parent{static_cast<std::int32_t>(i), static_cast<std::int32_t>(r), next[into], event};
+        orders[static_cast<std::size_t>(owner)].parents.push_back(parent);
+        manager.parents.push_back({owner, rules[r]->into, rules[r]->count, parent});
+        next[into] += rules[r]->count;
+        verdict.spawned[into] += rules[r]->count;
+      }
+    }
+  }
+}
+
+void note_children(const Script& script, Manager& manager, const std::vector<std::uint64_t>& alive) {
+  for (const PlacedParent& placed : manager.parents) {
+    const auto into = static_cast<std::size_t>(placed.into);
+    const std::uint64_t capacity = script.systems[into]->definition.capacity;
+    const std::uint64_t room = capacity > alive[into] ? capacity - alive[into] : 0;
+    const std::uint64_t count = children_of(placed.parent.first, placed.count, room);
+    if (count > 0) manager.account.note_children(into, placed.calculator, count);
+  }
+}
+
+void spawn(Rank& rank, Script& script, Calculator& calculator) {
+  std::vector<std::uint64_t> spawned(script.systems.size(), 0);
+  for (const Round& round : script.rounds) {
+    for (std::size_t i = 0; i < round.verdict.spawned.size(); ++i) spawned[i] += round.verdict.spawned[i];
+  }
+  std::vector<std::uint64_t> children(script.systems.size());
+  for (std::size_t i = 0; i < children.size(); ++i) children[i] = script.systems[i]->number_children(spawned[i]);
+  calculator.tail.children.clear();
+  if (rank.settings.log.digest) calculator.tail.children.assign(script.systems.size(), {});
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::create, "spawn");
+  rank.talk.work("spawn", [&] {
+    for (const Round& round : script.rounds) {
+      const std::vector<Parent>& parents = round.orders.parents;
+      for (std::size_t begin = 0, end = 0; begin < parents.size(); begin = end) {
+        for (end = begin; end < parents.size() && parents[end].system == parents[begin].system &&
+                          parents[end].rule == parents[begin].rule;) {
+          ++end;
+        }
+        make_children(script, calculator, parents, begin, end, children);
+      }
+    }
+  });
+}
+
+}  // namespace motes::frame

@@ -35,6 +35,11 @@ struct Action {
   bool operator==(const Action&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Action& action) {
+  visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values);
+}
+
 /// One number of an action, or a vector of them: its name in API.md and the values that it may have.
 struct Number {
   enum class Rule : std::uint8_t { none, whole, axis, not_below_last };

@@ -44,6 +44,11 @@ struct Instruction {
   bool operator==(const Instruction&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Instruction& instruction) {
+  visit(instruction.op, instruction.index, instruction.value);
+}
+
 using Expression = std::vector<Instruction>;
 
 /// Deepest stack that an expression may need.

@@ -20,6 +20,11 @@ struct Distribution {
   bool operator==(const Distribution&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Distribution& distribution) {
+  visit(distribution.kind, distribution.first, distribution.second, distribution.shape);
+}
+
 struct Kernels {
   Kernel action[kKinds];
 

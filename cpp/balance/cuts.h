@@ -14,6 +14,11 @@ struct Gift {
   std::uint64_t count = 0;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Gift& gift) {
+  visit(gift.cut, gift.count);
+}
+
 /// Up to `wanted` particles of the donor with the highest (lowest) coordinates (paper 3.2.5). Sorts none but those in
 /// one bin: coordinates are counted into bins first. What is no number or outside low <= x < high, the donor's domain,
 /// stays. Nothing to give: the cut stays at the domain's end.
@@ -26,6 +31,11 @@ struct Histogram {
   std::vector<float> edges;
   std::vector<std::uint64_t> counts;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Histogram& histogram) {
+  visit(histogram.edges, histogram.counts);
+}
 
 /// At most `bins` of them, 1..4096. A sample of the coordinates chooses the edges; all are counted. A place that many
 /// share gets a bin of its own. What is no finite number is left out.

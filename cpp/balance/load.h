@@ -15,6 +15,11 @@ struct Load {
   double error = 0;    // the speed's standard error as a part of it, by the samples' noise; 0: not known
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Load& load) {
+  visit(load.particles, load.seconds, load.speed, load.error);
+}
+
 /// Processing time in proportion to the particles held after the exchange (paper 3.2.4).
 double rescaled(double seconds, std::uint64_t processed, std::uint64_t after);
 

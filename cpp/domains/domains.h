@@ -23,6 +23,11 @@ struct Space {
   bool operator==(const Space&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Space& space) {
+  visit(space.kind, space.low, space.high);
+}
+
 /// The n domains of one system: n - 1 ascending cuts. Domain i holds cuts[i-1] <= x < cuts[i]; the first and the last
 /// reach to infinity. Particles whose coordinate is no number belong to the last.
 class Domains {

@@ -1,6 +1,9 @@
 #include "frame/neighbours.h"
 
 #include <algorithm>
+#include <stdexcept>
+
+#include "particles/fields.h"
 
 namespace motes::frame {
 
@@ -20,8 +23,7 @@ Load own_load(const Rank& rank, const Population& here) {
 
 // What this calculator, of two with these loads, has to give.
 std::uint64_t to_give(const balance::Policy& policy, int self, int other, const Load& own, const Load& theirs) {
-  const balance::Order order =
-      other < self ? policy.between(other, theirs, own) : policy.between(self, own, theirs);
+  const balance::Order order = other < self ? policy.between(other, theirs, own) : policy.between(self, own, theirs);
   return order.from == self ? std::min(order.count, own.particles / 2) : 0;
 }
 
@@ -46,8 +48,8 @@ std::vector<std::uint64_t> counts_between(const balance::Policy& policy, int sel
 
 }  // namespace
 
-std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calculator,
-                                            const Round& round, const std::vector<std::size_t>& systems) {
+std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calculator, const Round& round,
+                                            const std::vector<std::size_t>& systems) {
   Conversation& talk = rank.talk;
   const balance::Policy& policy = *rank.settings.policy;
   const std::vector<std::int32_t>& partners = round.orders.partners;
@@ -55,7 +57,7 @@ std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calcul
   for (const std::size_t i : systems) own.push_back(own_load(rank, *calculator.populations[i]));
   for (const std::int32_t other : partners) {
     Message message;
-    message.bytes().put_raw(own.data(), own.size() * sizeof(Load));
+    particles::write_fields(own, message.bytes());
     talk.comm().post(talk.rank_of(other), Phase::loads, talk.stamp(round), std::move(message));
   }
   std::vector<Request> requests;
@@ -64,7 +66,8 @@ std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calcul
     talk.work("balancer " + policy.name(), [&] {
       particles::Reader in = message.reader();
       std::vector<Load> theirs;
-      for (std::size_t k = 0; k < systems.size(); ++k) theirs.push_back(in.get<Load>());
+      particles::read_fields(in, theirs);
+      if (theirs.size() != systems.size()) throw std::runtime_error("loads of another number of systems");
       const std::vector<std::uint64_t> counts = counts_between(policy, talk.calculator(), other, own, theirs);
       const auto kind = other < talk.calculator() ? Request::Kind::give_left : Request::Kind::give_right;
       for (std::size_t k = 0; k < counts.size(); ++k) {

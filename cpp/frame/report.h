@@ -24,6 +24,11 @@ struct PhaseTimes {
   double frame = 0;     // the whole frame, the script's own part included
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, PhaseTimes& times) {
+  visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.wait, times.frame);
+}
+
 /// Why a rank could not compute its part.
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
@@ -34,11 +39,21 @@ struct Failure {
   bool failed() const { return kind != Kind::none; }
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Failure& failure) {
+  visit(failure.kind, failure.action, failure.text);
+}
+
 /// Particles on their way to one domain.
 struct Sent {
   std::int32_t domain = 0;
   std::uint64_t count = 0;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Sent& sent) {
+  visit(sent.domain, sent.count);
+}
 
 /// What happened to one system on one calculator in a frame.
 struct Tally {
@@ -59,6 +74,11 @@ struct Parent {
   recording::Event event;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Parent& parent) {
+  visit(parent.system, parent.rule, parent.first, parent.event);
+}
+
 /// One system on one calculator: after its list ran, before the exchange.
 struct SystemReport {
   std::uint64_t at_start = 0;
@@ -72,12 +92,23 @@ struct SystemReport {
   std::vector<std::vector<recording::Event>> events;  // one list per spawn rule
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, SystemReport& system) {
+  visit(system.at_start, system.created, system.killed, system.kept, system.compute_s, system.sent, system.digest,
+        system.oldest, system.events);
+}
+
 /// How the log pictures where a calculator's particles of one system are.
 inline constexpr int kQuantiles = 16;
 struct Density {
   std::uint64_t particles = 0;
   float quantiles[kQuantiles + 1] = {};  // metres along the system's axis
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Density& density) {
+  visit(density.particles, density.quantiles);
+}
 
 /// What became known too late for the report of its own frame: it travels with the next one.
 struct Tail {
@@ -90,12 +121,22 @@ struct Tail {
   std::string image_sha256;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Tail& tail) {
+  visit(tail.valid, tail.frame, tail.times, tail.bytes_sent, tail.density, tail.children, tail.image_sha256);
+}
+
 struct Report {
   Failure failure;
   particles::Bytes record;  // the sender's recorded list, where it differs from the manager's
   std::vector<SystemReport> systems;
   Tail tail;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Report& report) {
+  visit(report.failure, report.record, report.systems, report.tail);
+}
 
 /// What a calculator is asked for before cuts move: up to so many particles for a neighbour, or where all of its are.
 struct Request {
@@ -105,12 +146,22 @@ struct Request {
   std::uint64_t count = 0;  // particles, or bins of the histogram
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Request& request) {
+  visit(request.system, request.kind, request.count);
+}
+
 /// The answer.
 struct Proposal {
   Request request;
   balance::Gift gift;
   balance::Histogram histogram;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Proposal& proposal) {
+  visit(proposal.request, proposal.gift, proposal.histogram);
+}
 
 struct Verdict {
   Failure failure;
@@ -122,6 +173,12 @@ struct Verdict {
   std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
   bool asks = false;                    // some rank has requests or partners: all say what they propose
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Verdict& verdict) {
+  visit(verdict.failure, verdict.failed_rank, verdict.ranks, verdict.alive, verdict.digests, verdict.spawned,
+        verdict.oldest, verdict.asks);
+}
 
 /// What the verdict says to one rank alone.
 struct Orders {
@@ -137,6 +194,11 @@ struct Orders {
     parents.clear();
   }
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Orders& orders) {
+  visit(orders.sources, orders.requests, orders.partners, orders.parents);
+}
 
 void write(const Report& report, particles::Bytes& out);
 /// Over an earlier one, whose memory it takes.

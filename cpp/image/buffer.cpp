@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <new>
+#include <utility>
 
 #if defined(__linux__)
 #include <sys/mman.h>
@@ -17,6 +18,17 @@ constexpr std::size_t kHugePage = std::size_t{1} << 21;
 }  // namespace
 
 void Buffer::Free::operator()(std::byte* memory) const { std::free(memory); }
+
+Buffer::Buffer(Buffer&& other) noexcept
+    : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)),
+      capacity_(std::exchange(other.capacity_, 0)) {}
+
+Buffer& Buffer::operator=(Buffer&& other) noexcept {
+  data_ = std::move(other.data_);
+  size_ = std::exchange(other.size_, 0);
+  capacity_ = std::exchange(other.capacity_, 0);
+  return *this;
+}
 
 void Buffer::resize(std::size_t size) {
   if (size > capacity_) {

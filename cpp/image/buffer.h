@@ -12,6 +12,9 @@ namespace motes::image {
 class Buffer {
  public:
   Buffer() = default;
+  /// What is moved from is empty.
+  Buffer(Buffer&& other) noexcept;
+  Buffer& operator=(Buffer&& other) noexcept;
 
   std::size_t size() const { return size_; }
   std::byte* data() { return data_.get(); }

@@ -23,6 +23,11 @@ struct Camera {
   bool operator==(const Camera&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Camera& camera) {
+  visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near);
+}
+
 /// An external object (paper 3.2.4): drawn, lit, and hiding the particles behind it.
 struct Solid {
   shapes::Shape shape;
@@ -30,6 +35,11 @@ struct Solid {
 
   bool operator==(const Solid&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Solid& solid) {
+  visit(solid.shape, solid.color);
+}
 
 struct View {
   int width = 0;   // pixels
@@ -42,6 +52,11 @@ struct View {
   bool operator==(const View&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, View& view) {
+  visit(view.width, view.height, view.camera, view.background, view.exposure, view.objects);
+}
+
 /// How the particles of one system are drawn.
 struct Sprite {
   enum class Kind : std::uint8_t { point, disc };
@@ -50,6 +65,11 @@ struct Sprite {
 
   bool operator==(const Sprite&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Sprite& sprite) {
+  visit(sprite.kind, sprite.pixels);
+}
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
 /// beside it. Planes may be read up to the next multiple of 16 particles.

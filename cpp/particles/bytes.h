@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <string>
 #include <type_traits>
+#include <utility>
 
 namespace motes::particles {
 
@@ -20,10 +21,22 @@ static_assert(std::endian::native == std::endian::little, "messages are little-e
 class Bytes {
  public:
   Bytes() = default;
+  /// What is moved from is empty.
+  Bytes(Bytes&& other) noexcept
+      : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)),
+        capacity_(std::exchange(other.capacity_, 0)) {}
+  Bytes& operator=(Bytes&& other) noexcept {
+    data_ = std::move(other.data_);
+    size_ = std::exchange(other.size_, 0);
+    capacity_ = std::exchange(other.capacity_, 0);
+    return *this;
+  }
 
+  /// A number, or a struct of integers without padding; structs of other kinds: particles/fields.h.
   template <class T>
   void put(const T& value) {
-    static_assert(std::is_trivially_copyable_v<T> && !std::is_pointer_v<T>);
+    static_assert(std::is_arithmetic_v<T> || std::has_unique_object_representations_v<T>);
+    static_assert(!std::is_pointer_v<T>);
     put_raw(&value, sizeof value);
   }
   void put_raw(const void* from, std::size_t count) {

@@ -23,6 +23,11 @@ struct Digest {
   std::string text() const;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Digest& digest) {
+  visit(digest.first, digest.second, digest.particles);
+}
+
 Digest digest(const Store& store);
 
 /// The part of these particles (ascending indices).

@@ -21,6 +21,11 @@ struct Given {
   bool operator==(const Given&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Given& given) {
+  visit(given.attribute, given.distribution);
+}
+
 /// One column of an emit() call: count * width floats, particle by particle.
 struct Emitted {
   int attribute = 0;
@@ -28,6 +33,11 @@ struct Emitted {
 
   bool operator==(const Emitted&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Emitted& emitted) {
+  visit(emitted.attribute, emitted.values);
+}
 
 struct Birth {
   enum class Kind : std::uint8_t { source, burst, emit };
@@ -41,6 +51,11 @@ struct Birth {
 
   bool operator==(const Birth&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Birth& birth) {
+  visit(birth.kind, birth.shape, birth.rate, birth.amount, birth.jitter, birth.state, birth.columns);
+}
 
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);

@@ -27,6 +27,11 @@ struct UserAttribute {
   bool operator==(const UserAttribute&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, UserAttribute& attribute) {
+  visit(attribute.name, attribute.width, attribute.initial);
+}
+
 /// A particle system as the script defined it.
 struct SystemDefinition {
   std::string name;
@@ -39,10 +44,18 @@ struct SystemDefinition {
   bool operator==(const SystemDefinition&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, SystemDefinition& system) {
+  visit(system.name, system.capacity, system.axis, system.space, system.sprite, system.attributes);
+}
+
 /// The script read or wrote particles here: what stands before runs before what stands behind.
 struct Read {
   bool operator==(const Read&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor&, Read&) {}
 
 /// A function of the script that acts on each particle alone: stored by name, the one thing that only Python replays.
 struct Callback {
@@ -53,6 +66,11 @@ struct Callback {
 
   bool operator==(const Callback&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Callback& callback) {
+  visit(callback.name, callback.number, callback.where, callback.shapes);
+}
 
 using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback>;
 
@@ -75,6 +93,12 @@ struct Record {
 
   bool operator==(const Record&) const = default;
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Record& record) {
+  visit(record.verb, record.frame, record.seed, record.dt, record.substeps, record.systems, record.lists,
+        record.sprites, record.view, record.argument);
+}
 
 void write(const Record& record, particles::Bytes& out);
 /// Throws std::runtime_error where the bytes are no record.

@@ -26,12 +26,22 @@ struct Spawn {
   bool operator==(const Spawn&) const = default;
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Spawn& spawn) {
+  visit(spawn.into, spawn.on, spawn.count, spawn.inherit_velocity, spawn.state, spawn.where, spawn.shapes);
+}
+
 /// What is known of a parent.
 struct Event {
   std::uint64_t id = 0;
   float position[3] = {};
   float velocity[3] = {};
 };
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Event& event) {
+  visit(event.id, event.position, event.velocity);
+}
 
 /// A child that an event makes. The event must outlive it.
 struct Child {

@@ -177,4 +177,32 @@ Shape unite(const std::vector<Shape>& shapes) {
   return whole;
 }
 
+std::vector<Part> parts_of(const Shape& shape) {
+  std::vector<Part> parts(static_cast<std::size_t>(shape.parts));
+  for (std::size_t i = 0; i < parts.size(); ++i) {
+    parts[i].kind = shape.part[i].kind;
+    std::copy_n(shape.part[i].number, kNumbers, parts[i].number);
+  }
+  return parts;
+}
+
+void set_parts(Shape& shape, const std::vector<Part>& parts) {
+  Shape whole;
+  whole.kind = shape.kind;
+  std::copy_n(shape.number, kNumbers, whole.number);
+  if (shape.kind == Kind::united) {
+    std::vector<Shape> list(parts.size());
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      if (parts[i].kind == Kind::united) throw std::runtime_error("damaged bytes: a union inside a union");
+      list[i].kind = parts[i].kind;
+      std::copy_n(parts[i].number, kNumbers, list[i].number);
+    }
+    if (list.empty() || list.size() > kMostParts) {
+      throw std::runtime_error("damaged bytes: a union of " + std::to_string(list.size()) + " shapes");
+    }
+    whole = unite(list);
+  }
+  shape = std::move(whole);
+}
+
 }  // namespace motes::shapes

@@ -53,6 +53,34 @@ struct Shape {
 Shape unite(const std::vector<Shape>& shapes);
 inline constexpr std::size_t kMostParts = 65536;
 
+/// A part of a union as bytes: its kind and numbers. All else follows from them.
+struct Part {
+  Kind kind = Kind::point;
+  float number[kNumbers] = {};
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Part& part) {
+  visit(part.kind, part.number);
+}
+
+std::vector<Part> parts_of(const Shape& shape);
+
+/// Gives a shape that was read its parts: none unless it is a union. Throws std::runtime_error where a union cannot
+/// have them.
+void set_parts(Shape& shape, const std::vector<Part>& parts);
+
+template <class Visitor>
+void fields(Visitor& visit, Shape& shape) {
+  visit(shape.kind, shape.number);
+  std::vector<Part> parts;
+  if (shape.kind == Kind::united) {
+    if constexpr (!Visitor::kReads) parts = parts_of(shape);
+    visit(parts);
+  }
+  if constexpr (Visitor::kReads) set_parts(shape, parts);
+}
+
 /// Throws std::invalid_argument, naming the argument, where a number is not finite or the shape is degenerate.
 void check(const Shape& shape);
 

@@ -14,7 +14,14 @@ using particles::Store;
 
 constexpr double kMostAtOnce = 4.0e9;
 
+void check_attribute(int attribute, const particles::Schema& schema) {
+  if (attribute >= 0 && attribute < schema.size()) return;
+  throw std::invalid_argument("attribute must be 0.." + std::to_string(schema.size() - 1) + ", got " +
+                              std::to_string(attribute));
+}
+
 void check_distribution(const Given& given, const particles::Schema& schema) {
+  check_attribute(given.attribute, schema);
   const particles::Attribute& attribute = schema[given.attribute];
   const Distribution& d = given.distribution;
   const auto refuse = [&](const std::string& what) { throw std::invalid_argument(attribute.name + " " + what); };
@@ -79,16 +86,21 @@ double emitted_until(double rate, double t) {
 void check(const Birth& birth, const particles::Schema& schema) {
   if (birth.kind != Birth::Kind::emit) shapes::check(birth.shape);
   if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
-    throw std::invalid_argument("rate must be 0..1e12 particles a second, got " + std::to_string(birth.rate));
+    throw std::invalid_argument("rate must be 0..1e12 particles per second, got " + std::to_string(birth.rate));
   }
   if (static_cast<double>(birth.amount) > kMostAtOnce) {
     throw std::invalid_argument("count must be 0..4000000000, got " + std::to_string(birth.amount));
   }
   for (const Given& given : birth.state) check_distribution(given, schema);
+  const auto is_position = [](const Emitted& column) { return column.attribute == particles::position; };
+  if (birth.kind == Birth::Kind::emit && std::none_of(birth.columns.begin(), birth.columns.end(), is_position)) {
+    throw std::invalid_argument("position must be given, one row per particle");
+  }
   for (const Emitted& column : birth.columns) {
+    check_attribute(column.attribute, schema);
     const auto width = static_cast<std::size_t>(schema[column.attribute].width);
     if (column.values.size() != birth.amount * width) {
-      throw std::invalid_argument(schema[column.attribute].name + " must have one row a particle");
+      throw std::invalid_argument(schema[column.attribute].name + " must have one row per particle");
     }
   }
 }

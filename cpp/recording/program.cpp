@@ -57,16 +57,22 @@ std::vector<int> components_of(std::uint64_t attributes, const particles::Schema
   return components;
 }
 
-// What to fetch while action `at` computes: of this block what only later actions touch, of the next one the rest.
-actions::Ahead ahead_of(const std::vector<actions::Action>& list, std::size_t at, const Store& store, bool turns) {
-  std::uint64_t so_far = 0, later = 0;
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const std::uint64_t touched = actions::reads(list[i], store.schema()) | actions::writes(list[i], store.schema());
-    (i <= at ? so_far : later) |= touched & ~untouched(list[i], turns);
+// Attributes as bits: what the actions up to and with each touch.
+std::vector<std::uint64_t> touched_so_far(const std::vector<actions::Action>& list, const Store& store, bool turns) {
+  std::vector<std::uint64_t> all;
+  std::uint64_t so_far = 0;
+  for (const actions::Action& action : list) {
+    const std::uint64_t touched = actions::reads(action, store.schema()) | actions::writes(action, store.schema());
+    all.push_back(so_far |= touched & ~untouched(action, turns));
   }
+  return all;
+}
+
+// What to fetch while an action computes: of this block what only later actions touch, of the next one the rest.
+actions::Ahead ahead_of(std::uint64_t so_far, std::uint64_t in_all, const Store& store) {
   actions::Ahead ahead;
   for (int a = 0; a < store.schema().size(); ++a) {
-    if (((so_far | later) >> a & 1u) == 0 || store.uniform(a)) continue;
+    if ((in_all >> a & 1u) == 0 || store.uniform(a)) continue;
     const auto offset = static_cast<std::uint32_t>((so_far >> a & 1u) != 0 ? kBlock : 0);
     for (int c = 0; c < store.schema()[a].width && ahead.count < actions::Ahead::kMost; ++c) {
       ahead.column[ahead.count++] = {store.schema()[a].first_component + c, offset};
@@ -81,6 +87,7 @@ Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_
 
 std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
   std::vector<Operation> operations;
+  const std::vector<std::uint64_t> touched = touched_so_far(list_, store, turns);
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
     Operation operation;
@@ -105,7 +112,7 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
       const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
       operation.written = components_of(writes, store.schema());
     }
-    operation.ahead = ahead_of(list_, i, store, turns);
+    operation.ahead = ahead_of(touched[i], touched.back(), store);
     operations.push_back(std::move(operation));
   }
   for (Operation& operation : operations) operation.parameters.ahead = &operation.ahead;

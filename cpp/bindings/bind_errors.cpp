@@ -29,7 +29,8 @@ void raise_agreed(const frame::Agreed& error) {
 }  // namespace
 
 void bind_errors(py::module_&) {
-  py::register_exception_translator([](std::exception_ptr thrown) {
+  // Of exceptions that this module throws alone: those of other modules of pybind11 are not ours.
+  py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const frame::Agreed& error) {

@@ -116,11 +116,10 @@ void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
 
 // The first shape, among it and its parts, that has nothing to meet.
 const shapes::Shape* without_surface(const shapes::Shape& shape) {
-  using shapes::Kind;
   for (int i = 0; i < shape.parts; ++i) {
     if (const shapes::Shape* found = without_surface(shape.part[i])) return found;
   }
-  return shape.kind == Kind::point || shape.kind == Kind::line || shape.kind == Kind::blob ? &shape : nullptr;
+  return shapes::has_surface(shape.kind) ? nullptr : &shape;
 }
 
 void check_surface(const Facts& facts, const shapes::Shape& shape) {

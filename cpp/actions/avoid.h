@@ -13,7 +13,6 @@
 #pragma once
 
 #include "actions/lanes.h"
-#include "shapes/triangle.h"
 
 namespace motes::MOTES_ISA {
 
@@ -140,8 +139,14 @@ __attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 
     case Kind::box: return turn_at(BoxLanes::from(s), x, v, look_ahead);
     case Kind::cylinder: return turn_round(CylinderLanes::from(s), start, end, x, v, look_ahead);
     case Kind::cone: return turn_round(ConeLanes::from(s), start, end, x, v, look_ahead);
-    default: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
+    case Kind::plane: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
+    // Refused when they are recorded: nothing to meet. A union's parts are asked one by one.
+    case Kind::point:
+    case Kind::line:
+    case Kind::blob:
+    case Kind::united: break;
   }
+  return {Mask{}, Floats{}, Floats{}, {Floats{}, Floats{}, Floats{}}};
 }
 
 MOTES_INLINE Turn first_turn(const shapes::Shape& shape, Floats3 x, Floats3 v, float look_ahead) {
@@ -183,15 +188,12 @@ inline void avoid(const actions::Parameters& p, const actions::Block& b, const a
     avoid_all(p, b, s,
               [&](Floats3 x, Floats3 v) __attribute__((always_inline)) { return turn_at(lanes, x, v, look_ahead); });
   };
-  switch (shape.kind) {  // the usual ones
-    case shapes::Kind::plane: return inlined(PlaneLanes::from(shape));
-    case shapes::Kind::sphere: return inlined(SphereLanes::from(shape));
-    case shapes::Kind::box: return inlined(BoxLanes::from(shape));
-    default:
-      avoid_all(p, b, s, [&](Floats3 x, Floats3 v) __attribute__((always_inline)) {
-        return first_turn(shape, x, v, look_ahead);
-      });
-  }
+  using shapes::Kind;
+  if (shape.kind == Kind::plane) return inlined(PlaneLanes::from(shape));  // the usual ones
+  if (shape.kind == Kind::sphere) return inlined(SphereLanes::from(shape));
+  if (shape.kind == Kind::box) return inlined(BoxLanes::from(shape));
+  avoid_all(p, b, s,
+            [&](Floats3 x, Floats3 v) __attribute__((always_inline)) { return first_turn(shape, x, v, look_ahead); });
 }
 
 }  // namespace motes::MOTES_ISA

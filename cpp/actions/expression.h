@@ -6,6 +6,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "particles/enumerators.h"
+
 namespace motes::actions {
 
 enum class Op : std::uint8_t {
@@ -34,7 +36,7 @@ enum class Op : std::uint8_t {
   either,
   invert,
 };
-inline constexpr int kOps = 19;
+inline constexpr int kOps = particles::enumerators<Op>();
 
 struct Instruction {
   Op op = Op::constant;

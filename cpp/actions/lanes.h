@@ -1,4 +1,4 @@
-// Words that the kernels share: planes of a block as vectors.
+// What the kernels share: planes of a block as vectors.
 #pragma once
 
 #include "actions/block.h"
@@ -7,10 +7,20 @@
 
 namespace motes::MOTES_ISA {
 
-// First components of the built-in attributes (the order of particles::Schema's constructor).
-inline constexpr int kPositionAt = 0, kVelocityAt = 3, kUpAt = 6, kSpinAt = 9, kColorAt = 12, kAlphaAt = 15,
-                     kSizeAt = 16, kMassAt = 19, kAgeAt = 20, kLifetimeAt = 21, kPositionBAt = 22, kVelocityBAt = 25,
-                     kUpBAt = 28;
+// First components of the built-in attributes.
+inline constexpr int kPositionAt = first_component(particles::position);
+inline constexpr int kVelocityAt = first_component(particles::velocity);
+inline constexpr int kUpAt = first_component(particles::up);
+inline constexpr int kSpinAt = first_component(particles::rotational_velocity);
+inline constexpr int kColorAt = first_component(particles::color);
+inline constexpr int kAlphaAt = first_component(particles::alpha);
+inline constexpr int kSizeAt = first_component(particles::size);
+inline constexpr int kMassAt = first_component(particles::mass);
+inline constexpr int kAgeAt = first_component(particles::age);
+inline constexpr int kLifetimeAt = first_component(particles::lifetime);
+inline constexpr int kPositionBAt = first_component(particles::position_b);
+inline constexpr int kVelocityBAt = first_component(particles::velocity_b);
+inline constexpr int kUpBAt = first_component(particles::up_b);
 
 MOTES_INLINE Floats3 load3(const actions::Block& b, int at, std::size_t i) {
   return {load(b.component[at] + i), load(b.component[at + 1] + i), load(b.component[at + 2] + i)};

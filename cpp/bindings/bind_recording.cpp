@@ -1,7 +1,8 @@
 #include <algorithm>
-#include <iterator>
+#include <optional>
 
 #include "bindings/bindings.h"
+#include "particles/enumerators.h"
 #include "recording/births.h"
 #include "recording/record.h"
 #include "simd/float_mode.h"
@@ -67,17 +68,21 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
 
 using Steps = std::vector<std::tuple<std::string, int, double>>;
 
-// In the order of actions::Op.
-constexpr const char* kOpNames[actions::kOps] = {
-    "constant", "column",  "negate", "absolute",   "square_root", "floor",  "add",  "subtract", "multiply", "divide",
-    "minimum",  "maximum", "less",   "less_equal", "equal",       "inside", "both", "either",   "invert"};
+// The enumerator of that name, or nothing.
+template <class Enum>
+std::optional<Enum> named(const std::string& name) {
+  constexpr auto& kNames = particles::kNames<Enum>;
+  const auto found = std::find(kNames.begin(), kNames.end(), name);
+  if (found == kNames.end()) return std::nullopt;
+  return static_cast<Enum>(found - kNames.begin());
+}
 
 actions::Expression expression(const Steps& steps) {
   actions::Expression made;
   for (const auto& [name, index, value] : steps) {
-    const auto* found = std::find(std::begin(kOpNames), std::end(kOpNames), name);
-    if (found == std::end(kOpNames)) throw std::invalid_argument("no operation is called '" + name + "'");
-    made.push_back({static_cast<actions::Op>(found - kOpNames), index, static_cast<float>(value)});
+    const auto operation = named<actions::Op>(name);
+    if (!operation) throw std::invalid_argument("no operation is called '" + name + "'");
+    made.push_back({*operation, index, static_cast<float>(value)});
   }
   return made;
 }
@@ -99,12 +104,9 @@ recording::Spawn make_spawn(int into, const std::string& on, std::uint32_t count
                             const State& state, const Steps& where, std::vector<shapes::Shape> shapes) {
   recording::Spawn spawn;
   spawn.into = into;
-  if (on != "birth" && on != "death" && on != "collision") {
-    throw std::invalid_argument("on must be birth, death or collision, got '" + on + "'");
-  }
-  spawn.on = on == "birth"   ? recording::Spawn::On::birth
-             : on == "death" ? recording::Spawn::On::death
-                             : recording::Spawn::On::collision;
+  const auto event = named<recording::Spawn::On>(on);
+  if (!event) throw std::invalid_argument("on must be birth, death or collision, got '" + on + "'");
+  spawn.on = *event;
   spawn.count = count;
   spawn.inherit_velocity = inherit_velocity;
   spawn.state = given(state);

@@ -8,6 +8,7 @@
 
 #include "image/camera.h"
 #include "image/footprint.h"
+#include "particles/enumerators.h"
 
 namespace motes::image {
 namespace {
@@ -199,7 +200,8 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
     throw std::runtime_error("image records: impossible image size " + std::to_string(header.width) + "x" +
                              std::to_string(header.height));
   }
-  if (header.kind > 1 || header.pixels < 1 || header.pixels > kMaxFootprint || header.with_depth > 1) {
+  if (header.kind >= particles::enumerators<Sprite::Kind>() || header.pixels < 1 || header.pixels > kMaxFootprint ||
+      header.with_depth > 1) {
     throw std::runtime_error("image records: unknown sprite");
   }
   sprite_ = {static_cast<Sprite::Kind>(header.kind), header.pixels};

@@ -219,13 +219,19 @@ Ball bounds(const Shape& s) {
       const Vector half = (vector_at(s, 3) - first) * 0.5;
       return {first + half, std::hypot(length(half), s.number[6]) * kMore};
     }
-    default: return {first, kInfinity};
+    // Without an end, or refused by check_solid().
+    case Kind::plane:
+    case Kind::point:
+    case Kind::line:
+    case Kind::blob:
+    case Kind::united: break;
   }
+  return {first, kInfinity};
 }
 
 void check_solid(const std::string& argument, const Solid& solid) {
   const Kind kind = solid.shape.kind;
-  if (kind == Kind::point || kind == Kind::line || kind == Kind::blob || kind == Kind::united) {
+  if (!shapes::has_surface(kind) || kind == Kind::united) {
     throw std::invalid_argument(argument + " must be a shape with a surface, got a " + shapes::name(kind));
   }
   shapes::check(solid.shape);
@@ -241,8 +247,13 @@ bool intersect(const Shape& shape, const Ray& ray, double nearest, double farthe
     case Kind::triangle: return intersect_triangle(shape, ray, nearest, farthest, hit);
     case Kind::cylinder:
     case Kind::cone: return intersect_shell(shape, ray, nearest, farthest, hit);
-    default: return false;
+    // Refused by check_solid().
+    case Kind::point:
+    case Kind::line:
+    case Kind::blob:
+    case Kind::united: break;
   }
+  return false;
 }
 
 }  // namespace motes::image

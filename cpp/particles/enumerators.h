@@ -1,30 +1,46 @@
-// How many enumerators an enumeration has, from the compiler: what must be checked when a number becomes one of them.
+// The enumerators of an enumeration, from the compiler: how many there are, and their names.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <string_view>
 #include <type_traits>
+#include <utility>
 
 namespace motes::particles {
 
-/// Whether an enumerator has this value. GCC and Clang print the name of one that exists, and a cast, "(Type)7", where
-/// there is none.
+/// The value as GCC and Clang print it: Type::name, or (Type)7 where no enumerator has it.
 template <auto kValue>
-consteval bool is_enumerator() {
+consteval std::string_view printed() {
   constexpr std::string_view kBefore = "kValue = ";
-  const std::string_view text = __PRETTY_FUNCTION__;
-  return text[text.rfind(kBefore) + kBefore.size()] != '(';
+  std::string_view text = __PRETTY_FUNCTION__;
+  text.remove_prefix(text.find(kBefore) + kBefore.size());
+  return text.substr(0, text.find_first_of(";]"));
 }
 
 /// The enumerators 0, 1, 2, ... of a type, which must not belong to an unnamed namespace.
 template <class Enum, int kFrom = 0>
 consteval int enumerators() {
   static_assert(std::is_enum_v<Enum>);
-  if constexpr (is_enumerator<static_cast<Enum>(kFrom)>()) {
+  if constexpr (printed<static_cast<Enum>(kFrom)>()[0] != '(') {
     return enumerators<Enum, kFrom + 1>();
   } else {
     static_assert(kFrom > 0, "no enumerators from 0 on: in an unnamed namespace?");
     return kFrom;
   }
+}
+
+/// Their names, in order.
+template <class Enum>
+inline constexpr auto kNames = []<std::size_t... kAt>(std::index_sequence<kAt...>) {
+  const auto last_part = [](std::string_view text) { return text.substr(text.rfind(':') + 1); };
+  return std::array{last_part(printed<static_cast<Enum>(kAt)>())...};
+}(std::make_index_sequence<static_cast<std::size_t>(enumerators<Enum>())>{});
+
+/// The name of one that exists.
+template <class Enum>
+constexpr std::string_view name_of(Enum value) {
+  return kNames<Enum>[static_cast<std::size_t>(value)];
 }
 
 }  // namespace motes::particles

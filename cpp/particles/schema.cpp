@@ -1,6 +1,5 @@
 #include "particles/schema.h"
 
-#include <limits>
 #include <stdexcept>
 
 namespace motes::particles {
@@ -18,20 +17,7 @@ bool identifier(std::string_view name) {
 }  // namespace
 
 Schema::Schema() {
-  const float forever = std::numeric_limits<float>::infinity();
-  add("position", 3, {0, 0, 0});
-  add("velocity", 3, {0, 0, 0});
-  add("up", 3, {0, 1, 0});
-  add("rotational_velocity", 3, {0, 0, 0});
-  add("color", 3, {1, 1, 1});
-  add("alpha", 1, {1, 0, 0});
-  add("size", 3, {1, 1, 1});
-  add("mass", 1, {1, 0, 0});
-  add("age", 1, {0, 0, 0});
-  add("lifetime", 1, {forever, 0, 0});
-  add("position_b", 3, {0, 0, 0});
-  add("velocity_b", 3, {0, 0, 0});
-  add("up_b", 3, {0, 0, 0});
+  for (const BuiltinAttribute& builtin : kBuiltins) add(builtin.name, builtin.width, builtin.initial);
 }
 
 int Schema::add(const std::string& name, int width, std::array<float, 3> initial) {

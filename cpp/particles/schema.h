@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,28 +13,37 @@ namespace motes::particles {
 
 /// Indices of the built-in attributes in every schema (paper 3.1.2 and API: System.configure).
 enum Builtin : int {
-  position,
-  velocity,
-  up,
-  rotational_velocity,
-  color,
-  alpha,
-  size,
-  mass,
-  age,
-  lifetime,
-  position_b,
-  velocity_b,
-  up_b,
+#define MOTES_ATTRIBUTE(name, ...) name,
+#include "particles/attributes.inc"
   builtin_count
 };
+
+inline constexpr float kForever = std::numeric_limits<float>::infinity();
+
+struct BuiltinAttribute {
+  const char* name;
+  int width;                        // 1 or 3
+  std::array<float, 3> initial{};
+};
+
+inline constexpr std::array<BuiltinAttribute, builtin_count> kBuiltins = {{
+#define MOTES_ATTRIBUTE(name, width, ...) {#name, width, {__VA_ARGS__}},
+#include "particles/attributes.inc"
+}};
+
+/// Place of a built-in attribute's first component among those of every schema.
+consteval int first_component(Builtin attribute) {
+  int components = 0;
+  for (int before = 0; before < attribute; ++before) components += kBuiltins[static_cast<std::size_t>(before)].width;
+  return components;
+}
 
 /// The `*_b` attributes are targets to return to. They start as copies of position, velocity and up, and take memory
 /// only in systems that use them: until then they are zero.
 inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
     {{position_b, position}, {velocity_b, velocity}, {up_b, up}}};
 
-/// A named column of 1 or 3 floats a particle.
+/// A named column of 1 or 3 floats per particle.
 struct Attribute {
   std::string name;
   int width = 1;                      // 1 or 3

@@ -16,10 +16,7 @@ std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Le
 
 std::string item_name(const Item& value) {
   if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
-  if (const auto* birth = std::get_if<Birth>(&value)) {
-    constexpr const char* kNames[] = {"source", "burst", "emit"};
-    return kNames[static_cast<std::size_t>(birth->kind)];
-  }
+  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(particles::name_of(birth->kind));
   if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
   return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
 }

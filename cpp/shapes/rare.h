@@ -1,23 +1,17 @@
-// The shapes that are called once a vector instead of being inlined into every loop: an action that visits shapes grows
-// by one of them, however many there are.
+// The shapes that are called once per vector instead of being inlined into every loop: an action that visits shapes
+// grows by one of them, however many there are.
 #pragma once
 
-#include "shapes/blob.h"
-#include "shapes/cone.h"
-#include "shapes/cylinder.h"
-#include "shapes/triangle.h"
-#include "shapes/union.h"
+#include "shapes/all.h"  // written by CMake: all headers of shapes
 
 namespace motes::MOTES_ISA {
 
 struct RareLanes {
   shapes::Kind kind;
   union {
-    TriangleLanes triangle;
-    CylinderLanes cylinder;
-    ConeLanes cone;
-    BlobLanes blob;
-    UnionLanes parts;
+#define MOTES_SHAPE(...)
+#define MOTES_RARE_SHAPE(kind, Name, ...) Name##Lanes kind##_lanes;
+#include "shapes/list.inc"
   };
 
   // In rare_lanes.cpp.

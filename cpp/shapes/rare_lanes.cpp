@@ -4,15 +4,17 @@
 namespace motes::MOTES_ISA {
 namespace {
 
+// visit() sends only the rare kinds here.
 template <class Use>
 MOTES_INLINE auto use_rare(const RareLanes& rare, const Use& use) {
   switch (rare.kind) {
-    case shapes::Kind::triangle: return use(rare.triangle);
-    case shapes::Kind::cylinder: return use(rare.cylinder);
-    case shapes::Kind::cone: return use(rare.cone);
-    case shapes::Kind::blob: return use(rare.blob);
-    default: return use(rare.parts);
+#define MOTES_SHAPE(kind, ...) \
+  case shapes::Kind::kind: break;
+#define MOTES_RARE_SHAPE(kind, ...) \
+  case shapes::Kind::kind: return use(rare.kind##_lanes);
+#include "shapes/list.inc"
   }
+  __builtin_unreachable();
 }
 
 }  // namespace
@@ -21,11 +23,11 @@ RareLanes RareLanes::from(const shapes::Shape& shape) {
   RareLanes rare;
   rare.kind = shape.kind;
   switch (shape.kind) {
-    case shapes::Kind::triangle: rare.triangle = TriangleLanes::from(shape); break;
-    case shapes::Kind::cylinder: rare.cylinder = CylinderLanes::from(shape); break;
-    case shapes::Kind::cone: rare.cone = ConeLanes::from(shape); break;
-    case shapes::Kind::blob: rare.blob = BlobLanes::from(shape); break;
-    default: rare.parts = UnionLanes::from(shape); break;
+#define MOTES_SHAPE(kind, ...) \
+  case shapes::Kind::kind: break;
+#define MOTES_RARE_SHAPE(kind, Name, ...) \
+  case shapes::Kind::kind: rare.kind##_lanes = Name##Lanes::from(shape); break;
+#include "shapes/list.inc"
   }
   return rare;
 }

@@ -15,11 +15,15 @@ constexpr double kPi = 3.14159265358979323846;
 
 struct Facts {
   const char* name;
-  int count;
+  int numbers;
+  bool surface;
 };
-constexpr Facts kFacts[kKinds] = {{"Point", 3},    {"Line", 6}, {"Rectangle", 9}, {"Disc", 8},
-                                  {"Plane", 6},    {"Box", 6},  {"Sphere", 5},    {"Triangle", 9},
-                                  {"Cylinder", 8}, {"Cone", 8}, {"Blob", 4},      {"Union", 0}};
+constexpr std::array<Facts, kKinds> kFacts = {{
+#define MOTES_SHAPE(kind, Name, numbers, surface) {#Name, numbers, surface},
+#include "shapes/list.inc"
+}};
+
+const Facts& facts(Kind kind) { return kFacts[static_cast<std::size_t>(kind)]; }
 
 using Vector = std::array<double, 3>;
 
@@ -77,8 +81,9 @@ void share_out(std::vector<Shape>& parts) {
 
 }  // namespace
 
-std::string name(Kind kind) { return kFacts[static_cast<int>(kind)].name; }
-int count(Kind kind) { return kFacts[static_cast<int>(kind)].count; }
+std::string name(Kind kind) { return facts(kind).name; }
+int count(Kind kind) { return facts(kind).numbers; }
+bool has_surface(Kind kind) { return facts(kind).surface; }
 
 void check(const Shape& s) {
   for (int i = 0; i < count(s.kind); ++i) {

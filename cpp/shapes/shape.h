@@ -1,6 +1,7 @@
 // A region of space as a plain value (API: motes.shapes).
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -8,30 +9,23 @@
 
 namespace motes::shapes {
 
-/// The numbers are written into recorded scenes: new kinds stand at the end.
 enum class Kind : std::uint8_t {
-  point,
-  line,
-  rectangle,
-  disc,
-  plane,
-  box,
-  sphere,
-  triangle,
-  cylinder,
-  cone,
-  blob,
-  united
+#define MOTES_SHAPE(kind, ...) kind,
+#include "shapes/list.inc"
 };
-inline constexpr int kKinds = 12;
 
-/// Most numbers that one shape needs (three vectors).
-inline constexpr int kNumbers = 9;
+inline constexpr int kKinds = 0
+#define MOTES_SHAPE(...) +1  // NOLINT(bugprone-macro-parentheses): a summand
+#include "shapes/list.inc"
+    ;
 
-/// The kind and its numbers, in metres, in the order of the constructor's arguments:
-///   point p | line p0 p1 | rectangle origin u v | disc center normal radius inner_radius | plane point normal
-///   | box low high | sphere center radius inner_radius | triangle p0 p1 p2 | cylinder p0 p1 radius inner_radius
-///   | cone apex base radius inner_radius | blob center sigma | united (none: see unite())
+/// Most numbers that one shape has.
+inline constexpr int kNumbers = std::max({
+#define MOTES_SHAPE(kind, Name, numbers, surface) numbers,
+#include "shapes/list.inc"
+});
+
+/// The kind and its numbers, in metres, in the order of the constructor's arguments: see list.inc.
 struct Shape {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
@@ -93,5 +87,8 @@ int count(Kind kind);
 
 /// The name of the Python class.
 std::string name(Kind kind);
+
+/// Whether the shape has something that a particle can bounce off; a union has what its parts have.
+bool has_surface(Kind kind);
 
 }  // namespace motes::shapes

@@ -18,7 +18,7 @@ if not PAGE.is_file():
 def test_every_block_of_code_is_a_piece_of_its_file():
     text = PAGE.read_text()
     quotes = QUOTE.findall(text)
-    assert len(quotes) == text.count("\n```\n") == 5, "each block has its file's name above it"
+    assert len(quotes) == text.count("\n```\n") == 7, "each block has its file's name above it"
     for path, code in quotes:
         assert f"{code}\n" in (ROOT / path).read_text(), f"{path} has changed: quote it anew\n{code}"
 
@@ -36,3 +36,25 @@ def test_the_list_is_the_only_place_that_registers():
     # The word stands for a user's column in a comment or two; as code it is the kernel's and the list's.
     code = {path for path in named if re.search(r"\bwind\b", re.sub(r"//.*", "", (ROOT / path).read_text()))}
     assert code == {"cpp/actions/wind.h", "cpp/actions/list.inc"}
+
+
+def code_of(path: Path) -> str:
+    return re.sub(r"//.*", "", path.read_text())
+
+
+def test_a_shape_is_named_where_the_page_says():
+    """All else that the core knows of a shape follows from its line in the list."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp", ".inc", ".txt")]
+    named = {str(path.relative_to(ROOT)) for path in core if re.search(r"\b(blob|Blob)", code_of(path))}
+    table = PAGE.read_text().split("# Adding a shape")[1]
+    told = {path for path in re.findall(r"`(cpp/[\w./]+)`", table) if path != "cpp/shapes/lanes.h"}
+    assert named == told and len(named) == 5
+
+
+def test_the_compiler_finds_a_shape_that_was_forgotten():
+    """A switch over shapes without a default: the compiler names the kinds that it leaves out."""
+    core = [path for path in (ROOT / "cpp").rglob("*") if path.suffix in (".h", ".cpp")]
+    kinds = re.compile(r"case (?:shapes::)?Kind::(?:plane|kind):")
+    switches = {path.name: code_of(path) for path in core if kinds.search(code_of(path))}
+    assert set(switches) == {"visit.h", "rare_lanes.cpp", "shape.cpp", "avoid.h", "solids.cpp"}
+    assert [name for name, code in switches.items() if re.search(r"\bdefault:", code)] == []

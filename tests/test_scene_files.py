@@ -4,6 +4,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import os
+import random
+import resource
+import struct
 import subprocess
 import sys
 from dataclasses import dataclass
@@ -188,12 +192,12 @@ def test_what_is_wrong_is_said_once(
         ((tmp_path / "damaged.motes",), "is damaged"),
         ((SAYINGS,), "is no recorded scene"),
         ((tmp_path,), "it is no file"),
-        ((recorded["snow"].scene, "--frames", "two"), "--frames takes a whole number, got 'two'"),
-        ((recorded["snow"].scene, "--roles", "all"), "--roles is one of auto, shared; got 'all'"),
+        ((recorded["snow"].scene, "--frames", "two"), "--frames must be a whole number, got 'two'"),
+        ((recorded["snow"].scene, "--roles", "all"), "--roles must be one of auto, shared; got 'all'"),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer 'Own()': must be Static, Pairwise"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
-        ((recorded["snow"].scene, "--fast"), "no option is called --fast"),
-        ((recorded["snow"].scene, "--out"), "--out needs a value"),
+        ((recorded["snow"].scene, "--fast"), "there is no option --fast"),
+        ((recorded["snow"].scene, "--out"), "--out must be followed by a value"),
     ]
     for words, text in cases if ranks == 1 else cases[:3]:
         result = replay(motes_replay, ranks, *words)
@@ -211,6 +215,85 @@ def test_a_run_that_fails_ends_on_all_ranks(motes_replay: Path, recorded: dict[s
         assert len(complaints(result)) == 1 and "/dev/null" in complaints(result)[0], result.text
     wrong = replay(motes_replay, ranks, scene, env={"MOTES_STALL_S": "soon"})
     assert wrong.code == 2 and "MOTES_STALL_S" in complaints(wrong)[0]
+
+
+def scene_hash(content: bytes) -> bytes:
+    """Hash the content as `cpp/recording/record.cpp` does."""
+    most = 2**64 - 1
+
+    def mix(x: int) -> int:
+        x = ((x ^ (x >> 30)) * 0xBF58476D1CE4E5B9) & most
+        x = ((x ^ (x >> 27)) * 0x94D049BB133111EB) & most
+        return x ^ (x >> 31)
+
+    low, high = 0x9E3779B97F4A7C15, len(content)
+    for at in range(0, len(content), 8):
+        piece = int.from_bytes(content[at : at + 8], "little")
+        low = (mix(low ^ piece) + 0x9E3779B97F4A7C15) & most
+        high = mix((high + piece * 0xD6E8FEB86659FD93) & most) ^ low
+    return struct.pack("<QQ", mix(low), mix(high))
+
+
+def repaired(scene: bytes | bytearray) -> bytes:
+    """The scene with the hash of its content, as if it had been written so."""
+    return bytes(scene[:24]) + scene_hash(bytes(scene[56:])) + bytes(scene[40:])
+
+
+def damaged(scene: bytes, seed: int) -> bytes:
+    """Change a few bytes of the content and repair the hash."""
+    chosen, changed = random.Random(seed), bytearray(scene)
+    for _ in range(chosen.randint(1, 3)):
+        at = chosen.randrange(56, len(scene) - 4)
+        number = chosen.choice((-(2**31), -1, 0, 1, 5, 64, 100, 2**31 - 1))
+        kind = chosen.randrange(3)
+        if kind == 0:
+            changed[at] = chosen.choice((0, 1, 2, 3, 4, 5, 9, 13, 20, 63, 64, 127, 128, 255))
+        elif kind == 1:
+            changed[at] ^= 1 << chosen.randrange(8)
+        else:
+            changed[at : at + 4] = number.to_bytes(4, "little", signed=True)
+    return repaired(changed)
+
+
+def survives(program: Path, scene: Path, *, memory: int | None = 4 << 30) -> None:
+    """Replay a scene that may be damaged: it runs, or one line says why not. It may ask for too much work."""
+
+    def limit() -> None:
+        if memory is not None:
+            resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+
+    try:
+        run = subprocess.run(
+            [program, scene, "--digest"], capture_output=True, text=True, timeout=20, preexec_fn=limit
+        )
+    except subprocess.TimeoutExpired:
+        return
+    assert run.returncode in (0, 1, 2), f"{scene}: {run.returncode}\n{run.stderr}"
+    assert (run.returncode == 0) == (len(said(run.stderr, "motes_replay: ")) == 0), run.stderr
+
+
+def check_damaged_scenes(program: Path, whole: bytes, folder: Path, seeds: range) -> None:
+    for seed in seeds:
+        scene = folder / f"damaged-{seed}.motes"
+        scene.write_bytes(damaged(whole, seed))
+        survives(program, scene, memory=None if "MOTES_TEST_REPLAY" in os.environ else 4 << 30)
+        scene.unlink()
+
+
+def test_a_scene_with_wrong_content_under_a_right_hash_is_no_crash(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
+):
+    whole = recorded["sayings that read"].scene.read_bytes()
+    assert repaired(whole) == whole, "the hash is the core's"
+    check_damaged_scenes(motes_replay, whole, tmp_path, range(10))
+
+
+@pytest.mark.slow
+def test_many_scenes_with_wrong_content_are_no_crash(
+    motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
+):
+    whole = recorded["sayings that read"].scene.read_bytes()
+    check_damaged_scenes(motes_replay, whole, tmp_path, range(10, 400))
 
 
 def test_ranks_behave_like_slower_machines(motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path):

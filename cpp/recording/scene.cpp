@@ -98,10 +98,43 @@ void require(bool right, const std::string& what) {
   if (!right) throw std::runtime_error("not a recorded list: " + what);
 }
 
+constexpr int kMostSubsteps = 10000;  // as World's argument
+
+std::vector<particles::Schema> schemas_of(const Record& record) {
+  std::vector<particles::Schema> schemas(record.systems.size());
+  for (std::size_t i = 0; i < schemas.size(); ++i) {
+    for (const UserAttribute& attribute : record.systems[i].attributes) {
+      schemas[i].add(attribute.name, attribute.width, attribute.initial);
+    }
+  }
+  return schemas;
+}
+
+// What the engine checks again when it is told: here before any of it runs.
+void check_items(const Record& record) {
+  const std::vector<particles::Schema> schemas = schemas_of(record);
+  for (std::size_t i = 0; i < record.lists.size(); ++i) {
+    for (const Item& item : record.lists[i]) {
+      if (const auto* birth = std::get_if<Birth>(&item)) check(*birth, schemas[i]);
+      if (const auto* action = std::get_if<actions::Action>(&item)) {
+        actions::check(*action);
+        actions::check(*action, schemas[i]);
+      }
+      if (const auto* spawn = std::get_if<Spawn>(&item)) {
+        require(spawn->into >= 0 && static_cast<std::size_t>(spawn->into) < schemas.size(), "spawn names a system");
+        check(*spawn, schemas[i], schemas[static_cast<std::size_t>(spawn->into)]);
+      }
+      if (const auto* callback = std::get_if<Callback>(&item)) {
+        actions::check_condition(callback->where, callback->shapes, schemas[i]);
+      }
+    }
+  }
+}
+
 void check(const Record& record) {
   require(record.verb == Verb::render || record.verb == Verb::step, "a frame is rendered or stepped");
   require(std::isfinite(record.dt) && record.dt > 0, "dt is a positive number");
-  require(record.substeps >= 1, "at least one substep");
+  require(record.substeps >= 1 && record.substeps <= kMostSubsteps, "there are 1..10000 sub-steps");
   require(record.lists.size() == record.systems.size(), "a list for each system");
   require(record.sprites.size() == record.systems.size(), "a sprite for each system");
   for (const SystemDefinition& system : record.systems) {
@@ -111,6 +144,7 @@ void check(const Record& record) {
   }
   for (const image::Sprite& sprite : record.sprites) image::check(sprite);
   if (record.view) image::check(*record.view);
+  check_items(record);
 }
 
 }  // namespace

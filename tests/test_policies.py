@@ -413,3 +413,12 @@ def test_natives_decide_as_their_policies_do() -> None:
     assert list(Pairwise(min_particles=1).decide(load).moves) == [(0, 1, 50)]  # type: ignore[union-attr]
     np.testing.assert_array_equal(PrefixCuts(min_particles=1).decide(load).shares, [1e6] * 3)  # type: ignore[union-attr]
     assert list(Static().decide(load).moves) == []  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("name", ["Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional"])
+def test_options_that_are_not_given_are_the_core_s(name: str) -> None:
+    """The driver takes a balancer by its name, and its options from the core; scripts see them in Python."""
+    ours = Proportional([1.0, 2.0]) if name == "Proportional" else getattr(motes, name)()
+    core = _core.policy_named(f"{name}(powers=[1, 2])" if name == "Proportional" else name)
+    assert repr(ours) == core.name
+    assert (ours.policy.over_all, ours.policy.smoothing) == (core.over_all, core.smoothing)

@@ -9,6 +9,9 @@ namespace motes::balance {
 
 class Diffusive : public Policy {
  public:
+  static constexpr double kThreshold = 0.005;
+  static constexpr double kRate = 0.8;
+
   /// Over each cut goes `rate` times half the difference in time, at the speed of the slower one: stable for any
   /// speeds up to rate 1, and never more than half of what the donor has over one cut. Nothing goes where times differ
   /// by less than `threshold` of the longer one, or than noise may explain, or fewer than `min_particles` would.

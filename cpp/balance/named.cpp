@@ -123,22 +123,23 @@ class Call {
 };
 
 std::shared_ptr<Policy> policy_of(Call& call) {
-  const std::uint64_t least = call.name() == "Static" ? 0 : call.count("min_particles", 64);
+  const std::uint64_t least = call.name() == "Static" ? 0 : call.count("min_particles", Policy::kMinParticles);
   if (call.name() == "Static") return std::make_shared<Static>();
-  if (call.name() == "Pairwise") return std::make_shared<Pairwise>(call.number("threshold", 0.10, 1), least);
+  if (call.name() == "Pairwise")
+    return std::make_shared<Pairwise>(call.number("threshold", Pairwise::kThreshold, 1), least);
   if (call.name() == "Diffusive") {
-    const double threshold = call.number("threshold", 0.005, 1);
-    return std::make_shared<Diffusive>(threshold, call.number("rate", 0.8, 1), least);
+    const double threshold = call.number("threshold", Diffusive::kThreshold, 1);
+    return std::make_shared<Diffusive>(threshold, call.number("rate", Diffusive::kRate, 1), least);
   }
   const std::vector<double> powers = call.numbers("powers");
   if (call.name() == "PrefixCuts") {
-    return std::make_shared<PrefixCuts>(call.number("threshold", 0.05), powers, least);
+    return std::make_shared<PrefixCuts>(call.number("threshold", PrefixCuts::kThreshold), powers, least);
   }
   if (call.name() != "Proportional") {
     call.refuse("must be Static, Pairwise, Diffusive, PrefixCuts or Proportional, with options in brackets");
   }
-  if (powers.empty()) call.refuse("powers must be given: [number, ...], one a calculator");
-  return std::make_shared<Proportional>(powers, call.number("threshold", 0.05), least);
+  if (powers.empty()) call.refuse("powers must be given: [number, ...], one per calculator");
+  return std::make_shared<Proportional>(powers, call.number("threshold", Proportional::kThreshold), least);
 }
 
 }  // namespace
@@ -147,7 +148,7 @@ PolicyPtr policy_named(const std::string& name) {
   Call call(name);
   std::shared_ptr<Policy> policy = policy_of(call);
   if (call.name() != "Static") {
-    if (call.name() != "Proportional") policy->speeds.smoothing = call.number("smoothing", 0.5, 1);
+    if (call.name() != "Proportional") policy->speeds.smoothing = call.number("smoothing", SpeedOptions{}.smoothing, 1);
     policy->over_all = call.over_all();
   }
   call.done();

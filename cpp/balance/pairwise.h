@@ -9,6 +9,8 @@ namespace motes::balance {
 /// next pair that could is the one after, so that each calculator only gives or only takes, and with one neighbour.
 class Pairwise : public Policy {
  public:
+  static constexpr double kThreshold = 0.10;
+
   /// A pair balances where its times differ by more than `threshold` of the longer one, and by more than noise may
   /// explain, and at least `min_particles` are to be moved: a message of fewer costs more than the work it takes away.
   Pairwise(double threshold, std::uint64_t min_particles) : threshold_(threshold), min_particles_(min_particles) {}

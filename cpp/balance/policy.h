@@ -44,6 +44,9 @@ struct Plan {
 /// A way to balance. Implementations keep no state: the same table gives the same plan.
 class Policy {
  public:
+  // Options that are not given. python/motes/balance.py shows the same; tests/test_policies.py compares them.
+  static constexpr std::uint64_t kMinParticles = 64;
+
   virtual ~Policy() = default;
 
   /// As the script wrote it, for logs and errors.

@@ -7,6 +7,8 @@ namespace motes::balance {
 
 class PrefixCuts : public Policy {
  public:
+  static constexpr double kThreshold = 0.05;
+
   /// New cuts where a calculator is more than `threshold` above the mean, and more than noise may explain, and some
   /// calculator is at least `min_particles` off. `powers` empty: what a particle costs belongs to the machine, and each
   /// calculator gets particles by its measured speed. `powers` given, one a calculator: the machines are known, what a

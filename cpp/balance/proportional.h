@@ -7,6 +7,8 @@ namespace motes::balance {
 
 class Proportional : public Policy {
  public:
+  static constexpr double kThreshold = 0.05;
+
   /// Each calculator holds particles in proportion to its power. New cuts where one is more than `threshold` of its
   /// share off, and by at least `min_particles`.
   Proportional(std::vector<double> powers, double threshold, std::uint64_t min_particles)

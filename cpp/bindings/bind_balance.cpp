@@ -1,6 +1,7 @@
 // Balancing policies as values, a user's own among them; where to cut, for replays and tests.
 #include "balance/cuts.h"
 #include "balance/diffusive.h"
+#include "balance/named.h"
 #include "balance/pairwise.h"
 #include "balance/prefix_cuts.h"
 #include "balance/proportional.h"
@@ -152,11 +153,15 @@ void bind_policies(py::module_& m) {
       .def_property_readonly("moves", &Policy::moves)
       .def_property_readonly("decentralised", &Policy::decentralised)
       .def_readonly("over_all", &Policy::over_all)
+      .def_property_readonly("smoothing", [](const Policy& p) { return p.speeds.smoothing; })
       .def("check", &Policy::check, py::arg("calculators"))
       .def("plan", &Policy::plan, py::arg("table"))
       .def(
           "speeds", [](const Policy& p, int calculators) { return Speeds(calculators, p.speeds); },
           py::arg("calculators"));
+  m.def(
+      "policy_named", [](const std::string& call) { return std::const_pointer_cast<Policy>(policy_named(call)); },
+      py::arg("call"));
   m.def("static_policy", [] { return std::shared_ptr<Policy>(std::make_shared<Static>()); });
   m.def(
       "pairwise_policy",

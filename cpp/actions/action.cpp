@@ -28,7 +28,7 @@ constexpr std::uint32_t kPositionB = bit(particles::position_b);
 constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 
-// Words for the list: what a number may be.
+// What the list says of a number.
 using Rule = Number::Rule;
 constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
 constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Rule::axis}; }

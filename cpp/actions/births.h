@@ -9,7 +9,7 @@ namespace motes::MOTES_ISA {
 MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
   const Floats3 first = all3(d.first);
   const Floats3 second = all3(d.second);
-  const Words4 w = draws.words();
+  const Uints4 w = draws.bits();
   if (d.kind == actions::Distribution::Kind::uniform) {
     const Floats3 range = second - first;
     return first + Floats3{range.x * unit(w.a), range.y * unit(w.b), range.z * unit(w.c)};
@@ -25,12 +25,12 @@ template <class Sample>
 MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::size_t count, float* const* planes,
                        int width, const Sample& sample) {
   const Stream stream = stream_of(s);
-  BlockWords words;
+  BlockBits bits;
   for (std::size_t at = 0; at < count; at += particles::kBlock) {
     const std::size_t here = count - at < particles::kBlock ? count - at : particles::kBlock;
-    words.fill(stream, ids + at, here, [](std::size_t) {});
+    bits.fill(stream, ids + at, here, [](std::size_t) {});
     for (std::size_t i = 0; i < here; i += kLanes) {
-      Draws draws(stream, ids + at, words, i);
+      Draws draws(stream, ids + at, bits, i);
       const Floats3 v = sample(draws);
       store(planes[0] + at + i, v.x);
       if (width == 1) continue;
@@ -59,7 +59,7 @@ inline void jitter(const actions::Block& b, const actions::Step& s) {
   const Stream stream = stream_of(s);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     Draws draws(stream, b.ids + i);
-    const Floats passed = unit(draws.words().a) * s.dt;
+    const Floats passed = unit(draws.bits().a) * s.dt;
     const Floats3 from = load3(b, kPositionAt, i);
     const Floats3 to = from + load3(b, kVelocityAt, i) * passed;
     store3(b, kPositionAt, i, select(finite(to), to, from));

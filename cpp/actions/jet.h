@@ -19,13 +19,13 @@ inline void jet(const actions::Parameters& p, const actions::Block& b, const act
   if (vectors == 0) return;
   const Stream stream = stream_of(s);
   const bool most = 2 * kLanes * vectors > b.count;  // then it costs less to draw for all at once
-  BlockWords words;
-  if (most) draw_block(p, b, stream, words);
+  BlockBits bits;
+  if (most) draw_block(p, b, stream, bits);
   visit(p.shape[1], [&](const auto& accelerations) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = load_mask(inside + i);
       if (!any(mask)) continue;
-      Draws draws = most ? Draws(stream, b.ids, words, i) : Draws(stream, b.ids + i);
+      Draws draws = most ? Draws(stream, b.ids, bits, i) : Draws(stream, b.ids + i);
       const Floats3 v = load3(b, kVelocityAt, i);
       store3(b, kVelocityAt, i, select(mask, v + accelerations.sample(draws) * all(s.dt), v));
     }

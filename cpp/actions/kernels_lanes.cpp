@@ -17,7 +17,7 @@ void collect(const actions::Block& b, const float* axis, float low, float high, 
              std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
   constexpr std::uint32_t kNumbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   static_assert(kLanes <= particles::kPadding && particles::kPadding == std::size(kNumbers));
-  const Words lane = load_words(kNumbers);
+  const Uints lane = load_uints(kNumbers);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Mask killed = load_mask(b.dead + i);
     Mask away = Mask{};
@@ -27,7 +27,7 @@ void collect(const actions::Block& b, const float* axis, float low, float high, 
     }
     if (!any(killed | away)) continue;
     const Mask here = (Mask)(lane < static_cast<std::uint32_t>(b.count - i));
-    const Words index = lane + static_cast<std::uint32_t>(base + i);
+    const Uints index = lane + static_cast<std::uint32_t>(base + i);
     dead_count += squeeze(dead + dead_count, index, killed & here);
     left_count += squeeze(left + left_count, index, away & ~killed & here);
   }

@@ -34,11 +34,11 @@ MOTES_INLINE Stream stream_of(const actions::Step& s) { return {s.step, s.stream
 
 /// The first draws of the block's particles; meanwhile memory fetches the columns that will be needed soon.
 MOTES_INLINE void draw_block(const actions::Parameters& p, const actions::Block& b, const Stream& stream,
-                             BlockWords& words) {
+                             BlockBits& bits) {
   const float* column[actions::Ahead::kMost];
   const int columns = p.ahead != nullptr ? p.ahead->count : 0;
   for (int k = 0; k < columns; ++k) column[k] = b.component[p.ahead->column[k].component] + p.ahead->column[k].offset;
-  words.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
+  bits.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
     // Into the second cache: it waits for more lines at once than the first one does.
     for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i, 0, 2);
   });

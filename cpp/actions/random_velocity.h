@@ -11,11 +11,11 @@ namespace motes::MOTES_ISA {
 MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
                               float scale) {
   const Stream stream = stream_of(s);
-  BlockWords words;
-  draw_block(p, b, stream, words);
+  BlockBits bits;
+  draw_block(p, b, stream, bits);
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(stream, b.ids, words, i);
+      Draws draws(stream, b.ids, bits, i);
       const Floats3 sample = shape.sample(draws);
       store3(b, at, i, load3(b, at, i) + sample * all(scale));
     }
@@ -25,11 +25,11 @@ MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block
 /// Sets the attribute at component `at`.
 MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
   const Stream stream = stream_of(s);
-  BlockWords words;
-  draw_block(p, b, stream, words);
+  BlockBits bits;
+  draw_block(p, b, stream, bits);
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(stream, b.ids, words, i);
+      Draws draws(stream, b.ids, bits, i);
       store3(b, at, i, shape.sample(draws));
     }
   });

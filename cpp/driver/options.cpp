@@ -18,7 +18,7 @@ std::uint64_t number(const std::string& name, const std::string& text) {
   std::uint64_t value = 0;
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   if (error != std::errc() || end != text.data() + text.size()) {
-    throw std::invalid_argument(name + " takes a whole number, got '" + text + "'");
+    throw std::invalid_argument(name + " must be a whole number, got '" + text + "'");
   }
   return value;
 }
@@ -28,7 +28,7 @@ double scale(const std::string& name, const std::string& text) {
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
   const bool whole = error == std::errc() && end == text.data() + text.size();
   if (!whole || !(value > 0) || !std::isfinite(value)) {
-    throw std::invalid_argument(name + " takes a number > 0, got '" + text + "'");
+    throw std::invalid_argument(name + " must be a number > 0, got '" + text + "'");
   }
   return value;
 }
@@ -39,61 +39,62 @@ std::string chosen(const std::string& name, const std::string& text, std::initia
     if (text == each) return text;
     list += (list.empty() ? "" : ", ") + std::string(each);
   }
-  throw std::invalid_argument(name + " is one of " + list + "; got '" + text + "'");
+  throw std::invalid_argument(name + " must be one of " + list + "; got '" + text + "'");
 }
 
 }  // namespace
 
-Options read_options(std::span<char* const> words) {
+Options read_options(std::span<char* const> arguments) {
   Options options;
-  for (std::size_t i = 0; i < words.size(); ++i) {
-    const std::string word = words[i];
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string argument = arguments[i];
     const auto value = [&]() -> std::string {
-      if (i + 1 == words.size()) throw std::invalid_argument(word + " needs a value behind it");
-      return words[++i];
+      if (i + 1 == arguments.size()) throw std::invalid_argument(argument + " must be followed by a value");
+      return arguments[++i];
     };
-    if (word == "--help" || word == "-h") {
+    if (argument == "--help" || argument == "-h") {
       options.help = true;
-    } else if (word == "--digest") {
+    } else if (argument == "--digest") {
       options.digest = true;
-    } else if (word == "--no-images") {
+    } else if (argument == "--no-images") {
       options.images = false;
-    } else if (word == "--out") {
+    } else if (argument == "--out") {
       options.out = value();
-    } else if (word == "--log") {
+    } else if (argument == "--log") {
       options.log = value();
-    } else if (word == "--frames") {
-      options.frames = number(word, value());
-    } else if (word == "--roles") {
-      options.roles = chosen(word, value(), {"auto", "shared"});
-    } else if (word == "--combine") {
-      options.combine = chosen(word, value(), {"one_by_one", "together", "overlapped"});
-    } else if (word == "--balancer") {
+    } else if (argument == "--frames") {
+      options.frames = number(argument, value());
+    } else if (argument == "--roles") {
+      options.roles = chosen(argument, value(), {"auto", "shared"});
+    } else if (argument == "--combine") {
+      options.combine = chosen(argument, value(), {"one_by_one", "together", "overlapped"});
+    } else if (argument == "--balancer") {
       options.balancer = value();
       balance::policy_named(options.balancer);
-    } else if (word == "--births") {
-      options.births = chosen(word, value(), {"manager", "calculators"});
-    } else if (word == "--fan-out") {
-      const std::uint64_t most = number(word, value());
-      if (most < 1 || most > INT32_MAX) throw std::invalid_argument("--fan-out takes a whole number from 1 on");
+    } else if (argument == "--births") {
+      options.births = chosen(argument, value(), {"manager", "calculators"});
+    } else if (argument == "--fan-out") {
+      const std::uint64_t most = number(argument, value());
+      if (most < 1 || most > INT32_MAX) throw std::invalid_argument("--fan-out must be a whole number >= 1");
       options.fan_out = static_cast<int>(most);
-    } else if (word == "--costs") {
+    } else if (argument == "--costs") {
       options.costs = value();
-    } else if (word == "--scale") {
-      options.scale = scale(word, value());
-    } else if (word == "--blocking") {
+    } else if (argument == "--scale") {
+      options.scale = scale(argument, value());
+    } else if (argument == "--blocking") {
       options.blocking = true;
-    } else if (word == "--spans") {
+    } else if (argument == "--spans") {
       options.spans = true;
-    } else if (word.starts_with('-')) {
-      throw std::invalid_argument("no option is called " + word + "; --help lists them");
+    } else if (argument.starts_with('-')) {
+      throw std::invalid_argument("there is no option " + argument + "; --help lists them");
     } else if (!options.scene.empty()) {
-      throw std::invalid_argument("one scene at a time, got " + options.scene + " and " + word);
+      throw std::invalid_argument("only one scene can be replayed, got " + options.scene + " and " + argument);
     } else {
-      options.scene = word;
+      options.scene = argument;
     }
   }
-  if (options.spans && options.log.empty()) throw std::invalid_argument("--spans needs --log: timelines go there");
+  if (options.spans && options.log.empty())
+    throw std::invalid_argument("--spans needs --log, the directory that timelines are written to");
   if (options.scene.empty() && !options.help) {
     throw std::invalid_argument("no scene given: motes_replay scene.motes; --help says more");
   }
@@ -126,24 +127,24 @@ const char* usage() {
 
 Replays a scene that `python -m motes record` wrote, without Python, on any number of ranks.
 
-  --digest              print a line a frame: frame particles_digest image_sha256 ("-" without a picture)
+  --digest              print one line per frame: frame particles_digest image_sha256 ("-" without a picture)
   --no-images           make no pictures
   --out DIR             write the pictures there: frame-00000.ppm, ...
   --log DIR             write the run's log there
   --roles auto|shared   auto: ranks 0 and 1 draw and manage, the others calculate; shared: all calculate
-  --spans               with --log: a timeline of each rank too
-  --balancer TEXT       in place of the scene's, as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
-  --combine WAY         in place of the scene's: one_by_one, together or overlapped
-  --births WHO          who makes newborn particles: manager (it deals them out) or calculators (each a part)
-  --fan-out N           to N ranks at most does one pass on what the manager says to all (8)
+  --spans               with --log: write a timeline of each rank too
+  --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
+  --combine WAY         instead of the scene's: one_by_one, together or overlapped
+  --births WHO          who creates particles: manager (and sends them to their owners) or calculators (each a part)
+  --fan-out N           each rank relays the manager's messages to at most N others (8)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper
-  --costs FILE          under a simulator: what work costs there, lines "name = nanoseconds" (cpp/frame/costs.h)
+  --costs FILE          under a simulator: what work costs, in lines "name = nanoseconds" (cpp/frame/costs.h)
   --scale R             under a simulator: each computed particle stands for R
-  --frames N            the first N frames only
+  --frames N            only the first N frames
   --help                this text
 
-Exit code: 0, or 1 where the run failed, or 2 where the scene or the arguments are wrong.
-Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (seconds without an answer before giving up),
+Exit code: 0; 1 if the run failed; 2 if the scene or an argument is wrong.
+Environment: MOTES_SIMD (sse2, avx2, avx512), MOTES_STALL_S (seconds to wait for a silent rank),
 MOTES_SPEEDS (2:1.0,3:0.5: rank 3 spends as much time as a machine of half the speed would).
 )text";
 }

@@ -19,7 +19,7 @@ struct Options {
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
   std::string births = "manager";  // manager | calculators
-  int fan_out = 8;               // to so many ranks does one pass words on
+  int fan_out = 8;               // each rank relays the manager's messages to at most this many
   std::string costs;             // file of costs on a simulated machine, or empty
   double scale = 1;              // particles that each computed one stands for
   bool blocking = false;         // calculators wait for the image generator, as in the paper
@@ -27,9 +27,9 @@ struct Options {
   std::uint64_t frames = UINT64_MAX;  // at most
 };
 
-/// Reads the words behind the program's name. Throws std::invalid_argument, saying which word is wrong and what is
+/// Reads the arguments after the program's name. Throws std::invalid_argument, saying which one is wrong and what is
 /// allowed.
-Options read_options(std::span<char* const> words);
+Options read_options(std::span<char* const> arguments);
 
 /// Ranks that are to spend the time of slower machines, as MOTES_SPEEDS="2:1.0,3:0.5" says; none where `text` is null
 /// or empty. Throws std::invalid_argument, saying what is allowed with so many ranks.

@@ -26,14 +26,14 @@ MOTES_INLINE Ints min_ints(Ints a, Ints b) {
 }
 
 // 0..1 to 0..255, rounded to nearest; NaN to 0.
-MOTES_INLINE Words to_byte(Floats v) {
+MOTES_INLINE Uints to_byte(Floats v) {
   const Floats clamped = min(max(v, all(0.0f)), all(1.0f));
-  return (Words)to_ints(clamped * all(255.0f) + all(0.5f));
+  return (Uints)to_ints(clamped * all(255.0f) + all(0.5f));
 }
 
 struct Projected {
   Mask visible;
-  Words position, depth, tile;
+  Uints position, depth, tile;
 };
 
 // The tiles that a footprint starting at fixed-point `start` touches along one axis.
@@ -69,15 +69,15 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   const Span over_y = span(fixed_y + (t.height + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.height);
   Projected p;
   p.visible = sane & over_x.inside & over_y.inside;
-  p.position = ((Words)fixed_x & 0xffffu) | ((Words)fixed_y << 16);
-  p.depth = (Words)depth;
-  p.tile = (Words)(over_y.first * t.columns + over_x.first) | ((Words)over_x.two & image::kNextColumn) |
-           ((Words)over_y.two & image::kNextRow);
+  p.position = ((Uints)fixed_x & 0xffffu) | ((Uints)fixed_y << 16);
+  p.depth = (Uints)depth;
+  p.tile = (Uints)(over_y.first * t.columns + over_x.first) | ((Uints)over_x.two & image::kNextColumn) |
+           ((Uints)over_y.two & image::kNextRow);
   return p;
 }
 
-MOTES_INLINE Words color_vector(const image::ProjectTask& t, std::size_t i) {
-  Words word = to_byte(t.alpha != nullptr ? load(t.alpha + i) : all(t.alpha_of_all)) << 24;
+MOTES_INLINE Uints color_vector(const image::ProjectTask& t, std::size_t i) {
+  Uints word = to_byte(t.alpha != nullptr ? load(t.alpha + i) : all(t.alpha_of_all)) << 24;
   for (int c = 0; c < 3; ++c) {
     word |= to_byte(t.color[c] != nullptr ? load(t.color[c] + i) : all(t.color_of_all[c])) << (8 * c);
   }
@@ -94,7 +94,7 @@ MOTES_INLINE Mask lanes_below(std::size_t count) {
 using Kept = __mmask16;
 MOTES_INLINE Kept kept(Mask visible) { return _mm512_movepi32_mask((__m512i)visible); }
 MOTES_INLINE std::size_t number_of(Kept k) { return static_cast<std::size_t>(__builtin_popcount(k)); }
-MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Words v) {
+MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints v) {
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
 }
 #else
@@ -114,7 +114,7 @@ MOTES_INLINE Kept kept(Mask visible) {
   return k;
 }
 MOTES_INLINE std::size_t number_of(const Kept& k) { return k.number; }
-MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Words v) {
+MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
   for (std::size_t lane = 0; lane < kLanes; ++lane) to[k.offset[lane]] = v[lane];
 }
 #endif
@@ -123,13 +123,13 @@ template <bool kOneColor, bool kDepth>
 std::size_t project(const image::ProjectTask& task, std::size_t first, std::size_t last,
                     const image::ProjectedBatch& out) {
   const image::ProjectTask t = task;  // a copy whose members the stores below cannot change
-  const Words color_of_all = color_vector(t, 0);
+  const Uints color_of_all = color_vector(t, 0);
   std::size_t n = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     const Projected p = project_vector(t, i);
     Mask visible = p.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
-    const Words color = kOneColor ? color_of_all : color_vector(t, i);
+    const Uints color = kOneColor ? color_of_all : color_vector(t, i);
     // What gives no light is not sent.
     visible &= ((color & 0xffffffu) != 0u) & ((color >> 24) != 0u);
     if (!any(visible)) continue;

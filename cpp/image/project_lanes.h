@@ -29,7 +29,7 @@ struct ProjectTask {
   float limit_x, limit_y;
 };
 
-/// Words of the visible particles, in the order of the particles. Each array has room for the particles asked for
+/// Uints of the visible particles, in the order of the particles. Each array has room for the particles asked for
 /// and one vector more.
 struct ProjectedBatch {
   std::uint32_t* position;  // i16 x | i16 y << 16

@@ -31,9 +31,9 @@ struct Header {
 };
 static_assert(sizeof(Header) == 32);
 
-// Particles a batch: its words and its records (some 800 kB) stay in the second cache, so that neither sorting nor
-// the many streams of tiles touch main memory. Images of very many tiles need longer batches, or offsets would
-// outweigh records.
+// Particles per batch: its projected columns and its records (some 800 kB) stay in the second cache, so that neither
+// sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or offsets
+// would outweigh records.
 std::size_t batch_size(int tiles) { return std::max<std::size_t>(32768, 16 * static_cast<std::size_t>(tiles)); }
 
 std::uint32_t word_at(const std::byte* from, std::size_t index) {
@@ -133,10 +133,11 @@ void Projector::append_batch(const ProjectTask& task, std::size_t first, std::si
                              Records& records) {
   constexpr std::size_t kSlack = 32;  // one vector that is stored whole, and a cache line between the arrays
   const std::size_t room = last - first + kSlack;
-  words_.resize(5 * room);
-  std::uint32_t* words = words_.data();
-  const ProjectedBatch batch{words, words + room, with_depth ? words + 2 * room : nullptr, words + 3 * room};
-  std::uint32_t* several = words + 4 * room;
+  projected_.resize(5 * room);
+  std::uint32_t* projected = projected_.data();
+  const ProjectedBatch batch{projected, projected + room, with_depth ? projected + 2 * room : nullptr,
+                             projected + 3 * room};
+  std::uint32_t* several = projected + 4 * room;
   const std::size_t visible = lanes_->project(task, first, last, batch);
   if (visible == 0) return;
 

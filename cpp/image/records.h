@@ -45,7 +45,7 @@ class Projector {
                     Records& records);
 
   const ProjectLanes* lanes_;
-  BufferOf<std::uint32_t> words_;
+  BufferOf<std::uint32_t> projected_;
   std::vector<std::uint32_t> cursor_;
 };
 

@@ -12,40 +12,40 @@ using image::TileSums;
 
 constexpr int kWidth = static_cast<int>(kLanes);
 
-MOTES_INLINE Words load_words(const std::uint32_t* from) {
-  Words v;
+MOTES_INLINE Uints load_uints(const std::uint32_t* from) {
+  Uints v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-MOTES_INLINE void store_words(std::uint32_t* to, Words v) { __builtin_memcpy(to, &v, sizeof v); }
+MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) { __builtin_memcpy(to, &v, sizeof v); }
 
 // The products of lanes that are below 2^15.
-MOTES_INLINE Words multiply_short(Words a, Words b) {
+MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
 #if MOTES_WIDTH == 512
-  return (Words)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
 #elif MOTES_WIDTH == 256
-  return (Words)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
 #elif MOTES_WIDTH == 128
-  return (Words)_mm_madd_epi16((__m128i)a, (__m128i)b);
+  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
 #else
   return a * b;
 #endif
 }
 
 // One byte to each lane.
-MOTES_INLINE Words load_bytes(const std::uint8_t* from) {
+MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #if MOTES_WIDTH == 512
   // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
-  return (Words)_mm512_maskz_cvtepu8_epi32(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+  return (Uints)_mm512_maskz_cvtepu8_epi32(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
 #elif MOTES_WIDTH == 256
-  return (Words)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
+  return (Uints)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
 #elif MOTES_WIDTH == 128
   std::int32_t four;
   __builtin_memcpy(&four, from, sizeof four);
   const __m128i bytes = _mm_cvtsi32_si128(four);
-  return (Words)_mm_unpacklo_epi16(_mm_unpacklo_epi8(bytes, _mm_setzero_si128()), _mm_setzero_si128());
+  return (Uints)_mm_unpacklo_epi16(_mm_unpacklo_epi8(bytes, _mm_setzero_si128()), _mm_setzero_si128());
 #else
-  Words v;
+  Uints v;
   for (int lane = 0; lane < kWidth; ++lane) v[lane] = from[lane];
   return v;
 #endif
@@ -53,13 +53,13 @@ MOTES_INLINE Words load_bytes(const std::uint8_t* from) {
 
 // A record's light as three vectors that repeat red, green, blue: 12 bits a colour, colour * alpha / 16.
 struct Light {
-  Words part[3];
+  Uints part[3];
 };
 
 #if MOTES_WIDTH == 512 || MOTES_WIDTH == 256
 // Shuffle controls: lane l of vector j takes byte (l + kWidth * j) % 3 and zeros.
 struct Channels {
-  Words part[3];
+  Uints part[3];
 };
 MOTES_INLINE Channels channels() {
   Channels c;
@@ -71,14 +71,14 @@ MOTES_INLINE Channels channels() {
   return c;
 }
 MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
-  const Words word = all_words(color);
-  const Words alpha = word >> 24;
+  const Uints word = all_uints(color);
+  const Uints alpha = word >> 24;
   Light light;
   for (int j = 0; j < 3; ++j) {
 #if MOTES_WIDTH == 512
-    const Words bytes = (Words)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
+    const Uints bytes = (Uints)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
 #else
-    const Words bytes = (Words)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
+    const Uints bytes = (Uints)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
 #endif
     light.part[j] = (multiply_short(bytes, alpha) + 8u) >> 4;
   }
@@ -93,16 +93,16 @@ MOTES_INLINE Light light_of(const Channels&, std::uint32_t color) {
   const std::uint32_t g = ((color >> 8 & 0xffu) * alpha + 8) >> 4;
   const std::uint32_t b = ((color >> 16 & 0xffu) * alpha + 8) >> 4;
   static_assert(kLanes == 4 || MOTES_WIDTH != 0);
-  return {{Words{r, g, b, r}, Words{g, b, r, g}, Words{b, r, g, b}}};
+  return {{Uints{r, g, b, r}, Uints{g, b, r, g}, Uints{b, r, g, b}}};
 }
 #endif
 
 template <bool kSaturating>
-MOTES_INLINE void add(std::uint32_t* to, Words more) {
-  const Words before = load_words(to);
-  Words sum = before + more;
-  if (kSaturating) sum |= (Words)(sum < before);
-  store_words(to, sum);
+MOTES_INLINE void add(std::uint32_t* to, Uints more) {
+  const Uints before = load_uints(to);
+  Uints sum = before + more;
+  if (kSaturating) sum |= (Uints)(sum < before);
+  store_uints(to, sum);
 }
 
 MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
@@ -149,8 +149,8 @@ void splat(const TileSums& sums, const Splat& task, const unsigned char* records
       const std::uint32_t* wall = tile.depth + at;
       for (int row = 0; row < s.size; ++row, to += tile.stride, wall += tile.stride, weights += s.row_bytes) {
         for (int j = 0; j < kVectors; ++j) {
-          const Words more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
-          const Words before_wall = (Words)(load_words(wall + j * kWidth) >= all_words(depth));
+          const Uints more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
+          const Uints before_wall = (Uints)(load_uints(wall + j * kWidth) >= all_uints(depth));
           add<kSaturating>(to + j * kWidth, more & before_wall);
         }
       }
@@ -194,10 +194,10 @@ std::uint32_t brightest(const TileSums& sums, int rows, int lanes) {
   for (int row = 0; row < rows; ++row) {
     const std::uint32_t* light = sums.light + static_cast<std::ptrdiff_t>(row) * sums.stride;
     int i = 0;
-    Words greatest{};
+    Uints greatest{};
     for (; i + kWidth <= lanes; i += kWidth) {
-      const Words v = load_words(light + i);
-      const Words more = (Words)(v > greatest);
+      const Uints v = load_uints(light + i);
+      const Uints more = (Uints)(v > greatest);
       greatest = (v & more) | (greatest & ~more);
     }
     for (int lane = 0; lane < kWidth; ++lane) most = greatest[lane] > most ? greatest[lane] : most;
@@ -211,7 +211,7 @@ void start(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count
 }
 
 // A float's exponent and first mantissa bits are a logarithm in steps. Halved, a sum fits a signed integer.
-MOTES_INLINE Ints tone_index(Words light) {
+MOTES_INLINE Ints tone_index(Uints light) {
   const Ints bits = (Ints)to_floats((Ints)(light >> 1));
   const Ints index = (bits >> (23 - image::kToneBits)) - (127 << image::kToneBits);
   return index & (index > 0);
@@ -220,7 +220,7 @@ MOTES_INLINE Ints tone_index(Words light) {
 void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    const Ints index = tone_index(load_words(light + i));
+    const Ints index = tone_index(load_uints(light + i));
 #if MOTES_WIDTH == 512
     // Reads four bytes an entry: the table is longer than its greatest index.
     const __m512i entries = _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, (__m512i)index, table, 1);
@@ -231,7 +231,7 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
     for (std::size_t lane = 0; lane < kLanes; ++lane) to[i + lane] = table[numbers[lane]];
 #endif
   }
-  for (; i < count; ++i) to[i] = table[tone_index(all_words(light[i]))[0]];
+  for (; i < count; ++i) to[i] = table[tone_index(all_uints(light[i]))[0]];
 }
 
 }  // namespace

@@ -8,9 +8,9 @@
 
 namespace motes::MOTES_ISA {
 
-/// Four words, lane by lane.
-struct Words4 {
-  Words a, b, c, d;
+/// Four uint32 per lane.
+struct Uints4 {
+  Uints a, b, c, d;
 };
 
 inline constexpr std::uint32_t kFirstFactor = 0xD2511F53u, kSecondFactor = 0xCD9E8D57u;
@@ -48,15 +48,15 @@ MOTES_INLINE Counter philox(Counter counter, const RoundKeys<Rounds>& keys) {
   return counter;
 }
 
-MOTES_INLINE Words4 join(const Counter& first, const Counter& second) {
+MOTES_INLINE Uints4 join(const Counter& first, const Counter& second) {
   return {join({first.a, second.a}), join({first.b, second.b}), join({first.c, second.c}), join({first.d, second.d})};
 }
 
 /// Uniform in [0, 1), a multiple of 2^-24.
-MOTES_INLINE Floats unit(Words words) { return to_floats((Ints)(words >> 8)) * 0x1p-24f; }
+MOTES_INLINE Floats unit(Uints bits) { return to_floats((Ints)(bits >> 8)) * 0x1p-24f; }
 
-/// Two standard normal numbers from two words (Box and Muller).
-MOTES_INLINE void normal_pair(Words a, Words b, Floats& first, Floats& second) {
+/// Two standard normal numbers from two uint32 (Box and Muller).
+MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   const Floats u = (to_floats((Ints)(a >> 8)) + 1.0f) * 0x1p-24f;  // (0, 1]: the logarithm is finite
   const Floats r = sqrt(max(-2.0f * log(u), Floats{}));
   Floats cosine, sine;
@@ -77,7 +77,7 @@ struct Stream {
 /// Philox of (id, step, stream and draw) for the particles in `Vectors` vectors. One vector's rounds wait for each
 /// other most of the time; those of two fill the gaps.
 template <int Vectors>
-MOTES_INLINE void draw_words(const Stream& from, const std::uint64_t* ids, std::uint32_t draw, Words4* out) {
+MOTES_INLINE void random_bits(const Stream& from, const std::uint64_t* ids, std::uint32_t draw, Uints4* out) {
   // The second half of the counter is the same in all lanes, so that round 0 multiplies in half of the places.
   const std::uint64_t second = std::uint64_t{from.step} * kSecondFactor;
   const Wide a = all_wide(static_cast<std::uint32_t>(second >> 32)) ^ from.keys.low[0];
@@ -101,9 +101,9 @@ MOTES_INLINE void draw_words(const Stream& from, const std::uint64_t* ids, std::
 }
 
 /// The first draws of all particles in a block.
-struct BlockWords {
+struct BlockBits {
   static constexpr std::size_t kRoom = particles::kBlock + particles::kPadding;
-  std::uint32_t word[4][kRoom];
+  std::uint32_t drawn[4][kRoom];
 
   // Not inline: all actions and shapes share the code. `ask` is called with 0, 16, 32.. below count, in between.
   template <class Ask>
@@ -111,50 +111,51 @@ struct BlockWords {
     std::size_t i = 0, asked = 0;
     for (; i + kLanes < count; i += 2 * kLanes) {
       for (; asked < i + 2 * kLanes; asked += 16) ask(asked);
-      Words4 words[2];
-      draw_words<2>(from, ids + i, 0, words);
-      put(words[0], i);
-      put(words[1], i + kLanes);
+      Uints4 bits[2];
+      random_bits<2>(from, ids + i, 0, bits);
+      put(bits[0], i);
+      put(bits[1], i + kLanes);
     }
     if (i >= count) return;
-    Words4 words[1];
-    draw_words<1>(from, ids + i, 0, words);
-    put(words[0], i);
+    Uints4 bits[1];
+    random_bits<1>(from, ids + i, 0, bits);
+    put(bits[0], i);
   }
-  MOTES_INLINE Words4 at(std::size_t i) const {
-    return {load_words(word[0] + i), load_words(word[1] + i), load_words(word[2] + i), load_words(word[3] + i)};
+  MOTES_INLINE Uints4 at(std::size_t i) const {
+    return {load_uints(drawn[0] + i), load_uints(drawn[1] + i), load_uints(drawn[2] + i), load_uints(drawn[3] + i)};
   }
 
  private:
-  MOTES_INLINE void put(const Words4& words, std::size_t i) {
-    store_words(word[0] + i, words.a);
-    store_words(word[1] + i, words.b);
-    store_words(word[2] + i, words.c);
-    store_words(word[3] + i, words.d);
+  MOTES_INLINE void put(const Uints4& bits, std::size_t i) {
+    store_uints(drawn[0] + i, bits.a);
+    store_uints(drawn[1] + i, bits.b);
+    store_uints(drawn[2] + i, bits.c);
+    store_uints(drawn[3] + i, bits.d);
   }
 };
 
-__attribute__((noinline)) inline Words4 words_of(const Stream& from, const std::uint64_t* ids, std::uint32_t draw) {
-  Words4 words[1];
-  draw_words<1>(from, ids, draw, words);
-  return words[0];
+__attribute__((noinline)) inline Uints4 random_bits_of(const Stream& from, const std::uint64_t* ids,
+                                                       std::uint32_t draw) {
+  Uints4 bits[1];
+  random_bits<1>(from, ids, draw, bits);
+  return bits[0];
 }
 
 /// The draws of one stream for the particles in one vector, one after another.
 struct Draws {
   const Stream* from;
   const std::uint64_t* ids;
-  const BlockWords* ready = nullptr;  // the first draw, at `at`
+  const BlockBits* ready = nullptr;  // the first draw, at `at`
   std::size_t at = 0;
   std::uint32_t draw = 0;
 
   MOTES_INLINE Draws(const Stream& stream, const std::uint64_t* first_id) : from(&stream), ids(first_id) {}
-  MOTES_INLINE Draws(const Stream& stream, const std::uint64_t* block_ids, const BlockWords& words, std::size_t i)
-      : from(&stream), ids(block_ids + i), ready(&words), at(i) {}
+  MOTES_INLINE Draws(const Stream& stream, const std::uint64_t* block_ids, const BlockBits& bits, std::size_t i)
+      : from(&stream), ids(block_ids + i), ready(&bits), at(i) {}
 
-  MOTES_INLINE Words4 words() {
+  MOTES_INLINE Uints4 bits() {
     const std::uint32_t number = draw++;
-    return ready != nullptr && number == 0 ? ready->at(at) : words_of(*from, ids, number);
+    return ready != nullptr && number == 0 ? ready->at(at) : random_bits_of(*from, ids, number);
   }
 };
 

@@ -15,11 +15,11 @@ struct BlobLanes {
     return dot(d, d) <= sigma * sigma;
   }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     Floats3 n{};
     Floats unused;
-    normal_pair(words.a, words.b, n.x, n.y);
-    normal_pair(words.c, words.d, n.z, unused);
+    normal_pair(bits.a, bits.b, n.x, n.y);
+    normal_pair(bits.c, bits.d, n.z, unused);
     return all3(center) + n * sigma;
   }
   MOTES_INLINE Hit hit(Floats3, Floats3) const { return no_hit(); }

@@ -13,9 +13,9 @@ struct BoxLanes {
     return (p.x >= low.x) & (p.x <= high.x) & (p.y >= low.y) & (p.y <= high.y) & (p.z >= low.z) & (p.z <= high.z);
   }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     const Float3 size = minus(high, low);
-    return {low.x + size.x * unit(words.a), low.y + size.y * unit(words.b), low.z + size.z * unit(words.c)};
+    return {low.x + size.x * unit(bits.a), low.y + size.y * unit(bits.b), low.z + size.z * unit(bits.c)};
   }
 
   /// From outside: where the path enters; from inside: where it leaves.

@@ -19,13 +19,13 @@ struct ConeLanes {
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     // Uniform by volume: cross-sections grow with the square of the distance from the apex, the side's rings with it.
-    const Floats u = unit(words.a);
+    const Floats u = unit(bits.a);
     const Floats along = inner == radius ? sqrt(u) : cube_root(u);
     const float inner2 = inner * inner;
-    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
-    return shell.point(along, along * r, unit(words.c));
+    const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
+    return shell.point(along, along * r, unit(bits.c));
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
 };

@@ -16,11 +16,11 @@ struct CylinderLanes {
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     // Uniform by volume: the squared distance is uniform.
     const float inner2 = inner * inner;
-    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
-    return shell.point(unit(words.a), r, unit(words.c));
+    const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
+    return shell.point(unit(bits.a), r, unit(bits.c));
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
 };

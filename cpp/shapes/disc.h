@@ -17,12 +17,12 @@ struct DiscLanes {
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     Floats cosine, sine;
-    cos_sin_turn(unit(words.a), cosine, sine);
+    cos_sin_turn(unit(bits.a), cosine, sine);
     // Uniform by area: the squared distance is uniform.
     const float inner2 = inner * inner;
-    const Floats r = sqrt(all(inner2) + unit(words.b) * (radius * radius - inner2));
+    const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
     return all3(center) + all3(u) * (r * cosine) + all3(v) * (r * sine);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {

@@ -1,4 +1,4 @@
-// What every shape can do, a vector of particles at a time. One shape a file; this one holds the words they share.
+// What every shape can do, a vector of particles at a time. One file per shape; this one holds what they share.
 #pragma once
 
 #include "particles/random.h"

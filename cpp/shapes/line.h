@@ -12,7 +12,7 @@ struct LineLanes {
     return {of(s.number), minus(of(s.number + 3), of(s.number))};
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
-  MOTES_INLINE Floats3 sample(Draws& draws) const { return all3(start) + all3(along) * unit(draws.words().a); }
+  MOTES_INLINE Floats3 sample(Draws& draws) const { return all3(start) + all3(along) * unit(draws.bits().a); }
   MOTES_INLINE Hit hit(Floats3, Floats3) const { return no_hit(); }
 };
 

@@ -53,7 +53,7 @@ Mask UnionLanes::contains(const Floats3& p) const {
 }
 
 Floats3 UnionLanes::sample(Draws& draws) const {
-  const Floats choice = unit(draws.words().a);
+  const Floats choice = unit(draws.bits().a);
   Floats3 point{};
   float from = 0.0f;
   for (int i = 0; i < parts; ++i) {

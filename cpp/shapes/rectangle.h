@@ -16,8 +16,8 @@ struct RectangleLanes {
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
-    return all3(origin) + all3(u) * unit(words.a) + all3(v) * unit(words.b);
+    const Uints4 bits = draws.bits();
+    return all3(origin) + all3(u) * unit(bits.a) + all3(v) * unit(bits.b);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Crossing c = cross_plane(origin, normal, p, path);

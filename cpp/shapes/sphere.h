@@ -17,15 +17,15 @@ struct SphereLanes {
   }
 
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     // A direction by Archimedes: the height on a sphere is uniform.
-    const Floats z = 1.0f - 2.0f * unit(words.a);
+    const Floats z = 1.0f - 2.0f * unit(bits.a);
     Floats cosine, sine;
-    cos_sin_turn(unit(words.b), cosine, sine);
+    cos_sin_turn(unit(bits.b), cosine, sine);
     const Floats across = sqrt(max(1.0f - z * z, Floats{}));
     // Uniform by volume: the cubed distance is uniform.
     const float inner3 = inner * inner * inner;
-    const Floats r = cube_root(all(inner3) + unit(words.c) * (radius * radius * radius - inner3));
+    const Floats r = cube_root(all(inner3) + unit(bits.c) * (radius * radius * radius - inner3));
     return all3(center) + Floats3{across * cosine, across * sine, z} * r;
   }
 

@@ -20,9 +20,9 @@ struct TriangleLanes {
   }
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
-    const Words4 words = draws.words();
+    const Uints4 bits = draws.bits();
     // Uniform by area: the far half of the parallelogram is turned onto the near one.
-    Floats a = unit(words.a), b = unit(words.b);
+    Floats a = unit(bits.a), b = unit(bits.b);
     const Mask far = a + b > 1.0f;
     a = select(far, 1.0f - a, a);
     b = select(far, 1.0f - b, b);

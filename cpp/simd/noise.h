@@ -12,29 +12,29 @@
 
 namespace motes::MOTES_ISA {
 
-struct Words3 {
-  Words x, y, z;
+struct Uints3 {
+  Uints x, y, z;
 };
 
 /// The eight corners of a cell: the upper ones along x are every other one, along y two of four, along z the last four.
 struct Corners {
-  Words3 at[8];
+  Uints3 at[8];
 };
 
-/// Hash of four words: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
+/// Hash of four integers: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
 /// increments are the key: another key is another field. All corners step by step, since each product waits for the
 /// one before it.
-MOTES_INLINE Corners hash(Words x0, Words y0, Words z0, std::uint32_t w, const std::uint32_t key[4]) {
+MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, std::uint32_t w, const std::uint32_t key[4]) {
   const auto each = [](auto step) __attribute__((always_inline)) {
 #pragma GCC unroll 8
     for (std::uint32_t c = 0; c < 8; ++c) step(c);
   };
-  Words x[8], y[8], z[8], t[8];
+  Uints x[8], y[8], z[8], t[8];
   each([&](std::uint32_t c) __attribute__((always_inline)) {
     x[c] = (x0 + (c & 1u)) * 1664525u + key[0];
     y[c] = (y0 + (c >> 1 & 1u)) * 1664525u + key[1];
     z[c] = (z0 + (c >> 2)) * 1664525u + key[2];
-    t[c] = all_words(w * 1664525u + key[3]);
+    t[c] = all_uints(w * 1664525u + key[3]);
   });
   const auto mix = [&]() __attribute__((always_inline)) {
     each([&](std::uint32_t c) __attribute__((always_inline)) { x[c] += y[c] * t[c]; });
@@ -58,7 +58,7 @@ MOTES_INLINE Corners hash(Words x0, Words y0, Words z0, std::uint32_t w, const s
 /// Where a vector of points is in its cells, along one axis: the lower corner, the part of the edge behind it, the
 /// weight of the upper corner and the weight's derivative.
 struct CellAxis {
-  Words corner;
+  Uints corner;
   Floats part, weight, change;
 };
 
@@ -68,14 +68,14 @@ MOTES_INLINE CellAxis cell_axis(Floats v) {
   corner += to_floats(corner) > v;  // a true mask is -1: down, not towards zero
   const Floats f = v - to_floats(corner);
   const Floats weight = f * f * f * (f * (f * 6.0f - 15.0f) + 10.0f);
-  return {(Words)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
+  return {(Uints)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
 }
 
 // A gradient in the cube -1..1 has ten bits a component. They are taken as the fraction of a float in 1..2, which needs
 // no conversion: gradient = (fraction - kMiddle) kGradient.
 inline constexpr float kMiddle = 1.0f + 511.5f / 1024, kGradient = 1024 / 511.5f;
-MOTES_INLINE Floats fraction(Words word) { return (Floats)((word & (1023u << 13)) | 0x3f800000u); }
-MOTES_INLINE Floats3 fractions(Words word) { return {fraction(word << 13), fraction(word << 3), fraction(word >> 7)}; }
+MOTES_INLINE Floats fraction(Uints word) { return (Floats)((word & (1023u << 13)) | 0x3f800000u); }
+MOTES_INLINE Floats3 fractions(Uints word) { return {fraction(word << 13), fraction(word << 3), fraction(word >> 7)}; }
 
 /// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise, by kGradient too small.
 /// What is left out, weight kMiddle, is the same for all components and all noises: the curl has none of it.
@@ -92,7 +92,7 @@ MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const Cell
 #pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
-    const Words3& words = corners.at[corner];
+    const Uints3& bits = corners.at[corner];
     const Floats wx = i != 0 ? x.weight : 1.0f - x.weight, dx = i != 0 ? x.change : -x.change;
     const Floats wy = j != 0 ? y.weight : 1.0f - y.weight, dy = j != 0 ? y.change : -y.change;
     const Floats wz = k != 0 ? z.weight : 1.0f - z.weight, dz = k != 0 ? z.change : -z.change;
@@ -101,9 +101,9 @@ MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const Cell
     const Floats middle = (from_corner.x + from_corner.y + from_corner.z) * kMiddle;
     const Floats weight = wx * wy * wz;
     const Floats3 change{dx * wy * wz, wx * dy * wz, wx * wy * dz};
-    add_corner(a, fractions(words.x), from_corner, middle, weight, change);
-    add_corner(b, fractions(words.y), from_corner, middle, weight, change);
-    add_corner(c, fractions(words.z), from_corner, middle, weight, change);
+    add_corner(a, fractions(bits.x), from_corner, middle, weight, change);
+    add_corner(b, fractions(bits.y), from_corner, middle, weight, change);
+    add_corner(c, fractions(bits.z), from_corner, middle, weight, change);
   }
   return {c.y - b.z, a.z - c.x, b.x - a.y};
 }

@@ -39,7 +39,7 @@ inline constexpr std::size_t kLanes = MOTES_LANES;
 
 using Floats = float __attribute__((vector_size(4 * MOTES_LANES)));
 using Ints = std::int32_t __attribute__((vector_size(4 * MOTES_LANES)));
-using Words = std::uint32_t __attribute__((vector_size(4 * MOTES_LANES)));
+using Uints = std::uint32_t __attribute__((vector_size(4 * MOTES_LANES)));
 /// All bits of a lane set: true.
 using Mask = Ints;
 
@@ -57,7 +57,7 @@ MOTES_INLINE Floats all(float value) {
   return v;
 #endif
 }
-MOTES_INLINE Words all_words(std::uint32_t value) { return Words{} + value; }
+MOTES_INLINE Uints all_uints(std::uint32_t value) { return Uints{} + value; }
 
 MOTES_INLINE Floats load(const float* from) {
   Floats v;
@@ -79,22 +79,22 @@ MOTES_INLINE void store_mask(std::int32_t* to, Mask v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-MOTES_INLINE Words load_words(const std::uint32_t* from) {
-  Words v;
+MOTES_INLINE Uints load_uints(const std::uint32_t* from) {
+  Uints v;
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-MOTES_INLINE void store_words(std::uint32_t* to, Words v) {
-  using Anywhere __attribute__((aligned(4))) = Words;
+MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
+  using Anywhere __attribute__((aligned(4))) = Uints;
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// Writes the chosen words one behind the other and returns how many; there is room for all lanes. Without a branch:
+/// Writes the chosen lanes one behind the other and returns how many; there is room for all lanes. Without a branch:
 /// who is chosen is nothing that a processor guesses well.
-MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Words v, Mask chosen) {
+MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
 #if MOTES_WIDTH == 512
   const __mmask16 bits = _mm512_movepi32_mask((__m512i)chosen);
-  store_words(to, (Words)_mm512_maskz_compress_epi32(bits, (__m512i)v));
+  store_uints(to, (Uints)_mm512_maskz_compress_epi32(bits, (__m512i)v));
   return static_cast<std::size_t>(__builtin_popcount(bits));
 #else
   std::size_t count = 0;

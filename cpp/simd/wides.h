@@ -1,11 +1,11 @@
-// 32-bit words, each in the low half of a 64-bit lane: the form in which processors multiply them to 64 bits.
+// 32-bit integers, each in the low half of a 64-bit lane: the form in which processors multiply them to 64 bits.
 #pragma once
 
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
 
-/// Half as many lanes as Words has. What stands in the upper halves means nothing.
+/// Half as many lanes as Uints has. What stands in the upper halves means nothing.
 using Wide = std::uint64_t __attribute__((vector_size(4 * MOTES_LANES)));
 
 /// All lanes: `join` knows which of them are in which of the two.
@@ -15,7 +15,7 @@ struct Wides {
 
 MOTES_INLINE Wide all_wide(std::uint32_t value) { return Wide{} + value; }
 
-/// The 64-bit products of the words with another.
+/// The 64-bit products with another integer.
 MOTES_INLINE Wide multiply(Wide a, Wide b) {
 #if MOTES_WIDTH == 512
   return (Wide)_mm512_mul_epu32((__m512i)a, (__m512i)b);
@@ -39,7 +39,7 @@ MOTES_INLINE Wide exclusive_or(Wide a, Wide b, Wide c) {
 /// The upper halves of products, or of ids.
 MOTES_INLINE Wide upper(Wide v) { return v >> 32; }
 
-/// kLanes ids; their low halves are words.
+/// kLanes ids; their low halves are the integers.
 MOTES_INLINE Wides load_ids(const std::uint64_t* ids) {
   Wides v;
 #if MOTES_WIDTH == 256
@@ -55,22 +55,22 @@ MOTES_INLINE Wides load_ids(const std::uint64_t* ids) {
   return v;
 }
 
-/// The words of all lanes in order.
-MOTES_INLINE Words join(Wides v) {
+/// The integers of all lanes in order.
+MOTES_INLINE Uints join(Wides v) {
 #if MOTES_WIDTH == 512
   const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
-  return (Words)_mm512_permutex2var_epi32((__m512i)v.first, even, (__m512i)v.second);
+  return (Uints)_mm512_permutex2var_epi32((__m512i)v.first, even, (__m512i)v.second);
 #elif MOTES_WIDTH == 256
-  return (Words)_mm256_shuffle_ps((__m256)v.first, (__m256)v.second, 0x88);
+  return (Uints)_mm256_shuffle_ps((__m256)v.first, (__m256)v.second, 0x88);
 #elif MOTES_WIDTH == 128
-  return (Words)_mm_shuffle_ps((__m128)v.first, (__m128)v.second, 0x88);
+  return (Uints)_mm_shuffle_ps((__m128)v.first, (__m128)v.second, 0x88);
 #else
-  Words words;
+  Uints joined;
   for (std::size_t i = 0; i < kLanes / 2; ++i) {
-    words[i] = static_cast<std::uint32_t>(v.first[i]);
-    words[i + kLanes / 2] = static_cast<std::uint32_t>(v.second[i]);
+    joined[i] = static_cast<std::uint32_t>(v.first[i]);
+    joined[i + kLanes / 2] = static_cast<std::uint32_t>(v.second[i]);
   }
-  return words;
+  return joined;
 #endif
 }
 

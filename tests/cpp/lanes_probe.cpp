@@ -6,12 +6,12 @@
 namespace motes::MOTES_ISA {
 namespace {
 
-void put(const Words4& words, std::uint32_t* out) {
+void put(const Uints4& bits, std::uint32_t* out) {
   for (std::size_t i = 0; i < kLanes; ++i) {
-    out[4 * i] = words.a[i];
-    out[4 * i + 1] = words.b[i];
-    out[4 * i + 2] = words.c[i];
-    out[4 * i + 3] = words.d[i];
+    out[4 * i] = bits.a[i];
+    out[4 * i + 1] = bits.b[i];
+    out[4 * i + 2] = bits.c[i];
+    out[4 * i + 3] = bits.d[i];
   }
 }
 
@@ -29,12 +29,12 @@ void lanes_of_philox(const std::uint32_t counter[4], const std::uint32_t key[2],
 void lanes_of_draws(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
                     const std::uint32_t key[2], int skip, std::uint32_t* out) {
   const Stream from(step, stream, {key[0], key[1]});
-  BlockWords words;
-  words.fill(from, ids, count, [](std::size_t) {});
+  BlockBits bits;
+  bits.fill(from, ids, count, [](std::size_t) {});
   for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(from, ids, words, i);
-    for (int k = 0; k < skip; ++k) draws.words();
-    put(draws.words(), out + 4 * i);
+    Draws draws(from, ids, bits, i);
+    for (int k = 0; k < skip; ++k) draws.bits();
+    put(draws.bits(), out + 4 * i);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "bindings/bindings.h"
+#include "comm/environment.h"
 #include "comm/last_words.h"
+#include "comm/mpi_transport.h"
 #include "frame/engine.h"
 #include "recording/scene.h"
 
@@ -56,7 +58,7 @@ std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::ve
   comm::Watch watch = make_watch(std::move(while_waiting), std::move(describe), stall_s);
   frame::Options options = make_options(facts);
   const py::gil_scoped_release release;
-  auto communicator = std::make_unique<comm::Communicator>(comm, std::move(watch));
+  auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(comm), std::move(watch));
   roles::check(cast, communicator->size());
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(options));
 }

@@ -103,7 +103,7 @@ void Engine::finish() {
   converse(Verb::finish, "");  // brings the last frame's tails, so its row is whole
   write_rows();
   if (log_) log_->event("end", frame_, "");
-  comm_->flush();
+  comm_->finish();
 }
 
 std::vector<particles::Digest> Engine::digest() {

@@ -1,5 +1,6 @@
 #include "comm/simulated_ranks.h"
 
+#include <sched.h>
 #include <semaphore.h>
 
 #include <algorithm>
@@ -60,6 +61,27 @@ class Signal {
  private:
   sem_t semaphore_;
 };
+
+// Only one of the threads runs at a time: on one processor the next one starts at once, while another processor would
+// have to be woken. A processor that must not be used says no, and the thread stays where it is.
+void stay_on(int processor) {
+#ifdef __linux__
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(static_cast<std::size_t>(processor), &one);
+  sched_setaffinity(0, sizeof one, &one);
+#else
+  (void)processor;
+#endif
+}
+
+int this_processor() {
+#ifdef __linux__
+  return std::max(sched_getcpu(), 0);
+#else
+  return 0;
+#endif
+}
 
 // What a rank waits for.
 enum class Question : std::uint8_t { none, message, sent, entered, finished };
@@ -148,6 +170,7 @@ class Scheduler {
   std::exception_ptr failure_;
 
   Signal all_done_;
+  const int processor_ = this_processor();
 };
 
 class SimulatedTransport final : public Transport {
@@ -230,6 +253,7 @@ SimulatedRun Scheduler::run() {
 
 // A rank's thread, from its first turn to its last.
 void Scheduler::live(int self) {
+  stay_on(processor_);
   rank(self).turn.await();
   set_time_source(&rank(self));
   Rank::State last = Rank::State::returned;

@@ -62,26 +62,29 @@ class Signal {
   sem_t semaphore_;
 };
 
-// Only one of the threads runs at a time: on one processor the next one starts at once, while another processor would
-// have to be woken. A processor that must not be used says no, and the thread stays where it is.
-void stay_on(int processor) {
+// Only one of the ranks runs at a time: on one processor the next one starts at once, while another processor would have
+// to be woken. While this lives, the calling thread and the threads that it starts stay where it is.
+class OneProcessor {
+ public:
 #ifdef __linux__
-  cpu_set_t one;
-  CPU_ZERO(&one);
-  CPU_SET(static_cast<std::size_t>(processor), &one);
-  sched_setaffinity(0, sizeof one, &one);
-#else
-  (void)processor;
-#endif
-}
+  OneProcessor() {
+    cpu_set_t one;
+    CPU_ZERO(&one);
+    CPU_SET(static_cast<std::size_t>(std::max(sched_getcpu(), 0)), &one);
+    changed_ = sched_getaffinity(0, sizeof before_, &before_) == 0 && sched_setaffinity(0, sizeof one, &one) == 0;
+  }
+  ~OneProcessor() {
+    if (changed_) sched_setaffinity(0, sizeof before_, &before_);
+  }
 
-int this_processor() {
-#ifdef __linux__
-  return std::max(sched_getcpu(), 0);
+ private:
+  cpu_set_t before_;
+  bool changed_;
 #else
-  return 0;
+  OneProcessor() {}
+  ~OneProcessor() {}
 #endif
-}
+};
 
 // What a rank waits for.
 enum class Question : std::uint8_t { none, message, sent, entered, finished };
@@ -170,7 +173,6 @@ class Scheduler {
   std::exception_ptr failure_;
 
   Signal all_done_;
-  const int processor_ = this_processor();
 };
 
 class SimulatedTransport final : public Transport {
@@ -238,6 +240,7 @@ Scheduler::Scheduler(const Simulation& simulation, const std::function<void(Simu
 }
 
 SimulatedRun Scheduler::run() {
+  const OneProcessor here;
   std::vector<std::thread> threads;
   for (int number = 0; number < size(); ++number) threads.emplace_back([this, number] { live(number); });
   rank(next()).turn.give();
@@ -253,7 +256,6 @@ SimulatedRun Scheduler::run() {
 
 // A rank's thread, from its first turn to its last.
 void Scheduler::live(int self) {
-  stay_on(processor_);
   rank(self).turn.await();
   set_time_source(&rank(self));
   Rank::State last = Rank::State::returned;

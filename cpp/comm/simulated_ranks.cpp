@@ -62,8 +62,8 @@ class Signal {
   sem_t semaphore_;
 };
 
-// Only one of the ranks runs at a time: on one processor the next one starts at once, while another processor would have
-// to be woken. While this lives, the calling thread and the threads that it starts stay where it is.
+// Only one of the ranks runs at a time: on one processor the next one starts at once, while another processor would
+// have to be woken. While this lives, the calling thread and the threads that it starts stay where it is.
 class OneProcessor {
  public:
 #ifdef __linux__

@@ -60,7 +60,8 @@ TEST(a_wait_ends_at_the_stall_limit_where_the_process_is_gone) {
   waiting.watch.alive = [](int) { return false; };
   waiting.watch.describe = [](int rank) { return rank == 3 ? "rank 3 (calculator 1)" : "rank 1 (manager)"; };
   CHECK_NEAR(waiting.run(1, 1000), 60, 0.1);
-  CHECK(has(waiting.text, "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process"));
+  CHECK(
+      has(waiting.text, "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process"));
   CHECK(has(waiting.text, "is gone, or on another host; MOTES_STALL_S"));
   CHECK(waiting.warnings.empty());
 }
@@ -70,8 +71,9 @@ TEST(a_wait_for_a_living_process_warns_once_and_goes_on_to_ten_limits) {
   waiting.watch.alive = [](int rank) { return rank == 3; };
   CHECK_NEAR(waiting.run(1.25, 1000), 75, 0.1);
   CHECK(waiting.warnings.size() == 1);
-  CHECK(has(waiting.warnings.at(0), "rank 1 waited 7 s for rank 3: frame 7, phase report (its process lives, so it goes "
-                                    "on waiting, for 75 s in all; MOTES_STALL_S, now 6 s, sets the limit)"));
+  CHECK(has(waiting.warnings.at(0),
+            "rank 1 waited 7 s for rank 3: frame 7, phase report (its process lives, so it goes "
+            "on waiting, for 75 s in all; MOTES_STALL_S, now 6 s, sets the limit)"));
   CHECK(has(waiting.text, "waited 75 s for rank 3: frame 7, phase report (its process lives; MOTES_STALL_S"));
 }
 

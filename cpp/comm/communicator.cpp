@@ -26,7 +26,7 @@ double patience(Phase phase, int hops) {
   }
 }
 
-std::string place(const Stamp& stamp, Phase phase) {
+std::string where(const Stamp& stamp, Phase phase) {
   return "frame " + std::to_string(stamp.frame) + ", phase " + name(phase);
 }
 
@@ -89,7 +89,7 @@ void Communicator::await(int from, Phase phase) {
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   std::optional<particles::Bytes> arrived;
   if (from != rank()) {
-    wait(place(stamp, phase), patience(phase, hops), [&] {
+    wait(where(stamp, phase), patience(phase, hops), [&] {
       arrived = transport_->receive(from, phase);
       return arrived ? kNobody : from;
     });
@@ -100,12 +100,12 @@ Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   if (!ours || Stamp{header.frame, header.turn} != stamp) {
     throw CommError(watch_.name(from) + " sent a message of frame " + std::to_string(header.frame) + ", turn " +
                     std::to_string(header.turn) + ", phase " + name(header.phase) + " where " + watch_.name(rank()) +
-                    " expected " + place(stamp, phase) + ", turn " + std::to_string(stamp.turn));
+                    " expected " + where(stamp, phase) + ", turn " + std::to_string(stamp.turn));
   }
   if (header.payload_bytes != message.payload().size()) {
     throw CommError(watch_.name(from) + " sent " + std::to_string(message.payload().size()) +
                     " bytes where its header says " + std::to_string(header.payload_bytes) + ": " +
-                    place(stamp, phase));
+                    where(stamp, phase));
   }
   return message;
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int kMost = 64;
 constexpr int kAllWait = -1;
-constexpr int kNobody = -2;
+constexpr int kNoneLeft = -2;
 constexpr std::uint64_t kEndless = 100'000'000;  // points: no test means to run that long
 
 // Neither is a std::exception: a rank's code must not catch it by mistake.
@@ -400,7 +400,7 @@ void Scheduler::hand_over(int self) {
     chosen = next();
   }
   if (chosen == self) return;
-  if (chosen == kNobody) return all_done_.give();
+  if (chosen == kNoneLeft) return all_done_.give();
   const bool last = rank(self).over();  // asked before another rank runs
   rank(chosen).turn.give();
   if (!last) rank(self).turn.await();
@@ -416,7 +416,7 @@ int Scheduler::next() {
     left = true;
     if (ended_ || each.state == Rank::State::ready || answerable(each)) candidates_.push_back(number);
   }
-  if (candidates_.empty()) return left ? kAllWait : kNobody;
+  if (candidates_.empty()) return left ? kAllWait : kNoneLeft;
   if (ended_) return candidates_.front();
   if (!by_priority_) return candidates_[order_.below(candidates_.size())];
   const int first = *std::max_element(candidates_.begin(), candidates_.end(),

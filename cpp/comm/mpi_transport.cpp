@@ -93,6 +93,7 @@ class MpiTransport : public Transport {
   }
 
   void send(int to, Phase phase, Message message) override {
+    if (way_->comm == MPI_COMM_NULL) throw CommError("a message was sent after the end of all conversations");
     if (way_->sending.size() >= sweep_at_) {
       progress();
       sweep_at_ = 2 * way_->sending.size() + 16;

@@ -258,12 +258,13 @@ SimulatedRun Scheduler::run() {
 void Scheduler::live(int self) {
   rank(self).turn.await();
   set_time_source(&rank(self));
-  Rank::State last = Rank::State::returned;
+  auto last = Rank::State::returned;
   try {
     check_ended();
     Self me(*this, self);
     body_(me);
   } catch (const RunEnded&) {
+    last = Rank::State::returned;  // as if it had nothing more to say
   } catch (const Died&) {
     last = Rank::State::dead;
   } catch (...) {
@@ -383,7 +384,7 @@ void Scheduler::point(int self, const char* what, int other, const char* phase) 
   Rank& runs = rank(self);
   ++runs.points;
   for (const Simulation::Death& death : simulation_.deaths) {
-    if (death.rank == self && death.point == runs.points) throw Died{};
+    if (death.rank == self && death.point == runs.points) throw Died{};  // NOLINT(bugprone-std-exception-baseclass)
   }
   if (++happened_.points > kEndless) throw std::runtime_error("the simulated ranks do not come to an end");
   hand_over(self);
@@ -434,7 +435,7 @@ void Scheduler::end(std::exception_ptr failure) {
 void Scheduler::check_ended() const {
   if (!ended_) return;
   if (!deadlock_.empty()) throw Deadlock(deadlock_);
-  throw RunEnded{};
+  throw RunEnded{};  // NOLINT(bugprone-std-exception-baseclass)
 }
 
 // Of the messages that it still held, the last ones of each kind are lost.

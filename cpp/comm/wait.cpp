@@ -25,7 +25,7 @@ Wait::Wait(const Watch& watch, int self, std::string purpose, double limits, dou
 void Wait::look(double now_s, int for_rank) {
   // Waiting naps are below a millisecond. A longer gap means that this process did not run: then nobody can say that
   // the other rank was silent. On an overloaded machine such gaps are the rule, so each counts for a little.
-  waited_s_ += std::min(now_s - last_s_, std::min(1.0, watch_.stall_s / 4));
+  waited_s_ += std::min({now_s - last_s_, 1.0, watch_.stall_s / 4});
   last_s_ = now_s;
   if (now_s < next_look_s_) return;
   next_look_s_ = now_s + kLookEvery;

@@ -1,5 +1,6 @@
 // Headers, stamps, the mailbox and abandoned waits, on simulated ranks.
 #include <cstring>
+#include <exception>
 #include <functional>
 #include <numeric>
 #include <string>
@@ -185,7 +186,7 @@ TEST(communicator_carries_large_messages_whole) {
 }
 
 TEST(a_wait_that_was_abandoned_can_be_taken_up_again) {
-  struct Interrupt {};
+  struct Interrupt : std::exception {};
   const std::string text = outcome(
       [](SimulatedRank& self) {
         Communicator comm(self.transport(), {});

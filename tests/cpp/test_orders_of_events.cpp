@@ -85,7 +85,7 @@ frame::Options options(const Way& way) {
   options.births = way.births;
   options.combine = way.combine;
   options.fan_out = way.fan_out;
-  auto policy = std::make_shared<balance::Pairwise>(0.05, 4);
+  const auto policy = std::make_shared<balance::Pairwise>(0.05, 4);
   policy->speeds.min_particles = 1;
   options.policy = policy;
   options.costs.act.fill(2000);

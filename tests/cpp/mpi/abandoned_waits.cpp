@@ -4,6 +4,7 @@
 
 #include <cstdio>
 #include <cstring>
+#include <exception>
 #include <vector>
 
 #include "comm/communicator.h"
@@ -14,7 +15,7 @@ using namespace motes::comm;
 
 namespace {
 
-struct Abandoned {};
+struct Abandoned : std::exception {};
 
 constexpr std::size_t kLarge = 8 << 20;  // MPI moves so much only while both ends call it
 
@@ -122,7 +123,7 @@ void send(const Environment& mpi) {
 // Rank 0 gives up before rank 1 has come.
 void enter(const Environment& mpi) {
   if (mpi.rank() == 0) {
-    check(abandons([&] { Communicator comm(make_mpi(mpi.world()), impatient()); }), 0, "it entered alone");
+    check(abandons([&] { const Communicator comm(make_mpi(mpi.world()), impatient()); }), 0, "it entered alone");
     const Scribble memory;
     mpi.first(false);
     check(memory.whole(), 0, "MPI wrote a communicator into memory that was given back");

@@ -109,6 +109,12 @@ def simulated_replay() -> Path:
 
 
 @pytest.fixture(scope="session")
+def abandoned_waits() -> Path:
+    """Build the program that gives up waits of a real MPI."""
+    return _build("abandoned_waits") / "tests" / "cpp" / "abandoned_waits"
+
+
+@pytest.fixture(scope="session")
 def native_example() -> Path:
     """Build the example of a C++ program of one's own."""
     return _build("sparks") / "examples" / "native" / "sparks"

@@ -1,5 +1,7 @@
 #include "bindings/bindings.h"
+#include "comm/environment.h"
 #include "comm/last_words.h"
+#include "comm/mpi_transport.h"
 #include "frame/engine.h"
 #include "recording/scene.h"
 
@@ -10,7 +12,8 @@ using frame::Engine;
 using Release = py::call_guard<py::gil_scoped_release>;
 
 // What the engine's waits ask of Python: interrupts, and whether the process waited for still lives.
-comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s) {
+comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s,
+                       std::optional<py::function> alive, std::optional<py::function> warn) {
   comm::Watch watch;
   watch.while_waiting = [call = std::make_shared<py::function>(std::move(while_waiting))](int rank) {
     const py::gil_scoped_acquire gil;
@@ -22,6 +25,18 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
     return (*call)(rank).cast<std::string>();
   };
   watch.stall_s = stall_s;
+  if (alive) {
+    watch.alive = [call = std::make_shared<py::function>(std::move(*alive))](int rank) {
+      const py::gil_scoped_acquire gil;
+      return (*call)(rank).cast<bool>();
+    };
+  }
+  if (warn) {
+    watch.warn = [call = std::make_shared<py::function>(std::move(*warn))](const std::string& text) {
+      const py::gil_scoped_acquire gil;
+      (*call)(text);
+    };
+  }
   return watch;
 }
 
@@ -50,13 +65,15 @@ frame::Settings make_settings(const py::dict& facts) {
 
 std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles,
                                     const py::dict& facts, py::function while_waiting, py::function describe,
-                                    double stall_s) {
+                                    double stall_s, std::optional<py::function> alive,
+                                    std::optional<py::function> warn) {
   auto [manager, image_generator, calculators] = roles;
   roles::Cast cast{manager, image_generator, std::move(calculators)};
-  comm::Watch watch = make_watch(std::move(while_waiting), std::move(describe), stall_s);
+  comm::Watch watch =
+      make_watch(std::move(while_waiting), std::move(describe), stall_s, std::move(alive), std::move(warn));
   frame::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
-  auto communicator = std::make_unique<comm::Communicator>(comm, std::move(watch));
+  auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(comm), std::move(watch));
   roles::check(cast, communicator->size());
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(settings));
 }
@@ -155,7 +172,7 @@ std::string combined(const std::vector<particles::Digest>& systems) { return par
 void bind_engine(py::module_& m) {
   py::class_<Engine>(m, "Engine")
       .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("facts"), py::arg("while_waiting"),
-           py::arg("describe"), py::arg("stall_s"))
+           py::arg("describe"), py::arg("stall_s"), py::arg("alive") = py::none(), py::arg("warn") = py::none())
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
            py::arg("sprite"), py::arg("attributes"))
       .def("record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })

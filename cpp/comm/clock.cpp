@@ -1,47 +1,37 @@
 #include "comm/clock.h"
 
-#define OMPI_SKIP_MPICXX
-#define MPICH_SKIP_MPICXX
-#include <mpi.h>
 #include <time.h>
-#ifdef MOTES_SMPI
-#include <simgrid/host.h>
-#endif
 
 namespace motes::comm {
+namespace {
 
-double wall_seconds() { return MPI_Wtime(); }
+thread_local TimeSource* source = nullptr;
 
-#ifdef MOTES_SMPI
-
-bool simulated() { return true; }
-
-double cpu_seconds() { return MPI_Wtime(); }
-
-void spend(double seconds) { execute(seconds * sg_host_get_speed(sg_host_self())); }
-
-void execute(double operations) {
-  if (operations > 0) smpi_execute_flops(operations);
-}
-
-#else
-
-bool simulated() { return false; }
-
-double cpu_seconds() {
+double seconds(clockid_t clock) {
   timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  clock_gettime(clock, &now);
   return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-void spend(double seconds) {
-  const double until = cpu_seconds() + seconds;
+}  // namespace
+
+void set_time_source(TimeSource* of_this_thread) { source = of_this_thread; }
+
+bool simulated() { return source != nullptr; }
+
+double wall_seconds() { return source != nullptr ? source->now_s() : seconds(CLOCK_MONOTONIC); }
+
+double cpu_seconds() { return source != nullptr ? source->now_s() : seconds(CLOCK_THREAD_CPUTIME_ID); }
+
+void spend(double how_many) {
+  if (source != nullptr) return source->spend(how_many);
+  const double until = cpu_seconds() + how_many;
   while (cpu_seconds() < until) {
   }
 }
 
-void execute(double) {}
-
-#endif
+void execute(double operations) {
+  if (source != nullptr && operations > 0) source->execute(operations);
+}
 
 }  // namespace motes::comm

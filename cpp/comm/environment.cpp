@@ -1,16 +1,12 @@
 #include "comm/environment.h"
 
-#define OMPI_SKIP_MPICXX
-#define MPICH_SKIP_MPICXX
-#include <mpi.h>
-
 #include <array>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "comm/clock.h"
-#include "comm/communicator.h"
+#include "comm/mpi_calls.h"
 
 namespace motes::comm {
 namespace {
@@ -21,6 +17,7 @@ constexpr std::size_t kName = 256;
 
 Environment::Environment(int& count, char**& words) {
   if (MPI_Init(&count, &words) != MPI_SUCCESS) throw CommError("MPI does not start");
+  keep_mpi_time();
   MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
   MPI_Comm_size(MPI_COMM_WORLD, &size_);
 }
@@ -53,6 +50,14 @@ void Environment::abort(int code) const {
   // A simulator's ranks are threads of one process, whose exit code MPI_Abort would leave at 0.
   if (!simulated()) MPI_Abort(MPI_COMM_WORLD, code);
   std::_Exit(code);
+}
+
+std::string library_version() {
+  char text[MPI_MAX_LIBRARY_VERSION_STRING] = "";
+  int length = 0;
+  MPI_Get_library_version(text, &length);
+  const std::string whole(text, static_cast<std::size_t>(length));
+  return whole.substr(0, whole.find(','));
 }
 
 }  // namespace motes::comm

@@ -6,7 +6,10 @@
 
 namespace motes::comm {
 
-/// MPI from its start to its end: one a program.
+/// Name and version of the MPI library in use.
+std::string library_version();
+
+/// MPI from its start to its end: one per program.
 class Environment {
  public:
   /// Starts MPI. Throws CommError where it cannot.
@@ -16,12 +19,12 @@ class Environment {
   Environment(const Environment&) = delete;
   Environment& operator=(const Environment&) = delete;
 
-  /// What Communicator takes: all ranks that the launcher started.
+  /// What make_mpi() takes: all ranks that the launcher started.
   int world() const;
   int rank() const { return rank_; }
   int size() const { return size_; }
 
-  /// Collective. The host of each rank, on rank `at`; nothing elsewhere: with thousands of ranks, names for all weigh.
+  /// Collective. The host of each rank, on rank `at`; empty elsewhere: thousands of names are many bytes.
   std::vector<std::string> hosts(int at) const;
 
   /// Collective. The lowest rank that says true, or -1.

@@ -2,11 +2,13 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <ucontext.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <cstdint>
 #include <cstring>
 #include <span>
 
@@ -18,9 +20,35 @@ std::array<char, 4096> mark{};
 constexpr std::array<int, 5> kSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, 64> before{};
 
-const char* meaning(int signal) {
+// A handler needs a stack, and after an overflow the usual one is full. Room also for the handlers that ran before.
+alignas(16) std::array<char, 65536> spare_stack{};
+
+// The stack pointer where the signal struck; 0 where this processor is unknown here.
+std::uintptr_t stack_pointer(const void* context) {
+  [[maybe_unused]] const auto& machine = static_cast<const ucontext_t*>(context)->uc_mcontext;
+#if defined(__linux__) && defined(__x86_64__)
+  return static_cast<std::uintptr_t>(machine.gregs[REG_RSP]);
+#elif defined(__linux__) && defined(__aarch64__)
+  return static_cast<std::uintptr_t>(machine.sp);
+#else
+  return 0;
+#endif
+}
+
+// Memory near the stack pointer is always there, unless the stack has grown over its end.
+bool overflowed(const siginfo_t& facts, const void* context) {
+  if (facts.si_code <= 0) return false;  // another process's signal
+  constexpr std::uintptr_t kNear = std::uintptr_t{1} << 20;
+  const std::uintptr_t stack = stack_pointer(context);
+  const auto address = reinterpret_cast<std::uintptr_t>(facts.si_addr);
+  return stack > kNear && address > stack - kNear && address < stack + kNear;
+}
+
+const char* meaning(int signal, const siginfo_t* facts, const void* context) {
   switch (signal) {
-    case SIGSEGV: return "segmentation fault";
+    case SIGSEGV:
+      return overflowed(*facts, context) ? "segmentation fault: the stack has overflowed (too deep a recursion?)"
+                                         : "segmentation fault";
     case SIGBUS: return "bus error";
     case SIGFPE: return "arithmetic error";
     case SIGILL: return "illegal instruction";
@@ -49,30 +77,42 @@ void keep(const std::string& text, std::span<char> buffer) {
 }
 
 // Async-signal-safe: open, close, write, sigaction and raise only.
-void on_crash(int signal) {
+void on_crash(int signal, siginfo_t* facts, void* context) {
   if (may_speak()) {
     say("\n*** motes: ");
     say(place.data());
     say(": ");
-    say(meaning(signal));
+    say(meaning(signal, facts, context));
     say("\n");
   }
   sigaction(signal, &before[static_cast<std::size_t>(signal)], nullptr);
   raise(signal);
 }
 
+// Unless this thread has such a stack already, and a large enough one.
+void use_spare_stack() {
+  stack_t now{};
+  sigaltstack(nullptr, &now);
+  if ((now.ss_flags & SS_DISABLE) == 0 && now.ss_size >= spare_stack.size()) return;
+  stack_t spare{};
+  spare.ss_sp = spare_stack.data();
+  spare.ss_size = spare_stack.size();
+  sigaltstack(&spare, nullptr);
+}
+
 }  // namespace
 
 void name_crashes(const std::string& mark_path) {
   keep(mark_path, mark);
+  use_spare_stack();
   struct sigaction action{};
-  action.sa_handler = on_crash;
-  action.sa_flags = SA_NODEFER;
+  action.sa_sigaction = on_crash;
+  action.sa_flags = SA_NODEFER | SA_ONSTACK | SA_SIGINFO;
   sigemptyset(&action.sa_mask);
   for (const int signal : kSignals) {
     struct sigaction current{};
     sigaction(signal, nullptr, &current);
-    if (current.sa_handler == on_crash) continue;
+    if ((current.sa_flags & SA_SIGINFO) != 0 && current.sa_sigaction == on_crash) continue;
     before[static_cast<std::size_t>(signal)] = current;
     sigaction(signal, &action, nullptr);
   }

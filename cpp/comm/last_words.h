@@ -6,8 +6,9 @@
 namespace motes::comm {
 
 /// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) prints "*** motes: rank 2 (calculator 0), frame 7:
-/// segmentation fault", then the handlers that were installed before run. `mark`: a file that whoever reports a failed
-/// job makes first; a crash is silent where it exists. Empty: no such file.
+/// segmentation fault", then the handlers that were installed before run. A stack overflow does so too on the thread
+/// that called this. `mark`: a file that whoever reports a failed job makes first; a crash is silent where it exists.
+/// Empty: no such file.
 void name_crashes(const std::string& mark);
 
 /// Who and when, for that text: kept in a buffer that a signal handler can read.

@@ -9,19 +9,9 @@
 
 namespace motes::comm {
 
-/// The conversations of a frame. One MPI tag each.
-enum class Phase : std::uint8_t {
-  begin,
-  report,
-  verdict,
-  exchange,
-  records,
-  gather,
-  particles,
-  loads,
-  proposals,
-  births
-};
+/// The conversations of a frame. Messages of different phases do not overtake each other's order: one MPI tag each.
+enum class Phase : std::uint8_t { begin, report, verdict, exchange, records, gather, loads, proposals, births };
+inline constexpr int kPhases = 9;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the
@@ -33,18 +23,15 @@ struct Stamp {
   bool operator==(const Stamp&) const = default;
 };
 
-inline constexpr std::uint32_t kAllSystems = UINT32_MAX;
-
 struct Header {
-  std::uint32_t magic = 0x73746f6d;     // "mots"
-  Phase phase = Phase::begin;
-  std::uint8_t failed = 0;              // the sender's compute failed: the payload says nothing
-  std::uint16_t reserved = 0;
-  std::uint32_t system = kAllSystems;   // the one system it is about, or all in order
+  std::uint32_t magic = 0x73746f6d;  // "mots"
   std::uint32_t turn = 0;
   std::uint64_t frame = 0;
-  std::uint64_t count = 0;              // particles in the payload
+  std::uint64_t count = 0;           // particles in the payload
   std::uint64_t payload_bytes = 0;
+  Phase phase = Phase::begin;
+  std::uint8_t failed = 0;           // the sender's compute failed: the payload says nothing
+  std::uint8_t reserved[6] = {};     // no padding: all bytes that are sent are set
 };
 static_assert(sizeof(Header) == 40);
 
@@ -56,6 +43,7 @@ class Message {
   explicit Message(particles::Bytes bytes) : bytes_(std::move(bytes)) { header(); }
 
   particles::Bytes& bytes() { return bytes_; }
+  const particles::Bytes& bytes() const { return bytes_; }
   Header header() const {
     particles::Reader reader(bytes_.view());
     return reader.get<Header>();
@@ -70,5 +58,9 @@ class Message {
  private:
   particles::Bytes bytes_;
 };
+
+/// The length of a message, header included, of which the beginning has arrived. Throws std::runtime_error where that
+/// is no message of ours.
+std::size_t whole_length(std::span<const std::byte> beginning);
 
 }  // namespace motes::comm

@@ -14,6 +14,7 @@
 #include "comm/clock.h"
 #include "comm/environment.h"
 #include "comm/last_words.h"
+#include "comm/mpi_transport.h"
 #include "driver/files.h"
 #include "driver/options.h"
 #include "driver/run_file.h"
@@ -79,7 +80,7 @@ class Player {
     run_.costs = costs();
     speeds_ = read_speeds(std::getenv("MOTES_SPEEDS"), mpi.size());
     if (const auto own = speeds_.find(mpi.rank()); own != speeds_.end()) run_.speed = own->second;
-    auto communicator = std::make_unique<comm::Communicator>(mpi.world(), std::move(watch));
+    auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), std::move(watch));
     engine_ = std::make_unique<frame::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
       comm::name_crashes("");

@@ -7,7 +7,7 @@
 #include <cstdio>
 
 #include "comm/clock.h"
-#include "comm/communicator.h"
+#include "comm/environment.h"
 #include "driver/files.h"
 #include "simd/isa.h"
 

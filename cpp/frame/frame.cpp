@@ -138,7 +138,7 @@ void Engine::finish() {
   ask_all(parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
   parts_.manager.account.write_rows();
   if (Log* log = parts_.manager.account.log()) log->event("end", frame(), "");
-  parts_.rank.talk.comm().flush();
+  parts_.rank.talk.comm().finish();
 }
 
 std::vector<particles::Digest> Engine::digest() {

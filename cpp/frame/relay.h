@@ -40,8 +40,9 @@ struct AllSaid {
 
 class Relay {
  public:
-  /// Until widen() all ranks talk to the manager directly: they have not yet agreed on a tree.
+  /// Until grow() all ranks talk to the manager directly: they have not yet agreed on a tree.
   Relay(comm::Communicator& comm, const roles::Cast& cast);
+  /// All ranks have agreed on this tree.
   void grow(const roles::Cast& cast, int fan_out);
   const roles::Tree& tree() const { return tree_; }
 
@@ -60,8 +61,6 @@ class Relay {
   AllSaid listen(comm::Phase phase, comm::Stamp stamp);
 
  private:
-  comm::Message collect(comm::Phase phase, comm::Stamp stamp);
-
   comm::Communicator& comm_;
   roles::Tree tree_;
 };

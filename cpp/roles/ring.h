@@ -6,10 +6,10 @@
 namespace motes::roles {
 
 /// Calculators 0, 1, ... on a ring: what c has for d lies (d - c) mod n ahead of it. In step s a calculator sends what
-/// has digit j there, in base 8, to the one that stands j * 8^s ahead; so each step ends a digit, and behind the last
-/// one all is where it belongs. 7 messages a step, of log8(n) steps, for any n (Bruck et al. 1997, "Efficient
-/// algorithms for all-to-all communications in multiport message-passing systems"). Up to 16 calculators do it in one
-/// step: all messages are direct.
+/// has digit j there, in base 16, to the one that stands j * 16^s ahead; so each step settles a digit, and after the
+/// last one everything is where it belongs. At most 15 messages per step, log16(n) steps, for any n (Bruck et al. 1997,
+/// "Efficient algorithms for all-to-all communications in multiport message-passing systems"). Up to 16 calculators do
+/// it in one step: all messages are direct.
 class Ring {
  public:
   /// As calculator `self` sees it.
@@ -28,7 +28,7 @@ class Ring {
   std::vector<int> behind(int step) const;
 
  private:
-  static constexpr int kBits = 4;  // of a digit: with more messages a step fewer steps, in which all is packed anew
+  static constexpr int kBits = 4;  // of a digit: more messages per step, but fewer steps, each of which packs anew
 
   int calculators_;
   int self_;

@@ -8,7 +8,7 @@ namespace motes::simd {
 namespace {
 
 bool offers(Isa isa) {
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOTES_GENERIC)
   switch (isa) {
     case Isa::avx512:
       return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&

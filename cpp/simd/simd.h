@@ -11,7 +11,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOTES_GENERIC)
 #include <immintrin.h>
 #endif
 
@@ -21,7 +21,9 @@
 #endif
 
 // Bits of the registers that the intrinsics below use; 0: the compiler's own lane-wise code.
-#if defined(__AVX512F__) && MOTES_LANES == 16
+#if defined(MOTES_GENERIC)
+#define MOTES_WIDTH 0
+#elif defined(__AVX512F__) && MOTES_LANES == 16
 #define MOTES_WIDTH 512
 #elif defined(__AVX2__) && MOTES_LANES == 8
 #define MOTES_WIDTH 256

@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "comm/environment.h"
+#include "comm/mpi_transport.h"
 #include "frame/engine.h"
 #include "image/sha256.h"
 
@@ -45,7 +46,7 @@ image::View view() {
 
 [[gnu::visibility("default")]] int main(int count, char** words) {
   const comm::Environment mpi(count, words);
-  auto communicator = std::make_unique<comm::Communicator>(mpi.world(), comm::Watch{});
+  auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), comm::Watch{});
   frame::Settings settings;
   settings.seed = 1;
   frame::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), settings);

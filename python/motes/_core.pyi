@@ -230,6 +230,8 @@ class Engine:
         while_waiting: collections.abc.Callable[..., typing.Any],
         describe: collections.abc.Callable[..., typing.Any],
         stall_s: float,
+        alive: collections.abc.Callable[..., typing.Any] | None = None,
+        warn: collections.abc.Callable[..., typing.Any] | None = None,
     ) -> None: ...
     def add_system(
         self,

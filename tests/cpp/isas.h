@@ -34,7 +34,7 @@ struct Build {
 /// Those that this processor can run.
 inline std::vector<Build> builds() {
   std::vector<Build> all{{"sse2", motes::sse2::action_kernels, motes::sse2::probe}};
-#if defined(__x86_64__)
+#if defined(__x86_64__) && !defined(MOTES_GENERIC)
   if (__builtin_cpu_supports("avx2")) all.push_back({"avx2", motes::avx2::action_kernels, motes::avx2::probe});
   if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
       __builtin_cpu_supports("avx512bw")) {

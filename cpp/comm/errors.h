@@ -1,0 +1,25 @@
+// What goes wrong between ranks.
+#pragma once
+
+#include <stdexcept>
+#include <string>
+
+namespace motes::comm {
+
+/// The transport failed, or a message was not the one that the protocol has at this place.
+class CommError : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// A rank did not answer within the stall limit.
+class Stalled : public CommError {
+ public:
+  Stalled(int rank, const std::string& text) : CommError(text), rank_(rank) {}
+  /// The rank that was waited for; -1: several.
+  int rank() const { return rank_; }
+
+ private:
+  int rank_;
+};
+
+}  // namespace motes::comm

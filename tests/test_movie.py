@@ -30,7 +30,10 @@ def read(path) -> tuple[list[np.ndarray], float]:
         assert stream.codec_context.name == "h264"
         assert stream.codec_context.pix_fmt == "yuv420p"
         rate = float(stream.average_rate)
-        return [frame.to_ndarray(format="rgb24") for frame in container.decode(stream)], rate
+        # Older PyAV takes any movie for BT.601, unless it is told of two colour spaces that differ.
+        told = {"format": "rgb24", "src_colorspace": "ITU709", "dst_colorspace": "ITU601"}
+        decoded = [frame.reformat(**told) for frame in container.decode(stream)]
+        return [frame.to_ndarray() for frame in decoded], rate
 
 
 @pytest.mark.parametrize("suffix", [".mp4", ".mkv", ".mov"])

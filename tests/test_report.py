@@ -373,15 +373,16 @@ def on_a_terminal(words, *, interrupt_at=None, timeout=60):
         while time.monotonic() < limit:
             ready, _, _ = select.select([master], [], [], limit - time.monotonic())
             try:
-                said += os.read(master, 65536).decode() if ready else ""
+                news = os.read(master, 65536).decode(errors="replace") if ready else ""
             except OSError:  # the other end is closed
                 break
-            if interrupt_at and re.search(interrupt_at, said):
+            said += news
+            if interrupt_at and re.search(interrupt_at, news):
                 os.kill(process.pid, signal.SIGINT)
-                interrupt_at = None
         return process.wait(max(limit - time.monotonic(), 1)), said
     finally:
         process.kill()
+        process.wait()
         os.close(master)
 
 

@@ -45,7 +45,7 @@ flakes = args.particles * 63 / 64
 batches = 64
 
 # Each system fills a layer between the wood and the camera: first a mist of faint, wide flakes, then single
-# flakes, at last flakes so near that they are out of focus. An alpha below 0 is invisible: few near flakes show.
+# flakes, at last flakes so near that they are out of focus. An alpha below 0 is invisible: few of those show.
 back, depth = -26, 40
 layers = []
 for i in range(args.systems):

@@ -15,8 +15,8 @@ pytest.importorskip("ipykernel")
 PATH = Path(__file__).resolve().parents[1] / "docs" / "notebooks" / "balancing.ipynb"
 pytestmark = pytest.mark.skipif(not PATH.is_file(), reason="the notebook needs the source tree")
 
-# In particles, not in seconds, which depend on what else the machine does. Seconds still move the cuts, so bounds
-# are wide.
+# In particles, not in seconds, which depend on what else the machine does. Seconds still move the cuts, so
+# bounds are wide.
 CLAIMS = """
 def speedup(n, name):
     return n / table[n, name].imbalance("n_end").mean()

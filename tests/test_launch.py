@@ -214,7 +214,7 @@ def test_an_interrupt_reaches_the_job(tmp_path):
     words = [sys.executable, "-m", "motes", "run", "-n", "2", "-c", code]
     job = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert job.stdout is not None
-    assert job.stdout.readline() == "up\n"
+    assert "up" in job.stdout.readline()  # of one rank, or of both
     job.send_signal(signal.SIGINT)
     job.communicate(timeout=60)
     assert job.returncode != 0

@@ -8,25 +8,36 @@ from motes.shapes import Box, Cone, Cylinder, Disc, Plane, Sphere, Triangle, Uni
 
 args = motes.script.options(__doc__, space="-5,5", systems=7, particles=120_000, frames=168, size="960x540")
 
+# The toy, from top to bottom, in metres: cones, drums, balls, and between steps two tents on the floor.
 cones = [Cone((x, 8.6, 0), (x, 7.4, 0), 1.1) for x in (-3.86, 0, 3.86)]
 drums = [Cylinder((x, 5.8, -1.5), (x, 5.8, 1.5), 0.75) for x in (-5.6, -1.93, 1.93, 5.6)]
 balls = [Sphere((x, 3.5, 0), 0.85) for x in (-3.6, 0, 3.6)]
-steps = [Box((x, 0, -1.3), (x + 1, h, 1.3)) for x, h in ((-6.4, 1.4), (-5.4, 0.7), (4.4, 0.7), (5.4, 1.4))]
-foot = [(-1.2, -1.2), (1.2, -1.2), (1.2, 1.2), (-1.2, 1.2), (-1.2, -1.2)]
-tents = [
-    Triangle((x + a, 0, b), (x + c, 0, d), (x, 1.7, 0))
-    for x in (-1.8, 1.8)
-    for (a, b), (c, d) in pairwise(foot)
+steps = [
+    Box((x, 0, -1.3), (x + 1, height, 1.3))
+    for x, height in ((-6.4, 1.4), (-5.4, 0.7), (4.4, 0.7), (5.4, 1.4))
 ]
+tents = []  # four triangles each, from the sides of a square to a point above its middle
+corners = [(-1.2, -1.2), (1.2, -1.2), (1.2, 1.2), (-1.2, 1.2), (-1.2, -1.2)]
+for x in (-1.8, 1.8):
+    for (x0, z0), (x1, z1) in pairwise(corners):
+        tents.append(Triangle((x + x0, 0, z0), (x + x1, 0, z1), (x, 1.7, 0)))
 floor = Plane((0, 0, 0), (0, 1, 0))
-paint = [(0.45, 0.04, 0.03), (0.40, 0.24, 0.03), (0.03, 0.19, 0.40), (0.05, 0.24, 0.08), (0.28, 0.06, 0.31)]
-parts = [Union(*cones), Union(*drums), Union(*balls), Union(*steps), Union(*tents)]
-toy = Union(*parts)
-solids = [motes.Solid(floor, (0.025, 0.025, 0.03)), *map(motes.Solid, parts, paint)]
+
+painted = [
+    (Union(*cones), (0.45, 0.04, 0.03)),
+    (Union(*drums), (0.40, 0.24, 0.03)),
+    (Union(*balls), (0.03, 0.19, 0.40)),
+    (Union(*steps), (0.05, 0.24, 0.08)),
+    (Union(*tents), (0.28, 0.06, 0.31)),
+]
+toy = Union(*(shape for shape, _ in painted))  # one bounce off all of it
+solids = [motes.Solid(floor, (0.025, 0.025, 0.03)), *(motes.Solid(*part) for part in painted)]
 camera = motes.Camera((3.5, 7.0, 17), (0, 4.25, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.006, 0.006, 0.009), objects=solids)
+# Two sub-steps: after a fall of nine metres sand would otherwise fly half a metre in each.
 world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
-streams = []
+
+streams = []  # side by side, in the colours of the rainbow
 for i in range(args.systems):
     part = (i + 0.5) / args.systems
     sand = world.system(f"sand {i}", capacity=args.particles, sprite=motes.Sprite(pixels=2))

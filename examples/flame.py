@@ -8,52 +8,66 @@ args = motes.script.options(
     __doc__, space="-0.6,0.6", systems=6, particles=120_000, frames=144, size="960x540"
 )
 
+# Logs that lean inwards, in a ring of stones. Directions are the cosine and sine of an angle.
 ground = Plane((0, 0, 0), (0, 1, 0))
-logs = [
-    Cylinder((0.75 * c - 0.06, 0.07, 0.75 * s), (-0.12 * c, 0.30, -0.12 * s), 0.075)
-    for c, s in ((1, 0.15), (0.45, 0.9), (-0.55, 0.8), (-1, -0.1), (0.7, -0.75), (-0.6, -0.8))
+logs = []
+for c, s in ((1, 0.15), (0.45, 0.9), (-0.55, 0.8), (-1, -0.1), (0.7, -0.75), (-0.6, -0.8)):
+    logs.append(Cylinder((0.75 * c - 0.06, 0.07, 0.75 * s), (-0.12 * c, 0.30, -0.12 * s), 0.075))
+stones = []
+for c, s in ((1, 0), (0.81, 0.59), (0.31, 0.95), (-0.31, 0.95), (-0.81, 0.59)):
+    for radius in (1.05, -1.05):  # and the one opposite
+        stones.append(Sphere((radius * c, 0.05, radius * s), 0.12 + 0.07 * s * s))
+
+solids = [
+    motes.Solid(ground, (0.035, 0.022, 0.015)),
+    motes.Solid(Union(*logs), (0.11, 0.04, 0.015)),
+    motes.Solid(Union(*stones), (0.07, 0.05, 0.04)),
 ]
-ring = [(1, 0), (0.81, 0.59), (0.31, 0.95), (-0.31, 0.95), (-0.81, 0.59)]
-stones = [Sphere((k * x, 0.05, k * z), 0.12 + 0.07 * z * z) for x, z in ring for k in (1.05, -1.05)]
-paint = {(0.035, 0.022, 0.015): ground, (0.11, 0.04, 0.015): Union(*logs), (0.07, 0.05, 0.04): Union(*stones)}
-solids = [motes.Solid(shape, color) for color, shape in paint.items()]
 camera = motes.Camera((0, 1.15, 5.2), (0, 0.95, 0), fov_deg=30)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.002, 0.003, 0.007), objects=solids)
 world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
 
-hot = [
+# The colours of a flame over its life, as part of the lifetime: blue at the foot, white, orange, red, dark.
+burning = [
     (0, (0.3, 0.35, 1)),
     (0.1, (1, 0.62, 0.25)),
     (0.4, (1, 0.36, 0.06)),
     (0.75, (0.9, 0.14, 0.02)),
     (1, (0.5, 0, 0)),
 ]
+fading = [(0, 0), (0.1, 0.015), (0.5, 0.013), (0.8, 0.006), (1, 0)]
+ember = [(0, (1, 0.8, 0.4)), (0.6, (1, 0.4, 0.08)), (1, (0.6, 0.05, 0))]
+
 flames = []
 for i in range(args.systems):
     fire = world.system(f"fire {i}", capacity=args.particles, sprite=motes.Sprite(pixels=4 + 2 * (i % 4)))
     fire.configure(lifetime=motes.Uniform(0.2, 0.9), velocity=Sphere((0, 0.5, 0), 0.1))
     flames.append(fire)
-glow = world.system("glow", sprite=motes.Sprite(pixels=15))
+glow = world.system("glow", sprite=motes.Sprite(pixels=15))  # the light of the fire on the ground
 glow.configure(alpha=0.004)
 sparks = world.system("sparks", capacity=4000, sprite=motes.Sprite(pixels=3))
 sparks.configure(lifetime=motes.Uniform(0.8, 3), velocity=Sphere((0, 2.2, 0), 1.1))
 
 with world, motes.Movie(f"{args.out}/flame.mp4") as movie:
     for frame in world.frames(args.frames):
-        glow.burst(Blob((0, 0, 0), 0.9), count=args.particles if frame == 0 else 0)
-        glow.set(position=column("position") * (1, 0, 1), color=(0.5, 0.17, 0.035))
+        if frame == 0:
+            glow.burst(Blob((0, 0, 0), 0.9), count=args.particles)
+        glow.set(position=column("position") * (1, 0, 1), color=(0.5, 0.17, 0.035))  # flat on the ground
+
         for fire in flames:
             fire.source(Disc((0, 0.15, 0), (0, 1, 0), 0.45), rate=args.particles / 0.6, jitter=True)
-            fire.color_over_life(hot)
-            fire.alpha_over_life([(0, 0), (0.1, 0.015), (0.5, 0.013), (0.8, 0.006), (1, 0)])
-            fire.gravity((0, 3.6, 0))  # what is hot rises
-            fire.orbit_line((0, 0, 0), axis=(0, 1, 0), magnitude=3.2, epsilon=0.35)
+            fire.color_over_life(burning)
+            fire.alpha_over_life(fading)
+            fire.gravity((0, 3.6, 0))  # upwards: hot gas rises
+            fire.orbit_line((0, 0, 0), axis=(0, 1, 0), magnitude=3.2, epsilon=0.35)  # drawn to the middle
             fire.curl_noise(12, scale=0.5, octaves=2, speed=1.2)
             fire.wind((0, 1.5, 0), drag=2.5)
+
         sparks.source(Disc((0, 0.3, 0), (0, 1, 0), 0.35), rate=90, jitter=True)
         sparks.gravity((0, 0.5, 0))
         sparks.curl_noise(6, scale=0.5, octaves=2, speed=1)
-        sparks.color_over_life([(0, (1, 0.8, 0.4)), (0.6, (1, 0.4, 0.08)), (1, (0.6, 0.05, 0))])
+        sparks.color_over_life(ember)
+
         for system in (*flames, sparks):
             system.kill_expired()
             system.move()

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import os
 import shutil
+import signal
 import subprocess
 import sys
-import tempfile
 from functools import cache
 from pathlib import Path
 
@@ -15,6 +16,8 @@ import pytest
 from launching import launches
 
 ROOT = Path(__file__).resolve().parents[1]
+SLOW_S = 7200
+BUILD_S = 900
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -25,17 +28,20 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marker."""
+    """Declare the marker; let jobs hear Ctrl-C, which a shell makes its background jobs ignore."""
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave slow tests out unless they are asked for."""
-    if config.getoption("--slow"):
-        return
+    """Leave slow tests out unless they are asked for; then give them more time than others."""
     for item in items:
         if "slow" in item.keywords:
-            item.add_marker(pytest.mark.skip(reason="slow: runs with --slow"))
+            wanted = config.getoption("--slow")
+            item.add_marker(
+                pytest.mark.timeout(SLOW_S) if wanted else pytest.mark.skip(reason="slow: runs with --slow")
+            )
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
@@ -57,14 +63,13 @@ def _tool(name: str) -> str:
 def _build(target: str, mpi: str = "mpi") -> Path:
     """Build a C++ target without Python; the folder stays, so the next session builds only what changed.
 
+    It is $MOTES_TEST_BUILD, or a folder below build/ for each Python environment, whose MPI it uses.
     `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own.
     """
     if not (ROOT / "CMakeLists.txt").is_file():
         pytest.skip("the C++ programs need the source tree")
-    key = hashlib.sha256(f"{ROOT} {sys.prefix}".encode()).hexdigest()[:12]
-    folder = Path(
-        os.environ.get("MOTES_TEST_BUILD") or Path(tempfile.gettempdir()) / f"motes-cpp-units-{key}"
-    )
+    key = hashlib.sha256(sys.prefix.encode()).hexdigest()[:12]
+    folder = Path(os.environ.get("MOTES_TEST_BUILD") or ROOT / "build" / f"tests-{key}")
     if mpi != "mpi":
         folder = folder.with_name(f"{folder.name}-{mpi}")
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
@@ -74,12 +79,16 @@ def _build(target: str, mpi: str = "mpi") -> Path:
         *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON", f"-DMOTES_MPI={mpi}"),
     ]
     steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
-    for words in (*steps, [cmake, "--build", str(folder), "--target", target]):
-        made = subprocess.run(
-            words, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=900
-        )
-        if made.returncode != 0:
-            pytest.fail(f"{' '.join(words)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}", pytrace=False)
+    folder.mkdir(parents=True, exist_ok=True)
+    with (folder / "lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # of two sessions at once, one builds
+        for words in (*steps, [cmake, "--build", str(folder), "--target", target]):
+            made = subprocess.run(
+                words, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
+            )
+            if made.returncode != 0:
+                told = f"{' '.join(words)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}"
+                pytest.fail(told, pytrace=False)
     return folder
 
 

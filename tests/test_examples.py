@@ -109,6 +109,25 @@ def test_the_gallery_looks_the_same_on_three_ranks(name: str, tmp_path: Path):
         assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200, f"{still} is empty"
 
 
+@pytest.mark.parametrize("ranks", [1, 4])
+def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
+    pytest.importorskip("pandas")
+    small = ("--particles", 6000, "--frames", 9, "--size", "160x90", "--out", tmp_path)
+    lines = mpirun(ranks, EXAMPLES / "heterogeneous.py", *small).lines
+    calculators = [2, 3] if ranks == 4 else [0]
+    assert movie_frames(tmp_path / "heterogeneous.mp4") == 9
+    assert lines[0] == "Each calculator's part of the particles, in %:"
+    assert lines[1].split()[1:] == [str(rank) for rank in calculators]
+    shares = {int(row.split()[0]): [float(part) for part in row.split()[1:]] for row in lines[3:]}
+    assert list(shares) == [0, 4, 8]
+    assert all(sum(row) == pytest.approx(100, abs=0.2) for row in shares.values())
+    facts = json.loads((tmp_path / "heterogeneous" / "run.json").read_text())
+    assert facts["speeds"] == {str(calculators[-1]): 0.5}
+    rows = [json.loads(line) for line in (tmp_path / "heterogeneous" / "load.jsonl").read_text().splitlines()]
+    last = [row["n_end"] for row in rows if row["frame"] == 8]
+    assert shares[8] == pytest.approx([100 * n / sum(last) for n in last], abs=0.1)
+
+
 def test_the_readme_shows_the_gallery():
     readme = (EXAMPLES.parent / "README.md").read_text()
     for name in (*NAMES, *GALLERY):

@@ -109,7 +109,6 @@ def test_a_lost_host_ends_the_run(hosts, scene, tmp_path):
 
     ended = run(hosts, "a,b,c", scene, "None", tmp_path / "log", 100_000, 1000, 1, watch=pull)
     assert lost
-    assert ended.seconds < 60, ended.text
     # A rank notices and ends the job; or Open MPI 5 ends the other ranks and returns 0 (test_launch.py).
     assert ended.code != 0, ended.text
     assert not motes.open_run(tmp_path / "log").finished

@@ -1,13 +1,15 @@
-"""A rank fails: one message, and the job is gone within seconds. Real jobs, each with a time limit."""
+"""A rank fails: one message, and the job ends by itself. Real jobs, each with a time limit.
+
+Waiting for a silent rank ends after MOTES_STALL_S, which is longer here than a job may take: a job
+that ends in time ended because somebody noticed.
+"""
 
 from __future__ import annotations
 
 import os
-import re
 import signal
 import subprocess
 import sys
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -28,10 +30,6 @@ _last_resort.install()
 how, who = sys.argv[1], [int(rank) for rank in sys.argv[2].split(",")]
 world, state = MPI.COMM_WORLD, _last_resort.state
 rank = world.rank
-
-
-def note_failure():
-    os.write(1, b"failing at %f\\n" % time.time())
 
 
 def block():
@@ -60,7 +58,6 @@ if how == "early":  # the others need longer than this rank before they start
     if rank in who:
         sys.exit(0)
     time.sleep(1.5)
-    note_failure()
 _last_resort.begin(world)
 state.role = "image generator" if rank == 0 else "manager" if rank == 1 else f"calculator {rank - 2}"
 state.frame = 7
@@ -68,7 +65,6 @@ peers = world.allgather(_last_resort.Peer.here(rank=rank, role=state.role))
 world.Barrier()
 try:
     if rank in who:
-        note_failure()
         if how == "leave":
             sys.exit  # the script ends here without an error
         else:
@@ -119,8 +115,6 @@ class Job:
 
     code: int
     text: str
-    seconds: float
-    """From the failure to the end."""
 
     @property
     def reports(self) -> list[str]:
@@ -136,11 +130,8 @@ def job(tmp_path: Path):
         path = tmp_path / "script.py"
         path.write_text(script)
         words = launch.command(4, [sys.executable, str(path), *arguments])
-        answer = command(words, timeout=20)
-        ended = time.time()
-        text = answer.out + answer.err
-        failed = re.search(r"failing at ([\d.]+)", text)
-        return Job(answer.code, text, ended - float(failed[1]) if failed else 0.0)
+        answer = command(words, timeout=60, env={"MOTES_STALL_S": "600"})
+        return Job(answer.code, answer.out + answer.err)
 
     return run
 
@@ -166,7 +157,6 @@ def test_one_failing_rank_ends_the_job_with_one_message(job, who, how, code, mes
     ended = job(SCRIPT, how[0], who, *how[1:])
     assert ended.reports == [f"{ROLES[who]}, frame 7: {message}"], ended.text
     assert ended.code == code if code is not None else ended.code != 0
-    assert ended.seconds < 3
 
 
 def test_the_same_mistake_on_all_ranks_is_told_once(job):
@@ -174,14 +164,12 @@ def test_the_same_mistake_on_all_ranks_is_told_once(job):
     assert len(ended.reports) == 1, ended.text
     assert ended.text.count("Traceback") == 1
     assert ended.code == 1
-    assert ended.seconds < 3
 
 
 def test_an_error_that_ranks_agreed_on_is_told_by_its_speaker(job):
     ended = job(SCRIPT, "agreed", "0,1,2,3")
     message = "rank 2 (calculator 0), frame 7: the mistake"
     assert ended.reports == [f"motes.errors.RankError: {message}"], ended.text
-    assert ended.seconds < 3
 
 
 def test_a_rank_that_left_before_the_run_is_not_waited_for(job):
@@ -189,7 +177,6 @@ def test_a_rank_that_left_before_the_run_is_not_waited_for(job):
     assert len(ended.reports) == 1, ended.text
     assert ended.reports[0].startswith("rank 2 left the script before the run started")
     assert ended.code == 1
-    assert ended.seconds < 3
 
 
 @pytest.mark.parametrize("how", ["late", "no run", "some", "part"])
@@ -234,7 +221,7 @@ def test_an_agreed_error_names_the_guilty_rank_alone():
 def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, how):
     if how == "numbers":
         monkeypatch.delattr(os, "pidfd_open")
-    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(30)"])
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     try:
         here = _last_resort.Peer.here(rank=0, role="image generator")
         there = here._replace(

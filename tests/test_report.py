@@ -7,6 +7,7 @@ import json
 import os
 import pty
 import re
+import select
 import signal
 import subprocess
 import sys
@@ -359,7 +360,7 @@ def test_watch_of_a_killed_run_ends(tmp_path, capsys):
     assert "its process is gone" in capsys.readouterr().err
 
 
-def on_a_terminal(words, *, interrupt_at=None, timeout=60.0):
+def on_a_terminal(words, *, interrupt_at=None, timeout=60):
     """Run a command on a pseudo terminal; its exit code and what it wrote. Ctrl-C at what matches."""
     master, slave = pty.openpty()
     env = {**os.environ, "TERM": "xterm", "COLUMNS": "90", "LINES": "30"}
@@ -370,16 +371,18 @@ def on_a_terminal(words, *, interrupt_at=None, timeout=60.0):
     said, limit = "", time.monotonic() + timeout
     try:
         while time.monotonic() < limit:
+            ready, _, _ = select.select([master], [], [], limit - time.monotonic())
             try:
-                said += os.read(master, 65536).decode()
-            except OSError:
+                news = os.read(master, 65536).decode(errors="replace") if ready else ""
+            except OSError:  # the other end is closed
                 break
-            if interrupt_at and re.search(interrupt_at, said):
+            said += news
+            if interrupt_at and re.search(interrupt_at, news):
                 os.kill(process.pid, signal.SIGINT)
-                interrupt_at = None
         return process.wait(max(limit - time.monotonic(), 1)), said
     finally:
         process.kill()
+        process.wait()
         os.close(master)
 
 

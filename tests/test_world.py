@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 import re
+import sys
 from fractions import Fraction
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -427,7 +429,8 @@ def test_a_line_of_progress():
 
 def test_progress_shows_at_most_one_line_a_second(capsys, monkeypatch):
     now = [1000.0]
-    monkeypatch.setattr("time.monotonic", lambda: now[0])
+    clock = SimpleNamespace(monotonic=lambda: now[0])
+    monkeypatch.setattr(sys.modules[Progress.__module__], "time", clock)  # its clock alone, not the process's
     progress = Progress("lines")
     for frame in range(40):
         now[0] += 0.1

@@ -1,4 +1,4 @@
-// Sparks fly, in C++ alone: the engine without Python. See docs/native.md for how to build and run it.
+// Flying sparks in C++ alone: the engine without Python. docs/native.md shows how to build and run it.
 #include <cstdio>
 #include <memory>
 
@@ -15,8 +15,8 @@ shapes::Shape disc() { return {shapes::Kind::disc, {0, 0.1f, 0, 0, 1, 0, 0.5f, 0
 shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::Kind::sphere, {x, y, z, radius}}; }
 shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
-// What a script says in each frame, in the same words: numbers are in the order of docs/actions.md.
-void say(frame::Engine& engine, int sparks) {
+// Records what a script would record in each frame. Numbers are in the order of docs/actions.md.
+void record_frame(frame::Engine& engine, int sparks) {
   recording::Birth source;
   source.kind = recording::Birth::Kind::source;
   source.shape = disc();
@@ -44,8 +44,8 @@ image::View view() {
 
 }  // namespace
 
-[[gnu::visibility("default")]] int main(int count, char** words) {
-  const comm::Environment mpi(count, words);
+[[gnu::visibility("default")]] int main(int argc, char** argv) {
+  const comm::Environment mpi(argc, argv);
   auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), comm::Watch{});
   frame::Settings settings;
   settings.seed = 1;
@@ -58,7 +58,7 @@ image::View view() {
   try {
     engine.start();
     for (int i = 0; i < 24; ++i) {
-      say(engine, sparks);
+      record_frame(engine, sparks);
       engine.run_frame(shown);
       if (!engine.talk().draws()) continue;
       const std::string sum = image::picture_sha256(shown.width, shown.height, engine.painter().take_pixels());

@@ -207,15 +207,13 @@ class _Abandoned(Exception):
 def _picture(pixels: NDArray[np.uint8]) -> Any:
     """Convert to 4:2:0, where both sides must be even: an odd one repeats its last row or column."""
     import av
-    from av.video.reformatter import ColorRange, Colorspace
 
     height, width, _ = pixels.shape
     if height % 2 or width % 2:
         pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
     picture = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
-    return picture.reformat(
-        format="yuv420p", dst_colorspace=Colorspace.ITU709, dst_color_range=ColorRange.MPEG
-    )
+    # Names, not members of PyAV's enumerations: PyAV 14 takes only names, and all others take both.
+    return picture.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")
 
 
 _open_movies: weakref.WeakSet[Movie] = weakref.WeakSet()

@@ -92,7 +92,7 @@ class Plots:
         label: str | None = None,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance, largest / mean over the calculators, a frame: 1 is perfect, their number the worst.
+        """Imbalance, largest / mean over the calculators, per frame: 1 is perfect, their number the worst.
 
         `label` names the line, to put several runs on the same `ax`.
         """
@@ -153,7 +153,7 @@ class Plots:
         return finish(ax, title=self._title(f"{what} by rank"), y="rank", grid="")
 
     def domains(self, system: str | None = None, *, particles: bool = True, ax: Axes | None = None) -> Axes:
-        """Domains over time: a band a calculator, the cuts between them as lines.
+        """Domains over time: one band per calculator, the cuts between them as lines.
 
         With `particles`, and where the log has density.jsonl, the middle half of each calculator's particles
         is darker and their median a line. `system`: None is the first one.
@@ -205,7 +205,7 @@ class Plots:
         return finish(ax, title=title, y=f"part of all {what}", grid="")
 
     def speeds(self, *, system: str | None = None, ax: Axes | None = None) -> Axes:
-        """Particles a second of compute, a line a calculator.
+        """Particles per second of compute, one line per calculator.
 
         Where ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show what their factors say.
         """
@@ -231,7 +231,7 @@ class Plots:
     # --- what goes between ranks
 
     def exchange(self, *, ax: Axes | None = None) -> Axes:
-        """Particles that changed their calculator by moving (bars) and their bytes (line), a frame."""
+        """Particles that changed their calculator by moving (bars) and their bytes (line), per frame."""
         frames = self._run.frames
         if frames.empty:
             raise LogError(f"{self._run.name}: no frame in the log yet")
@@ -276,7 +276,7 @@ class Plots:
     # --- phases
 
     def phases(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
-        """Mean seconds a frame that each rank spent in each phase, stacked.
+        """Mean seconds per frame that each rank spent in each phase, stacked.
 
         Of all ranks with `World(spans=True)`, else of the calculators; their exchange and image then include
         the waits in them, and "rest" is what no clock covers: talking, the script's own work.

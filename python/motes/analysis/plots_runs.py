@@ -25,7 +25,7 @@ class RunsPlots:
         self._runs = runs
 
     def speedup(self, baseline: Any = None, *, ax: Axes | None = None) -> Axes:
-        """Speed-up over the number of calculators, a line a configuration, dashed where it is ideal.
+        """Speed-up over the number of calculators, one line per configuration, dashed where it is ideal.
 
         `baseline`: as in `runs.speedup`.
         """

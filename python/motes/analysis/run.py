@@ -181,7 +181,7 @@ class Run:
         return measures.imbalance(self.load, column, system)
 
     def efficiency(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Return mean / largest over the calculators, a frame: load balance as POP defines it."""
+        """Return mean / largest over the calculators, per frame: load balance as POP defines it."""
         return measures.efficiency(self.load, column, system)
 
     def summary(self) -> dict[str, Any]:

@@ -1,0 +1,40 @@
+"""What `.ci/run` works with agrees with the project."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[1]
+LOWEST = ROOT / ".ci" / "lowest.txt"
+pytestmark = pytest.mark.skipif(not LOWEST.is_file(), reason="the checks need the source tree")
+
+
+def numbers(version: str) -> list[int]:
+    return [int(part) for part in version.split(".")]
+
+
+def test_the_oldest_dependencies_are_those_that_pyproject_allows():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    wanted = [*project["build-system"]["requires"], *project["project"].get("dependencies", [])]
+    extras = project["project"]["optional-dependencies"]
+    wanted += [one for name, ones in extras.items() if name != "lint" for one in ones]
+    for table in project["tool"].get("dynamic-metadata", []):  # dependencies that the build decides on
+        wanted += [one for ones in table.values() if isinstance(ones, list) for one in ones]
+    oldest = dict(re.findall(r"^([\w-]+)==([\d.]+)$", LOWEST.read_text(), re.MULTILINE))
+    allowed = dict(re.fullmatch(r"([\w-]+)(?:\[\w+\])?[>=]=([\d.]+)", one).groups() for one in wanted)
+    assert set(oldest) == set(allowed)
+    for name, bound in allowed.items():
+        assert numbers(oldest[name])[: len(numbers(bound))] == numbers(bound), f"{name} {oldest[name]}"
+
+
+def test_requirements_of_an_extra():
+    words = [sys.executable, ROOT / ".ci" / "requirements", "video", "lint"]
+    lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert lines[0].startswith("av>=")
+    assert any(line.startswith("ruff==") for line in lines)

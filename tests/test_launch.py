@@ -278,7 +278,7 @@ def test_ranks_that_are_alone_under_a_launcher_are_warned_once():
     ],
 )
 def test_a_launcher_that_says_0_is_held_against_what_ranks_left_open(rank, code):
-    launcher = [sys.executable, "-c", f"import os, sys; from motes import open_worlds; {rank}"]
+    launcher = [sys.executable, "-c", f"import os, sys; from motes._run import open_worlds; {rank}"]
     run = f"from motes import launch; raise SystemExit(launch._supervised({launcher!r}))"
     ended = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, timeout=40)
     assert ended.returncode == code, ended.stderr

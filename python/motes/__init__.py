@@ -7,10 +7,11 @@ from __future__ import annotations
 
 from importlib.metadata import version as _version
 
-from . import _mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
+from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
-from . import _last_resort, actions, balance, errors, launch, script, shapes
+from . import actions, balance, errors, launch, script, shapes
+from ._run import ending
 from .analysis import Run, Runs, open_run, open_runs
 from .balance import (
     Balancer,
@@ -78,5 +79,5 @@ __all__ = [
 
 __version__ = _version("motes")
 
-_last_resort.install()
+ending.install()
 launch.warn_if_alone()

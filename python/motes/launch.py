@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from . import open_worlds
+from ._run import open_worlds
 from .errors import ArgumentError, MotesError
 
 __all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "run", "warn_if_alone"]

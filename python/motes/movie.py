@@ -17,7 +17,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _last_resort, arguments, files
+from . import arguments, files
+from ._run import ending
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 
@@ -223,7 +224,7 @@ _open_movies: weakref.WeakSet[Movie] = weakref.WeakSet()
 def _close_open_movies() -> None:
     """Finish what the script forgot to close; drop it if the script left in the middle of a run."""
     for movie in list(_open_movies):
-        if _last_resort.state.running:
+        if ending.state.running:
             movie._abandon()
             continue
         try:

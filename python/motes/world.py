@@ -16,13 +16,14 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import _core, _last_resort, arguments, environment, open_worlds, runfile, scenefile
+from . import _core, arguments, environment, scenefile
 from . import roles as _roles
+from ._run import ending, open_worlds, run_file
+from ._run.progress import Progress
+from ._run.progress import check as check_progress
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
 from .frame import Frame
-from .progress import Progress
-from .progress import check as check_progress
 from .scene import Renderer, Sprite
 from .system import System
 
@@ -116,7 +117,7 @@ class World:
         self._systems: list[System] = []
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
-        self._watch: _last_resort.PeerWatch | None = None
+        self._watch: ending.PeerWatch | None = None
         self._recording: scenefile.Recording | None = None
         self._total = 0
         self._ended = False
@@ -233,23 +234,21 @@ class World:
         if self._engine is not None or self._ended:
             raise MotesError("a world runs once; make a new one")
         try:
-            _last_resort.begin(self._comm)
+            ending.begin(self._comm)
             self._start()
             open_worlds.enter(self.rank)
         except BaseException as error:
-            _last_resort.stop_job(error)
+            ending.stop_job(error)
             raise
         return self
 
     def _start(self) -> None:
         role = _core.describe_role(self._cast, self.rank)
-        state = _last_resort.state
+        state = ending.state
         state.role, state.frame = role, 0
-        peers, drawn = _introduce(
-            self._comm, _last_resort.Peer.here(rank=state.rank, role=role), self._wish()
-        )
-        self._watch = _last_resort.PeerWatch(peers, rank=state.rank)
-        _core.name_crashes(_last_resort.mark() or "")
+        peers, drawn = _introduce(self._comm, ending.Peer.here(rank=state.rank, role=role), self._wish())
+        self._watch = ending.PeerWatch(peers, rank=state.rank)
+        _core.name_crashes(ending.mark() or "")
         _core.set_place(state.describe())
         announce = self._seed is None
         if self._seed is None:
@@ -287,7 +286,9 @@ class World:
         if announce and self._progress_way != "off":
             self._tell(f"seed {self._seed}")
         if self._log is not None and self.rank == self._cast[0]:
-            runfile.write_run(self._log, self._facts(), [{"rank": i, "host": h} for i, h in enumerate(hosts)])
+            run_file.write_run(
+                self._log, self._facts(), [{"rank": i, "host": h} for i, h in enumerate(hosts)]
+            )
 
     def _wish(self) -> int:
         return secrets.randbits(64) if self._seed is None else self._seed
@@ -320,7 +321,7 @@ class World:
     def _while_waiting(self, _: int) -> None:
         lost = self._watch.check() if self._watch is not None else None
         if lost is not None and self._watch is not None:
-            _last_resort.report_lost(lost, self._watch.peers[lost].role, self.frame)
+            ending.report_lost(lost, self._watch.peers[lost].role, self.frame)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -328,19 +329,19 @@ class World:
         """End the run. Collective; after an exception the whole job ends."""
         try:
             if error is not None:
-                _last_resort.stop_job(error)  # returns where this is the only rank
+                ending.stop_job(error)  # returns where this is the only rank
                 return
             self._engine_for("the end").finish()
             self._show(last=True)
             if self._recording is not None:
                 self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
         except BaseException as failure:
-            _last_resort.stop_job(failure)
+            ending.stop_job(failure)
             raise
         finally:
             self._ended = True
             open_worlds.leave(self.rank)
-            _last_resort.end()
+            ending.end()
         if self._watch is not None:
             self._watch.close()
 
@@ -389,7 +390,7 @@ class World:
         for system in self._systems:
             system._list.clear()
             system._callbacks.clear()
-        _last_resort.state.frame = self._engine.frame
+        ending.state.frame = self._engine.frame
         self._show()
 
     def _show(self, *, last: bool = False) -> None:
@@ -446,7 +447,7 @@ def _user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tupl
 _CARD = struct.Struct("<i64s64siqQ96s")
 
 
-def _introduce(comm: MPI.Intracomm, me: _last_resort.Peer, wish: int) -> tuple[list[_last_resort.Peer], int]:
+def _introduce(comm: MPI.Intracomm, me: ending.Peer, wish: int) -> tuple[list[ending.Peer], int]:
     """Tell each rank of every other: host, process, rank 0's wish for the seed. Collective, never stuck."""
     card = _CARD.pack(
         me.rank,
@@ -472,6 +473,6 @@ def _introduce(comm: MPI.Intracomm, me: _last_resort.Peer, wish: int) -> tuple[l
     seed = 0
     for i, (rank, role, host, pid, started, wished, space) in enumerate(_CARD.iter_unpack(bytes(cards))):
         text = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
-        peers.append(_last_resort.Peer(rank, text[0], text[1], pid, started, text[2]))
+        peers.append(ending.Peer(rank, text[0], text[1], pid, started, text[2]))
         seed = wished if i == 0 else seed
     return peers, seed

@@ -25,7 +25,7 @@ from dataclasses import dataclass
 from types import TracebackType
 from typing import TYPE_CHECKING, NamedTuple, NoReturn
 
-from .errors import place
+from ..errors import place
 
 if TYPE_CHECKING:
     from mpi4py import MPI

@@ -16,7 +16,7 @@ from typing import Any
 
 import mpi4py
 
-from . import _core, files
+from .. import _core, files
 
 __all__ = ["write_run"]
 

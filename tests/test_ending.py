@@ -16,19 +16,20 @@ from pathlib import Path
 import pytest
 from launching import command, said
 
-from motes import _last_resort, launch
+from motes import launch
+from motes._run import ending
 from motes.errors import RankError
 
 # Rank `who` fails in the way `how` while the others wait for a message that never comes.
 SCRIPT = """
 import os, sys, threading, time
 from mpi4py import MPI
-from motes import _last_resort
+from motes._run import ending
 from motes.errors import RankError
 
-_last_resort.install()
+ending.install()
 how, who = sys.argv[1], [int(rank) for rank in sys.argv[2].split(",")]
-world, state = MPI.COMM_WORLD, _last_resort.state
+world, state = MPI.COMM_WORLD, ending.state
 rank = world.rank
 
 
@@ -58,10 +59,10 @@ if how == "early":  # the others need longer than this rank before they start
     if rank in who:
         sys.exit(0)
     time.sleep(1.5)
-_last_resort.begin(world)
+ending.begin(world)
 state.role = "image generator" if rank == 0 else "manager" if rank == 1 else f"calculator {rank - 2}"
 state.frame = 7
-peers = world.allgather(_last_resort.Peer.here(rank=rank, role=state.role))
+peers = world.allgather(ending.Peer.here(rank=rank, role=state.role))
 world.Barrier()
 try:
     if rank in who:
@@ -70,40 +71,40 @@ try:
         else:
             fail()
     elif how == "kill":
-        watch = _last_resort.PeerWatch(peers, rank=rank)
+        watch = ending.PeerWatch(peers, rank=rank)
         while True:
             lost = watch.check(time.monotonic())
             if lost is not None:
-                _last_resort.report_lost(lost, watch.peers[lost].role, state.frame)
+                ending.report_lost(lost, watch.peers[lost].role, state.frame)
             time.sleep(0.002)
     else:
         block()
 except BaseException as error:
     if how in ("sys.exit", "agreed"):  # as World does when its block is left
-        _last_resort.stop_job(error)
+        ending.stop_job(error)
     raise
 """
 
 QUIET = """
 import sys, time
 from mpi4py import MPI
-from motes import _last_resort
+from motes._run import ending
 
 how = sys.argv[1]
 rank = MPI.COMM_WORLD.rank
 if how == "some" and rank == 0:
     sys.exit(0)  # never installs
-_last_resort.install()
+ending.install()
 if how == "part":  # a run of three ranks; the fourth has left meanwhile, and is not missed
     part = MPI.COMM_WORLD.Split(int(rank == 0), rank)
     if rank == 0:
         sys.exit(0)
     time.sleep(0.8)
-    _last_resort.begin(part)
-    _last_resort.end()
+    ending.begin(part)
+    ending.end()
 if how == "late":
-    _last_resort.begin(MPI.COMM_WORLD)
-    _last_resort.end()
+    ending.begin(MPI.COMM_WORLD)
+    ending.end()
 if how in ("late", "no run") and rank == 0:
     time.sleep(1.2)
 """
@@ -190,9 +191,9 @@ def test_ranks_may_end_well_at_different_times(job, how):
 
 def test_a_single_rank_behaves_as_python_does():
     hook = sys.excepthook
-    _last_resort.install()
+    ending.install()
     assert sys.excepthook is hook
-    _last_resort.stop_job(ValueError("of no consequence"))
+    ending.stop_job(ValueError("of no consequence"))
 
 
 @pytest.mark.parametrize("means", ["directory", "socket"])
@@ -201,20 +202,20 @@ def test_one_rank_of_a_host_gets_the_voice(monkeypatch, tmp_path, means):
     monkeypatch.setenv("PMIX_SERVER_TMPDIR", str(tmp_path))
     if means == "socket":
         monkeypatch.delenv("PMIX_SERVER_TMPDIR")
-    assert [_last_resort._take_voice() for _ in range(3)] == [True, False, False]
+    assert [ending._take_voice() for _ in range(3)] == [True, False, False]
     monkeypatch.setenv("PMIX_NAMESPACE", f"another job {tmp_path}")
-    assert _last_resort._take_voice()
+    assert ending._take_voice()
 
 
 def test_exit_codes_are_never_zero():
-    codes = [_last_resort._exit_code(SystemExit(code)) for code in (0, None, 3, 256, -1, "text")]
+    codes = [ending._exit_code(SystemExit(code)) for code in (0, None, 3, 256, -1, "text")]
     assert codes == [1, 1, 3, 1, 255, 1]
-    assert _last_resort._exit_code(KeyboardInterrupt()) == 130
+    assert ending._exit_code(KeyboardInterrupt()) == 130
 
 
 def test_an_agreed_error_names_the_guilty_rank_alone():
     error = RankError("no memory", rank=3, role="calculator 1", frame=12, action="gravity", speaker=3)
-    assert _last_resort._headline(error).endswith("rank 3 (calculator 1), frame 12, gravity: no memory")
+    assert ending._headline(error).endswith("rank 3 (calculator 1), frame 12, gravity: no memory")
 
 
 @pytest.mark.parametrize("how", ["handles", "numbers"])
@@ -223,12 +224,10 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
         monkeypatch.delattr(os, "pidfd_open")
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     try:
-        here = _last_resort.Peer.here(rank=0, role="image generator")
-        there = here._replace(
-            rank=1, role="calculator 0", pid=child.pid, started=_last_resort._started(child.pid)
-        )
+        here = ending.Peer.here(rank=0, role="image generator")
+        there = here._replace(rank=1, role="calculator 0", pid=child.pid, started=ending._started(child.pid))
         elsewhere = here._replace(rank=2, pid=2**22 + 1, space="another host")
-        watch = _last_resort.PeerWatch([here, there, elsewhere], rank=0)
+        watch = ending.PeerWatch([here, there, elsewhere], rank=0)
         assert watch.check(0.0) is None
         child.send_signal(signal.SIGKILL)
         os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # dead, but still a zombie
@@ -236,7 +235,7 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
         assert watch.check(1.0) == 1
         child.wait()
         assert watch.check(2.0) == 1
-        late = _last_resort.PeerWatch([here, there], rank=0)
+        late = ending.PeerWatch([here, there], rank=0)
         assert late.check() == 1
     finally:
         child.kill()
@@ -244,6 +243,6 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
 
 
 def test_another_process_with_the_same_number_is_not_the_peer():
-    here = _last_resort.Peer.here(rank=0, role="")
+    here = ending.Peer.here(rank=0, role="")
     impostor = here._replace(rank=1, started=here.started - 1)
-    assert _last_resort.PeerWatch([here, impostor], rank=0).check() == 1
+    assert ending.PeerWatch([here, impostor], rank=0).check() == 1

@@ -17,19 +17,21 @@ import pytest
 from launching import command, said
 
 from motes import launch
-from motes._run import ending
+from motes._run import ending, peers, speaking
+from motes._run.peers import Peer, PeerWatch
 from motes.errors import RankError
 
 # Rank `who` fails in the way `how` while the others wait for a message that never comes.
 SCRIPT = """
 import os, sys, threading, time
 from mpi4py import MPI
-from motes._run import ending
+from motes._run import ending, handshake
+from motes._run.peers import Peer, PeerWatch
 from motes.errors import RankError
 
 ending.install()
 how, who = sys.argv[1], [int(rank) for rank in sys.argv[2].split(",")]
-world, state = MPI.COMM_WORLD, ending.state
+world = MPI.COMM_WORLD
 rank = world.rank
 
 
@@ -58,11 +60,11 @@ def fail():
 if how == "early":  # the others need longer than this rank before they start
     if rank in who:
         sys.exit(0)
-    time.sleep(1.5)
-ending.begin(world)
+    time.sleep(float(sys.argv[3]))
+state = handshake.begin(world)
 state.role = "image generator" if rank == 0 else "manager" if rank == 1 else f"calculator {rank - 2}"
 state.frame = 7
-peers = world.allgather(ending.Peer.here(rank=rank, role=state.role))
+peers = world.allgather(Peer.here(rank=rank, role=state.role))
 world.Barrier()
 try:
     if rank in who:
@@ -71,7 +73,7 @@ try:
         else:
             fail()
     elif how == "kill":
-        watch = ending.PeerWatch(peers, rank=rank)
+        watch = PeerWatch(peers, rank=rank)
         while True:
             lost = watch.check(time.monotonic())
             if lost is not None:
@@ -81,14 +83,14 @@ try:
         block()
 except BaseException as error:
     if how in ("sys.exit", "agreed"):  # as World does when its block is left
-        ending.stop_job(error)
+        ending.stop_job(error, state)
     raise
 """
 
 QUIET = """
 import sys, time
 from mpi4py import MPI
-from motes._run import ending
+from motes._run import ending, handshake
 
 how = sys.argv[1]
 rank = MPI.COMM_WORLD.rank
@@ -100,11 +102,9 @@ if how == "part":  # a run of three ranks; the fourth has left meanwhile, and is
     if rank == 0:
         sys.exit(0)
     time.sleep(0.8)
-    ending.begin(part)
-    ending.end()
+    handshake.close(handshake.begin(part), well=True)
 if how == "late":
-    ending.begin(MPI.COMM_WORLD)
-    ending.end()
+    handshake.close(handshake.begin(MPI.COMM_WORLD), well=True)
 if how in ("late", "no run") and rank == 0:
     time.sleep(1.2)
 """
@@ -173,10 +173,12 @@ def test_an_error_that_ranks_agreed_on_is_told_by_its_speaker(job):
     assert ended.reports == [f"motes.errors.RankError: {message}"], ended.text
 
 
-def test_a_rank_that_left_before_the_run_is_not_waited_for(job):
-    ended = job(SCRIPT, "early", "2")
+@pytest.mark.parametrize("wait", ["0", "0.2", "1.5"])
+@pytest.mark.parametrize("who", ["0", "2"])
+def test_a_rank_that_left_before_the_run_is_not_waited_for(job, who, wait):
+    ended = job(SCRIPT, "early", who, wait)
     assert len(ended.reports) == 1, ended.text
-    assert ended.reports[0].startswith("rank 2 left the script before the run started")
+    assert ended.reports[0].startswith(f"rank {who} left the script before the run started")
     assert ended.code == 1
 
 
@@ -202,9 +204,9 @@ def test_one_rank_of_a_host_gets_the_voice(monkeypatch, tmp_path, means):
     monkeypatch.setenv("PMIX_SERVER_TMPDIR", str(tmp_path))
     if means == "socket":
         monkeypatch.delenv("PMIX_SERVER_TMPDIR")
-    assert [ending._take_voice() for _ in range(3)] == [True, False, False]
+    assert [speaking.take_voice() for _ in range(3)] == [True, False, False]
     monkeypatch.setenv("PMIX_NAMESPACE", f"another job {tmp_path}")
-    assert ending._take_voice()
+    assert speaking.take_voice()
 
 
 def test_exit_codes_are_never_zero():
@@ -224,10 +226,10 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
         monkeypatch.delattr(os, "pidfd_open")
     child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
     try:
-        here = ending.Peer.here(rank=0, role="image generator")
-        there = here._replace(rank=1, role="calculator 0", pid=child.pid, started=ending._started(child.pid))
+        here = Peer.here(rank=0, role="image generator")
+        there = here._replace(rank=1, role="calculator 0", pid=child.pid, started=peers._started(child.pid))
         elsewhere = here._replace(rank=2, pid=2**22 + 1, space="another host")
-        watch = ending.PeerWatch([here, there, elsewhere], rank=0)
+        watch = PeerWatch([here, there, elsewhere], rank=0)
         assert watch.check(0.0) is None
         child.send_signal(signal.SIGKILL)
         os.waitid(os.P_PID, child.pid, os.WEXITED | os.WNOWAIT)  # dead, but still a zombie
@@ -235,7 +237,7 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
         assert watch.check(1.0) == 1
         child.wait()
         assert watch.check(2.0) == 1
-        late = ending.PeerWatch([here, there], rank=0)
+        late = PeerWatch([here, there], rank=0)
         assert late.check() == 1
     finally:
         child.kill()
@@ -243,6 +245,6 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
 
 
 def test_another_process_with_the_same_number_is_not_the_peer():
-    here = ending.Peer.here(rank=0, role="")
+    here = Peer.here(rank=0, role="")
     impostor = here._replace(rank=1, started=here.started - 1)
-    assert ending.PeerWatch([here, impostor], rank=0).check() == 1
+    assert PeerWatch([here, impostor], rank=0).check() == 1

@@ -10,7 +10,7 @@ from importlib.metadata import version as _version
 from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
 from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
 
-from . import actions, balance, errors, launch, script, shapes
+from . import actions, balance, errors, script, shapes
 from ._run import ending
 from .analysis import Run, Runs, open_run, open_runs
 from .balance import (
@@ -80,4 +80,3 @@ __all__ = [
 __version__ = _version("motes")
 
 ending.install()
-launch.warn_if_alone()

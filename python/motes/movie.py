@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import arguments, files
-from ._run import ending
+from ._run.process import process
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 
@@ -224,7 +224,7 @@ _open_movies: weakref.WeakSet[Movie] = weakref.WeakSet()
 def _close_open_movies() -> None:
     """Finish what the script forgot to close; drop it if the script left in the middle of a run."""
     for movie in list(_open_movies):
-        if ending.state.running:
+        if process.running:
             movie._abandon()
             continue
         try:

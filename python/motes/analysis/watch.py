@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-from .. import progress
+from .._run import progress
 from ..errors import LogError
 from .tables import Follower, read_facts
 

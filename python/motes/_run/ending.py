@@ -119,9 +119,10 @@ def _on_exit() -> None:
 def _trace(error: BaseException) -> str:
     """Format an error that has not reached the script's outermost lines yet, with those lines."""
     text, head = "".join(traceback.format_exception(error)), "Traceback (most recent call last):\n"
-    if error.__traceback__ is None or head not in text:
+    caller = error.__traceback__.tb_frame.f_back if error.__traceback__ is not None else None
+    if caller is None or head not in text:
         return text
-    callers = traceback.StackSummary.extract(traceback.walk_stack(error.__traceback__.tb_frame.f_back))
+    callers = traceback.StackSummary.extract(traceback.walk_stack(caller))
     callers.reverse()
     before, _, after = text.rpartition(head)
     return before + head + "".join(callers.format()) + after

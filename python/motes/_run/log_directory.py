@@ -31,8 +31,9 @@ LOCK = ".lock"
 _ATTEMPTS = 100
 _OWN = re.compile(
     r"(run\.json|(load|frames|balance|density|events|steer)\.jsonl|spans\.r\d+\.jsonl|report\.html|trace\.json"
-    r"|\.lock|\.run\.json\.[0-9a-f]+\.tmp|\.nfs[0-9a-f]+)"
+    r"|\.run\.json\.[0-9a-f]+\.tmp)"
 )
+_OWNER = re.compile(rb"process \d+ on ")
 
 
 class LogDirectory:
@@ -71,7 +72,7 @@ class LogDirectory:
             if lock is None:  # it was moved aside by another run meanwhile
                 continue
             try:
-                if not any(name != LOCK for name in os.listdir(path)):
+                if not _own(path):
                     return cls(path, lock, moved)
                 _check_content(path, given)
                 moved, stays = _move_aside(path)
@@ -97,18 +98,27 @@ class LogDirectory:
 
 def _check_content(path: Path, given: str) -> None:
     """Raise ArgumentError where a directory that is not empty is no run's log."""
-    names = [name for name in os.listdir(path) if name != LOCK and not name.startswith(".nfs")]
+    names = [name for name in os.listdir(path) if name != LOCK]
     if names and not _is_log(path, names):
         strange = next((name for name in sorted(names) if not _OWN.fullmatch(name)), min(names))
         raise ArgumentError("log", given, f"{ALLOWED} (this one holds {strange!r} and no run.json of a run)")
 
 
 def _is_log(path: Path, names: list[str]) -> bool:
-    """Tell whether this is an earlier run's log, maybe with other files; or one killed before run.json."""
+    """Tell whether a run has claimed this directory before; it may hold other files, and no run.json yet."""
+    with contextlib.suppress(OSError):
+        if (path / LOCK).is_file() and _OWNER.match((path / LOCK).read_bytes()[:200]):
+            return True
     with contextlib.suppress(OSError, ValueError, RecursionError):
         run = json.loads((path / "run.json").read_bytes())
         return isinstance(run, dict) and {"schema", "argv"} <= set(run)
     return {"load.jsonl", "frames.jsonl"} <= set(names) and all(_OWN.fullmatch(name) for name in names)
+
+
+def _own(path: Path) -> list[str]:
+    """List what a run has logged; run.json, which says that this is a log, comes last."""
+    own = [name for name in os.listdir(path) if _OWN.fullmatch(name)]
+    return sorted(own, key=lambda name: (name == "run.json", name))
 
 
 def _lock(path: Path, given: str) -> int | None:
@@ -169,7 +179,6 @@ def _move_aside(path: Path) -> tuple[Path, bool]:
             raise LogError(
                 f"the earlier log in {path} cannot be moved aside to {aside}: {error.strerror}"
             ) from error
-        own = sorted(name for name in names if _OWN.fullmatch(name))
-        for name in sorted(own, key=lambda name: name == "run.json"):  # last: it says that this is a log
+        for name in _own(path):
             (path / name).rename(aside / name)
         return aside, True

@@ -24,6 +24,7 @@ _TAG = 1  # on the run's own communicator
 _MOST_BYTES = 256
 _ANNOUNCE_AT = 0.25  # of the stall limit
 _LOOK_S = 0.02
+_sent: list[MPI.Request] = []  # their buffers must live until they have left
 
 
 class Busy:
@@ -37,7 +38,6 @@ class Busy:
             self._runs = []  # then it keeps nobody from answering
         self._start = time.monotonic()
         self._announced = False
-        self._sent: list[MPI.Request] = []
 
     def look(self) -> None:
         """Tell the other ranks, once it has taken long enough."""
@@ -55,7 +55,8 @@ class Busy:
         for run in self._runs:
             assert run.comm is not None
             others = (rank for rank in range(run.comm.size) if rank != run.comm.rank)
-            self._sent += [run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others]
+            _sent.extend(run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others)
+        _sent[:] = [request for request in _sent if not request.Test()]
 
     def __enter__(self) -> Self:
         """Give itself."""

@@ -7,6 +7,7 @@ that ends in time ended because somebody noticed.
 from __future__ import annotations
 
 import os
+import resource
 import signal
 import subprocess
 import sys
@@ -23,7 +24,7 @@ from motes.errors import RankError
 
 # Rank `who` fails in the way `how` while the others wait for a message that never comes.
 SCRIPT = """
-import os, sys, threading, time
+import os, resource, sys, threading, time
 from mpi4py import MPI
 from motes._run import ending, handshake
 from motes._run.peers import Peer, PeerWatch
@@ -53,6 +54,15 @@ def fail():
         block()
     if how == "kill":
         os.kill(os.getpid(), 9)
+    if how == "no files":
+        if sys.argv[3] == "socket":
+            os.environ.pop("PMIX_SERVER_TMPDIR", None)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (200, 200))
+        try:
+            while True:
+                os.open("/dev/null", 0)
+        except OSError:
+            raise ValueError("the mistake")
     if how == "agreed":
         raise RankError("the mistake", rank=2, role="calculator 0", frame=7, speaker=2)
 
@@ -151,6 +161,8 @@ ROLES = {"0": "rank 0 (image generator)", "2": "rank 2 (calculator 0)"}
         (["interrupt"], 130, "KeyboardInterrupt"),
         (["thread"], 1, "ZeroDivisionError: division by zero (in thread worker)"),
         (["kill"], None, "its process is gone (killed or crashed)"),
+        (["no files", "folder"], 1, "ValueError: the mistake"),
+        (["no files", "socket"], 1, "ValueError: the mistake"),
     ],
     ids=lambda value: "-".join(value) if isinstance(value, list) else "",
 )
@@ -188,7 +200,59 @@ def test_ranks_may_end_well_at_different_times(job, how):
     assert (ended.code, ended.text) == (0, "")
 
 
+# Two worlds are open at once; rank 2 leaves the script when the first is closed.
+TWO = """
+import os, sys, time
+import motes
+
+worlds = [motes.World(seed=k, progress="off", roles="shared") for k in (1, 2)]
+for world in worlds:
+    world.__enter__()
+for frame in range(3):
+    for world in worlds:
+        world.system(f"s{frame}").vertex((frame, 0, 0))
+        world.step()
+worlds[int(sys.argv[2])].__exit__(None, None, None)
+if worlds[0].rank == 2 and sys.argv[1] == "leave":
+    os.write(1, b"failing at %f\\n" % time.time())
+    sys.exit
+else:
+    worlds[1 - int(sys.argv[2])].step()
+    worlds[1 - int(sys.argv[2])].__exit__(None, None, None)
+"""
+
+
+@pytest.mark.parametrize("first", ["0", "1"])
+def test_of_two_open_worlds_each_is_protected(job, first):
+    ended = job(TWO, "leave", first)
+    assert ended.reports == ["rank 2 (calculator 2), frame 3: the script left in the middle of the run"], (
+        ended.text
+    )
+    assert ended.seconds < 3
+    ended = job(TWO, "stay", first)
+    assert (ended.code, ended.reports) == (0, []), ended.text
+
+
 # --- within this process
+
+
+@pytest.mark.parametrize("gil", ["held", "free"])
+def test_an_abort_that_hangs_ends_nevertheless(gil):
+    script = (
+        "import ctypes, signal, time\n"
+        "import motes\n"
+        "from mpi4py import MPI\n"
+        "from motes._run import ending\n"
+        "class Hanging:\n"
+        "    def Abort(self, code):\n"
+        f"        (ctypes.PyDLL(None).sleep if {gil == 'held'} else time.sleep)(60)\n"
+        "MPI.COMM_WORLD = Hanging()\n"
+        "signal.signal(signal.SIGALRM, lambda *_: None)\n"
+        "signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGALRM, signal.SIGTERM])\n"
+        "ending.abort(3)\n"
+    )
+    ended = subprocess.run([sys.executable, "-c", script], timeout=30)
+    assert ended.returncode == 3
 
 
 def test_a_single_rank_behaves_as_python_does():
@@ -242,6 +306,27 @@ def test_a_dead_process_is_noticed_before_and_after_it_is_reaped(monkeypatch, ho
     finally:
         child.kill()
         child.wait()
+
+
+def test_nobody_is_declared_dead_for_want_of_file_descriptors(monkeypatch):
+    monkeypatch.delattr(os, "pidfd_open")
+    here = Peer.here(rank=0, role="")
+    watch = PeerWatch([here, here._replace(rank=1), here._replace(rank=2, space="another host")], rank=0)
+    assert [watch.alive(rank) for rank in range(3)] == [True, True, None]
+    held = []
+    _, hard = resource.getrlimit(resource.RLIMIT_NOFILE)
+    soft = resource.getrlimit(resource.RLIMIT_NOFILE)[0]
+    try:
+        resource.setrlimit(resource.RLIMIT_NOFILE, (max(map(int, os.listdir("/proc/self/fd"))) + 10, hard))
+        with pytest.raises(OSError, match="Too many open files"):
+            while True:
+                held.append(os.open(os.devnull, os.O_RDONLY))
+        assert watch.check() is None
+        assert watch.alive(1)
+    finally:
+        for file in held:
+            os.close(file)
+        resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
 
 
 def test_another_process_with_the_same_number_is_not_the_peer():

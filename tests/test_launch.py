@@ -269,7 +269,8 @@ def test_doctor_waits_for_no_launcher_for_ever(monkeypatch, tmp_path):
     ("rank", "code"),
     [
         ("open_worlds.enter(0)", 1),
-        ("open_worlds.enter(0); open_worlds.leave(0)", 0),
+        ("open_worlds.leave(open_worlds.enter(0))", 0),
+        ("open_worlds.enter(0); open_worlds.leave(open_worlds.enter(0))", 1),
         ("open_worlds.enter(0); sys.exit(3)", 3),
         ("open_worlds.enter(0); os.kill(os.getpid(), 9)", 137),
     ],

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from . import _core, arguments, environment, scenefile
 from . import roles as _roles
-from ._run import busy, ending, handshake, open_worlds, run_file
+from ._run import busy, ending, handshake, run_file
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import Progress
@@ -235,7 +235,6 @@ class World:
         try:
             self._run_state = handshake.begin(self._comm)
             self._start(self._run_state)
-            open_worlds.enter(self.rank)
         except BaseException as error:
             ending.stop_job(error, self._run_state)
             self._leave(well=False)
@@ -325,7 +324,6 @@ class World:
             raise
         finally:
             self._ended = True
-            open_worlds.leave(self.rank)
             self._leave(well=well)
 
     def frames(self, n: int) -> Iterator[int]:

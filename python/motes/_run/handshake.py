@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
-from . import attendance, launchers
+from . import attendance, launchers, open_worlds
 from .ending import end_left
 from .log_directory import LogDirectory
 from .peers import Peer, PeerWatch
@@ -67,6 +67,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
     _claim_log(run, settings)
+    run.noted = open_worlds.enter(process.rank)
     return settings.with_seed(cards[0].wish)
 
 
@@ -78,6 +79,7 @@ def close(run: OpenRun, *, well: bool) -> None:
     from . import busy
 
     process.close(run, well=well)
+    open_worlds.leave(run.noted)
     if run.log is not None:
         run.log.release()
     if run.watch is not None:

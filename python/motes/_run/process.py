@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..errors import place
@@ -33,6 +34,8 @@ class OpenRun:
     watch: PeerWatch | None = None
     log: LogDirectory | None = None
     """On the manager, where there is a log."""
+    noted: Path | None = None
+    """The launcher's note that this run is open."""
     stall_s: float = 60.0
     busy: dict[int, str] = field(default_factory=dict)
     """Ranks that said what keeps them from answering."""

@@ -173,7 +173,9 @@ def test_a_wait_warns_once_and_then_gives_up(monkeypatch, capsys):
         wait.look()
     warning = "waited 2 s for a friend (MOTES_STALL_S, now 2 s, sets the limit)"
     assert capsys.readouterr().err == f"motes: {warning}; it goes on waiting, for 20 s in all\n"
-    now[0] += 1.0
+    now[0] += 0.5
+    wait.look()
+    now[0] += 0.5
     with pytest.raises(MotesError, match="waited 20 s for a friend"):
         wait.look()
 

@@ -13,7 +13,7 @@ from mpi4py import MPI
 
 from . import _core, arguments, environment, scenefile
 from . import roles as _roles
-from ._run import busy, ending, handshake, run_file
+from ._run import busy, ending, handshake, run_file, script_lines
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import Progress
@@ -367,7 +367,8 @@ class World:
 
     def _run(self, view: _core.View | None) -> None:
         assert self._engine is not None
-        self._engine.run_frame(view)
+        with script_lines.located():
+            self._engine.run_frame(view)
         for system in self._systems:
             system._list.clear()
             system._callbacks.clear()

@@ -7,6 +7,7 @@ import sys
 import sysconfig
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 from ..errors import RankError
@@ -30,11 +31,10 @@ def rank_error(
     """
     message, _, shown = text.partition(_FRAMES)
     frames = [(file, int(line), function) for file, line, function in _FRAME.findall(shown)]
-    calls = [
-        i for i, (file, _, function) in enumerate(frames) if i and _is_ours(file) and function == _CALLS_BACK
-    ]
-    if calls:
-        action = f"callback {frames[calls[0] - 1][2]}"
+    for (_, _, function), (file, _, caller) in pairwise(frames):
+        if caller == _CALLS_BACK and _is_ours(file):
+            action = f"callback {function}"
+            break
     where = _innermost([(file, line) for file, line, _ in frames])
     return RankError(
         re.sub(r"\n__notes__ \(len=\d+\):\n", "\n", message),

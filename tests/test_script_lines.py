@@ -110,10 +110,8 @@ def test_a_failure_without_a_line_gets_the_one_that_runs():
 
 
 def test_frames_of_libraries_are_passed_over_where_the_script_has_one():
-    frames = (
-        f"\n\nAt:\n  {json.__file__}(3): loads\n  /home/me/snow.py(21): f\n  /home/me/snow.py(40): <module>\n"
-    )
-    assert failure("ValueError: no" + frames).line == "snow.py:21"
-    only = f"\n\nAt:\n  {json.__file__}(3): loads\n"
-    assert failure("ValueError: no" + only).line == "__init__.py:3"
+    library = f"ValueError: no\n\nAt:\n  {json.__file__}(3): loads\n"
+    script = "  /home/me/snow.py(21): f\n  /home/me/snow.py(40): <module>\n"
+    assert failure(library + script).line == "snow.py:21"
+    assert failure(library).line == "__init__.py:3"
     assert failure("ValueError: no").line is None

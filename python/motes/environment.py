@@ -8,7 +8,7 @@ from typing import Any
 from . import arguments
 from .errors import ArgumentError
 
-__all__ = ["births", "fan_out", "stall_s"]
+__all__ = ["alone", "births", "fan_out", "stall_s"]
 
 STALL_S = 60.0
 BIRTHS = ("manager", "calculators")
@@ -27,6 +27,14 @@ def stall_s() -> float:
     if not 0 < seconds < float("inf"):
         raise ArgumentError("MOTES_STALL_S", text, "a number of seconds > 0")
     return seconds
+
+
+def alone() -> bool:
+    """Tell whether each process may run by itself under a launcher that started several: MOTES_ALONE."""
+    text = os.environ.get("MOTES_ALONE", "")
+    if text not in ("", "0", "1"):
+        raise ArgumentError("MOTES_ALONE", text, "0 or 1")
+    return text == "1"
 
 
 def births(given: Any) -> str:

@@ -15,8 +15,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
-from . import attendance, launchers, open_worlds
-from .ending import end_left
+from . import attendance, ending, launchers, open_worlds
 from .log_directory import LogDirectory
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
@@ -37,11 +36,12 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
 
     A rank whose script has ended is reported, which ends the job.
     """
+    ending.install()  # where MPI was not started with motes
     launchers.check_alone()
     try:
         attendance.begin(comm)
     except attendance.Left as left:
-        end_left(left.rank)
+        ending.end_left(left.rank)
     return process.open(OpenRun())
 
 

@@ -6,7 +6,8 @@ import os
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ..errors import ArgumentError, MotesError
+from .. import environment
+from ..errors import MotesError
 from .output import tell
 
 __all__ = ["Launcher", "check_alone", "launcher_of"]
@@ -48,21 +49,21 @@ class Launcher(NamedTuple):
     """As "PMI_SIZE=4"."""
 
 
-def launcher_of(environment: Mapping[str, str]) -> Launcher | None:
+def launcher_of(variables: Mapping[str, str]) -> Launcher | None:
     """Return the launcher that started several processes, this one among them, or None."""
     for launcher, size, rank in _KNOWN:
-        text = environment.get(size, "")
-        if not text.isdigit() or (launcher == "srun" and rank not in environment):
+        text = variables.get(size, "")
+        if not text.isdigit() or (launcher == "srun" and rank not in variables):
             continue
         if int(text) < 2:
             return None  # it says that there is one
-        set_here = tuple(f"{name}={environment[name]}" for name in (size, rank) if name in environment)
+        set_here = tuple(f"{name}={variables[name]}" for name in (size, rank) if name in variables)
         return Launcher(launcher, int(text), set_here)
-    text = environment.get(_PMIX_RANK, "")
+    text = variables.get(_PMIX_RANK, "")
     if text.isdigit() and int(text) > 0:
         return Launcher("a launcher of the PMIx family", None, (f"{_PMIX_RANK}={text}",))
-    tasks, number = environment.get("SLURM_NTASKS", ""), environment.get("SLURM_PROCID", "")
-    in_step = environment.get("SLURM_STEP_ID", "").isdigit() and tasks.isdigit() and int(tasks) > 1
+    tasks, number = variables.get("SLURM_NTASKS", ""), variables.get("SLURM_PROCID", "")
+    in_step = variables.get("SLURM_STEP_ID", "").isdigit() and tasks.isdigit() and int(tasks) > 1
     if number.isdigit() and (int(number) > 0 or in_step):
         return Launcher("srun", None, (f"SLURM_NTASKS={tasks}", f"SLURM_PROCID={number}"))
     return None
@@ -75,10 +76,7 @@ def check_alone() -> None:
     """
     from mpi4py import MPI
 
-    told = os.environ.get("MOTES_ALONE", "")
-    if told not in ("", "0", "1"):
-        raise ArgumentError("MOTES_ALONE", told, "0 or 1")
-    if MPI.COMM_WORLD.size > 1 or told == "1":
+    if environment.alone() or MPI.COMM_WORLD.size > 1:
         return
     found = launcher_of(os.environ)
     if found is not None:

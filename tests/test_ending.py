@@ -214,7 +214,6 @@ for frame in range(3):
         world.step()
 worlds[int(sys.argv[2])].__exit__(None, None, None)
 if worlds[0].rank == 2 and sys.argv[1] == "leave":
-    os.write(1, b"failing at %f\\n" % time.time())
     sys.exit
 else:
     worlds[1 - int(sys.argv[2])].step()
@@ -228,7 +227,6 @@ def test_of_two_open_worlds_each_is_protected(job, first):
     assert ended.reports == ["rank 2 (calculator 2), frame 3: the script left in the middle of the run"], (
         ended.text
     )
-    assert ended.seconds < 3
     ended = job(TWO, "stay", first)
     assert (ended.code, ended.reports) == (0, []), ended.text
 

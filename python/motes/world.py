@@ -256,6 +256,8 @@ class World:
             while_waiting=lambda _: busy.look_around(run),
             describe=lambda rank: f"rank {rank} ({_core.describe_role(self._cast, rank)})",
             stall_s=self._stall_s,
+            alive=lambda rank: bool(run.watch and run.watch.alive(rank)),
+            warn=lambda text: tell(f"motes: {text}"),
         )
         for system in self._systems:
             self._define(system)

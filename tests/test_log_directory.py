@@ -244,16 +244,19 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
 
 
 def test_two_jobs_at_once_keep_apart(tmp_path):
-    log = tmp_path / "log"
-    slow = SCENE.replace("world.step()", "world.step(); import time; time.sleep(0.5 if frame < 2 else 2)")
+    log, go = tmp_path / "log", tmp_path / "go"
+    waiting = SCENE + f"    import os, time\n    while not os.path.exists({str(go)!r}): time.sleep(0.02)\n"
     results = []
-    first = threading.Thread(target=lambda: results.append(mpirun(2, slow, log, timeout=60)))
+    first = threading.Thread(target=lambda: results.append(mpirun(2, waiting, log, timeout=90)))
     first.start()
-    limit = time.monotonic() + 30
-    while not (log / "run.json").exists() and time.monotonic() < limit:
-        time.sleep(0.02)
-    second = mpirun(2, SCENE, log, timeout=30)
-    first.join()
+    try:
+        limit = time.monotonic() + 60
+        while not (log / "run.json").exists() and time.monotonic() < limit:
+            time.sleep(0.02)
+        second = mpirun(2, SCENE, log, timeout=60)
+    finally:
+        go.touch()
+        first.join()
     assert results[0].code == 0, results[0].text
     assert second.code == 1, second.text
     assert "is writing into this one" in second.err, second.text

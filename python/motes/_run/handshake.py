@@ -78,7 +78,7 @@ def close(run: OpenRun, *, well: bool) -> None:
     """
     from . import busy
 
-    process.close(run, well=well)
+    process.close(run)
     open_worlds.leave(run.noted)
     if run.log is not None:
         run.log.release()

@@ -54,8 +54,6 @@ class Process:
     size: int = 1
     runs: list[OpenRun] = field(default_factory=list)
     """The open ones, in the order of their start; any number may be open at once."""
-    finished: bool = False
-    """A run ended well here."""
 
     @property
     def running(self) -> bool:
@@ -67,11 +65,10 @@ class Process:
         self.runs.append(run)
         return run
 
-    def close(self, run: OpenRun, *, well: bool = True) -> None:
+    def close(self, run: OpenRun) -> None:
         """Note that a run has ended. The other open runs stay open."""
         if run in self.runs:
             self.runs.remove(run)
-            self.finished = self.finished or well
 
     def describe(self, run: OpenRun | None = None) -> str:
         """Name this rank, by the given run or the last that was opened: "rank 2 (calculator 0), frame 7"."""

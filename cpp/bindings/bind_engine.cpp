@@ -10,28 +10,37 @@ namespace {
 using frame::Engine;
 using Release = py::call_guard<py::gil_scoped_release>;
 
+// A function of the script's that the engine may drop on a thread, and at a time, without the GIL: where its
+// construction throws, or the last one goes.
+std::shared_ptr<py::function> held(py::function call) {
+  return {new py::function(std::move(call)), [](py::function* dropped) {
+            const py::gil_scoped_acquire gil;
+            delete dropped;
+          }};
+}
+
 // What the engine's waits ask of Python: interrupts, and whether the process waited for still lives.
 comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s,
                        std::optional<py::function> alive, std::optional<py::function> warn) {
   comm::Watch watch;
-  watch.while_waiting = [call = std::make_shared<py::function>(std::move(while_waiting))](int rank) {
+  watch.while_waiting = [call = held(std::move(while_waiting))](int rank) {
     const py::gil_scoped_acquire gil;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
     (*call)(rank);
   };
-  watch.describe = [call = std::make_shared<py::function>(std::move(describe))](int rank) {
+  watch.describe = [call = held(std::move(describe))](int rank) {
     const py::gil_scoped_acquire gil;
     return (*call)(rank).cast<std::string>();
   };
   watch.stall_s = stall_s;
   if (alive) {
-    watch.alive = [call = std::make_shared<py::function>(std::move(*alive))](int rank) {
+    watch.alive = [call = held(std::move(*alive))](int rank) {
       const py::gil_scoped_acquire gil;
       return (*call)(rank).cast<bool>();
     };
   }
   if (warn) {
-    watch.warn = [call = std::make_shared<py::function>(std::move(*warn))](const std::string& text) {
+    watch.warn = [call = held(std::move(*warn))](const std::string& text) {
       const py::gil_scoped_acquire gil;
       (*call)(text);
     };
@@ -124,13 +133,13 @@ py::object last_row(const Engine& engine) {
 }
 
 void on_callback(Engine& engine, py::function call) {
-  engine.on_callback([held = std::make_shared<py::function>(std::move(call))](const frame::Call& now) {
+  engine.on_callback([script = held(std::move(call))](const frame::Call& now) {
     const py::gil_scoped_acquire gil;
     py::object chosen = py::none();
     if (now.chosen != nullptr) {
       chosen = py::array_t<std::uint32_t>(static_cast<py::ssize_t>(now.chosen->size()), now.chosen->data());
     }
-    (*held)(now.system, now.callback, now.begin, chosen);
+    (*script)(now.system, now.callback, now.begin, chosen);
   });
 }
 

@@ -65,8 +65,9 @@ void Account::note_loads(const Script& script, const std::vector<Report>& report
 void Account::note_children(std::size_t system, int calculator, std::uint64_t count) {
   const std::size_t calculators = row_.load.size() / row_.digests.size();
   LoadRow& load = row_.load[system * calculators + static_cast<std::size_t>(calculator)];
-  load.tally.created += count;
+  load.children += count;
   load.n_end += count;
+  load.rescaled_s = balance::rescaled(load.tally.compute_s, load.tally.at_start + load.tally.created, load.n_end);
   row_.particles += count;
 }
 

@@ -85,14 +85,12 @@ Verdict compare(const Script& script, const std::vector<Report>& reports) {
   return verdict;
 }
 
-// The frame's row, once all rounds are judged.
-void close_account(const Rank& rank, const Script& script, Manager& manager, const Round& last,
-                   const Verdict& verdict) {
+// Children in the account, once all rounds are judged.
+void count_children(const Script& script, Manager& manager, const Round& last, const Verdict& verdict) {
   std::vector<std::uint64_t> alive;
   for (const auto& system : script.systems) alive.push_back(system->counts.alive);
   for (std::size_t i = last.first; i < last.last; ++i) alive[i] = verdict.alive[i];
   note_children(script, manager, alive);
-  manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
 }
 
 // Counts and fingerprints over all calculators, and for each calculator the ranks that will send it particles.
@@ -137,6 +135,7 @@ void settle_well(Rank& rank, const Script& script, Manager& manager, const Round
   collect_parents(rank, script, manager, round, manager.reports, verdict, manager.orders);
   if (script.in_frame()) {
     manager.account.note_round(script, round, manager.reports, verdict, rank.talk.cast());
+    if (round.last == script.systems.size()) count_children(script, manager, round, verdict);
     if (balances(rank, script)) note_loads(rank, script, manager, round);
   }
   if (balances(rank, script) && !rank.talk.failed()) {
@@ -146,7 +145,9 @@ void settle_well(Rank& rank, const Script& script, Manager& manager, const Round
       verdict.failed_rank = rank.talk.rank();
     }
   }
-  if (script.in_frame() && round.last == script.systems.size()) close_account(rank, script, manager, round, verdict);
+  if (script.in_frame() && round.last == script.systems.size()) {
+    manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
+  }
 }
 
 }  // namespace

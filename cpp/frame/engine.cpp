@@ -69,11 +69,11 @@ void Engine::keep_lists(bool compute) {
   kept_.only = !compute && parts_.rank.talk.size() == 1;
 }
 
-void Engine::keep_list() {
-  if (!kept_.on) return;
-  kept_.lists.emplace_back();
-  kept_.lists.back().put_raw(parts_.script.bytes.data(), parts_.script.bytes.size());
-  if (!kept_.pictures) parts_.script.record.view.reset();
+void Engine::Kept::keep(Script& script) {
+  if (!on) return;
+  lists.emplace_back();
+  lists.back().put_raw(script.bytes.data(), script.bytes.size());
+  if (!pictures) script.record.view.reset();
 }
 
 // Nobody needs the particles for keeping what a script says, so with one rank they are not computed; where the script

@@ -76,9 +76,10 @@ class Engine {
     bool pictures = true;  // frames are drawn
     bool only = false;  // nothing is computed
     std::vector<particles::Bytes> lists;
+
+    void keep(Script& script);
   };
 
-  void keep_list();
   Population& population(int system) { return *parts_.calculator.populations[static_cast<std::size_t>(system)]; }
 
   Parts parts_;

@@ -106,7 +106,7 @@ std::string shared_settings(const Settings& run) {
 void Engine::run_frame(const std::optional<image::View>& view) {
   Parts& p = parts_;
   begin(p, view ? Verb::render : Verb::step, view, "");
-  keep_list();
+  kept_.keep(p.script);
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange, balance
     spawn(p.rank, p.script, p.calculator);  // calculators, each by itself

@@ -28,7 +28,7 @@ Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) 
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank).field("host", host);
   const Tally& tally = load.tally;
   row.field("n_start", tally.at_start).field("n_end", load.n_end);
-  row.field("created", tally.created).field("killed", tally.killed);
+  row.field("created", tally.created + load.children).field("killed", tally.killed);
   row.field("sent", tally.sent).field("received", tally.received).field("bytes_sent", tally.bytes_sent);
   row.field("t_compute_s", seconds(tally.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
   row.field("t_exchange_s", seconds(load.exchange_s))

@@ -17,6 +17,7 @@ struct LoadRow {
   std::string system;
   int rank = 0;
   Tally tally;
+  std::uint64_t children = 0;  // born at the frame's end: no time was spent on them
   std::uint64_t n_end = 0;
   double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
   float domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends

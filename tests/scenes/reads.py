@@ -1,4 +1,4 @@
-"""Reads anywhere in the frames of a scene with births, deaths, collisions and children; one line per frame."""
+"""Reads anywhere in a frame with births, deaths, collisions and children; one line per frame."""
 
 import argparse
 

@@ -100,10 +100,8 @@ def cpp_units() -> Path:
 
 @pytest.fixture(scope="session")
 def motes_replay() -> Path:
-    """Find the driver that MOTES_TEST_REPLAY names, or the one beside this Python; build it otherwise."""
-    if "MOTES_TEST_REPLAY" in os.environ:
-        return Path(os.environ["MOTES_TEST_REPLAY"])
-    installed = Path(sys.executable).parent / "motes_replay"
+    """Find the driver: $MOTES_TEST_REPLAY, or that beside this Python; build it where there is none."""
+    installed = Path(os.environ.get("MOTES_TEST_REPLAY") or Path(sys.executable).parent / "motes_replay")
     return installed if installed.is_file() else _build("motes_replay") / "cpp" / "driver" / "motes_replay"
 
 

@@ -77,7 +77,7 @@ class FieldSizes {
 };
 
 template <class T>
-consteval FieldSizes field_sizes() {
+constexpr FieldSizes field_sizes() {
   FieldSizes visit;
   T value{};
   visit(value);
@@ -90,12 +90,7 @@ std::size_t least_bytes() {
   if constexpr (std::is_trivially_copyable_v<T>) {
     return std::max<std::size_t>(field_sizes<T>().bytes(), 1);
   } else {
-    static const std::size_t kLeast = [] {
-      FieldSizes visit;
-      T value{};
-      visit(value);
-      return std::max<std::size_t>(visit.bytes(), 1);
-    }();
+    static const std::size_t kLeast = std::max<std::size_t>(field_sizes<T>().bytes(), 1);
     return kLeast;
   }
 }
@@ -261,16 +256,14 @@ class FieldReader {
 /// Appends the fields of a value.
 template <class T>
 void write_fields(const T& value, Bytes& out) {
-  FieldWriter visit(out);
-  visit(const_cast<T&>(value));  // a writer changes nothing
+  FieldWriter{out}(const_cast<T&>(value));  // a writer changes nothing
 }
 
 /// Fills a value, which may be an earlier one whose memory is used again. Throws std::runtime_error where the bytes end
 /// too early or are no such value.
 template <class T>
 void read_fields(Reader& in, T& value) {
-  FieldReader visit(in);
-  visit(value);
+  FieldReader{in}(value);
 }
 
 }  // namespace motes::particles

@@ -114,6 +114,7 @@ class World:
         self._cast = _roles.cast(roles, self._comm.size)
         self._speeds = _roles.speeds(roles, self._comm.size)
         self._systems: list[System] = []
+        self._names: set[str] = set()
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
         self._run_state: OpenRun | None = None
@@ -198,7 +199,7 @@ class World:
         extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
         `space` override the world's.
         """
-        if not isinstance(name, str) or not name or any(s.name == name for s in self._systems):
+        if not isinstance(name, str) or not name or name in self._names:
             raise ArgumentError("name", name, "a new, non-empty text")
         if any("\ud800" <= letter <= "\udfff" for letter in name):
             raise ArgumentError("name", name, "a text of whole Unicode letters")
@@ -217,6 +218,7 @@ class World:
         if self._ended:
             raise MotesError("this world has ended; make a new one")
         self._systems.append(made)
+        self._names.add(name)
         if self._engine is not None:
             self._define(made)
         return made

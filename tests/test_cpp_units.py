@@ -17,3 +17,9 @@ def test_cpp_units(cpp_units: Path):
         names = ", ".join(failed) or f"exit code {ran.returncode}"
         pytest.fail(f"{names}\n{ran.stderr[-8000:]}{ran.stdout[-500:]}", pytrace=False)
     assert " 0 failed checks" in ran.stdout
+
+
+def test_the_unit_tests_need_no_mpi(cpp_units: Path):
+    needed = subprocess.run(["ldd", cpp_units], capture_output=True, text=True, check=True).stdout
+    assert "libstdc++" in needed
+    assert "libmpi" not in needed

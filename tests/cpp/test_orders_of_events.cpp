@@ -64,6 +64,7 @@ void record(frame::Engine& engine, int parents, int children, bool reads) {
   engine.record(parents, source());
   engine.record(parents, spawn);
   engine.record(parents, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
+  if (reads) engine.local(parents);
   engine.record(parents, actions::Action{actions::Kind::bounce, {0.5, 0.1, 0, 1}, {ground}});
   if (reads) engine.digest();
   engine.record(parents, actions::Action{actions::Kind::kill_old, {0.2, 0}, {}});

@@ -8,8 +8,7 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
-from motes.analysis.plots import Plots
-from motes.analysis.plots_runs import RunsPlots
+from motes.analysis.plots import Plots, RunsPlots
 from motes.analysis.schema import QUANTILES, TABLES, Table
 
 PAGE = Path(__file__).with_name("analysis.md")

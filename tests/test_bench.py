@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 import motes
-from motes import _core, bench
+from motes import _core
+from motes.cli import bench
 
 ACTIONS = _core.action_names()
 

@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 from launching import NO_LAUNCHER
 
-from motes import doctor, launch
-from motes.__main__ import _split, main
+from motes import launch
+from motes.cli import _split, doctor, main
 from motes.errors import ArgumentError, MotesError
 from motes.launch import Mpirun, Version
 

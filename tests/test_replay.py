@@ -18,7 +18,8 @@ from launching import mpirun
 from particle_engine import play
 
 import motes
-from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core, bench
+from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core
+from motes.cli import bench
 from motes.replay.compare import compare
 from motes.replay.density import Density, crossing, exchange, overlaps
 from motes.replay.simulate import simulate

@@ -19,8 +19,9 @@ from handmade import load_row, moving_spot, rows, write_log
 
 import motes
 from motes import LogError
-from motes.__main__ import main
-from motes.analysis import report, watch
+from motes.analysis import watch
+from motes.analysis.export import report
+from motes.cli import main
 
 pytest.importorskip("pandas")
 pytest.importorskip("matplotlib").use("Agg")
@@ -247,7 +248,7 @@ def test_trace_is_whole_or_not_there(log, tmp_path, monkeypatch):
     def broken(*_):
         raise RuntimeError("stop")
 
-    monkeypatch.setattr("motes.analysis.trace._counters", broken)
+    monkeypatch.setattr("motes.analysis.export.trace._counters", broken)
     with pytest.raises(RuntimeError, match="stop"):
         motes.open_run(log).to_perfetto(tmp_path / "trace.json")
     assert list(tmp_path.iterdir()) == []

@@ -17,7 +17,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _last_resort, arguments, files
+from . import _last_resort, arguments
+from ._io import files
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 

@@ -25,7 +25,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import _core, files
+from . import _core
+from ._io import files
 from .errors import MotesError
 
 __all__ = ["NO_PICTURE", "Recording", "USAGE", "claim", "main"]

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
     from ..balance import Balancer
-    from .plots import Plots
+    from .plots.one_run import Plots
 
 __all__ = ["Run", "open_run"]
 
@@ -220,13 +220,13 @@ class Run:
     @cached_property
     def plot(self) -> Plots:
         """Plots: `run.plot.imbalance()`, `run.plot.heatmap("n_end")`, ...; each returns a matplotlib Axes."""
-        from .plots import Plots
+        from .plots.one_run import Plots
 
         return Plots(self)
 
     def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
         """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters."""
-        from .trace import write_trace
+        from .export.trace import write_trace
 
         return write_trace(self, path)
 

@@ -17,7 +17,7 @@ from .run import Run, open_run
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from .plots_runs import RunsPlots
+    from .plots.many_runs import RunsPlots
 
 __all__ = ["Runs", "configuration", "open_runs"]
 
@@ -172,7 +172,7 @@ class Runs(Sequence[Run]):
     @cached_property
     def plot(self) -> RunsPlots:
         """Plots of many runs: `runs.plot.speedup()`, ...; each returns a matplotlib Axes."""
-        from .plots_runs import RunsPlots
+        from .plots.many_runs import RunsPlots
 
         return RunsPlots(self)
 

@@ -9,7 +9,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from . import drawing, measures
+from . import measures
+from .plots import drawing
 
 if TYPE_CHECKING:
     from .run import Run

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import extras, measures
-from .drawing import UNDER_WAY
+from .plots.drawing import UNDER_WAY
 
 if TYPE_CHECKING:
     from pandas import DataFrame

@@ -12,13 +12,13 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files
-from ..errors import LogError
-from . import timeline
-from .drawing import UNDER_WAY
+from ..._io import files
+from ...errors import LogError
+from .. import timeline
+from ..plots.drawing import UNDER_WAY
 
 if TYPE_CHECKING:
-    from .run import Run
+    from ..run import Run
 
 __all__ = ["write_trace"]
 

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ArgumentError, LogError
-from . import drawing, measures, timeline
+from ...errors import ArgumentError, LogError
+from .. import measures, timeline
+from . import drawing
+from .domains import draw_domains
 from .drawing import finish
-from .plot_domains import draw_domains
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame, Series
 
-    from .run import Run
+    from ..run import Run
 
 __all__ = ["Plots"]
 

@@ -11,9 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from ..analysis.run import Run
+from ..cluster.machines import Cluster
+from ..cluster.simulate import record, simulate
 from ..errors import MotesError
-from .machines import Cluster
-from .simulate import record, simulate
 
 __all__ = ["USAGE", "main"]
 
@@ -108,7 +108,7 @@ def _paper(words: list[str]) -> int:
     parser.add_argument("--json", action="store_true", help="print one JSON object")
     parser.add_argument("--plot", metavar="FILE", help="draw the table, by its suffix .png, .svg or .pdf")
     args = parser.parse_args(words)
-    from .paper import experiment, show  # needs more than a plain run does
+    from ..cluster.paper import experiment, show  # needs more than a plain run does
 
     rows = experiment.reproduce(args.table)
     print(json.dumps(show.facts(rows)) if args.json else show.text(rows))
@@ -118,7 +118,7 @@ def _paper(words: list[str]) -> int:
 
 
 def _growth(words: list[str]) -> int:
-    from . import growth
+    from ..cluster import growth
 
     parser = argparse.ArgumentParser(prog="python -m motes cluster growth", usage=USAGE)
     parser.add_argument(

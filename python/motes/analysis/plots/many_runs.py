@@ -10,7 +10,7 @@ from .drawing import finish
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .runs import Runs
+    from ..runs import Runs
 
 __all__ = ["RunsPlots"]
 

@@ -11,10 +11,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from .. import files
-from ..errors import LogError
-from . import drawing, summary
-from .run import Run, open_run
+from ..._io import files
+from ...errors import LogError
+from .. import summary
+from ..plots import drawing
+from ..run import Run, open_run
 
 __all__ = ["main", "write_report"]
 

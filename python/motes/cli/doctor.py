@@ -13,8 +13,8 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import launch
-from .errors import MotesError
+from .. import launch
+from ..errors import MotesError
 
 __all__ = ["Report", "examine", "main"]
 

@@ -16,11 +16,11 @@ from typing import Any
 
 from mpi4py import MPI
 
-from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from .distributions import Uniform
-from .shapes import Box, Plane, Rectangle, Sphere
-from .system import System
-from .world import World
+from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from ..distributions import Uniform
+from ..shapes import Box, Plane, Rectangle, Sphere
+from ..system import System
+from ..world import World
 
 __all__ = ["main"]
 
@@ -132,7 +132,7 @@ def _figures(
 
 def main(words: Sequence[str] | None = None) -> None:
     """Be one rank of the job."""
-    parser = argparse.ArgumentParser(prog="python -m motes.overhead")
+    parser = argparse.ArgumentParser(prog="python -m motes.bench.overhead")
     for name in ("systems", "particles", "rounds", "frames"):
         parser.add_argument(f"--{name}", type=int, required=True)
     figures = _job(parser.parse_args(words))

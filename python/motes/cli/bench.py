@@ -17,8 +17,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from . import _core, launch
-from .errors import MotesError
+from .. import _core, launch
+from ..errors import MotesError
 
 __all__ = ["main"]
 
@@ -187,8 +187,8 @@ def _scale(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _recording(arguments: argparse.Namespace) -> dict[str, Any]:
     """Time the calls of a frame, and the frame without particles, in CPU time of this thread."""
-    from .shapes import Box, Plane
-    from .world import World
+    from ..shapes import Box, Plane
+    from ..world import World
 
     world = World(seed=1, dt=1 / 24, progress="off")
     systems = [world.system(f"system {i}") for i in range(arguments.systems)]
@@ -247,13 +247,13 @@ def _render(arguments: argparse.Namespace) -> dict[str, Any]:
 
 def _balance(arguments: argparse.Namespace) -> dict[str, Any]:
     """Compare balancers; --run needs pandas, made-up loads need nothing."""
-    from .replay.compare import candidates, compare, planning_ms
-    from .replay.history import History, Recorded
-    from .replay.synthetic import LOADS, synthetic
+    from ..replay.compare import candidates, compare, planning_ms
+    from ..replay.history import History, Recorded
+    from ..replay.synthetic import LOADS, synthetic
 
     histories: dict[str, History] = {}
     if arguments.run is not None:
-        from .analysis import open_run
+        from ..analysis import open_run
 
         histories[arguments.run] = Recorded(open_run(arguments.run))
     else:
@@ -271,7 +271,7 @@ def _balance(arguments: argparse.Namespace) -> dict[str, Any]:
 def _overhead(arguments: argparse.Namespace) -> dict[str, Any]:
     """Start a job in which worlds with each balancer take turns, and return what its first rank says."""
     sizes = [f"--{name}={getattr(arguments, name)}" for name in ("systems", "particles", "rounds", "frames")]
-    words = launch.command(arguments.ranks, [sys.executable, "-m", "motes.overhead", *sizes])
+    words = launch.command(arguments.ranks, [sys.executable, "-m", "motes.bench.overhead", *sizes])
     job = subprocess.run(words, check=False, capture_output=True, text=True)
     lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
     if job.returncode != 0 or not lines:

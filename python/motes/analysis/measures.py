@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _extras
 from ..errors import ArgumentError
-from . import extras
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -79,7 +79,7 @@ def shares(load: DataFrame, column: str = "n_end", system: str | None = None) ->
 
 def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
     """Return particles a second of compute, frame x rank; NaN where nothing was computed."""
-    pd = extras.pandas()
+    pd = _extras.pandas()
     rows = of_system(load, system)
     known = rows["speed"] > 0
     seconds = rows["t_compute_s"].where(known, 0.0)

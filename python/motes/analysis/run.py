@@ -36,7 +36,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
 class Run:
     """A run: `facts` (run.json) and the log's tables as DataFrames.
 
-    Made by `open_run`, or by `replay`, which computes what another balancer would have done.
+    Made by `open_run`, or by `Run.replay`, which computes what another balancer would have done.
     """
 
     def __init__(
@@ -231,10 +231,21 @@ class Run:
         return write_trace(self, path)
 
     def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
-        """Return this run as it would have been under another balancer; see `motes.replay.replay`."""
-        from ..replay import replay
+        """Return this run as it would have been under another balancer: the same tables and plots.
 
-        return replay(self, balancer, powers=powers)
+        Raises LogError where the log has no densities. See `motes.replay.predict` for what is known, what is
+        estimated, and for `powers`.
+        """
+        from ..replay import predict  # needs the compiled core, unlike all else here
+
+        rows = predict(self, balancer, powers=powers)
+        facts = {
+            **self.facts,
+            "name": f"{self.name} with {balancer!r}",
+            "balancer": repr(balancer),
+            "replay_of": self.name,
+        }
+        return Run(facts, {name: frame_of(table, TABLES[name].columns) for name, table in rows.items()})
 
     def __repr__(self) -> str:
         """Show name, size and balancer."""

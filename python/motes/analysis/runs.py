@@ -9,9 +9,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from .. import arguments
+from .. import _extras, arguments
 from ..errors import ArgumentError, LogError
-from . import extras
 from .run import Run, open_run
 
 if TYPE_CHECKING:
@@ -90,7 +89,7 @@ class Runs(Sequence[Run]):
     def table(self) -> DataFrame:
         """A row a run: its `summary()`, with the scene and the paper's name of its configuration."""
         rows = [{"scene": _scene(run), "configuration": configuration(run), **run.summary()} for run in self]
-        table: DataFrame = extras.pandas().DataFrame(rows).set_index("run")
+        table: DataFrame = _extras.pandas().DataFrame(rows).set_index("run")
         return table
 
     def where(self, **facts: Any) -> Runs:
@@ -119,7 +118,7 @@ class Runs(Sequence[Run]):
             raise LogError("no runs to compare")
         dynamic = {_kind(run) for run in self if configuration(run).endswith("DLB")}
         rows = [self._speedup_row(run, baseline, several=len(dynamic) > 1) for run in self]
-        table = extras.pandas().DataFrame(rows).set_index("run")
+        table = _extras.pandas().DataFrame(rows).set_index("run")
         return table if layout == "long" else _paper_layout(table)
 
     def _speedup_row(self, run: Run, baseline: Any, *, several: bool) -> dict[str, Any]:
@@ -213,7 +212,7 @@ def _paper_layout(table: DataFrame) -> DataFrame:
     )
     order = sorted(table["configuration"].unique(), key=_column_order)
     columns = [(measure, name) for measure in ("speedup", "efficiency") for name in order]
-    return wide.reindex(columns=extras.pandas().MultiIndex.from_tuples(columns, names=["", "configuration"]))
+    return wide.reindex(columns=_extras.pandas().MultiIndex.from_tuples(columns, names=["", "configuration"]))
 
 
 def _column_order(name: str) -> tuple[int, str]:

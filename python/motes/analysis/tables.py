@@ -8,8 +8,8 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import _extras
 from ..errors import LogError
-from . import extras
 from .schema import Column, Table
 
 if TYPE_CHECKING:
@@ -138,7 +138,7 @@ def _read_per_rank(directory: Path, table: Table) -> tuple[DataFrame, list[Path]
 
 def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
     """Make a DataFrame: the known columns in order, whether the rows have them or not, then all others."""
-    pd = extras.pandas()
+    pd = _extras.pandas()
     columns = tuple(columns)
     known = {column.name for column in columns}
     others = list(dict.fromkeys(name for row in rows for name in row if name not in known))
@@ -150,7 +150,7 @@ def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
 
 def _series(values: list[Any], kind: type) -> Any:
     """Numbers with gaps are floats with NaN; a text that is missing is None."""
-    pd = extras.pandas()
+    pd = _extras.pandas()
     if kind is str:
         return pd.Series(values, dtype=object if None in values else "str")
     if kind is int and None not in values and all(type(value) is int for value in values):

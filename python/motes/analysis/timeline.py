@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import extras, measures
+from .. import _extras
+from . import measures
 from .plots.drawing import UNDER_WAY
 
 if TYPE_CHECKING:
@@ -34,7 +35,7 @@ def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bo
         mine = spans if chosen is None else spans[spans["frame"].isin(chosen)]
         return mine[list(COLUMNS)].sort_values(["start_s", "end_s"], ignore_index=True), True
     rows = list(_laid_out(run, chosen))
-    return extras.pandas().DataFrame(rows, columns=list(COLUMNS)), False
+    return _extras.pandas().DataFrame(rows, columns=list(COLUMNS)), False
 
 
 def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
@@ -44,7 +45,7 @@ def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
         ends = spans.groupby("frame").agg({"start_s": "min", "end_s": "max"}).reset_index()
     else:
         seconds = run.frames["t_frame_s"].fillna(0.0)
-        ends = extras.pandas().DataFrame({"frame": run.frames["frame"], "end_s": seconds.cumsum()})
+        ends = _extras.pandas().DataFrame({"frame": run.frames["frame"], "end_s": seconds.cumsum()})
         ends["start_s"] = ends["end_s"] - seconds
     rows = ends.to_dict("records")
     return {int(row["frame"]): (float(row["start_s"]), float(row["end_s"])) for row in rows}
@@ -106,7 +107,7 @@ def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFr
     Without spans a calculator's frame is parted into compute, exchange and image (their waits included),
     other waiting, and the rest.
     """
-    pd = extras.pandas()
+    pd = _extras.pandas()
     if not run.spans.empty:
         found, _ = slices(run, frames)
         found = found[found["phase"] != UNDER_WAY]

@@ -1,116 +1,77 @@
-"""The command line: `python -m motes run | record | cluster | doctor | bench | watch | report`."""
+"""The command line: `python -m motes COMMAND ...`, one module per command.
+
+Each module has `configure(parser)`, which adds the command's arguments, and `run(args)`, which does the work
+and returns the exit code. Only the module of the command that was asked for is imported.
+"""
 
 from __future__ import annotations
 
-import argparse
 import importlib
-import importlib.util
+import os
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 
-from .. import launch, scenefile
-from ..analysis import watch
-from ..analysis.export import report
+from .._io.text import printable
 from ..errors import MotesError
-from . import doctor
+from .parser import Parser, nearest
 
-__all__ = ["main"]
+__all__ = ["COMMANDS", "main"]
 
-_RUN_USAGE = (
-    "python -m motes run -n N [--hosts h1,h2:2 | --hostfile FILE] [-- mpirun options] script.py [arguments]"
+PROGRAM = "python -m motes"
+COMMANDS = {
+    "run": "start a script on N ranks with the right mpirun",
+    "doctor": "examine this installation; exit code 1 if something is wrong",
+    "bench": "measure this machine",
+    "watch": "show a run while it goes on, from its log",
+    "report": "write a run's summary and plots as one HTML file",
+    "record": "write what a script records to a file that replays without Python",
+    "cluster": "run on a simulated cluster; reproduce the paper's tables",
+}
+_DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
+    f"  {name:<9} {about}" for name, about in COMMANDS.items()
 )
-_RUN_OPTIONS = ("-n", "-np", "--ranks", "--hosts", "--hostfile")
 
 
 def main(argv: Sequence[str] | None = None) -> int:
-    """Run one command; the exit code."""
+    """Run one command; returns the exit code: 2 for usage errors and for errors of motes."""
     words = list(sys.argv[1:] if argv is None else argv)
+    if not words or words[0] not in COMMANDS:
+        return _without_command(words)
+    command = importlib.import_module(f".{words[0]}", __name__)
+    parser = Parser(prog=f"{PROGRAM} {words[0]}", description=command.__doc__)
+    command.configure(parser)
+    args = parser.parse_args(words[1:])
     try:
-        # These hand words on to others, which argparse would take for its own.
-        if words[:1] == ["run"]:
-            return _run(words[1:])
-        if words[:1] == ["record"]:
-            return scenefile.main(words[1:])
-        if words[:1] == ["cluster"]:
-            from . import cluster as command
-
-            return command.main(words[1:])
-        if words[:1] == ["bench"] and _has("bench"):
-            return int(importlib.import_module("motes.cli.bench").main(words[1:]) or 0)
-        arguments = _parser().parse_args(words)
-        if arguments.command == "doctor":
-            return doctor.main(as_json=arguments.json)
-        if arguments.command == "watch":
-            return watch.main(
-                arguments.run, once=arguments.once, as_json=arguments.json, wait_s=arguments.wait
-            )
-        if arguments.command == "report":
-            return report.main(arguments.run, output=arguments.output, as_json=arguments.json)
-        _parser().print_help()
-        return 2
+        code: int = command.run(args)
+        return code
     except MotesError as error:
-        print(f"motes: {error}", file=sys.stderr)
+        return _failed(str(error))
+    except BrokenPipeError:
+        # The reader of the output, such as a pager or `head`, has gone; the interpreter must not flush again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        if error.filename is None:
+            raise
+        return _failed(f"{os.fspath(error.filename)}: {error.strerror}")
+
+
+def _without_command(words: list[str]) -> int:
+    parser = Parser(prog=PROGRAM, usage=f"{PROGRAM} COMMAND ...", description=_DESCRIPTION)
+    parser.epilog = f"`{PROGRAM} COMMAND --help` tells more about a command."
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    if not words:
+        parser.print_help(sys.stderr)
         return 2
+    if not words[0].startswith("-"):
+        parser.error(f"unknown command {words[0]!r}{nearest(words[0], list(COMMANDS))}")
+    if parser.parse_args(words).version:
+        from .. import __version__
+
+        print(__version__)
+    return 0
 
 
-def _parser() -> argparse.ArgumentParser:
-    parser = argparse.ArgumentParser(prog="python -m motes", description="Particle animations on clusters.")
-    commands = parser.add_subparsers(dest="command", metavar="command")
-    commands.add_parser("run", help="start a script on N ranks with the right mpirun", usage=_RUN_USAGE)
-    commands.add_parser("record", help="write what a script says to a file", usage=scenefile.USAGE)
-    commands.add_parser("cluster", help="run on a simulated cluster; reproduce the paper's tables")
-    check = commands.add_parser("doctor", help="examine this installation; exit code 1 if something is wrong")
-    check.add_argument("--json", action="store_true", help="print one JSON object")
-    if _has("bench"):
-        commands.add_parser("bench", help="measure this machine")
-    live = commands.add_parser("watch", help="show a run while it goes on, from its log")
-    live.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
-    live.add_argument("--once", action="store_true", help="show what there is now, and end")
-    live.add_argument("--json", action="store_true", help="show it as one JSON object, and end")
-    live.add_argument(
-        "--wait", type=float, default=10.0, metavar="S", help="seconds to wait for the log (10)"
-    )
-    page = commands.add_parser("report", help="write a run's summary and plots as one HTML file")
-    page.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
-    page.add_argument("-o", "--output", metavar="FILE", help="where to (RUN/report.html)")
-    page.add_argument("--json", action="store_true", help="print the figures as one JSON object")
-    return parser
-
-
-def _run(words: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m motes run", usage=_RUN_USAGE)
-    parser.add_argument("-n", "-np", "--ranks", type=int, required=True, metavar="N", help="number of ranks")
-    parser.add_argument("--hosts", help="hosts, each with the number of ranks it takes: h1,h2:2")
-    parser.add_argument("--hostfile", help="a file of hosts in mpirun's own form")
-    own, options, program = _split(words)
-    arguments = parser.parse_args(own)
-    return launch.run(
-        arguments.ranks, program, hosts=arguments.hosts, hostfile=arguments.hostfile, options=options
-    )
-
-
-def _split(words: list[str]) -> tuple[list[str], list[str], list[str]]:
-    """Part the words into our own options, mpirun's (between `--` and the script) and the program.
-
-    A second `--` says where mpirun's options end; without one it is the first word that looks like a script.
-    """
-    end = 0
-    while end < len(words) and words[end].startswith("-") and words[end] not in ("--", "-m", "-c"):
-        end += 2 if words[end] in _RUN_OPTIONS else 1
-    own, rest = words[:end], words[end:]
-    if rest[:1] != ["--"]:
-        return own, [], rest
-    rest = rest[1:]
-    scripts = [i for i, word in enumerate(rest) if word in ("-m", "-c") or word.endswith(".py")]
-    start = min(scripts, default=len(rest))
-    if "--" in rest[:start]:
-        start = rest.index("--")
-        return own, rest[:start], rest[start + 1 :]
-    if start == len(rest):  # a script by another name, or a value of an option that is a file
-        start = next((i for i, word in enumerate(rest) if Path(word).is_file()), start)
-    return own, rest[:start], rest[start:]
-
-
-def _has(name: str) -> bool:
-    return importlib.util.find_spec(f"motes.{name}") is not None
+def _failed(text: str) -> int:
+    print("motes: " + "\n".join(map(printable, text.split("\n"))), file=sys.stderr, flush=True)
+    return 2

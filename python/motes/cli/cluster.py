@@ -1,58 +1,90 @@
-"""`python -m motes cluster run | paper | growth`: virtual machines, the paper's tables, many ranks."""
+"""Run on a simulated cluster, reproduce the paper's tables, or show how the engine grows with the ranks.
+
+Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: `cluster build`, once.
+"""
 
 from __future__ import annotations
 
 import argparse
-import json
 import runpy
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from ..analysis.run import Run
+from ..cluster import growth
+from ..cluster.build import build
 from ..cluster.machines import Cluster
 from ..cluster.simulate import record, simulate
 from ..errors import MotesError
+from .parser import add_commands, add_json, print_figures
 
-__all__ = ["USAGE", "main"]
+__all__ = ["configure", "run"]
 
-USAGE = """python -m motes cluster run [options] CLUSTER.py (SCENE.motes | script.py [arguments])
-       python -m motes cluster paper --table 1|2|3 [--json] [--plot FILE]
-       python -m motes cluster growth [--ranks 8,64,...] [--births WHO,...] [--pictures]
-           [--json] [--plot FILE]"""
 REPLAY = ("balancer", "combine", "roles", "frames")
 """Options that go to motes_replay as they are."""
 
 
-def main(words: Sequence[str]) -> int:
-    """Run one command; the exit code."""
-    command = words[0] if words else ""
-    if command == "run":
-        return _run(list(words[1:]))
-    if command == "paper":
-        return _paper(list(words[1:]))
-    if command == "growth":
-        return _growth(list(words[1:]))
-    print(f"usage: {USAGE}")
-    return 0 if command in ("-h", "--help") else 2
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the commands and their arguments."""
+    commands = add_commands(parser, "COMMAND")
+    _configure_run(commands.add_parser("run", help="run a scene on a cluster that a file describes"))
+    paper = commands.add_parser("paper", help="reproduce a table of the paper on a copy of its cluster")
+    paper.add_argument("--table", type=int, choices=(1, 2, 3), required=True, help="which of the paper's")
+    many = commands.add_parser("growth", help="weak scaling: as many particles per rank on ever more ranks")
+    many.add_argument(
+        "--ranks",
+        type=_numbers,
+        default=list(growth.RANKS),
+        metavar="N,...",
+        help="numbers of ranks, from 3 on: one draws, one manages, the others calculate",
+    )
+    many.add_argument(
+        "--births",
+        type=_ways,
+        default=["calculators"],
+        metavar="WHO,...",
+        help=f"who makes births: {', '.join(growth.WAYS)}",
+    )
+    many.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
+    for command in (paper, many):
+        add_json(command)
+        command.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
+    make = commands.add_parser("build", help="compile motes_replay for the simulator from a clone of motes")
+    make.add_argument("--source", type=Path, required=True, metavar="DIR", help="the clone")
+    make.add_argument(
+        "--output", type=Path, metavar="FILE", help="the program (beside this Python, where it is looked for)"
+    )
 
 
-def _run(words: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m motes cluster run", usage=USAGE, description=__doc__)
+def run(args: argparse.Namespace) -> int:
+    """Run one command."""
+    return {"run": _run, "paper": _paper, "growth": _growth, "build": _build}[args.command](args)
+
+
+def _configure_run(parser: argparse.ArgumentParser) -> None:
+    parser.usage = (
+        "python -m motes cluster run [options] CLUSTER.py (SCENE.motes | script.py [script's arguments])"
+    )
     parser.add_argument("cluster", metavar="CLUSTER.py", help="a file that says `cluster = Cluster(...)`")
     parser.add_argument("scene", metavar="SCENE", help="a recorded scene, or the script to record it from")
-    parser.add_argument("words", nargs=argparse.REMAINDER, help="the script's arguments")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="the script's arguments")
     parser.add_argument("--log", metavar="DIR", help="keep the run's log there")
-    parser.add_argument("--costs", metavar="FILE", help="what work costs: lines name = nanoseconds")
     parser.add_argument(
-        "--scale", type=float, default=1.0, metavar="R", help="particles that each stands for"
+        "--costs",
+        metavar="FILE",
+        help="what work costs: lines `name = nanoseconds` (measured on one core of a Xeon with AVX-512)",
     )
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="R", help="particles that each particle stands for (1)"
+    )
     parser.add_argument("--blocking", action="store_true", help="calculators wait for the image generator")
     for name in REPLAY:
         parser.add_argument(f"--{name}", help="as motes_replay takes it")
-    args = parser.parse_args(words)
+    add_json(parser)
+
+
+def _run(args: argparse.Namespace) -> int:
     cluster = _described(Path(args.cluster))
     options = ["--blocking"] if args.blocking else []
     for name in REPLAY:
@@ -62,22 +94,19 @@ def _run(words: list[str]) -> int:
         scene = Path(args.scene)
         if scene.suffix == ".py":
             scene = Path(folder) / "scene.motes"
-            record(scene, Path(args.scene), args.words)
-        elif args.words:
-            raise MotesError(f"a recorded scene takes no arguments, got {' '.join(args.words)}")
+            record(scene, Path(args.scene), args.arguments)
+        elif args.arguments:
+            raise MotesError(f"a recorded scene takes no arguments, got {' '.join(args.arguments)}")
         elif not scene.is_file():
             raise MotesError(f"scene {scene} does not exist")
         log = Path(args.log) if args.log else Path(folder) / "log"
-        facts = _facts(
-            simulate(scene, cluster, log=log, costs=args.costs, scale=args.scale, options=options), cluster
-        )
-    if args.json:
-        print(json.dumps(facts))
-    else:
-        print(
-            "{ranks} ranks on {hosts} machines: {frames} frames in {simulated_s:.3f} simulated seconds, "
-            "{frame_s:.4f} a frame, imbalance {imbalance:.2f}".format(**facts)
-        )
+        found = simulate(scene, cluster, log=log, costs=args.costs, scale=args.scale, options=options)
+        facts = {**_facts(found, cluster), "costs": args.costs or "measured on one core of a Xeon"}
+    text = (
+        "{ranks} ranks on {hosts} machines: {frames} frames in {simulated_s:.3f} simulated seconds, "
+        "{frame_s:.4f} per frame, imbalance {imbalance:.2f}; costs of work: {costs}"
+    ).format(**facts)
+    print_figures(args, facts, text)
     return 0
 
 
@@ -102,42 +131,41 @@ def _facts(run: Run, cluster: Cluster) -> dict[str, Any]:
     }
 
 
-def _paper(words: list[str]) -> int:
-    parser = argparse.ArgumentParser(prog="python -m motes cluster paper", usage=USAGE)
-    parser.add_argument("--table", type=int, choices=(1, 2, 3), required=True, help="which of the paper's")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--plot", metavar="FILE", help="draw the table, by its suffix .png, .svg or .pdf")
-    args = parser.parse_args(words)
-    from ..cluster.paper import experiment, show  # needs more than a plain run does
+def _paper(args: argparse.Namespace) -> int:
+    from ..cluster.paper import experiment, show
 
     rows = experiment.reproduce(args.table)
-    print(json.dumps(show.facts(rows)) if args.json else show.text(rows))
+    print_figures(args, show.facts(rows), show.text(rows))
     if args.plot:
         show.plot(rows, args.plot)
     return 0
 
 
-def _growth(words: list[str]) -> int:
-    from ..cluster import growth
-
-    parser = argparse.ArgumentParser(prog="python -m motes cluster growth", usage=USAGE)
-    parser.add_argument(
-        "--ranks", default=",".join(map(str, growth.RANKS)), help="numbers of ranks, from 3 on"
-    )
-    parser.add_argument("--births", default="calculators", help=f"of {', '.join(growth.WAYS)}")
-    parser.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    parser.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
-    args = parser.parse_args(words)
-    try:
-        ranks = [int(text) for text in args.ranks.split(",")]
-    except ValueError:
-        parser.error(f"--ranks takes whole numbers, got {args.ranks}")
-    if min(ranks) < 3:
-        parser.error("--ranks takes numbers from 3 on: one draws, one manages, the others calculate")
-    ways = args.births.split(",")
-    rows = [row for way in ways for row in growth.grow(ranks, way, pictures=args.pictures)]
-    print(json.dumps(growth.facts(rows)) if args.json else growth.text(rows))
+def _growth(args: argparse.Namespace) -> int:
+    rows = [row for way in args.births for row in growth.grow(args.ranks, way, pictures=args.pictures)]
+    print_figures(args, growth.facts(rows), growth.text(rows))
     if args.plot:
         growth.plot(rows, args.plot)
     return 0
+
+
+def _build(args: argparse.Namespace) -> int:
+    print(build(args.source, args.output))
+    return 0
+
+
+def _numbers(text: str) -> list[int]:
+    try:
+        found = [int(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if not found or min(found) < 3:
+        raise argparse.ArgumentTypeError(f"must be whole numbers from 3 on, got {text!r}")
+    return found
+
+
+def _ways(text: str) -> list[str]:
+    found = text.split(",")
+    if not set(found) <= set(growth.WAYS):
+        raise argparse.ArgumentTypeError(f"must be of {', '.join(growth.WAYS)}, got {text!r}")
+    return found

@@ -9,10 +9,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import arguments
+from .. import _extras, arguments
 from ..analysis.run import Run
+from .build import find_replay, find_smpirun
 from .machines import Cluster, Network, Node
-from .simulate import find_replay, find_smpirun, record, simulate
+from .simulate import record, simulate
 
 __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 
@@ -98,7 +99,6 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
         scene,
         Cluster([Node("node", count=ranks)], network()),
         log=log,
-        costs=FOLDER / "growth.costs",
         scale=PARTICLES / computed,
         options=options,
     )
@@ -154,7 +154,7 @@ def text(rows: Sequence[Row]) -> str:
 
 def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
     """Draw each phase's share over the number of ranks, a panel a way."""
-    from matplotlib.figure import Figure
+    Figure = _extras.matplotlib("matplotlib.figure").Figure
 
     ways = list(dict.fromkeys(row.way for row in rows))
     figure = Figure(figsize=(4.6 * len(ways) + 1, 3.8), layout="constrained")

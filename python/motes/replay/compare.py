@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import _core
 from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from .frames import simulate
 from .history import History
-from .simulate import simulate
 
 __all__ = ["compare", "candidates", "planning_ms"]
 

@@ -8,8 +8,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..build import find_replay, find_smpirun
 from ..machines import Cluster
-from ..simulate import find_replay, find_smpirun, record, simulate
+from ..simulate import record, simulate
 from .model import FOLDER, alone, balancer, cluster, costs, fitted, model, scale
 from .tables import Cell, cells
 

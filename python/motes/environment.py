@@ -12,7 +12,7 @@ from typing import Any
 
 from .errors import ArgumentError
 
-__all__ = ["TABLE", "Variable", "births", "fan_out", "is_set", "read", "stall_s"]
+__all__ = ["TABLE", "Variable", "alone", "births", "fan_out", "is_set", "read", "stall_s"]
 
 BIRTHS = ("manager", "calculators")
 PROGRESS = ("lines", "bar", "off")
@@ -65,6 +65,11 @@ def stall_s() -> float:
     return seconds
 
 
+def alone() -> bool:
+    """Tell whether each process may run by itself under a launcher that started several: MOTES_ALONE."""
+    return bool(read("MOTES_ALONE"))
+
+
 def births(given: Any) -> str:
     """Return who makes births: MOTES_BIRTHS, or else World's `births`."""
     from . import arguments
@@ -86,6 +91,10 @@ def _one_of(*names: str) -> Callable[[str], str]:
         return text
 
     return parse
+
+
+def _flag(text: str) -> bool:
+    return _one_of("0", "1")(text) == "1"
 
 
 def _seconds(text: str) -> float:
@@ -127,6 +136,14 @@ TABLE = {
             "a number of seconds > 0",
             _seconds,
             default=60.0,
+        ),
+        Variable(
+            "MOTES_ALONE",
+            "1: each process of an unknown launcher runs the whole animation by itself",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="that is an error",
         ),
         Variable(
             "MOTES_SPEEDS",

@@ -11,6 +11,7 @@ from typing import Any
 
 from .. import progress
 from .._io.text import printable
+from .schema import EVENTS, FRAMES, LOAD
 from .tables import Follower
 
 __all__ = ["SPARKS", "View"]
@@ -25,9 +26,9 @@ class View:
         """Take the log's directory and the run's facts."""
         self.path = path
         self.facts = facts
-        self._frames = Follower(path / "frames.jsonl")
-        self._load = Follower(path / "load.jsonl")
-        self._events = Follower(path / "events.jsonl")
+        self._frames, self._load, self._events = (
+            Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS)
+        )
         self._forget()
 
     def _forget(self) -> None:

@@ -189,7 +189,7 @@ def _variables(values: dict[str, str]) -> list[str]:
     width = max(map(len, environment.TABLE))
     lines = []
     for name, variable in environment.TABLE.items():
-        default = variable.default_text if variable.default is None else str(variable.default)
+        default = variable.default_text or str(variable.default)
         value = f"= {printable(values[name])}" if name in values else f"not set: {default}"
         lines.append(f"{name:<{width}}  {variable.meaning}; {value}")
     return lines

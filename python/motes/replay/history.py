@@ -100,7 +100,6 @@ class Recorded:
 
     def __init__(self, run: Tables) -> None:
         """Take the tables of a run; LogError where they do not suffice."""
-        self._name = run.name
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])
@@ -135,14 +134,15 @@ class Recorded:
         return grid
 
     def _grid(self, table: DataFrame, column: str) -> Floats:
-        if table.duplicated(["frame", "rank"]).any():
-            raise LogError(f"{self._name}: two rows of the same frame, system and calculator")
         grid = table.pivot(index="frame", columns="rank", values=column)
         return grid.reindex(index=self.frames, columns=self.ranks).to_numpy(np.float64)
 
     def _whole(self, name: str) -> None:
         """Leave out the frames at the end whose rows are not all there: the run was killed."""
-        missing = [np.isnan(grid["n"] + grid["n_start"]).any(axis=1) for grid in self._grids]
+        missing = []
+        for grid in self._grids:
+            needed = sum(grid[key] for key in ("n", "n_start", "created", "killed", "sent", "t_compute_s"))
+            missing.append(np.isnan(needed).any(axis=1) | np.isnan(grid["domain_hi"][:, :-1]).any(axis=1))
         broken = np.logical_or.reduce(missing)
         whole = int(np.argmax(broken)) if broken.any() else len(self.frames)
         if whole == 0:

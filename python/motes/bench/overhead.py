@@ -1,8 +1,9 @@
 """What balancing costs where there is nothing to balance: one rank of `python -m motes bench overhead`.
 
-Worlds that differ in their balancer alone run in one job, a few frames in turn, each beside the one whose
-cuts stay: whatever else the machine does meanwhile, it does to all. The figure is the median of the ratios;
-that of a second world with static cuts says how well it is known.
+Worlds that differ only in their balancer run in one job, a few frames in turn: whatever else the machine does
+meanwhile, it does to all. All figures, of the frame, of its phases and in per cent, are of one kind: the median
+over the rounds of the world with static cuts, plus the median of the differences to it within a round. The row
+of a second world with static cuts shows how well they are known.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
@@ -41,7 +42,7 @@ class Lane:
         self.times: list[dict[str, float]] = []
 
     def run(self, count: int) -> None:
-        """Compute so many frames."""
+        """Compute `count` frames."""
         for _ in range(count):
             frame = next(self.frames)
             for snow in self.layers:
@@ -81,7 +82,7 @@ def _balancers(calculators: int) -> dict[str, Balancer]:
 
 
 def _job(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Run all worlds in turn; the figures, on rank 0."""
+    """Run all worlds in turn and return the figures."""
     comm = MPI.COMM_WORLD
     total = WARM + arguments.rounds * arguments.frames
     sizes = (arguments.systems, arguments.particles, total + 1)
@@ -109,17 +110,21 @@ def _figures(
 ) -> dict[str, Any]:
     comm = MPI.COMM_WORLD
     calculators = lanes["static"].world.calculators
+    mine = {name: _by_round(lane.times, arguments.frames) for name, lane in lanes.items()}
+    everywhere = [one for rank, one in enumerate(comm.allgather(mine)) if rank in calculators]
     rows = []
-    for name, lane in lanes.items():
-        phases = {p: 1e3 * statistics.median(times[f"t_{p}_s"] for times in lane.times) for p in PHASES}
-        everywhere = comm.allgather(phases)
-        ratios = [a / b for a, b in zip(seconds[name], seconds["static"], strict=True)]
+    for name in lanes:
+        phases = {
+            phase: _beside(*(_mean([one[which][phase] for one in everywhere]) for which in (name, "static")))
+            for phase in PHASES
+        }
+        frame, static = _beside(seconds[name], seconds["static"]), statistics.median(seconds["static"])
         rows.append(
             {
                 "balancer": name,
-                "frame_ms": 1e3 * statistics.median(seconds[name]),
-                "overhead_percent": 100 * (statistics.median(ratios) - 1),
-                **{f"{p}_ms": statistics.mean(everywhere[rank][p] for rank in calculators) for p in PHASES},
+                "frame_ms": 1e3 * frame,
+                "overhead_percent": 100 * (frame / static - 1),
+                **{f"{phase}_ms": 1e3 * value for phase, value in phases.items()},
             }
         )
     return {
@@ -128,6 +133,23 @@ def _figures(
         **{name: getattr(arguments, name) for name in ("systems", "particles", "rounds", "frames")},
         "rows": rows,
     }
+
+
+def _by_round(times: Sequence[Mapping[str, float]], frames: int) -> dict[str, list[float]]:
+    """Average each phase over the frames of each round: seconds per frame, one value per round."""
+    rounds = [times[start : start + frames] for start in range(0, len(times), frames)]
+    return {p: [statistics.fmean(one[f"t_{p}_s"] for one in each) for each in rounds] for p in PHASES}
+
+
+def _mean(values: Sequence[Sequence[float]]) -> list[float]:
+    """Average over calculators, round by round."""
+    return [statistics.fmean(each) for each in zip(*values, strict=True)]
+
+
+def _beside(values: Sequence[float], static: Sequence[float]) -> float:
+    """Return the median of the static world's rounds plus the median difference to it within a round."""
+    differences = [a - b for a, b in zip(values, static, strict=True)]
+    return statistics.median(static) + statistics.median(differences)
 
 
 def main(words: Sequence[str] | None = None) -> None:

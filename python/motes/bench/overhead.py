@@ -1,9 +1,9 @@
 """What balancing costs where there is nothing to balance: one rank of `python -m motes bench overhead`.
 
-Worlds that differ only in their balancer run in one job, a few frames in turn: whatever else the machine does
-meanwhile, it does to all. All figures, of the frame, of its phases and in per cent, are of one kind: the median
-over the rounds of the world with static cuts, plus the median of the differences to it within a round. The row
-of a second world with static cuts shows how well they are known.
+Worlds that differ only in their balancer run in one job, a few frames in turn: whatever else the machine
+does meanwhile, it does to all. All figures, of the frame, of its phases and in per cent, are of one kind: the
+median over the rounds of the world with static cuts, plus the median of the differences to it within a
+round. The row of a second world with static cuts shows how well they are known.
 """
 
 from __future__ import annotations

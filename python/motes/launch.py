@@ -15,7 +15,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from . import open_worlds
+from . import environment, open_worlds
 from .errors import ArgumentError, MotesError
 
 __all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "run", "warn_if_alone"]
@@ -62,7 +62,7 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    told = os.environ.get("MOTES_MPIRUN")
+    told = environment.read("MOTES_MPIRUN")
     if told:
         path = shutil.which(told)
         if path is None:

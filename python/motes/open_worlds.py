@@ -10,6 +10,8 @@ import contextlib
 import os
 from pathlib import Path
 
+from . import environment
+
 __all__ = ["FOLDER", "enter", "leave", "left_open"]
 
 FOLDER = "MOTES_OPEN_WORLDS"  # the environment variable that names it; ranks of other hosts do not find it
@@ -35,5 +37,5 @@ def left_open(folder: str | os.PathLike[str]) -> list[int]:
 
 
 def _file(rank: int) -> Path | None:
-    folder = os.environ.get(FOLDER)
+    folder = environment.read(FOLDER)
     return Path(folder) / str(rank) if folder and Path(folder).is_dir() else None

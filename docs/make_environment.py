@@ -10,8 +10,8 @@ PAGE = Path(__file__).with_name("environment.md")
 HEAD = """# Environment variables
 
 They take precedence over what the script says. A value that is not allowed is an `ArgumentError` that names
-the variable. `python -m motes doctor` prints this list with what is set. (`docs/make_environment.py` writes this
-page.)
+the variable. `python -m motes doctor` prints this list with what is set. (`docs/make_environment.py` writes
+this page.)
 
 | variable | meaning | allowed | where it is not set |
 |---|---|---|---|

@@ -106,6 +106,12 @@ def test_a_density_of_quantiles_is_near_the_particles() -> None:
     np.testing.assert_array_equal(density.domains(cuts), [len(part) for part in parts])
 
 
+def test_the_call_that_the_guide_shows():
+    *_, last = motes.replay.simulate(motes.replay.synthetic("halves", frames=30), Pairwise(0.05))
+    assert last.frame == 29
+    assert last.seconds.max() / last.seconds.mean() < 1.5
+
+
 # --- replays of runs
 
 

@@ -100,7 +100,7 @@ class LogError(MotesError):
     """A run's log cannot be written or read."""
 
 
-EXTRAS = {"video": ("av>=12",), "analysis": ("pandas>=2", "matplotlib>=3.8")}
+EXTRAS = {"video": ("av>=12.3",), "analysis": ("pandas>=2", "matplotlib>=3.8")}
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 
 
@@ -117,6 +117,16 @@ class MissingExtra(MotesError, ImportError):
         )
         self.name = package
         self.extra = extra
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the name, too, which ImportError does not keep among its attributes."""
+        return _missing_extra, (self.args, self.name, self.extra)
+
+
+def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtra:
+    error = MissingExtra.__new__(MissingExtra, *args)
+    error.args, error.name, error.extra = args, package, extra
+    return error
 
 
 def argument_error(text: str) -> ArgumentError:

@@ -18,15 +18,19 @@ from typing import Any
 from mpi4py import MPI
 
 from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from ..distributions import Uniform
-from ..shapes import Box, Plane, Rectangle, Sphere
-from ..system import System
+from ..shapes import Box, Sphere
 from ..world import World
+from .snow import Snow
 
 __all__ = ["main"]
 
 PHASES = ("create", "act", "report", "exchange", "balance", "wait")
-TOP, FALL, REST = 12.0, 1.3, 3.0  # metres of air, m/s, seconds on the ground
+SNOW = Snow(
+    depth=10,
+    velocity=Box((-0.3, -1.4, -0.3), (0.4, -1.2, 0.3)),
+    gusts=Sphere((0, 0, 0), 1),
+    obstacles=(Box((-4, 0, -3), (4, 3, 3)), Sphere((10, 1, 0), 1)),
+)
 WARM = 16  # frames before the first that counts: what the balancers learn of the machine
 
 
@@ -46,28 +50,9 @@ class Lane:
         for _ in range(count):
             frame = next(self.frames)
             for snow in self.layers:
-                self.say(snow, frame)
+                SNOW.record(snow, frame, self.particles)
             self.world.step()
             self.times.append(self.world.timings)
-
-    def say(self, snow: System, frame: int) -> None:
-        """Record what one layer does in a frame; the air is full from the start, and stays so.
-
-        The first flakes are of all ages: as many die in a frame as are born.
-        """
-        life = TOP / FALL + REST
-        snow.configure(velocity=Box((-0.3, -FALL - 0.1, -0.3), (0.4, -FALL + 0.1, 0.3)))
-        if frame == 0:
-            snow.configure(age=Uniform(0, life))
-            snow.burst(Box((-30, 0, -5), (30, TOP, 5)), count=self.particles)
-            snow.configure(age=0)
-        snow.source(Rectangle((-30, TOP, -5), (60, 0, 0), (0, 0, 10)), rate=self.particles / life)
-        snow.random_acceleration(Sphere((0, 0, 0), 1))
-        snow.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.1, friction=0.9)
-        snow.bounce(Box((-4, 0, -3), (4, 3, 3)), restitution=0.1, friction=0.9)
-        snow.bounce(Sphere((10, 1, 0), 1), restitution=0.1, friction=0.9)
-        snow.kill_old(life)
-        snow.move()
 
 
 def _balancers(calculators: int) -> dict[str, Balancer]:

@@ -67,32 +67,32 @@ class Run:
 
     @property
     def frames(self) -> DataFrame:
-        """A row a frame: particles, exchanged, imbalance, seconds of each phase."""
+        """One row per frame: particles, exchanged, imbalance, seconds of each phase."""
         return self._table("frames")
 
     @property
     def load(self) -> DataFrame:
-        """A row a frame, system and calculator: particles, seconds, domain, speed."""
+        """One row per frame, system and calculator: particles, seconds, domain, speed."""
         return self._table("load")
 
     @property
     def balance(self) -> DataFrame:
-        """A row a cut that a balancer looked at; empty where there was none."""
+        """One row per cut that a balancer evaluated; empty where there was none."""
         return self._table("balance")
 
     @property
     def density(self) -> DataFrame:
-        """A row a frame, system and calculator: how its particles lie along the axis."""
+        """One row per frame, system and calculator: how its particles lie along the axis."""
         return self._table("density")
 
     @property
     def events(self) -> DataFrame:
-        """Start, end, and what was worth telling between."""
+        """Start, end, and what happened in between."""
         return self._table("events")
 
     @property
     def spans(self) -> DataFrame:
-        """A row a phase on a rank, of all ranks, with `World(spans=True)`; else empty."""
+        """One row per phase and rank, of all ranks, with `World(spans=True)`; else empty."""
         return self._table("spans")
 
     def reload(self) -> Run:
@@ -174,9 +174,9 @@ class Run:
         return measures.by_rank(self.load, column, system)
 
     def imbalance(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Return largest / mean over the calculators, a frame; 1 is perfect.
+        """Return largest / mean over the calculators, per frame; 1 is perfect.
 
-        `column`: seconds as they were measured, or "n_end", particles, which know no noise.
+        `column`: seconds as they were measured, or "n_end", particles, which have no noise.
         """
         return measures.imbalance(self.load, column, system)
 

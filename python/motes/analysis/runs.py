@@ -87,7 +87,7 @@ class Runs(Sequence[Run]):
 
     @property
     def table(self) -> DataFrame:
-        """A row a run: its `summary()`, with the scene and the paper's name of its configuration."""
+        """One row per run: its `summary()`, with the scene and the paper's name of its configuration."""
         rows = [{"scene": _scene(run), "configuration": configuration(run), **run.summary()} for run in self]
         table: DataFrame = _extras.pandas().DataFrame(rows).set_index("run")
         return table
@@ -102,15 +102,15 @@ class Runs(Sequence[Run]):
         *,
         layout: str = "paper",
     ) -> DataFrame:
-        """Return speed-up and efficiency over the baseline, from wall-clock seconds a frame.
+        """Return speed-up and efficiency over the baseline, from wall-clock seconds per frame.
 
-        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds a frame, or None: the
+        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds per frame, or None: the
         run of the same scene on one rank, or where there is none the slowest of those with fewest
         calculators. Frames are compared that both runs have. Efficiency is speed-up over calculators.
 
-        `layout="paper"`: a row a number of calculators, a column IS-SLB, FS-SLB, IS-DLB, FS-DLB as in the
-        paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: a column
-        each). `layout="long"`: a row a run.
+        `layout="paper"`: one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as in
+        the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: one
+        column each). `layout="long"`: one row per run.
         """
         if layout not in ("paper", "long"):
             raise ArgumentError("layout", layout, "'paper' or 'long'")
@@ -141,10 +141,10 @@ class Runs(Sequence[Run]):
         }
 
     def _reference(self, run: Run, baseline: Any) -> tuple[float, float]:
-        """Seconds a frame of the baseline and of the run, over the frames that both have."""
+        """Seconds per frame of the baseline and of the run, over the frames that both have."""
         if isinstance(baseline, (int, float)) and not isinstance(baseline, bool):
             if not baseline > 0:
-                raise ArgumentError("baseline", baseline, "more than 0 seconds a frame")
+                raise ArgumentError("baseline", baseline, "more than 0 seconds per frame")
             return float(baseline), _seconds(run, len(run.frames))
         base = self._base_run(run, baseline)
         common = min(len(run.frames), len(base.frames))
@@ -162,7 +162,7 @@ class Runs(Sequence[Run]):
                 raise ArgumentError("baseline", dict(baseline), f"facts of a run of {_scene(run)}")
         elif baseline is not None:
             raise ArgumentError(
-                "baseline", baseline, "a run, a path, facts of a run, seconds a frame or None"
+                "baseline", baseline, "a run, a path, facts of a run, seconds per frame or None"
             )
         fewest = min((len(other.calculators), other.ranks) for other in same)
         same = [other for other in same if (len(other.calculators), other.ranks) == fewest]

@@ -24,7 +24,7 @@ COLUMNS = ("frame", "rank", "phase", "system", "start_s", "end_s")
 
 
 def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return a row a slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
+    """Return one row per slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
 
     Measured: the run's spans. Otherwise durations of phases are laid one after the other from each frame's
     start: true in length, a guess in place.
@@ -102,7 +102,7 @@ def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
 
 
 def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return mean seconds a frame, rank x phase, and whether they come from spans.
+    """Return mean seconds per frame, rank x phase, and whether they come from spans.
 
     Without spans a calculator's frame is parted into compute, exchange and image (their waits included),
     other waiting, and the rest.

@@ -137,12 +137,12 @@ def _beside(values: Sequence[float], static: Sequence[float]) -> float:
     return statistics.median(static) + statistics.median(differences)
 
 
-def main(words: Sequence[str] | None = None) -> None:
+def main(argv: Sequence[str] | None = None) -> None:
     """Be one rank of the job."""
     parser = argparse.ArgumentParser(prog="python -m motes.bench.overhead")
     for name in ("systems", "particles", "rounds", "frames"):
         parser.add_argument(f"--{name}", type=int, required=True)
-    figures = _job(parser.parse_args(words))
+    figures = _job(parser.parse_args(argv))
     if MPI.COMM_WORLD.rank == 0:
         print(json.dumps(figures), flush=True)
 

@@ -34,13 +34,13 @@ _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 2 for usage errors and for errors of motes."""
-    words = list(sys.argv[1:] if argv is None else argv)
-    if not words or words[0] not in COMMANDS:
-        return _without_command(words)
-    command = importlib.import_module(f".{words[0]}", __name__)
-    parser = Parser(prog=f"{PROGRAM} {words[0]}", description=command.__doc__)
+    given = list(sys.argv[1:] if argv is None else argv)
+    if not given or given[0] not in COMMANDS:
+        return _without_command(given)
+    command = importlib.import_module(f".{given[0]}", __name__)
+    parser = Parser(prog=f"{PROGRAM} {given[0]}", description=command.__doc__)
     command.configure(parser)
-    args = parser.parse_args(words[1:])
+    args = parser.parse_args(given[1:])
     try:
         code: int = command.run(args)
         return code
@@ -56,16 +56,16 @@ def main(argv: Sequence[str] | None = None) -> int:
         return _failed(f"{os.fspath(error.filename)}: {error.strerror}")
 
 
-def _without_command(words: list[str]) -> int:
+def _without_command(argv: list[str]) -> int:
     parser = Parser(prog=PROGRAM, usage=f"{PROGRAM} COMMAND ...", description=_DESCRIPTION)
     parser.epilog = f"`{PROGRAM} COMMAND --help` tells more about a command."
     parser.add_argument("--version", action="store_true", help="print the version and exit")
-    if not words:
+    if not argv:
         parser.print_help(sys.stderr)
         return 2
-    if not words[0].startswith("-"):
-        parser.error(f"unknown command {words[0]!r}{nearest(words[0], list(COMMANDS))}")
-    if parser.parse_args(words).version:
+    if not argv[0].startswith("-"):
+        parser.error(f"unknown command {argv[0]!r}{nearest(argv[0], list(COMMANDS))}")
+    if parser.parse_args(argv).version:
         from .. import __version__
 
         print(__version__)

@@ -42,18 +42,18 @@ def run(args: argparse.Namespace) -> int:
 
 def split_program(args: argparse.Namespace) -> tuple[list[str], list[str]]:
     """Return mpirun's options and the program with its arguments."""
-    for name, words in (("-m", args.module), ("-c", args.code)):
-        if words is not None:
-            return [], [name, *words, *args.program]  # argparse ends an option's words at "--"
-    words = list(args.program)
-    if words[:1] != ["--"]:
-        return [], words
-    words = words[1:]
-    scripts = [i for i, word in enumerate(words) if word in ("-m", "-c") or word.endswith(".py")]
-    start = min(scripts, default=len(words))
-    if "--" in words[:start]:
-        start = words.index("--")
-        return words[:start], words[start + 1 :]
-    if start == len(words):  # a script by another name, or the value of an option that is a file
-        start = next((i for i, word in enumerate(words) if Path(word).is_file()), start)
-    return words[:start], words[start:]
+    for name, argv in (("-m", args.module), ("-c", args.code)):
+        if argv is not None:
+            return [], [name, *argv, *args.program]  # argparse ends an option's arguments at "--"
+    argv = list(args.program)
+    if argv[:1] != ["--"]:
+        return [], argv
+    argv = argv[1:]
+    scripts = [i for i, word in enumerate(argv) if word in ("-m", "-c") or word.endswith(".py")]
+    start = min(scripts, default=len(argv))
+    if "--" in argv[:start]:
+        start = argv.index("--")
+        return argv[:start], argv[start + 1 :]
+    if start == len(argv):  # a script by another name, or the value of an option that is a file
+        start = next((i for i, word in enumerate(argv) if Path(word).is_file()), start)
+    return argv[:start], argv[start:]

@@ -42,7 +42,7 @@ class Moment:
 
 @dataclass(frozen=True)
 class FrameCosts:
-    """What a frame cost beside the actions."""
+    """What a frame cost in addition to the actions."""
 
     other_s: float
     bytes_each: float

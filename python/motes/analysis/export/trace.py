@@ -25,7 +25,7 @@ __all__ = ["write_trace"]
 Event = dict[str, Any]
 Slice = tuple[int, int, str, dict[str, Any]]
 _MESSAGES = 100
-"""The first thread of what is under way: apart from what a rank does meanwhile."""
+"""The first thread for messages under way; what a rank does meanwhile has other threads."""
 _RUN = 1_000_000
 """The process that stands for the whole run; a number that no rank has. Ranks are processes of their own."""
 

@@ -15,7 +15,7 @@ from handmade import moving_spot
 import motes
 
 PACKAGE = Path(motes.__file__).parent
-LAUNCHERS = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS")
+LAUNCHERS = motes._LAUNCHED
 SHOW = "; import sys, json; print(json.dumps(sorted(sys.modules)))"
 COSTLY = {"mpi4py.MPI", "motes._core", "numpy", "pandas", "matplotlib", "argparse"}
 

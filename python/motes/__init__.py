@@ -109,8 +109,11 @@ __all__ = [
     "shapes",
 ]
 
-_LAUNCHED = ("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS")
-"""Environment variables, one of which each MPI launcher sets for the processes that it starts."""
+_LAUNCHED = (
+    *("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"),
+    *("MV2_COMM_WORLD_RANK", "FLUX_TASK_RANK", "JSM_NAMESPACE_RANK", "PALS_RANKID"),
+)
+"""Environment variables, one of which each MPI launcher sets in the processes that it starts."""
 
 
 if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name's type

@@ -13,7 +13,7 @@ __all__ = ["dynamic_metadata", "dynamic_wheel"]
 
 
 def dynamic_metadata(settings: Mapping[str, Any], project: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the dependencies: `always`, and `without-site-mpi` unless MPICC names the MPI to build against."""
+    """Return the dependencies: `always`, and `without-site-mpi` unless MPICC names a site's MPI."""
     own = [] if os.environ.get("MPICC") else settings["without-site-mpi"]
     return {"dependencies": [*settings["always"], *own]}
 

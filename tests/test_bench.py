@@ -59,9 +59,7 @@ def test_overhead_compares_balancers_with_static_cuts(capsys):
     assert all(row["frame_ms"] > 0 and row["act_ms"] > 0 for row in rows.values())
     for row in rows.values():
         ratio = row["frame_ms"] / rows["static"]["frame_ms"]
-        assert row["overhead_percent"] == pytest.approx(100 * (ratio - 1)), (
-            "of what stands beside it"
-        )
+        assert row["overhead_percent"] == pytest.approx(100 * (ratio - 1)), "of what stands beside it"
     assert (found["ranks"], found["calculators"], found["particles"]) == (4, 2, 4000)
     assert main(["bench", "overhead", "--ranks", "2", "--particles", str(2**63), *sizes[4:]]) == 2
     assert "the job on 2 ranks failed" in capsys.readouterr().err

@@ -40,6 +40,8 @@ class Result:
     out: str
     err: str
     seconds: float
+    trailer: str = ""
+    """What mpirun itself said of a failed run, which `motes run` puts into a file."""
 
     @property
     def text(self) -> str:
@@ -141,7 +143,11 @@ def _once(
         launches.jobs += 1
         launches.seconds += seconds
         told = [file.read_text(errors="replace") for file in (out, err)]
-        result = Result(process.returncode, told[0], told[1], seconds)
+        trailers = [Path(name) for name in said(told[1], "mpirun's own messages: ")]
+        trailer = "".join(file.read_text(errors="replace") for file in trailers)
+        for file in trailers:
+            file.unlink()
+        result = Result(process.returncode, told[0], told[1], seconds, trailer)
         if not ended:
             raise Hang(f"{' '.join(texts)}: no end within {timeout:g} s\n{result.text}")
         return result

@@ -162,7 +162,7 @@ def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     result = mpirun(
         *(RANKS, FAULTY, "stall", rank, mark),
         timeout=LIMIT_S,
-        env={"MOTES_STALL_S": "2", "MOTES_FAN_OUT": str(fan_out)},
+        env={"MOTES_STALL_S": "0.5", "MOTES_FAN_OUT": str(fan_out)},
         watch=stop,
     )
     told = reports(result)

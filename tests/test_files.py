@@ -63,3 +63,54 @@ def test_a_killed_writer_leaves_the_old_file(tmp_path):
     ended = subprocess.run([sys.executable, "-c", script, str(path)], timeout=20)
     assert ended.returncode == -signal.SIGKILL
     assert path.read_bytes() == b"old"
+
+
+# --- drafts
+
+
+def test_no_symbolic_link_is_followed(tmp_path, monkeypatch):
+    victim = tmp_path / "victim"
+    victim.write_bytes(b"precious")
+    monkeypatch.setattr(files.secrets, "token_hex", lambda _: "00")
+    (tmp_path / ".a.00.tmp").symlink_to(victim)
+    with pytest.raises(FileExistsError):
+        files.write_whole(tmp_path / "a", b"new")
+    assert victim.read_bytes() == b"precious"
+
+
+def test_the_draft_that_is_written_is_the_one_that_was_made(tmp_path):
+    victim = tmp_path / "victim"
+    victim.write_bytes(b"precious")
+    with pytest.raises(OSError, match="symbolic link"), files.whole_path(tmp_path / "a") as draft:
+        draft.unlink()
+        draft.symlink_to(victim)
+        files._open_made(str(draft), os.O_WRONLY | os.O_CREAT)
+    assert victim.read_bytes() == b"precious"
+
+
+def test_what_killed_writers_left_is_removed_and_what_living_ones_write_is_not(tmp_path):
+    path = tmp_path / "a"
+    (tmp_path / ".a.00112233445566ff.tmp").write_bytes(b"of a process that is gone")
+    (tmp_path / ".b.00112233445566ff.tmp").write_bytes(b"another's")
+    (tmp_path / ".a.00112233445566aa.tmp").symlink_to(tmp_path / "elsewhere")
+    with files.whole_path(path) as living:
+        with files.whole_path(path, remove_abandoned=True) as draft:
+            draft.write_bytes(b"first")
+        assert path.read_bytes() == b"first"
+        living.write_bytes(b"second")
+    assert path.read_bytes() == b"second"
+    assert sorted(os.listdir(tmp_path)) == [".a.00112233445566aa.tmp", ".b.00112233445566ff.tmp", "a"]
+
+
+def test_a_draft_that_is_swept_away_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
+    lock = files._try_lock
+
+    def late(file):
+        monkeypatch.setattr(files, "_try_lock", lock)
+        files._remove_abandoned(tmp_path / "a")
+        return lock(file)
+
+    monkeypatch.setattr(files, "_try_lock", late)
+    files.write_whole(tmp_path / "a", b"content")
+    assert (tmp_path / "a").read_bytes() == b"content"
+    assert os.listdir(tmp_path) == ["a"]

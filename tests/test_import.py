@@ -80,7 +80,7 @@ def test_help_starts_nothing(command):
 )
 def test_mpi_starts_before_the_core_is_loaded(code):
     found = loaded(code + "; from mpi4py import MPI; assert MPI.Is_initialized()")
-    assert {"mpi4py.MPI", "motes._core", "motes._mpi_settings"} <= found
+    assert {"mpi4py.MPI", "motes._core", "motes._run.mpi_settings"} <= found
 
 
 @pytest.mark.parametrize("variable", LAUNCHERS)

@@ -15,7 +15,7 @@ from launching import python
 
 import motes
 from motes import actions, shapes
-from motes.progress import Progress, line
+from motes._run.progress import Progress, line
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
 

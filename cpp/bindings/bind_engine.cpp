@@ -1,6 +1,5 @@
 #include "bindings/bindings.h"
 #include "comm/environment.h"
-#include "comm/last_words.h"
 #include "comm/mpi_transport.h"
 #include "frame/engine.h"
 #include "recording/scene.h"
@@ -248,8 +247,6 @@ void bind_engine(py::module_& m) {
   m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
-  m.def("name_crashes", &comm::name_crashes, py::arg("mark"));
-  m.def("set_place", &comm::set_place, py::arg("place"));
   m.def("mpi_version", &comm::library_version);
 }
 

@@ -5,10 +5,9 @@
 namespace motes::bindings {
 namespace {
 
-void raise(const char* name, const py::tuple& args, const py::dict& keywords) {
-  const py::object type = py::module_::import("motes.errors").attr(name);
-  PyErr_SetObject(type.ptr(), type(*args, **keywords).ptr());
-}
+void raise(const py::object& error) { PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(error.ptr())), error.ptr()); }
+
+py::object errors(const char* name) { return py::module_::import("motes.errors").attr(name); }
 
 void raise_agreed(const frame::Agreed& error) {
   const frame::Verdict& verdict = error.verdict();
@@ -17,13 +16,14 @@ void raise_agreed(const frame::Agreed& error) {
   keywords["speaker"] = verdict.failed_rank;
   if (verdict.failure.kind == frame::Failure::Kind::mismatch) {
     keywords["ranks"] = py::tuple(py::cast(verdict.ranks));
-    raise("ScriptMismatch", py::make_tuple(error.what()), keywords);
+    raise(errors("ScriptMismatch")(error.what(), **keywords));
     return;
   }
   keywords["rank"] = verdict.failed_rank;
   keywords["action"] = verdict.failure.action;
   keywords["role"] = error.role();
-  raise("RankError", py::make_tuple(verdict.failure.text), keywords);
+  const py::object make = py::module_::import("motes._run.script_lines").attr("rank_error");
+  raise(make(verdict.failure.text, **keywords));
 }
 
 }  // namespace
@@ -36,10 +36,9 @@ void bind_errors(py::module_&) {
     } catch (const frame::Agreed& error) {
       raise_agreed(error);
     } catch (const std::invalid_argument& error) {
-      const py::object made = py::module_::import("motes.errors").attr("argument_error")(error.what());
-      PyErr_SetObject(reinterpret_cast<PyObject*>(Py_TYPE(made.ptr())), made.ptr());
+      raise(errors("argument_error")(error.what()));
     } catch (const comm::CommError& error) {
-      raise("MotesError", py::make_tuple(error.what()), {});
+      raise(errors("MotesError")(error.what()));
     }
   });
 }

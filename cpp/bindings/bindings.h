@@ -23,6 +23,7 @@ void bind_recording(py::module_& m);
 void bind_image(py::module_& m);
 void bind_balance(py::module_& m);
 void bind_engine(py::module_& m);
+void bind_process(py::module_& m);
 void bind_bench(py::module_& m);
 
 /// An array over memory that a moved vector owns: no copy.

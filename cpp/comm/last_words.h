@@ -7,8 +7,8 @@ namespace motes::comm {
 
 /// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) prints "*** motes: rank 2 (calculator 0), frame 7:
 /// segmentation fault", then the handlers that were installed before run. A stack overflow does so too on the thread
-/// that called this. `mark`: a file that whoever reports a failed job makes first; a crash is silent where it exists.
-/// Empty: no such file.
+/// that called this. `mark`: a folder that whoever reports a failed job makes first; a crash is silent where it exists.
+/// Empty: no such folder.
 void name_crashes(const std::string& mark);
 
 /// Who and when, for that text: kept in a buffer that a signal handler can read.

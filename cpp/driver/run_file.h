@@ -1,4 +1,4 @@
-// run.json: what was run and on what, as python/motes/runfile.py writes it for a script.
+// run.json: what was run and on what, as python/motes/_run/run_file.py writes it for a script.
 #pragma once
 
 #include <map>

@@ -152,13 +152,12 @@ def _near(name: str) -> str:
 
 def _start_mpi() -> None:
     """Start MPI, unless mpi4py was told not to, and from then on end the job where this rank fails."""
-    from . import _mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
+    from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
     from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
 
-    from . import _last_resort, launch
+    from ._run import ending
 
-    _last_resort.install()
-    launch.warn_if_alone()
+    ending.install()
 
 
 if any(name in os.environ for name in _LAUNCHED):

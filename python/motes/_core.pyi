@@ -33,6 +33,7 @@ __all__: list[str] = [
     "check_roles",
     "describe_role",
     "diffusive_policy",
+    "end_process_after",
     "give_left",
     "give_right",
     "histogram",
@@ -288,6 +289,7 @@ def describe_role(arg0: tuple[int, int, collections.abc.Sequence[int]], arg1: in
 def diffusive_policy(
     threshold: float, rate: float, min_particles: int, smoothing: float, over_all: bool
 ) -> Policy: ...
+def end_process_after(seconds: float, code: int) -> None: ...
 def give_left(
     coordinates: numpy.typing.ArrayLike, wanted: int, low: float, high: float
 ) -> tuple[float, int]: ...

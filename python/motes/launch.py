@@ -2,25 +2,26 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 import shutil
-import signal
 import subprocess
 import sys
 import sysconfig
-import tempfile
 from collections.abc import Iterable, Sequence
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from . import environment, open_worlds
+from . import environment
+from ._run.supervisor import supervise
 from .errors import ArgumentError, MotesError
 
-__all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "run", "warn_if_alone"]
+__all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "most_ranks", "run"]
 
-_LAUNCHER_SIZES = ("OMPI_COMM_WORLD_SIZE", "PMI_SIZE", "MPI_LOCALNRANKS")
+_MOST_RANKS = 1_000_000  # on any number of hosts
+_RANK_BYTES = 16 << 20  # a rank with Python and MPI takes more
 
 
 class Version(NamedTuple):
@@ -32,7 +33,12 @@ class Version(NamedTuple):
 
     def fits(self, other: Version) -> bool:
         """Whether a launcher of one starts ranks of the other: the same MPI, up to the last number."""
-        return self.family == other.family and self.number.split(".")[:2] == other.number.split(".")[:2]
+        return self.family == other.family and self.parts[:2] == other.parts[:2]
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The numbers in it: (5, 0, 11)."""
+        return tuple(int(digits) for digits in re.findall(r"\d+", self.number))
 
     def __str__(self) -> str:
         """Name both, as "Open MPI 5.0.11"."""
@@ -91,10 +97,13 @@ def command(
     `hosts` is "h1,h2:2" with the number of ranks each may take (1 where none is told); `options` go to
     mpirun.
     """
-    if ranks < 1:
-        raise ArgumentError("n", ranks, "at least 1")
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
+    one_host = hosts is None and hostfile is None and _allocated() is None
+    most = most_ranks() if one_host else _MOST_RANKS
+    if not 1 <= ranks <= most:
+        where = f" on this machine, with {_RANK_BYTES >> 20} MB for each" if one_host else ""
+        raise ArgumentError("n", ranks, f"in 1..{most}, the number of ranks{where}")
     if hostfile is not None and not Path(hostfile).is_file():
         raise MotesError(f"hostfile {hostfile} does not exist")
     mpirun = mpirun or find_mpirun()
@@ -116,67 +125,33 @@ def run(
     hostfile: str | None = None,
     options: Sequence[str] = (),
 ) -> int:
-    """Become `python program...` on `ranks` ranks; with several hosts, start it and wait for it.
+    """Run `python program...` on `ranks` ranks and return the exit code.
 
-    One rank on this host needs no launcher. Replacing the process hands Ctrl-C, signals and the exit code
-    through. Returns the exit code where the process was not replaced.
+    One rank on this host needs no launcher: then this process becomes Python, and there is no return.
+    Otherwise it watches over the launcher (`_run/supervisor.py`).
     """
     _check_program(program)
     words = [sys.executable, *program]
-    if ranks != 1 or hosts or hostfile or options:
+    alone = ranks == 1 and not hosts and not hostfile and not options
+    if not alone:
         words = command(ranks, words, hosts=hosts, hostfile=hostfile, options=options)
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
-    if hosts or hostfile or _allocated() is not None:
-        return _supervised(words)
+    if not alone:
+        return supervise(words)
     if os.name == "posix":
         os.execve(words[0], words, os.environ)  # without what a started MPI added to the process's own
     return subprocess.run(words).returncode
 
 
-def _supervised(words: list[str]) -> int:
-    """Run a launcher, hand signals on to it, hold its exit code against what ranks here left open."""
-    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder:
-        process = subprocess.Popen(words, env={**os.environ, open_worlds.FOLDER: folder})
-
-        def hand_on(caught: int, _: object) -> None:
-            if caught != signal.SIGINT or not sys.stdin.isatty():  # Ctrl-C reaches both by itself
-                process.send_signal(caught)
-
-        for number in (signal.SIGTERM, signal.SIGHUP, signal.SIGINT):
-            signal.signal(number, hand_on)
-        code = process.wait()
-        left = open_worlds.left_open(folder)
-    if code == 0 and left:
-        print(
-            f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
-            "as where mpirun loses a host; its log tells how far it came",
-            file=sys.stderr,
-            flush=True,
-        )
-        return 1
-    return code if code >= 0 else 128 - code
-
-
-def warn_if_alone() -> None:
-    """Say so when a launcher started several ranks, and each of them believes to be the only one.
-
-    That is a launcher of another MPI than the library's: every rank would compute the whole animation.
-    """
-    from mpi4py import MPI
-
-    if not MPI.Is_initialized() or MPI.Is_finalized() or MPI.COMM_WORLD.size > 1:
-        return
-    sizes = [int(text) for name in _LAUNCHER_SIZES if (text := os.environ.get(name, "")).isdigit()]
-    alone = os.environ.get("OMPI_COMM_WORLD_RANK", os.environ.get("PMI_RANK", "0")) == "0"
-    if max(sizes, default=1) > 1 and alone:
-        print(
-            f"motes: warning: a launcher started {max(sizes)} ranks, but each is alone (rank 0 of 1): "
-            f"it is not the mpirun of {library()}, which mpi4py uses; `python -m motes run` finds that one",
-            file=sys.stderr,
-            flush=True,
-        )
+def most_ranks() -> int:
+    """Return how many ranks this machine may take: its memory and its process numbers bound them."""
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    numbers = 32768
+    with contextlib.suppress(OSError, ValueError):
+        numbers = int(Path("/proc/sys/kernel/pid_max").read_text())
+    return max(64, min(memory // _RANK_BYTES, numbers // 2))
 
 
 def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: str | None) -> list[str]:
@@ -201,8 +176,10 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
         flags += ["--mca", "mpi_yield_when_idle", "1"]
         if not is_one_host:
             # "node" deals the ranks out; without it all that do not fit land on the first host.
-            five = version.number.split(".")[0] >= "5"
-            flags += ["--map-by", "node:OVERSUBSCRIBE"] if five else ["--map-by", "node", "--oversubscribe"]
+            if version.parts >= (5,):
+                flags += ["--map-by", "node:OVERSUBSCRIBE"]
+            else:
+                flags += ["--map-by", "node", "--oversubscribe"]
     return flags
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import contextlib
 import os
 import queue
 import sys
@@ -16,8 +17,10 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _extras, _last_resort, arguments
+from . import _extras, arguments
 from ._io import files
+from ._run.busy import Busy
+from ._run.process import process
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 
@@ -26,6 +29,7 @@ __all__ = ["Movie"]
 _FORMATS = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov"}
 _PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow")
 _QUEUE_FRAMES = 4  # enough to smooth over a slow frame; more would only hold memory
+_LOOK_S = 0.1
 _ABANDON_S = 1.0  # how long leaving by an exception waits for the frame being encoded
 
 
@@ -92,7 +96,10 @@ class Movie:
             return
         try:
             self._put(None)
-            self._thread.join()
+            with Busy(f"closing {self.path.name}") as busy:
+                while self._thread.is_alive():
+                    self._thread.join(_LOOK_S)
+                    busy.look()
         except BaseException:
             self._abandon()
             raise
@@ -124,12 +131,16 @@ class Movie:
         _open_movies.add(self)
 
     def _put(self, item: NDArray[np.uint8] | None) -> None:
-        while True:
-            self._raise_error()
-            try:
-                return self._queue.put(item, timeout=0.2)
-            except queue.Full:
-                continue
+        self._raise_error()
+        with contextlib.suppress(queue.Full):
+            return self._queue.put_nowait(item)
+        with Busy(f"encoding {self.path.name}") as busy:
+            while True:
+                self._raise_error()
+                try:
+                    return self._queue.put(item, timeout=_LOOK_S)
+                except queue.Full:
+                    busy.look()
 
     def _raise_error(self) -> None:
         if self._error is not None:
@@ -157,8 +168,7 @@ class Movie:
     def _encode(self) -> None:
         """Work of the background thread, from the first frame to the rename."""
         try:
-            # One fixed name: what a killed run leaves behind is overwritten by the next.
-            with files.whole_path(self.path, temporary=f".{self.path.name}.partial") as draft:
+            with files.whole_path(self.path, remove_abandoned=True) as draft:
                 self._encode_into(draft)
         except _Abandoned:
             pass
@@ -222,7 +232,7 @@ _open_movies: weakref.WeakSet[Movie] = weakref.WeakSet()
 def _close_open_movies() -> None:
     """Finish what the script forgot to close; drop it if the script left in the middle of a run."""
     for movie in list(_open_movies):
-        if _last_resort.state.running:
+        if process.running:
             movie._abandon()
             continue
         try:

@@ -4,11 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import secrets
-import socket
-import struct
-import sys
-import time as _time
 from collections.abc import Callable, Iterator, Mapping
 from types import TracebackType
 from typing import Any
@@ -16,13 +11,18 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from . import _core, _last_resort, arguments, environment, open_worlds, runfile, scenefile
+from . import _core, arguments, environment, scenefile
 from . import roles as _roles
+from ._run import busy, ending, handshake, run_file, script_lines
+from ._run.output import tell
+from ._run.process import OpenRun, process
+from ._run.progress import Progress
+from ._run.progress import check as check_progress
+from ._run.settings import RunSettings
+from ._run.speaking import mark
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
 from .frame import Frame
-from .progress import Progress
-from .progress import check as check_progress
 from .scene import Renderer, Sprite
 from .system import System
 
@@ -116,7 +116,7 @@ class World:
         self._systems: list[System] = []
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
-        self._watch: _last_resort.PeerWatch | None = None
+        self._run_state: OpenRun | None = None
         self._recording: scenefile.Recording | None = None
         self._total = 0
         self._ended = False
@@ -233,49 +233,31 @@ class World:
         if self._engine is not None or self._ended:
             raise MotesError("a world runs once; make a new one")
         try:
-            _last_resort.begin(self._comm)
-            self._start()
-            open_worlds.enter(self.rank)
+            self._run_state = handshake.begin(self._comm)
+            self._start(self._run_state)
         except BaseException as error:
-            _last_resort.stop_job(error)
+            ending.stop_job(error, self._run_state)
+            self._leave(well=False)
             raise
         return self
 
-    def _start(self) -> None:
-        role = _core.describe_role(self._cast, self.rank)
-        state = _last_resort.state
-        state.role, state.frame = role, 0
-        peers, drawn = _introduce(
-            self._comm, _last_resort.Peer.here(rank=state.rank, role=role), self._wish()
-        )
-        self._watch = _last_resort.PeerWatch(peers, rank=state.rank)
-        _core.name_crashes(_last_resort.mark() or "")
-        _core.set_place(state.describe())
+    def _start(self, run: OpenRun) -> None:
         announce = self._seed is None
-        if self._seed is None:
-            self._seed = drawn
-        hosts = [peer.host for peer in peers]
+        role = _core.describe_role(self._cast, self.rank)
+        settings = handshake.meet(run, self._comm, self._settings(), role)
+        self._seed = settings.seed
+        _core.name_crashes(mark() or "")
+        _core.set_place(process.describe(run))
+        hosts = [peer.host for peer in run.peers]
         self._engine = _core.Engine(
             comm=self._comm.py2f(),
             roles=self._cast,
-            facts={
-                "seed": self._seed,
-                "dt": self._dt,
-                "substeps": self._substeps,
-                "digest": self._digest,
-                "log": self._log or "",
-                "hosts": hosts,
-                "policy": self._balancer.policy,
-                "combine": self._combine,
-                "births": self._births,
-                "fan_out": self._fan_out,
-                "clock": self._clock,
-                "speed": self._speeds.get(self.rank, 1.0),
-                "spans": self._spans,
-            },
-            while_waiting=self._while_waiting,
+            facts=settings.for_core(rank=self.rank, hosts=hosts),
+            while_waiting=lambda _: busy.look_around(run),
             describe=lambda rank: f"rank {rank} ({_core.describe_role(self._cast, rank)})",
             stall_s=self._stall_s,
+            alive=lambda rank: bool(run.watch and run.watch.alive(rank)),
+            warn=lambda text: tell(f"motes: {text}"),
         )
         for system in self._systems:
             self._define(system)
@@ -284,65 +266,67 @@ class World:
         self._engine.keep_linear = self.renderer is not None and self.renderer.linear
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
-        if announce and self._progress_way != "off":
+        if announce:  # whatever `progress` is: without it the run cannot be repeated
             self._tell(f"seed {self._seed}")
         if self._log is not None and self.rank == self._cast[0]:
-            runfile.write_run(self._log, self._facts(), [{"rank": i, "host": h} for i, h in enumerate(hosts)])
+            ranks = [{"rank": i, "host": host} for i, host in enumerate(hosts)]
+            run_file.write_run(self._log, self._facts(), ranks)
 
-    def _wish(self) -> int:
-        return secrets.randbits(64) if self._seed is None else self._seed
+    def _settings(self) -> RunSettings:
+        return RunSettings(
+            seed=self._seed,
+            dt=self._dt,
+            substeps=self._substeps,
+            axis=self._axis,
+            space=self._space,
+            roles=self._cast,
+            balancer=self._balancer,
+            combine=self._combine,
+            births=self._births,
+            fan_out=self._fan_out,
+            clock=self._clock,
+            digest=self._digest,
+            log=self._log,
+            spans=self._spans,
+            speeds=self._speeds,
+            stall_s=self._stall_s,
+        )
 
     def _facts(self) -> dict[str, Any]:
-        manager, image_generator, calculators = self._cast
         return {
-            "seed": self._seed,
-            "dt_s": self._dt,
-            "substeps": self._substeps,
-            "axis": self._axis,
-            "space": self._space,
-            "balancer": repr(self._balancer),
-            "combine": self._combine,
-            "births": self._births,
-            "fan_out": self._fan_out,
-            "clock": self._clock,
-            "speeds": {str(rank): speed for rank, speed in sorted(self._speeds.items())},
-            "manager": manager,
-            "image_generator": image_generator,
-            "calculators": calculators,
+            **self._settings().for_log(),
             "systems": [system.name for system in self._systems],
             "axes": ["xyz"[system._definition["axis"]] for system in self._systems],
         }
 
     def _tell(self, text: str) -> None:
         if self.rank == self._cast[0]:
-            print(text, file=sys.stderr, flush=True)
+            tell(text)
 
-    def _while_waiting(self, _: int) -> None:
-        lost = self._watch.check() if self._watch is not None else None
-        if lost is not None and self._watch is not None:
-            _last_resort.report_lost(lost, self._watch.peers[lost].role, self.frame)
+    def _leave(self, *, well: bool) -> None:
+        if self._run_state is not None:
+            handshake.close(self._run_state, well=well)
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the run. Collective; after an exception the whole job ends."""
+        well = False
         try:
             if error is not None:
-                _last_resort.stop_job(error)  # returns where this is the only rank
+                ending.stop_job(error, self._run_state)  # returns where this is the only rank
                 return
             self._engine_for("the end").finish()
             self._show(last=True)
             if self._recording is not None:
                 self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
+            well = True
         except BaseException as failure:
-            _last_resort.stop_job(failure)
+            ending.stop_job(failure, self._run_state)
             raise
         finally:
             self._ended = True
-            open_worlds.leave(self.rank)
-            _last_resort.end()
-        if self._watch is not None:
-            self._watch.close()
+            self._leave(well=well)
 
     def frames(self, n: int) -> Iterator[int]:
         """Yield the frame numbers still to do: 0..n-1. Each turn of the loop ends with `render` or `step`."""
@@ -385,11 +369,13 @@ class World:
 
     def _run(self, view: _core.View | None) -> None:
         assert self._engine is not None
-        self._engine.run_frame(view)
+        with script_lines.located():
+            self._engine.run_frame(view)
         for system in self._systems:
             system._list.clear()
             system._callbacks.clear()
-        _last_resort.state.frame = self._engine.frame
+        if self._run_state is not None:
+            self._run_state.frame = self._engine.frame
         self._show()
 
     def _show(self, *, last: bool = False) -> None:
@@ -439,39 +425,3 @@ def _user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tupl
         else:
             made.append((name, 3, arguments.triple(name, value)))
     return made
-
-
-# --- before the engine exists
-
-_CARD = struct.Struct("<i64s64siqQ96s")
-
-
-def _introduce(comm: MPI.Intracomm, me: _last_resort.Peer, wish: int) -> tuple[list[_last_resort.Peer], int]:
-    """Tell each rank of every other: host, process, rank 0's wish for the seed. Collective, never stuck."""
-    card = _CARD.pack(
-        me.rank,
-        me.role.encode()[:64],
-        me.host.encode()[:64],
-        me.pid,
-        me.started,
-        wish,
-        me.space.encode()[:96],
-    )
-    cards = bytearray(_CARD.size * comm.size)
-    request = comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE])
-    start, pause = _time.monotonic(), 0.0
-    limit = environment.stall_s()
-    while not request.Test():
-        if _time.monotonic() - start > limit:
-            raise MotesError(
-                f"waited {limit:.0f} s for other ranks of {socket.gethostname()} to enter the world"
-            )
-        _time.sleep(pause)
-        pause = min(pause + 1e-4, 5e-3)
-    peers = []
-    seed = 0
-    for i, (rank, role, host, pid, started, wished, space) in enumerate(_CARD.iter_unpack(bytes(cards))):
-        text = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
-        peers.append(_last_resort.Peer(rank, text[0], text[1], pid, started, text[2]))
-        seed = wished if i == 0 else seed
-    return peers, seed

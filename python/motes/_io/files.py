@@ -3,25 +3,38 @@
 from __future__ import annotations
 
 import os
+import re
 import secrets
+import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
+try:
+    import fcntl
+except ImportError:  # not a Unix system: abandoned drafts stay
+    fcntl = None  # type: ignore[assignment]
+
 __all__ = ["whole_file", "whole_path", "write_whole"]
+
+_SUFFIX = ".tmp"
+_NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
 @contextmanager
-def whole_path(path: str | os.PathLike[str], *, temporary: str | None = None) -> Iterator[Path]:
-    """Lend a temporary name in the same directory; on success it becomes `path`, on failure it goes away.
+def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) -> Iterator[Path]:
+    """Lend a new, empty file in the same directory; on success it becomes `path`, on failure it goes away.
 
-    The block writes and closes the file itself. `temporary` fixes the name, for a long job whose remains a
-    later run should overwrite; otherwise the name is new each time, so that two writers never share it.
+    The block opens the file by its name, writes and closes it. The name is random and the file is made here,
+    so nobody else's file or symbolic link is ever written to. `remove_abandoned`: first remove what killed
+    processes have left of the same `path`; it lists the directory.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(temporary or f".{path.name}.{secrets.token_hex(4)}.tmp")
+    if remove_abandoned:
+        _remove_abandoned(path)
+    draft, lock = _make_draft(path)
     try:
         yield draft
         _sync(draft)
@@ -30,6 +43,8 @@ def whole_path(path: str | os.PathLike[str], *, temporary: str | None = None) ->
         with suppress(OSError):
             draft.unlink()
         raise
+    finally:
+        os.close(lock)
     _sync(path.parent)
 
 
@@ -41,7 +56,7 @@ def whole_file(path: str | os.PathLike[str], mode: str = "wb", **options: Any) -
     """
     if "w" not in mode or "+" in mode:
         raise ValueError(f"mode must be 'w' or 'wb', got {mode!r}")
-    with whole_path(path) as draft, open(draft, mode.replace("w", "x"), **options) as file:
+    with whole_path(path) as draft, open(draft, mode, opener=_open_made, **options) as file:
         yield file
 
 
@@ -52,6 +67,54 @@ def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[IO[byte
             content(file)
         else:
             file.write(content)
+
+
+def _open_made(name: str, flags: int) -> int:
+    return os.open(name, (flags & ~os.O_CREAT) | _NO_FOLLOW)
+
+
+def _make_draft(path: Path) -> tuple[Path, int]:
+    """Make a new file beside `path` and lock it: an unlocked one belongs to a process that is gone."""
+    while True:
+        draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_SUFFIX}")
+        lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW, 0o666)
+        _try_lock(lock)
+        try:
+            if os.path.samestat(os.fstat(lock), os.lstat(draft)):
+                return draft, lock
+        except FileNotFoundError:  # removed as abandoned, before it was locked
+            pass
+        os.close(lock)
+
+
+def _remove_abandoned(path: Path) -> None:
+    """Remove drafts of `path` whose writers are gone: those that nobody has locked."""
+    with suppress(OSError):
+        pattern = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{16}" + re.escape(_SUFFIX))
+        for name in os.listdir(path.parent):
+            if pattern.fullmatch(name):
+                _remove_if_unlocked(path.with_name(name))
+
+
+def _remove_if_unlocked(draft: Path) -> None:
+    with suppress(OSError):
+        file = os.open(draft, os.O_RDWR | os.O_NONBLOCK | _NO_FOLLOW)
+        try:
+            if stat.S_ISREG(os.fstat(file).st_mode) and _try_lock(file):
+                draft.unlink()
+        finally:
+            os.close(file)
+
+
+def _try_lock(file: int) -> bool:
+    """Lock an open file without waiting; False where another process has it or locks do not exist."""
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True
 
 
 def _sync(path: Path) -> None:

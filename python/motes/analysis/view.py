@@ -9,8 +9,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from .. import progress
 from .._io.text import printable
+from .._run import progress
 from .schema import EVENTS, FRAMES, LOAD
 from .tables import Follower
 

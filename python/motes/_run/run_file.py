@@ -16,8 +16,8 @@ from typing import Any
 
 import mpi4py
 
-from . import _core
-from ._io import files
+from .. import _core
+from .._io import files
 
 __all__ = ["write_run"]
 

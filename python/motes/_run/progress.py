@@ -1,4 +1,4 @@
-"""What a run shows of itself: whole lines on the manager's standard error, at most one a second.
+"""What a run shows of itself: whole lines on the manager's standard error, at most one per second.
 
 Launchers forward output by whole lines and lie about terminals, so a line at a time is what arrives
 everywhere.
@@ -6,13 +6,13 @@ everywhere.
 
 from __future__ import annotations
 
-import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from . import environment
-from .errors import ArgumentError
+from .. import environment
+from ..errors import ArgumentError
+from .output import tell
 
 __all__ = ["Progress", "line"]
 
@@ -21,7 +21,7 @@ WORDS = environment.PROGRESS
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
-    """Tell of a frame.
+    """Describe a frame in a line.
 
     `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`
     """
@@ -77,9 +77,9 @@ class Progress:
         text = line(row, total=total, fps=fps, host=host)
         if self.way == "bar":
             self._open_bar = not last
-            print("\r\x1b[K" + text, end="\n" if last else "", file=sys.stderr, flush=True)
+            tell("\r\x1b[K" + text, end="\n" if last else "")
         else:
-            print(text, file=sys.stderr, flush=True)
+            tell(text)
 
 
 def check(way: Any) -> str | Callable[[dict[str, Any]], None]:

@@ -1,0 +1,101 @@
+"""What keeps a rank from answering for long without being stuck: the other ranks wait for it without a limit.
+
+Closing a movie may take minutes: the rest of a slow disk's work. The rank says so to all others once it has
+taken a good part of the stall limit, and says when it is done. Meanwhile their waits do not count.
+"""
+
+from __future__ import annotations
+
+import threading
+import time
+from types import TracebackType
+from typing import TYPE_CHECKING, Self
+
+from .ending import report_lost
+from .output import tell
+from .process import OpenRun, process
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["Busy", "look_around", "take_notes"]
+
+_TAG = 1  # on the run's own communicator
+_MOST_BYTES = 256
+_ANNOUNCE_AT = 0.25  # of the stall limit
+_LOOK_S = 0.02
+_sent: list[MPI.Request] = []  # their buffers must live until they have left
+
+
+class Busy:
+    """A stretch of work on this rank; call `look` every now and then while it goes on."""
+
+    def __init__(self, what: str) -> None:
+        """`what`: as in "rank 0 is still `what`"."""
+        self.what = what
+        self._runs = [run for run in process.runs if run.comm is not None and run.comm.size > 1]
+        if threading.current_thread() is not threading.main_thread():
+            self._runs = []  # then it keeps nobody from answering
+        self._start = time.monotonic()
+        self._announced = False
+
+    def look(self) -> None:
+        """Tell the other ranks, once it has taken long enough."""
+        if self._announced or not self._runs:
+            return
+        if time.monotonic() - self._start > _ANNOUNCE_AT * min(run.stall_s for run in self._runs):
+            self._announced = True
+            self._send(self.what)
+            tell(f"motes: {process.describe()} is still {self.what}; the other ranks wait for it")
+
+    def _send(self, text: str) -> None:
+        from mpi4py import MPI
+
+        note = text.encode()[:_MOST_BYTES]
+        for run in self._runs:
+            assert run.comm is not None
+            others = (rank for rank in range(run.comm.size) if rank != run.comm.rank)
+            _sent.extend(run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others)
+        _sent[:] = [request for request in _sent if not request.Test()]
+
+    def __enter__(self) -> Self:
+        """Give itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Tell the other ranks that it is done, where they were told that it goes on."""
+        if self._announced:
+            self._send("")
+
+
+def look_around(run: OpenRun) -> None:
+    """Do what is due while this rank waits for another, in the core or here.
+
+    Ends the job where the process of a rank is gone. Returns only when no rank is busy.
+    """
+    while True:
+        lost = run.watch.check() if run.watch is not None else None
+        if lost is not None and run.watch is not None:
+            report_lost(run.world_rank(lost), run.watch.peers[lost].role, run.frame)
+        take_notes(run)
+        if not run.busy:
+            return
+        time.sleep(_LOOK_S)
+
+
+def take_notes(run: OpenRun) -> None:
+    """Receive what other ranks said about being busy. Never waits."""
+    if run.comm is None:
+        return
+    from mpi4py import MPI
+
+    status = MPI.Status()
+    while run.comm.Iprobe(MPI.ANY_SOURCE, _TAG, status):
+        rank, note = status.Get_source(), bytearray(status.Get_count(MPI.BYTE))
+        run.comm.Recv([note, MPI.BYTE], rank, _TAG)
+        if note:
+            run.busy[rank] = note.decode(errors="replace")
+        else:
+            run.busy.pop(rank, None)

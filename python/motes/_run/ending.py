@@ -1,0 +1,189 @@
+"""What happens when a rank fails: one message, and the job ends everywhere.
+
+Left alone, a rank that fails waits in MPI_Finalize for the others, and the others wait for its messages:
+the job hangs for ever. So each way out of a script (an exception, sys.exit, Ctrl-C, a thread's exception,
+the script's early end, the death of a process) leads here, to one report on standard error and MPI_Abort.
+With a single rank nothing can hang, and Python behaves as ever.
+"""
+
+from __future__ import annotations
+
+import atexit
+import contextlib
+import faulthandler
+import os
+import sys
+import threading
+import time
+import traceback
+from types import TracebackType
+from typing import NoReturn
+
+from .. import _core
+from ..errors import place
+from . import attendance
+from .process import OpenRun, process
+from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
+
+__all__ = ["end_left", "install", "report_lost", "stop_job"]
+
+ABORT_LIMIT_S = 2.0  # how long MPI_Abort may take before the watchdog ends the process
+TEARDOWN_S = 0.1  # an abort ends its peers within this time; a process that is gone without one was lost
+
+_installed = False
+_ending = threading.Lock()
+_previous_hook = sys.excepthook
+_previous_thread_hook = threading.excepthook
+
+
+def install() -> None:
+    """Take over the ways out of the script; called once, after mpi4py.MPI is imported."""
+    global _installed, _previous_hook, _previous_thread_hook
+    from mpi4py import MPI
+
+    if _installed or not MPI.Is_initialized() or MPI.Is_finalized():
+        return
+    _installed = True
+    process.rank, process.size = MPI.COMM_WORLD.rank, MPI.COMM_WORLD.size
+    if not faulthandler.is_enabled() and sys.__stderr__ is not None:
+        with contextlib.suppress(OSError, ValueError, AttributeError):  # a notebook's stderr is no file
+            faulthandler.enable(sys.__stderr__)
+    if process.size == 1:
+        return
+    reserve()
+    _previous_hook, sys.excepthook = sys.excepthook, _on_exception
+    _previous_thread_hook, threading.excepthook = threading.excepthook, _on_thread_exception
+    # The last registered runs first: mpi4py was imported before, so this runs before its MPI_Finalize.
+    atexit.register(_on_exit)
+
+
+# --- the ways out
+
+
+def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
+    """End the whole job because `error` left the `with world:` block of `run`.
+
+    Returns only where there is one rank.
+    """
+    if process.size == 1:
+        return
+    free_reserve()
+    body = _trace(error)
+    if isinstance(error, SystemExit):
+        shown = "" if error.code is None else repr(error.code)
+        headline = f"{process.describe(run)}: called sys.exit({shown}) in the middle of the run"
+        _end(headline, body, _exit_code(error))
+    _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run))
+
+
+def end_left(rank: int) -> NoReturn:
+    """End the whole job because a rank left the script before a run that needs it started."""
+    _end(f"{place(rank)} left the script before the run started; the others would wait for ever", "", 1)
+
+
+def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
+    """End the whole job because the process of another rank (of COMM_WORLD) is gone."""
+    # The process may be gone because its own abort is under way and has spoken already: then this one ends
+    # here.
+    time.sleep(TEARDOWN_S)
+    _end(f"{place(rank, role=role, frame=frame)}: its process is gone (killed or crashed)", "", 1)
+
+
+def _on_exception(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    free_reserve()
+    body = "".join(traceback.format_exception(kind, error, trace))
+    _end(_headline(error), body, _exit_code(error), speaker=_speaker(error), error=error)
+
+
+def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
+    if args.exc_value is None or issubclass(args.exc_type, SystemExit):
+        _previous_thread_hook(args)  # a thread may end itself by sys.exit
+        return
+    free_reserve()
+    name = args.thread.name if args.thread is not None else "a thread"
+    body = "".join(traceback.format_exception(args.exc_type, args.exc_value, args.exc_traceback))
+    _end(f"{_headline(args.exc_value)} (in thread {name})", body, _exit_code(args.exc_value))
+
+
+def _on_exit() -> None:
+    """Last act of a rank whose script ended without an error, before MPI_Finalize."""
+    from mpi4py import MPI
+
+    if MPI.Is_finalized():
+        return
+    if process.running:
+        _end(f"{process.describe()}: the script left in the middle of the run", "", 1)
+    attendance.leave()
+
+
+def _trace(error: BaseException) -> str:
+    """Format an error that has not reached the script's outermost lines yet, with those lines."""
+    text, head = "".join(traceback.format_exception(error)), "Traceback (most recent call last):\n"
+    caller = error.__traceback__.tb_frame.f_back if error.__traceback__ is not None else None
+    if caller is None or head not in text:
+        return text
+    callers = traceback.StackSummary.extract(traceback.walk_stack(caller))
+    callers.reverse()
+    before, _, after = text.rpartition(head)
+    return before + head + "".join(callers.format()) + after
+
+
+def _headline(error: BaseException, run: OpenRun | None = None) -> str:
+    text = "".join(traceback.format_exception_only(error)).strip()
+    # An error that all ranks agreed on names the guilty rank by itself; it need not be this one.
+    return text if getattr(error, "speaker", None) is not None else f"{process.describe(run)}: {text}"
+
+
+def _speaker(error: BaseException, run: OpenRun | None = None) -> int | None:
+    """Return the rank of COMM_WORLD that prints an agreed error; the error knows its rank in the run."""
+    speaker: int | None = getattr(error, "speaker", None)
+    if run is None and process.runs:
+        run = process.runs[-1]
+    return speaker if speaker is None or run is None else run.world_rank(speaker)
+
+
+def _exit_code(error: BaseException) -> int:
+    if isinstance(error, KeyboardInterrupt):
+        return 130
+    code = error.code if isinstance(error, SystemExit) else 1
+    return (code & 0xFF) or 1 if isinstance(code, int) else 1  # an 8-bit code must not wrap to "well done"
+
+
+# --- one message, one end
+
+
+def _end(
+    headline: str, body: str, code: int, *, speaker: int | None = None, error: BaseException | None = None
+) -> NoReturn:
+    """Print the report, if it is this rank's to print, and end every rank."""
+    if _ending.acquire(blocking=False):
+        with contextlib.suppress(BaseException):
+            free_reserve()
+            for stream in (sys.stdout, sys.stderr):
+                with contextlib.suppress(Exception):
+                    stream.flush()
+            if may_speak(speaker):
+                _call_previous_hook(error)
+                print_report(headline, body)
+    else:  # another thread of this rank is at it
+        with contextlib.suppress(BaseException):
+            time.sleep(SPEAKER_WAIT_S)
+    abort(code)
+
+
+def abort(code: int) -> NoReturn:
+    """End every rank with this exit code; at the least this process, whatever state Python and MPI are in."""
+    from mpi4py import MPI
+
+    with contextlib.suppress(BaseException):
+        _core.end_process_after(ABORT_LIMIT_S, code)
+        if MPI.Is_initialized() and not MPI.Is_finalized():
+            MPI.COMM_WORLD.Abort(code)
+    os._exit(code)
+
+
+def _call_previous_hook(error: BaseException | None) -> None:
+    """Let the user's own hook (a logger, a crash reporter) see the error; Python's would print it twice."""
+    if error is not None and _previous_hook is not sys.__excepthook__:
+        with contextlib.suppress(BaseException):
+            _previous_hook(type(error), error, error.__traceback__)

@@ -1,0 +1,188 @@
+"""The start of a run: every rank learns of every other, and all agree before anything can block.
+
+Collective, in this order: all are there (`attendance`), who is where, all were told the same, the manager may
+write the log. Whatever is wrong is raised on every rank.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import secrets
+import struct
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
+from . import attendance, ending, launchers, open_worlds
+from .log_directory import LogDirectory
+from .peers import Peer, PeerWatch
+from .process import OpenRun, process
+from .settings import RunSettings
+from .waiting import Wait, poll
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["begin", "close", "meet"]
+
+_CARD = struct.Struct("<i64s64siqQ96sI16s")  # what each rank says of itself
+_VERDICT_BYTES = 4096
+
+
+def begin(comm: MPI.Intracomm) -> OpenRun:
+    """Open a run once every rank of `comm` is about to. Collective.
+
+    A rank whose script has ended is reported, which ends the job.
+    """
+    ending.install()  # where MPI was not started with motes
+    launchers.check_alone()
+    try:
+        attendance.begin(comm)
+    except attendance.Left as left:
+        ending.end_left(left.rank)
+    return process.open(OpenRun())
+
+
+def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
+    """Fill in the run: communicator, peers, log. Collective.
+
+    Returns the settings with the seed that all agreed on. Raises ScriptMismatch where ranks were told
+    different things, and what `LogDirectory.claim` raises on the manager: on every rank.
+    """
+    from mpi4py import MPI
+
+    run.role, run.frame, run.stall_s = role, 0, settings.stall_s
+    made, request = comm.Idup()
+    _wait_for(request, settings)
+    run.comm = made
+    if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
+        own = comm.Get_group()
+        run.ranks = own.Translate_ranks(list(range(comm.size)), MPI.COMM_WORLD.Get_group())
+    wish = secrets.randbits(64) if settings.seed is None else settings.seed
+    text = json.dumps(settings.compared()).encode()
+    cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
+    run.peers = [card.peer for card in cards]
+    run.watch = PeerWatch(run.peers, rank=comm.rank)
+    _compare(made, cards, text, settings)
+    _claim_log(run, settings)
+    run.noted = open_worlds.enter(process.rank)
+    return settings.with_seed(cards[0].wish)
+
+
+def close(run: OpenRun, *, well: bool) -> None:
+    """End a run: after this the rank may leave the script, unless another run is open.
+
+    `well`: all ranks came to the end; otherwise nothing is freed that needs the others.
+    """
+    from . import busy
+
+    process.close(run)
+    open_worlds.leave(run.noted)
+    if run.log is not None:
+        run.log.release()
+    if run.watch is not None:
+        run.watch.close()
+    if run.comm is not None and (well or run.comm.size == 1):
+        busy.take_notes(run)
+        run.comm.Free()
+    run.comm = None
+
+
+class _Card:
+    """What a rank said of itself."""
+
+    def __init__(self, content: Sequence[Any]) -> None:
+        rank, role, host, pid, started, self.wish, space, self.length, self.digest = content
+        words = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
+        self.peer = Peer(rank, words[0], words[1], pid, started, words[2])
+
+
+def _exchange_cards(
+    comm: MPI.Intracomm, me: Peer, wish: int, text: bytes, settings: RunSettings
+) -> list[_Card]:
+    from mpi4py import MPI
+
+    card = _CARD.pack(
+        me.rank,
+        me.role.encode()[:64],
+        me.host.encode()[:64],
+        me.pid,
+        me.started,
+        wish,
+        me.space.encode()[:96],
+        len(text),
+        hashlib.sha256(text).digest()[:16],
+    )
+    cards = bytearray(_CARD.size * comm.size)
+    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), settings)
+    return [_Card(content) for content in _CARD.iter_unpack(bytes(cards))]
+
+
+def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
+    """Raise ScriptMismatch where ranks were told different things, naming the ranks and the difference."""
+    digests = [card.digest for card in cards]
+    model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
+    different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
+    if not different:
+        return
+    first = different[0]
+    theirs = json.loads(_broadcast(comm, text, model, cards[model].length, settings))
+    its = json.loads(_broadcast(comm, text, first, cards[first].length, settings))
+    names = [name for name in theirs if its.get(name) != theirs[name]]
+    listed = "; ".join(
+        f"World({name}=...) is {its.get(name)!r} on rank {first} and {theirs[name]!r} on rank {model}"
+        for name in names
+    )
+    who = f"ranks {', '.join(map(str, different))}" if len(different) > 1 else ""
+    where = place(first, role=cards[first].peer.role, frame=0)
+    message = f"{where}: its script differs from the other ranks': {listed}"
+    message += f" ({who} differ from rank {model})" if who else ""
+    raise ScriptMismatch(message, frame=0, ranks=tuple(different), speaker=first)
+
+
+def _claim_log(run: OpenRun, settings: RunSettings) -> None:
+    """Let the manager claim the log's directory; raise on every rank what it raises there."""
+    if settings.log is None:
+        return
+    assert run.comm is not None
+    manager = settings.roles[0]
+    verdict = b""
+    if run.comm.rank == manager:
+        try:
+            run.log = LogDirectory.claim(settings.log)
+        except (ArgumentError, LogError) as error:
+            verdict = _as_bytes(error, process.describe(run))
+    told = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
+    if not told:
+        return
+    agreed = _from_bytes(told)
+    agreed.speaker = manager
+    raise agreed
+
+
+def _as_bytes(error: MotesError, where: str) -> bytes:
+    if isinstance(error, ArgumentError):
+        content = ["ArgumentError", error.argument, os.fspath(error.value), error.allowed]  # type: ignore[call-overload]
+    else:
+        content = ["LogError", f"{where}: {error}"]
+    limit = (_VERDICT_BYTES - 100) // (6 * len(content))  # JSON writes a letter as six at most
+    return json.dumps([text[-limit:] if len(text) > limit else text for text in content]).encode()
+
+
+def _from_bytes(told: bytes) -> MotesError:
+    kind, *words = json.loads(told)
+    return ArgumentError(*words) if kind == "ArgumentError" else LogError(*words)
+
+
+def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, settings: RunSettings) -> bytes:
+    from mpi4py import MPI
+
+    buffer = bytearray(text if comm.rank == root else length)
+    _wait_for(comm.Ibcast([buffer, MPI.BYTE], root), settings)
+    return bytes(buffer)
+
+
+def _wait_for(request: MPI.Request, settings: RunSettings) -> None:
+    poll(request.Test, Wait(settings.stall_s, "other ranks to enter the world"))

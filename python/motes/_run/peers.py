@@ -1,0 +1,118 @@
+"""Whether the processes of the other ranks live, as far as this host can tell."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import select
+import socket
+import time
+from collections.abc import Sequence
+from typing import NamedTuple
+
+__all__ = ["Peer", "PeerWatch"]
+
+PEER_CHECK_S = 0.02
+
+
+class Peer(NamedTuple):
+    """How to find another rank's process."""
+
+    rank: int
+    role: str
+    host: str
+    pid: int
+    started: int
+    """Start of the process in ticks since the host's start: the same number again is another process."""
+    space: str
+    """Where that number means something: the host's boot and its space of process numbers (containers)."""
+
+    @classmethod
+    def here(cls, *, rank: int, role: str) -> Peer:
+        """Describe this process, for the others."""
+        space = ""
+        with contextlib.suppress(OSError), open("/proc/sys/kernel/random/boot_id") as file:
+            space = f"{file.read().strip()} {os.readlink('/proc/self/ns/pid')}"
+        with contextlib.suppress(OSError):
+            started = _started(os.getpid()) or 0
+            return cls(rank, role, socket.gethostname(), os.getpid(), started, space)
+        return cls(rank, role, socket.gethostname(), os.getpid(), 0, "")
+
+
+class PeerWatch:
+    """Notices that a process on this host is gone. Watches by the system's own handles where it has them."""
+
+    def __init__(self, peers: Sequence[Peer], *, rank: int) -> None:
+        """Watch the peers that share the host of `rank`, this process."""
+        self.rank = rank
+        mine = next(peer for peer in peers if peer.rank == rank)
+        self.peers = {
+            peer.rank: peer for peer in peers if mine.space and peer.space == mine.space and peer.rank != rank
+        }
+        self._by_handle: dict[int, Peer] = {}
+        self._by_number: list[Peer] = []
+        self._poll = select.poll()
+        self._last = float("-inf")
+        for peer in self.peers.values():
+            try:
+                handle = os.pidfd_open(peer.pid)
+            except (OSError, AttributeError):  # gone already, or an old system: its number tells
+                self._by_number.append(peer)
+            else:
+                self._by_handle[handle] = peer
+                self._poll.register(handle, select.POLLIN)
+                if not _alive(peer):  # the number went to another process before the handle was opened
+                    self._by_number.append(peer)
+
+    def check(self, now: float | None = None) -> int | None:
+        """Name a rank whose process is gone or a zombie, or None; looks at most once in 20 ms.
+
+        `now` is a monotonic time in seconds, for a caller who has it at hand.
+        """
+        now = time.monotonic() if now is None else now
+        if now - self._last < PEER_CHECK_S:
+            return None
+        self._last = now
+        for handle, _ in self._poll.poll(0) if self._by_handle else ():
+            return self._by_handle[handle].rank
+        for peer in self._by_number:
+            if not _alive(peer):
+                return peer.rank
+        return None
+
+    def alive(self, rank: int) -> bool | None:
+        """Tell whether the process of a rank lives; None where this host cannot tell."""
+        if rank == self.rank:
+            return True
+        peer = self.peers.get(rank)
+        return None if peer is None else _alive(peer)
+
+    def close(self) -> None:
+        """Give the handles back."""
+        for handle in self._by_handle:
+            os.close(handle)
+        self._by_handle, self._by_number, self._poll = {}, [], select.poll()
+
+    def __del__(self) -> None:
+        """Give the handles back."""
+        with contextlib.suppress(Exception):
+            self.close()
+
+
+def _alive(peer: Peer) -> bool:
+    try:
+        return _started(peer.pid) == peer.started
+    except OSError:  # out of file descriptors, say: nothing is known, and a false alarm would end the job
+        return True
+
+
+def _started(pid: int) -> int | None:
+    """Return when a live process started, in ticks since the host's start; None if it is gone or a zombie."""
+    try:
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            # The name, in parentheses, may hold anything; the state and 18 numbers on, the start, come
+            # after it.
+            fields = file.read().rpartition(b")")[2].split()
+    except (FileNotFoundError, ProcessLookupError):
+        return None
+    return None if fields[0] in (b"Z", b"X") else int(fields[19])

@@ -1,0 +1,101 @@
+"""What a run was told: one frozen value, which all ranks compare, the core gets and the log keeps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, Self
+
+__all__ = ["RunSettings"]
+
+_COMPARED_AS_GIVEN_OR_NOT = ("log",)  # a name of a temporary folder may differ: the manager's counts
+_NOT_COMPARED = ("speeds", "stall_s")  # of this machine
+
+
+@dataclass(frozen=True)
+class RunSettings:
+    """The arguments of a World, checked, with what the environment overrides."""
+
+    seed: int | None
+    """None before the ranks have agreed on the one that rank 0 draws."""
+    dt: float
+    substeps: int
+    axis: str
+    space: tuple[float, float] | str | None
+    roles: tuple[int, int, Sequence[int]]
+    """Manager, image generator, calculators: ranks."""
+    balancer: Any
+    """One of motes.balance, of which `policy` is what the core takes."""
+    combine: str
+    births: str
+    fan_out: int
+    clock: str
+    digest: bool
+    log: str | None
+    spans: bool
+    speeds: Mapping[int, float]
+    """Ranks that behave like slower machines."""
+    stall_s: float
+    """Seconds without an answer after which a rank warns or gives up."""
+
+    def with_seed(self, seed: int) -> Self:
+        """Return the same with the seed that the ranks agreed on."""
+        return replace(self, seed=seed)
+
+    def compared(self) -> dict[str, str]:
+        """Return what must be equal on all ranks, by name, as text."""
+        values: dict[str, object] = {
+            field.name: getattr(self, field.name) for field in fields(self) if field.name not in _NOT_COMPARED
+        }
+        for name in _COMPARED_AS_GIVEN_OR_NOT:
+            values[name] = "not given" if values[name] is None else "given"
+        values["roles"] = _roles(self.roles)
+        kind = type(self.balancer)
+        # What a user's class says about itself may hold an address; its `decide` runs on the manager only.
+        ours = kind.__module__.partition(".")[0] == __package__.partition(".")[0]
+        values["balancer"] = repr(self.balancer) if ours else kind.__qualname__
+        return {name: str(value) for name, value in values.items()}
+
+    def for_core(self, *, rank: int, hosts: Sequence[str]) -> dict[str, Any]:
+        """Return what `_core.Engine` takes as `facts` on a rank; `hosts`: the host of each rank."""
+        return {
+            "seed": self.seed,
+            "dt": self.dt,
+            "substeps": self.substeps,
+            "digest": self.digest,
+            "log": self.log or "",
+            "hosts": list(hosts),
+            "policy": self.balancer.policy,
+            "combine": self.combine,
+            "births": self.births,
+            "fan_out": self.fan_out,
+            "clock": self.clock,
+            "speed": self.speeds.get(rank, 1.0),
+            "spans": self.spans,
+        }
+
+    def for_log(self) -> dict[str, Any]:
+        """Return what run.json and a recorded scene say about the run."""
+        manager, image_generator, calculators = self.roles
+        return {
+            "seed": self.seed,
+            "dt_s": self.dt,
+            "substeps": self.substeps,
+            "axis": self.axis,
+            "space": self.space,
+            "balancer": repr(self.balancer),
+            "combine": self.combine,
+            "births": self.births,
+            "fan_out": self.fan_out,
+            "clock": self.clock,
+            "speeds": {str(rank): speed for rank, speed in sorted(self.speeds.items())},
+            "manager": manager,
+            "image_generator": image_generator,
+            "calculators": list(calculators),
+        }
+
+
+def _roles(roles: tuple[int, int, Sequence[int]]) -> str:
+    manager, image_generator, calculators = roles
+    ranks = ", ".join(map(str, calculators))
+    return f"manager {manager}, image generator {image_generator}, calculators [{ranks}]"

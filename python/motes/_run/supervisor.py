@@ -1,0 +1,228 @@
+"""Watching over a launcher: its signals, its end with ours, what it prints, and whether all ranks ended.
+
+What mpirun says of a failed run would come after the message that tells why. So its own messages go to a
+file, and the first failing rank's message is said once more at the end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Sequence
+from types import FrameType
+from typing import Self
+
+from . import open_worlds
+from .output import tell, write_all
+
+__all__ = ["Relay", "supervise"]
+
+_HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
+_GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
+_IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
+_DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
+_PR_SET_PDEATHSIG = 1
+
+
+def supervise(argv: Sequence[str]) -> int:
+    """Run a launcher to its end and return its exit code; 1 where it says 0 and ranks here never ended.
+
+    Signals go on to the launcher. It ends when this process does, however that ends (on Linux).
+    """
+    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals() as signals:
+        environment = {**os.environ, open_worlds.FOLDER: folder}
+        process = subprocess.Popen(
+            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_tie_to_parent(), bufsize=0
+        )
+        try:
+            signals.go_to(process)
+            assert process.stderr is not None
+            relay = Relay(lambda data: write_all(2, data))
+            reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
+            reader.start()
+            code = process.wait()
+            reader.join(_DRAIN_S)  # a child that outlives the launcher may hold the pipe open
+        finally:
+            _end(process)
+        left = open_worlds.left_open(folder)
+    relay.close(failed=code != 0)
+    if code == 0 and left:
+        tell(
+            f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
+            "as where mpirun loses a host; its log tells how far it came"
+        )
+        return 1
+    code = code if code >= 0 else 128 - code
+    if code != 0 and relay.message:
+        tell(f"motes run: exit code {code}: {relay.message}")
+    return code
+
+
+class _Signals:
+    """Hands signals on to a process; those that come before it is there, as soon as it is."""
+
+    def __init__(self) -> None:
+        self._process: subprocess.Popen[bytes] | None = None
+        self._early: list[int] = []
+        self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+
+    def go_to(self, process: subprocess.Popen[bytes]) -> None:
+        self._process = process
+        for number in self._early:
+            process.send_signal(number)
+
+    def _hand_on(self, number: int, _: FrameType | None) -> None:
+        if number in (signal.SIGINT, signal.SIGQUIT) and sys.stdin is not None and sys.stdin.isatty():
+            return  # a key of the terminal reaches both by itself
+        if self._process is None:
+            self._early.append(number)
+        else:
+            self._process.send_signal(number)
+
+    def __enter__(self) -> Self:
+        for name in _HANDED_ON:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup leaves it
+                self._before[number] = signal.signal(number, self._hand_on)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+
+def _tie_to_parent() -> Callable[[], None] | None:
+    """Return what a child does between fork and exec so that it is told to end when this process is gone."""
+    if sys.platform != "linux":
+        return None
+    parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
+
+    def tie() -> None:
+        prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
+        if os.getppid() != parent:  # it was gone before
+            os._exit(1)
+
+    return tie
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is not None:
+        return
+    process.terminate()
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+class Relay:
+    """Passes on what a launcher writes to standard error, but for its own messages about a failed run.
+
+    Those stand between lines of dashes (Open MPI) or equals signs (MPICH).
+    """
+
+    _RULE = re.compile(rb"\s*(-{60,}|={60,})\s*")
+    _OWN = re.compile(
+        rb"\W*(MPI_ABORT was invoked|(prterun|mpirun|mpiexec)\S* (has exited|noticed|detected)"
+        rb"|Primary job +terminated|=   BAD TERMINATION)"
+    )
+    _REPORT = re.compile(rb"\*\*\* motes: (.*)")
+    _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
+    _MOST_LINES = 100  # a message that is longer is none
+
+    def __init__(self, write: Callable[[bytes], object]) -> None:
+        """`write` takes what is passed on."""
+        self.own: list[bytes] = []
+        """The launcher's messages, in lines."""
+        self._write = write
+        self._held: list[bytes] = []
+        self._inside = False
+        self._rest = b""
+        self._report = self._error = b""
+
+    @property
+    def message(self) -> str:
+        """What the first failing rank said, in a line."""
+        return (self._report or self._error).decode(errors="replace").strip()
+
+    def run(self, file: int) -> None:
+        """Read a file descriptor to its end."""
+        with contextlib.suppress(OSError):
+            while True:
+                if not select.select([file], [], [], _IDLE_S)[0]:
+                    self._give_up_holding()
+                    continue
+                data = os.read(file, 65536)
+                if not data:
+                    return
+                self.feed(data)
+
+    def feed(self, data: bytes) -> None:
+        """Take some output; whole lines are looked at."""
+        *lines, rest = (self._rest + data).split(b"\n")
+        self._rest = b""
+        for line in lines:
+            self._take(line + b"\n")
+        if self._inside or self._held or not rest.strip(b" \t\r\0-="):
+            self._rest = rest  # may become a line of dashes
+        else:
+            self._pass_on(rest)  # such as a progress bar, which never ends its line
+
+    def close(self, *, failed: bool) -> None:
+        """Pass on what is held back. Name the file with the launcher's messages, if it has any."""
+        self._take(self._rest)
+        self._give_up_holding()
+        if not self.own:
+            return
+        if not failed or not self.message:  # nothing else says what happened
+            self._pass_on(b"".join(self.own))
+        if failed:
+            with contextlib.suppress(OSError):
+                file, path = tempfile.mkstemp(prefix="motes-mpirun-", suffix=".txt")
+                with open(file, "wb") as target:
+                    target.write(b"".join(self.own))
+                tell(f"motes run: mpirun's own messages: {path}")
+
+    def _take(self, line: bytes) -> None:
+        if report := self._REPORT.search(line):
+            self._report = self._report or report[1]
+        elif error := self._ERROR.match(line):
+            self._error = self._error or error[1]
+        rule = self._RULE.fullmatch(line) is not None
+        if self._inside:
+            if report:  # a rank's line that fell between
+                self._pass_on(line)
+                return
+            self._held.append(line)
+            if rule:
+                self.own += self._held
+                self._held, self._inside = [], False
+            elif len(self._held) > self._MOST_LINES:
+                self._give_up_holding()
+        elif self._held and self._OWN.match(line):
+            self._held.append(line)
+            self._inside = True
+        elif rule:
+            self._give_up_holding()
+            self._held = [line]
+        else:
+            self._give_up_holding()
+            self._pass_on(line)
+
+    def _give_up_holding(self) -> None:
+        held, self._held, self._inside = b"".join(self._held), [], False
+        self._pass_on(held)
+
+    def _pass_on(self, data: bytes) -> None:
+        if data:
+            with contextlib.suppress(OSError):  # a full disk, a reader that is gone: the run goes on
+                self._write(data)

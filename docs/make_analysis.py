@@ -8,8 +8,7 @@ from __future__ import annotations
 import inspect
 from pathlib import Path
 
-from motes.analysis.plots import Plots
-from motes.analysis.plots_runs import RunsPlots
+from motes.analysis.plots import Plots, RunsPlots
 from motes.analysis.schema import QUANTILES, TABLES, Table
 
 PAGE = Path(__file__).with_name("analysis.md")
@@ -44,7 +43,7 @@ def plots() -> str:
 def table(name: str, one: Table) -> str:
     """Describe one table."""
     when = "" if one.required else "; where there was something to write"
-    lines = [f"### `run.{name}`: {one.file}", "", f"A row {one.row}{when}.", ""]
+    lines = [f"### `run.{name}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     lines += ["| column | unit | meaning |", "|---|---|---|"]
     for column in one.columns:
         if column.name in QUANTILES[1:]:

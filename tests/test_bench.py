@@ -10,15 +10,16 @@ from typing import Any
 
 import pytest
 
-import motes
-from motes import _core, bench
+from motes import _core
+from motes.bench import overhead
+from motes.cli import main
 
 ACTIONS = _core.action_names()
 
 
 def figures(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
     """Run a benchmark for its JSON object."""
-    assert bench.main([*words, "--json"]) == 0
+    assert main(["bench", *words, "--json"]) == 0
     result: dict[str, Any] = json.loads(capsys.readouterr().out)
     return result
 
@@ -56,9 +57,37 @@ def test_overhead_compares_balancers_with_static_cuts(capsys):
     assert rows["static"]["overhead_percent"] == 0
     assert rows["static"]["balance_ms"] == 0
     assert all(row["frame_ms"] > 0 and row["act_ms"] > 0 for row in rows.values())
+    for row in rows.values():
+        ratio = row["frame_ms"] / rows["static"]["frame_ms"]
+        assert row["overhead_percent"] == pytest.approx(100 * (ratio - 1)), "of what stands beside it"
     assert (found["ranks"], found["calculators"], found["particles"]) == (4, 2, 4000)
-    with pytest.raises(motes.MotesError, match="the job on 2 ranks failed"):
-        bench.main(["overhead", "--ranks", "2", "--particles", str(2**63), *sizes[4:]])
+    assert main(["bench", "overhead", "--ranks", "2", "--particles", str(2**63), *sizes[4:]]) == 2
+    assert "the job on 2 ranks failed" in capsys.readouterr().err
+
+
+def test_differences_within_a_round_count():
+    static, own = [1.0, 5.0, 1.2], [1.1, 5.1, 1.4]  # the second round was slow for both
+    assert overhead._beside(own, static) == pytest.approx(1.2 + 0.1)
+    assert overhead._beside(static, static) == 1.2
+    times = [{f"t_{phase}_s": float(i) for phase in overhead.PHASES} for i in range(4)]
+    assert overhead._by_round(times, 2)["act"] == [0.5, 2.5]
+
+
+def test_render_measures_a_whole_frame(capsys):
+    sizes = ["--particles", "5000", "--size", "64x36", "--frames", "2"]
+    for more in ([], ["--fountain"]):
+        found = figures(capsys, "render", *sizes, *more)
+        assert found["particles"] == 5000
+        assert found["ms_project"] > 0 and found["ms_splat"] > 0
+        assert found["ms_per_frame"] >= found["ms_per_frame_min"]
+
+
+def test_leavers_are_found_in_several_ways(capsys):
+    found = figures(capsys, "leavers", "--particles", "5000", "--steps", "2", "--bins", "8")
+    assert (found["particles"], found["bins"]) == (5000, 8)
+    ways = [value for name, value in found.items() if name.endswith("_ns_per_particle")]
+    assert len(ways) >= 2
+    assert all(value > 0 for value in ways)
 
 
 def test_scale_covers_the_sizes(capsys):
@@ -83,6 +112,6 @@ def test_recording_counts_its_calls(capsys):
 
 
 def test_text_is_a_table(capsys):
-    assert bench.main(["actions", "--particles", "1000", "--repeats", "1"]) == 0
+    assert main(["bench", "actions", "--particles", "1000", "--repeats", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[1:-2]] == ACTIONS

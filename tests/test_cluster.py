@@ -11,8 +11,10 @@ from pathlib import Path
 import pytest
 from launching import command
 
+from motes.cli import main
 from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, growth, simulate
-from motes.cluster.paper import model, show
+from motes.cluster import build as build_module
+from motes.cluster.paper import experiment, model, show
 from motes.cluster.paper.experiment import Row
 from motes.cluster.paper.tables import cells
 from motes.cluster.platform import hosts, platform
@@ -191,3 +193,100 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
             slower = 1 if row["host"].startswith("fast") else 2
             assert nanoseconds == pytest.approx(110_000 * slower, rel=0.01)
     assert sums[3] > 1000
+
+
+# --- what compiles, what is found, what work costs
+
+
+def test_no_command_but_build_compiles_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """Standing in a source tree, the current folder for one, is no request to run CMake on it."""
+    (tmp_path / "cpp" / "driver").mkdir(parents=True)
+    (tmp_path / "cpp" / "driver" / "CMakeLists.txt").write_text("message(FATAL_ERROR here)")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.delenv("MOTES_SMPI_REPLAY", raising=False)
+    monkeypatch.setattr(build_module, "_default_program", lambda: tmp_path / "bin" / "motes_replay_smpi")
+    with pytest.raises(MotesError, match=r"python -m motes cluster build --source DIR.*MOTES_SMPI_REPLAY"):
+        build_module.find_replay()
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["cpp"]
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", "no/such/program")
+    with pytest.raises(MotesError, match="MOTES_SMPI_REPLAY=no/such/program does not exist"):
+        build_module.find_replay()
+
+
+def test_build_compiles_a_clone_and_puts_the_program_where_it_is_found(tmp_path: Path, monkeypatch, capsys):
+    clone, tools = tmp_path / "clone", tmp_path / "tools"
+    (clone / "cpp" / "driver").mkdir(parents=True)
+    (clone / "cpp" / "driver" / "CMakeLists.txt").touch()
+    tools.mkdir()
+    for name, text in {
+        "smpirun": "exit 0",
+        # Configuring makes the cache, building the program; both say what they were asked for.
+        "cmake": f'echo "$@" >> {tmp_path}/asked; mkdir -p {clone}/build/smpi/cpp/driver; '
+        f"touch {clone}/build/smpi/CMakeCache.txt; echo built > {clone}/build/smpi/cpp/driver/motes_replay",
+    }.items():
+        (tools / name).write_text(f"#!/bin/sh\n{text}\n")
+        (tools / name).chmod(0o755)
+    monkeypatch.setattr(sys, "executable", str(tools / "python"))
+    monkeypatch.setenv("PATH", f"{tools}:/usr/bin:/bin")
+    monkeypatch.delenv("MOTES_SMPI_REPLAY", raising=False)
+    monkeypatch.delenv("MOTES_SMPIRUN", raising=False)
+    for _ in range(2):
+        assert main(["cluster", "build", "--source", str(clone)]) == 0
+        assert capsys.readouterr().out.strip() == str(tools / "motes_replay_smpi")
+    assert build_module.find_replay().read_text() == "built\n"
+    asked = (tmp_path / "asked").read_text().splitlines()
+    assert [line.startswith("-S") for line in asked] == [True, False, False], "configured once, built twice"
+    assert "-DMOTES_MPI=smpi" in asked[0]
+    assert main(["cluster", "build", "--source", str(tmp_path)]) == 2
+    assert "is not a clone of motes" in capsys.readouterr().err
+
+
+def test_work_is_not_free_where_no_costs_are_given(simulated_replay: Path, tmp_path: Path):
+    (tmp_path / "cluster.py").write_text(
+        "from motes.cluster import *\n"
+        "cluster = Cluster([Node('a'), Node('b'), Node('fast'), Node('slow', 0.25)])\n"
+    )
+    env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
+    start = [sys.executable, "-m", "motes", "cluster", "run"]
+    script = [tmp_path / "cluster.py", SNOW, *SMALL, "--out", tmp_path]
+    facts = json.loads(command([str(w) for w in [*start, "--json", *script]], env=env).lines[-1])
+    assert facts["costs"] == "measured on one core of a Xeon"
+    assert facts["imbalance"] == pytest.approx(2 * 4 / 5, rel=0.1), "one of two has a quarter of the speed"
+    (tmp_path / "free").write_text("# nothing costs anything\n")
+    said = command([str(w) for w in [*start, "--costs", tmp_path / "free", *script]], env=env).lines[-1]
+    assert f"costs of work: {tmp_path / 'free'}" in said
+    assert "imbalance 1.00" in said
+
+
+# --- the paper's tables, from end to end
+
+
+def test_cells_of_the_paper_are_run(simulated_replay: Path, monkeypatch: pytest.MonkeyPatch, capsys):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    few = [cell for cell in cells(1) if cell.processes == 4 and cell.variant in ("IS-SLB", "FS-DLB")]
+    monkeypatch.setattr(experiment, "cells", lambda _: few)
+    size = {**model.model()["scale"], "particles": 200, "frames": 6, "measured": 2}
+    monkeypatch.setitem(model.model(), "scale", size)
+    assert main(["cluster", "paper", "--table", "1", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [(row["nodes"], row["variant"]) for row in facts["rows"]] == [
+        ("4*B /4 P.", "IS-SLB"),
+        ("4*B /4 P.", "FS-DLB"),
+    ]
+    for row in facts["rows"]:
+        assert 0.5 < row["ours"] < 2, "two calculators"
+        assert row["best"] > 0
+        assert row["error"] == pytest.approx(row["ours"] / row["paper"] - 1)
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+@pytest.mark.parametrize("table", [1, 2, 3])
+def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, table: int):
+    env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
+    words = ["cluster", "paper", "--table", str(table), "--json", "--plot", str(tmp_path / "table.png")]
+    made = command([sys.executable, "-m", "motes", *words], env=env, timeout=1700)
+    facts = json.loads(made.lines[-1])
+    assert len(facts["rows"]) == len(cells(table))
+    assert facts["near"] >= 0.75 * len(facts["rows"]), "as near as docs/paper.md says"
+    assert (tmp_path / "table.png").stat().st_size > 10_000

@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from motes import files
+from motes._io import files
 
 
 def test_bytes_arrive_and_directories_appear(tmp_path):
@@ -56,7 +56,7 @@ def test_a_killed_writer_leaves_the_old_file(tmp_path):
     path = tmp_path / "a"
     files.write_whole(path, b"old")
     script = (
-        "import os, sys\nfrom motes import files\n"
+        "import os, sys\nfrom motes._io import files\n"
         "def write(file): file.write(b'new'); file.flush(); os.kill(os.getpid(), 9)\n"
         "files.write_whole(sys.argv[1], write)"
     )

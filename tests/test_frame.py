@@ -9,7 +9,7 @@ import zlib
 import numpy as np
 import pytest
 
-from motes import png
+from motes._io import png
 from motes.errors import ArgumentError, MotesError, NotHere
 from motes.frame import Frame
 

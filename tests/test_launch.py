@@ -12,8 +12,10 @@ from pathlib import Path
 import pytest
 from launching import NO_LAUNCHER
 
-from motes import doctor, launch
-from motes.__main__ import _split, main
+from motes import launch
+from motes.cli import doctor, main
+from motes.cli import run as run_command
+from motes.cli.parser import Parser
 from motes.errors import ArgumentError, MotesError
 from motes.launch import Mpirun, Version
 
@@ -170,18 +172,22 @@ def test_root_is_allowed_only_when_it_is_root(two_cores, monkeypatch):
 @pytest.mark.parametrize(
     ("line", "parts"),
     [
-        ("-n 4 x.py a -n 7", ("-n 4", "", "x.py a -n 7")),
-        ("--hosts a,b:2 -n4 x.py -- y", ("--hosts a,b:2 -n4", "", "x.py -- y")),
-        ("-n 4 -- --bind-to none x.py a", ("-n 4", "--bind-to none", "x.py a")),
-        ("-n 4 -m pack.age --flag", ("-n 4", "", "-m pack.age --flag")),
-        ("-n 4 -- --bind-to none -m pack", ("-n 4", "--bind-to none", "-m pack")),
-        ("-n 4 -- --mca plm_rsh_agent /bin/sh x.py b", ("-n 4", "--mca plm_rsh_agent /bin/sh", "x.py b")),
-        ("-n 4 -- --mca a b -- /bin/sh -- y", ("-n 4", "--mca a b", "/bin/sh -- y")),
-        ("--help", ("--help", "", "")),
+        ("-n 4 x.py a -n 7", ("", "x.py a -n 7")),
+        ("--hosts a,b:2 -n4 x.py -- y", ("", "x.py -- y")),
+        ("-n 4 -- --bind-to none x.py a", ("--bind-to none", "x.py a")),
+        ("-n 4 -m pack.age --flag -n 3 -- y", ("", "-m pack.age --flag -n 3 -- y")),
+        ("-n 4 -c code a -m b", ("", "-c code a -m b")),
+        ("-n 4 -- --bind-to none -m pack", ("--bind-to none", "-m pack")),
+        ("-n 4 -- --mca plm_rsh_agent /bin/sh x.py b", ("--mca plm_rsh_agent /bin/sh", "x.py b")),
+        ("-n 4 -- --mca a b -- /bin/sh -- y", ("--mca a b", "/bin/sh -- y")),
     ],
 )
-def test_the_words_of_run_are_parted(line, parts):
-    assert _split(line.split()) == tuple(part.split() for part in parts)
+def test_mpiruns_options_and_the_program_are_told_apart(line, parts):
+    parser = Parser()
+    run_command.configure(parser)
+    args = parser.parse_args(line.split())
+    assert args.ranks == 4
+    assert run_command.split_program(args) == tuple(part.split() for part in parts)
 
 
 @pytest.mark.parametrize(
@@ -233,7 +239,7 @@ def test_an_interrupt_reaches_the_job(tmp_path):
 
 
 def test_doctor_reports_and_counts_problems(capsys):
-    code = doctor.main(as_json=True)
+    code = main(["doctor", "--json"])
     report = json.loads(capsys.readouterr().out)
     assert report["hello"] == ["rank 0 of 2", "rank 1 of 2"]
     assert report["roles"]["n=4"] == ["image generator", "manager", "calculator 0", "calculator 1"]

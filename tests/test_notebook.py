@@ -18,6 +18,10 @@ pytestmark = pytest.mark.skipif(not PATH.is_file(), reason="the notebook needs t
 # In particles, not in seconds, which depend on what else the machine does. Seconds still move the cuts, so
 # bounds are wide.
 CLAIMS = """
+# The paper counts processes, two of which are the manager and the image generator.
+from motes.cluster.paper.tables import cells
+rows = {(cell.processes - 2, cell.variant): cell.speedup for cell in cells(3) if cell.processes < 9}
+assert all(paper.loc[n, name] == rows[n, name] for n in paper.index for name in paper.columns)
 def speedup(n, name):
     return n / table[n, name].imbalance("n_end").mean()
 

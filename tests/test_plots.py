@@ -18,8 +18,8 @@ matplotlib.use("Agg")
 from matplotlib import pyplot  # noqa: E402
 from matplotlib.axes import Axes  # noqa: E402
 
-from motes.analysis import drawing, timeline  # noqa: E402
-from motes.analysis.plots import Plots  # noqa: E402
+from motes.analysis import timeline  # noqa: E402
+from motes.analysis.plots import Plots, drawing  # noqa: E402
 
 
 @pytest.fixture(scope="module")

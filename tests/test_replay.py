@@ -18,11 +18,12 @@ from launching import mpirun
 from particle_engine import play
 
 import motes
-from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core, bench
+from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core
+from motes.cli import main
 from motes.replay.compare import compare
 from motes.replay.density import Density, crossing, exchange, overlaps
-from motes.replay.simulate import simulate
-from motes.replay.synthetic import LOADS, Synthetic, synthetic
+from motes.replay.frames import simulate
+from motes.replay.loads import LOADS, Synthetic, synthetic
 
 many = settings(derandomize=True, deadline=None, max_examples=100)
 
@@ -103,6 +104,12 @@ def test_a_density_of_quantiles_is_near_the_particles() -> None:
     for place in np.linspace(-6, 6, 25):
         assert density.count_below([place])[0] == pytest.approx((x < place).sum(), abs=0.01 * len(x))
     np.testing.assert_array_equal(density.domains(cuts), [len(part) for part in parts])
+
+
+def test_the_call_that_the_guide_shows():
+    *_, last = motes.replay.simulate(motes.replay.synthetic("halves", frames=30), Pairwise(0.05))
+    assert last.frame == 29
+    assert last.seconds.max() / last.seconds.mean() < 1.5
 
 
 # --- replays of runs
@@ -324,20 +331,20 @@ def test_comparing_counts_evaluations_and_particles() -> None:
 
 def test_bench_prints_a_table_and_json(capsys: pytest.CaptureFixture[str]) -> None:
     words = ["balance", "--frames", "6", "--calculators", "8"]
-    assert bench.main([*words, "--json"]) == 0
+    assert main(["bench", *words, "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert {row["load"] for row in figures["rows"]} == set(LOADS)
     assert figures["planning_calculators"] == 4096
     assert all(ms < 10 for ms in figures["planning_ms"].values()), figures["planning_ms"]
     assert {"PrefixCuts", "Pairwise", "Diffusive"} <= set(figures["planning_ms"])
-    assert bench.main(words) == 0
+    assert main(["bench", *words]) == 0
     text = capsys.readouterr().out
     assert "mean imbalance" in text and "planning for 4096" in text
 
 
 def test_bench_compares_on_a_recorded_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     log = moving_spot(tmp_path / "log")
-    assert bench.main(["balance", "--run", str(log), "--json"]) == 0
+    assert main(["bench", "balance", "--run", str(log), "--json"]) == 0
     rows = json.loads(capsys.readouterr().out)["rows"]
     worth = {row["balancer"]: row["mean_imbalance"] for row in rows}
     assert worth["PrefixCuts"] < worth["Static"]

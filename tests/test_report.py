@@ -19,8 +19,10 @@ from handmade import load_row, moving_spot, rows, write_log
 
 import motes
 from motes import LogError
-from motes.__main__ import main
-from motes.analysis import report, watch
+from motes.analysis.export import report
+from motes.analysis.view import View
+from motes.cli import main
+from motes.cli.watch import watch
 
 pytest.importorskip("pandas")
 pytest.importorskip("matplotlib").use("Agg")
@@ -144,8 +146,12 @@ def test_what_is_no_log_is_said_in_a_line(tmp_path, capsys):
 def test_report_without_matplotlib_names_the_extra(log, tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "matplotlib.figure", None)
     assert main(["report", str(log), "-o", str(tmp_path / "x.html")]) == 2
-    assert 'pip install "motes[analysis]"' in capsys.readouterr().err
-    assert motes.open_run(log)._repr_html_().count("motes[analysis]") == 1, "figures in words remain"
+    assert 'pip install "pandas>=2" "matplotlib>=3.8"' in capsys.readouterr().err
+    assert motes.open_run(log)._repr_html_().count("matplotlib&gt;=3.8") == 1, "figures in words remain"
+    monkeypatch.setitem(sys.modules, "matplotlib.pyplot", None)
+    with pytest.raises(motes.MissingExtra, match="needs matplotlib") as caught:
+        motes.open_run(log).plot.imbalance()
+    assert isinstance(caught.value, ImportError)
 
 
 # --- trace
@@ -247,7 +253,7 @@ def test_trace_is_whole_or_not_there(log, tmp_path, monkeypatch):
     def broken(*_):
         raise RuntimeError("stop")
 
-    monkeypatch.setattr("motes.analysis.trace._counters", broken)
+    monkeypatch.setattr("motes.analysis.export.trace._counters", broken)
     with pytest.raises(RuntimeError, match="stop"):
         motes.open_run(log).to_perfetto(tmp_path / "trace.json")
     assert list(tmp_path.iterdir()) == []
@@ -260,7 +266,7 @@ def test_trace_is_whole_or_not_there(log, tmp_path, monkeypatch):
 
 
 def test_view_of_a_frame(log):
-    view = watch.View(log, json.loads((log / "run.json").read_text()))
+    view = View(log, json.loads((log / "run.json").read_text()))
     view.read()
     lines = view.lines(79)
     assert all(len(line) <= 79 for line in lines)
@@ -286,7 +292,7 @@ def test_view_of_a_frame(log):
 
 def test_not_a_terminal_gets_lines(log):
     out = io.StringIO()
-    assert watch.main(str(log), out=out) == 0
+    assert watch(log, out=out) == 0
     assert out.getvalue().startswith("frame 8  ")
     assert out.getvalue().count("\n") == 1
     assert "\x1b" not in out.getvalue()
@@ -294,12 +300,10 @@ def test_not_a_terminal_gets_lines(log):
 
 def test_once_prints_the_whole_view_anywhere(log, tmp_path):
     out = io.StringIO()
-    assert watch.main(str(log), once=True, out=out) == 0
+    assert watch(log, once=True, out=out) == 0
     assert out.getvalue().count("rank ") == 4
     assert "\x1b" not in out.getvalue()
-    assert watch.main(str(unfinished(tmp_path / "run")), once=True, out=out) == 0, (
-        "it does not wait for an end"
-    )
+    assert watch(unfinished(tmp_path / "run"), once=True, out=out) == 0, "it does not wait for an end"
 
 
 def test_the_view_as_json(log, capsys):
@@ -313,7 +317,7 @@ def test_the_view_as_json(log, capsys):
 
 def test_following_a_run_that_is_written(tmp_path):
     log = unfinished(tmp_path / "run")
-    view = watch.View(log, {})
+    view = View(log, {})
     assert view.read()
     assert not view.read()
     with (log / "frames.jsonl").open("a") as file:
@@ -334,7 +338,7 @@ def test_following_a_run_that_is_written(tmp_path):
 def test_watch_waits_for_the_log_and_ends_with_the_run(tmp_path):
     out, log = io.StringIO(), tmp_path / "run"
     codes = []
-    watcher = threading.Thread(target=lambda: codes.append(watch.main(str(log), out=out)))
+    watcher = threading.Thread(target=lambda: codes.append(watch(log, out=out)))
     watcher.start()
     time.sleep(0.3)
     unfinished(log)
@@ -356,7 +360,7 @@ def test_watch_of_a_killed_run_ends(tmp_path, capsys):
         "host": os.uname().nodename,
     }
     (log / "run.json").write_text(json.dumps(facts))
-    assert watch.main(str(log), out=io.StringIO()) == 1
+    assert watch(log, out=io.StringIO()) == 1
     assert "its process is gone" in capsys.readouterr().err
 
 

@@ -80,7 +80,8 @@ def test_columns_that_are_not_known_are_kept(tmp_path):
 def test_orders_that_are_none_are_nan(tmp_path):
     log = write_log(tmp_path / "run", [load_row(0, "a", 0)])
     balance = [
-        {"frame": 0, "system": "a", "ordered": order, "given": 4, "policy": "P"} for order in (-3, None)
+        {"frame": 0, "system": "a", "left_rank": rank, "right_rank": rank + 1, "ordered": order, "given": 4}
+        for rank, order in enumerate((-3, None))
     ]
     rows(log / "balance.jsonl", balance)
     run = motes.open_run(log)
@@ -190,7 +191,7 @@ def test_importing_motes_imports_no_pandas():
 def test_without_pandas_the_error_names_the_extra(log, monkeypatch):
     run = motes.open_run(log)
     monkeypatch.setitem(sys.modules, "pandas", None)
-    with pytest.raises(ImportError, match=r'pip install "motes\[analysis\]"'):
+    with pytest.raises(ImportError, match='needs pandas, .* -m pip install "pandas'):
         _ = run.load
 
 

@@ -1,39 +1,67 @@
 """motes: a scriptable engine for particle-system animations on clusters.
 
 A script issues the same calls on every rank; the engine gives each rank its role. See `World`.
+
+`import motes` is quick and starts nothing: each name is loaded when it is first used, and MPI starts with the
+first name that needs the compiled core. Only in a process that a launcher started does MPI start at once,
+so that a script that fails on its first line ends the job instead of leaving the other ranks waiting.
 """
 
 from __future__ import annotations
 
-from importlib.metadata import version as _version
+import importlib
+import os
+from typing import TYPE_CHECKING, Any
 
-from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
-from mpi4py import MPI as _MPI  # noqa: F401  (starts MPI, and loads the library that the core binds to)
+if TYPE_CHECKING:
+    from . import actions, analysis, balance, cluster, errors, replay, script, shapes
+    from .analysis import Run, Runs, open_run, open_runs
+    from .balance import (
+        Balancer,
+        Diffusive,
+        LoadTable,
+        Orders,
+        Pairwise,
+        PrefixCuts,
+        Proportional,
+        Static,
+        Targets,
+    )
+    from .distributions import Normal, Uniform
+    from .errors import ArgumentError, LogError, MissingExtra, MotesError, NotHere, RankError, ScriptMismatch
+    from .expressions import column, maximum, minimum
+    from .frame import Frame
+    from .movie import Movie
+    from .particles import Particles
+    from .roles import Roles
+    from .scene import Camera, Renderer, Solid, Sprite
+    from .system import System
+    from .world import World
 
-from . import actions, balance, errors, script, shapes
-from ._run import ending
-from .analysis import Run, Runs, open_run, open_runs
-from .balance import (
-    Balancer,
-    Diffusive,
-    LoadTable,
-    Orders,
-    Pairwise,
-    PrefixCuts,
-    Proportional,
-    Static,
-    Targets,
-)
-from .distributions import Normal, Uniform
-from .errors import ArgumentError, LogError, MotesError, NotHere, RankError, ScriptMismatch
-from .expressions import column, maximum, minimum
-from .frame import Frame
-from .movie import Movie
-from .particles import Particles
-from .roles import Roles
-from .scene import Camera, Renderer, Solid, Sprite
-from .system import System
-from .world import World
+    __version__: str
+
+_MODULES = {
+    "analysis": ("Run", "Runs", "open_run", "open_runs"),
+    "balance": (
+        *("Balancer", "Diffusive", "LoadTable", "Orders", "Pairwise", "PrefixCuts", "Proportional"),
+        *("Static", "Targets"),
+    ),
+    "distributions": ("Normal", "Uniform"),
+    "errors": (
+        *("ArgumentError", "LogError", "MissingExtra", "MotesError", "NotHere", "RankError"),
+        "ScriptMismatch",
+    ),
+    "expressions": ("column", "maximum", "minimum"),
+    "frame": ("Frame",),
+    "movie": ("Movie",),
+    "particles": ("Particles",),
+    "roles": ("Roles",),
+    "scene": ("Camera", "Renderer", "Solid", "Sprite"),
+    "system": ("System",),
+    "world": ("World",),
+}
+_MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
+_PUBLIC_MODULES = ("actions", "analysis", "balance", "cluster", "errors", "replay", "script", "shapes")
 
 __all__ = [
     "ArgumentError",
@@ -43,6 +71,7 @@ __all__ = [
     "Frame",
     "LoadTable",
     "LogError",
+    "MissingExtra",
     "MotesError",
     "Movie",
     "Normal",
@@ -66,17 +95,70 @@ __all__ = [
     "Uniform",
     "World",
     "actions",
+    "analysis",
     "balance",
+    "cluster",
     "column",
     "errors",
     "maximum",
     "minimum",
     "open_run",
     "open_runs",
+    "replay",
     "script",
     "shapes",
 ]
 
-__version__ = _version("motes")
+_LAUNCHED = (
+    *("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"),
+    *("MV2_COMM_WORLD_RANK", "FLUX_TASK_RANK", "JSM_NAMESPACE_RANK", "PALS_RANKID"),
+)
+"""Environment variables, one of which each MPI launcher sets in the processes that it starts."""
 
-ending.install()
+
+if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name's type
+
+    def __getattr__(name: str) -> Any:
+        """Load a public name when it is first used."""
+        if name == "_core":
+            # Modules say `from . import _core`, which asks here first: the core binds to the MPI library that
+            # mpi4py has loaded.
+            _start_mpi()
+            return importlib.import_module("._core", __name__)
+        if name == "__version__":
+            from importlib.metadata import version
+
+            value: Any = version("motes")
+        elif name in _MODULE_OF:
+            value = getattr(importlib.import_module(f".{_MODULE_OF[name]}", __name__), name)
+        elif name in _PUBLIC_MODULES:
+            value = importlib.import_module(f".{name}", __name__)
+        else:
+            raise AttributeError(f"module 'motes' has no attribute {name!r}{_near(name)}")
+        globals()[name] = value
+        return value
+
+
+def __dir__() -> list[str]:
+    return sorted({*globals(), *__all__, "__version__"})
+
+
+def _near(name: str) -> str:
+    from difflib import get_close_matches
+
+    near = () if name.startswith("_") else get_close_matches(name, __all__, 1, 0.75)
+    return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def _start_mpi() -> None:
+    """Start MPI, unless mpi4py was told not to, and from then on end the job where this rank fails."""
+    from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
+    from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
+
+    from ._run import ending
+
+    ending.install()
+
+
+if any(name in os.environ for name in _LAUNCHED):
+    _start_mpi()

@@ -1,55 +1,200 @@
-"""What the environment says about a run: it goes before what the script says."""
+"""Environment variables that change a run: one table, and the one place that reads them.
+
+They take precedence over what the script says. `python -m motes doctor` prints the table with what is set.
+"""
 
 from __future__ import annotations
 
 import os
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
-from . import arguments
 from .errors import ArgumentError
 
-__all__ = ["alone", "births", "fan_out", "stall_s"]
+__all__ = ["TABLE", "Variable", "alone", "births", "fan_out", "is_set", "read", "stall_s"]
 
-STALL_S = 60.0
 BIRTHS = ("manager", "calculators")
+PROGRESS = ("lines", "bar", "off")
+SIMD = ("sse2", "avx2", "avx512")
 MOST_RANKS = 2**31 - 1
+LEAST_SPEED = 1e-3
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One environment variable."""
+
+    name: str
+    meaning: str
+    allowed: str
+    """What it may be, as an error says it: "a number of seconds > 0"."""
+    parse: Callable[[str], Any]
+    """Read the text. Raises ValueError, or ArgumentError, for what is not allowed."""
+    default: Any = None
+    """What `read` returns where it is not set; None leaves it to the script."""
+    default_text: str = ""
+    """The default in words, where it is not a plain value."""
+
+
+def read(name: str) -> Any:
+    """Return a variable's value, parsed, or its default where it is not set or empty.
+
+    Raises ArgumentError, naming the variable and what is allowed.
+    """
+    variable = TABLE[name]
+    text = os.environ.get(name, "")
+    if not text:
+        return variable.default
+    try:
+        return variable.parse(text)
+    except ArgumentError:
+        raise
+    except ValueError:
+        raise ArgumentError(name, text, variable.allowed) from None
+
+
+def is_set(name: str) -> bool:
+    """Whether a variable of the table is set to something."""
+    return bool(os.environ.get(TABLE[name].name))
 
 
 def stall_s() -> float:
     """Seconds without an answer after which a rank gives up: MOTES_STALL_S."""
-    text = os.environ.get("MOTES_STALL_S", "")
-    if not text:
-        return STALL_S
-    try:
-        seconds = float(text)
-    except ValueError:
-        seconds = -1.0
-    if not 0 < seconds < float("inf"):
-        raise ArgumentError("MOTES_STALL_S", text, "a number of seconds > 0")
+    seconds: float = read("MOTES_STALL_S")
     return seconds
 
 
 def alone() -> bool:
     """Tell whether each process may run by itself under a launcher that started several: MOTES_ALONE."""
-    text = os.environ.get("MOTES_ALONE", "")
-    if text not in ("", "0", "1"):
-        raise ArgumentError("MOTES_ALONE", text, "0 or 1")
-    return text == "1"
+    return bool(read("MOTES_ALONE"))
 
 
 def births(given: Any) -> str:
     """Return who makes births: MOTES_BIRTHS, or else World's `births`."""
-    text = os.environ.get("MOTES_BIRTHS", "")
-    if text:
-        return arguments.choice("MOTES_BIRTHS", text, BIRTHS)
-    return arguments.choice("births", given, BIRTHS)
+    from . import arguments
+
+    return read("MOTES_BIRTHS") or arguments.choice("births", given, BIRTHS)
 
 
 def fan_out(given: Any) -> int:
-    """Return to how many ranks one passes words on: MOTES_FAN_OUT, or else World's `fan_out`."""
-    text = os.environ.get("MOTES_FAN_OUT", "")
-    if not text:
-        return arguments.integer("fan_out", given, low=1, high=MOST_RANKS)
+    """Return to how many ranks each rank relays messages: MOTES_FAN_OUT, or else World's `fan_out`."""
+    from . import arguments
+
+    return read("MOTES_FAN_OUT") or arguments.integer("fan_out", given, low=1, high=MOST_RANKS)
+
+
+def _one_of(*names: str) -> Callable[[str], str]:
+    def parse(text: str) -> str:
+        if text not in names:
+            raise ValueError(text)
+        return text
+
+    return parse
+
+
+def _flag(text: str) -> bool:
+    return _one_of("0", "1")(text) == "1"
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
+def _ranks(text: str) -> int:
     if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= MOST_RANKS:
-        raise ArgumentError("MOTES_FAN_OUT", text, f"an integer 1..{MOST_RANKS}")
+        raise ValueError(text)
     return int(text)
+
+
+def _speeds(text: str) -> dict[int, float]:
+    chosen = {}
+    for pair in text.split(","):
+        rank, _, speed = pair.partition(":")
+        chosen[int(rank)] = float(speed)
+    if any(rank < 0 or not LEAST_SPEED <= speed <= 1 for rank, speed in chosen.items()):
+        raise ValueError(text)
+    return chosen
+
+
+TABLE = {
+    variable.name: variable
+    for variable in (
+        Variable(
+            "MOTES_PROGRESS",
+            "how a run shows its progress",
+            "lines, bar or off",
+            _one_of(*PROGRESS),
+            default_text="what the script says: `World(progress=...)`",
+        ),
+        Variable(
+            "MOTES_STALL_S",
+            "seconds without an answer after which a rank gives up",
+            "a number of seconds > 0",
+            _seconds,
+            default=60.0,
+        ),
+        Variable(
+            "MOTES_ALONE",
+            "1: each process of an unknown launcher runs the whole animation by itself",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="that is an error",
+        ),
+        Variable(
+            "MOTES_SPEEDS",
+            "ranks that behave like slower machines, such as 2:1.0,3:0.5",
+            f"rank:speed pairs such as 2:1.0,3:0.5 with speeds {LEAST_SPEED}..1",
+            _speeds,
+            default_text="what the script says: `Roles(speeds=...)`",
+        ),
+        Variable(
+            "MOTES_BIRTHS",
+            "who makes births",
+            "manager or calculators",
+            _one_of(*BIRTHS),
+            default_text="what the script says: `World(births=...)`",
+        ),
+        Variable(
+            "MOTES_FAN_OUT",
+            "how many ranks each rank relays the manager's messages to, at most",
+            f"an integer 1..{MOST_RANKS}",
+            _ranks,
+            default_text="what the script says: `World(fan_out=...)`",
+        ),
+        Variable(
+            "MOTES_SIMD",
+            "the vector instructions of the kernels; the bits are the same",
+            "sse2, avx2 or avx512",
+            _one_of(*SIMD),
+            default_text="the widest that the processor has",
+        ),
+        Variable(
+            "MOTES_MPIRUN",
+            "the launcher that `motes run` starts",
+            "a program",
+            str,
+            default_text="the mpirun of the MPI library that mpi4py uses",
+        ),
+        Variable(
+            "MOTES_OPEN_WORLDS",
+            "set by `motes run`: the folder in which ranks note that they are inside `with world:`",
+            "a directory",
+            str,
+            default_text="nothing is noted",
+        ),
+        Variable("MOTES_SMPIRUN", "SimGrid's launcher", "a program", str, default="smpirun"),
+        Variable(
+            "MOTES_SMPI_REPLAY",
+            "`motes_replay` built for SimGrid",
+            "a file",
+            str,
+            default_text="what `motes cluster build` has built",
+        ),
+    )
+}
+"""All variables by name. The core reads MOTES_SIMD, `motes_replay` reads MOTES_SPEEDS and MOTES_STALL_S."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import sys
 from typing import Any
 
 __all__ = [
     "ArgumentError",
     "CheckpointError",
     "LogError",
+    "MissingExtra",
     "MotesError",
     "NotHere",
     "RankError",
@@ -96,6 +98,35 @@ class CheckpointError(MotesError):
 
 class LogError(MotesError):
     """A run's log cannot be written or read."""
+
+
+EXTRAS = {"video": ("av>=12.3",), "analysis": ("pandas>=2", "matplotlib>=3.8")}
+"""The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
+
+
+class MissingExtra(MotesError, ImportError):
+    """A package that motes needs for this alone is not installed; says how to install it."""
+
+    def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
+        """`need` says who needs the package, such as "Movie"; `extra` is a name of `EXTRAS`."""
+        wanted = " ".join(f'"{name}"' for name in EXTRAS[extra])
+        why = "which is not installed" if reason is None else f"which cannot be imported ({reason})"
+        super().__init__(
+            f"{need} needs {package}, {why}; install it with `{sys.executable} -m pip install {wanted}` "
+            f'(in a clone of motes: pip install ".[{extra}]")'
+        )
+        self.name = package
+        self.extra = extra
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the name, too, which ImportError does not keep among its attributes."""
+        return _missing_extra, (self.args, self.name, self.extra)
+
+
+def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingExtra:
+    error = MissingExtra.__new__(MissingExtra, *args)
+    error.args, error.name, error.extra = args, package, extra
+    return error
 
 
 def argument_error(text: str) -> ArgumentError:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from . import arguments, files, png
+from . import arguments
+from ._io import files, png
 from .errors import ArgumentError, MotesError, NotHere
 
 __all__ = ["Frame"]

@@ -14,6 +14,7 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
+from . import environment
 from ._run.supervisor import supervise
 from .errors import ArgumentError, MotesError
 
@@ -67,7 +68,7 @@ def find_mpirun() -> Mpirun:
 
     Raises MotesError when there is none, naming those that belong to another MPI.
     """
-    told = os.environ.get("MOTES_MPIRUN")
+    told = environment.read("MOTES_MPIRUN")
     if told:
         path = shutil.which(told)
         if path is None:

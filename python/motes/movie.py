@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import atexit
 import contextlib
-import importlib.util
 import os
 import queue
 import sys
@@ -18,7 +17,8 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from . import arguments, files
+from . import _extras, arguments
+from ._io import files
 from ._run.busy import Busy
 from ._run.process import process
 from .errors import ArgumentError, MotesError
@@ -52,8 +52,7 @@ class Movie:
         self.crf = arguments.number("crf", crf, low=0, high=51)
         self.preset = arguments.choice("preset", preset, _PRESETS)
         # Looked for here, not where frames arrive, so that every rank gets the same error at the same line.
-        if importlib.util.find_spec("av") is None:
-            raise ImportError('Movie needs PyAV: pip install "motes[video]"', name="av")
+        _extras.require_av("Movie")
         self.frames = 0
         self._shape: tuple[int, ...] | None = None
         self._thread: threading.Thread | None = None

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import _core, arguments
+from . import _core, arguments, environment
 from .errors import ArgumentError
 
 __all__ = ["Roles"]
 
 MOST_RANKS = 2**31 - 1
 Core = tuple[int, int, list[int]]
-MIN_SPEED = 1e-3
+MIN_SPEED = environment.LEAST_SPEED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,28 +56,13 @@ def cast(roles: Any, size: int) -> Core:
 
 def speeds(roles: Any, size: int) -> dict[int, float]:
     """Return the ranks that are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`."""
-    text = os.environ.get("MOTES_SPEEDS", "")
-    if text:
-        chosen = _parse(text)
-        name: str = "MOTES_SPEEDS"
+    given = environment.read("MOTES_SPEEDS")
+    if given is None and isinstance(roles, Roles):
+        chosen = {int(rank): float(speed) for rank, speed in roles.speeds.items()}
     else:
-        chosen = {int(r): float(v) for r, v in roles.speeds.items()} if isinstance(roles, Roles) else {}
-        name = "speeds"
+        chosen = given or {}
     for rank in chosen:
         if rank >= size:
-            raise ArgumentError(name, text or chosen, f"ranks 0..{size - 1}")
-    return chosen
-
-
-def _parse(text: str) -> dict[int, float]:
-    allowed = f"rank:speed pairs such as 2:1.0,3:0.5 with speeds {MIN_SPEED}..1"
-    chosen = {}
-    for pair in text.split(","):
-        rank, _, speed = pair.partition(":")
-        try:
-            chosen[int(rank)] = float(speed)
-        except ValueError:
-            raise ArgumentError("MOTES_SPEEDS", text, allowed) from None
-    if any(rank < 0 or not MIN_SPEED <= speed <= 1 for rank, speed in chosen.items()):
-        raise ArgumentError("MOTES_SPEEDS", text, allowed)
+            name = "speeds" if given is None else "MOTES_SPEEDS"
+            raise ArgumentError(name, chosen, f"for ranks 0..{size - 1}")
     return chosen

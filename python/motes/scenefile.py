@@ -1,4 +1,4 @@
-"""`python -m motes record`: what a script says, frame by frame, as a file that replays without Python.
+"""`python -m motes record`: what a script records, frame by frame, as a file that replays without Python.
 
 A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
 Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
@@ -14,9 +14,6 @@ What only the script itself can do cannot be in the file and is refused: callbac
 
 from __future__ import annotations
 
-import argparse
-import json
-import os
 import runpy
 import sys
 import traceback
@@ -25,12 +22,12 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, NoReturn
 
-from . import _core, files
+from . import _core
+from ._io import files
 from .errors import MotesError
 
-__all__ = ["NO_PICTURE", "Recording", "USAGE", "claim", "main"]
+__all__ = ["NO_PICTURE", "Recording", "claim", "record"]
 
-USAGE = "python -m motes record [-o scene.motes] [--full] [--json] script.py [arguments] [-o scene.motes]"
 NO_PICTURE = "a recording draws none; `record --full` does"
 
 
@@ -83,49 +80,26 @@ def claim(engine: _core.Engine) -> Recording | None:
     return active
 
 
-def main(words: Sequence[str]) -> int:
-    """Run a script in this process and write its scene; the exit code."""
+def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recording | None:
+    """Run `program`, a script and its arguments, in this process and write its scene to `path`.
+
+    Returns None where the script failed with an error of motes, which is then on standard error. Raises
+    SystemExit where the script left with an exit code other than 0, MotesError where it ran no world.
+    """
     global active
-    options, script = _read(list(words))
-    active = Recording(Path(options.output).absolute(), options.full)
-    sys.argv = script
-    sys.path[0] = str(Path(script[0]).resolve().parent)
+    active = Recording(path.absolute(), full)
+    sys.argv = list(program)
+    sys.path[0] = str(Path(program[0]).resolve().parent)
     try:
-        runpy.run_path(script[0], run_name="__main__")
+        runpy.run_path(program[0], run_name="__main__")
     except SystemExit as end:
         if end.code not in (None, 0):
             raise
     except MotesError:
-        traceback.print_exc()  # the script's own line is in it
-        return 1
+        traceback.print_exc()  # shows the script's own line
+        return None
     active.write()
-    if active.here:
-        facts = {"scene": os.fspath(active.path), **active.facts}
-        text = "{scene}: {frames} frames, {systems} systems, {bytes} bytes".format(**facts)
-        print(json.dumps(facts) if options.json else text, flush=True)
-    return 0
-
-
-def _read(words: list[str]) -> tuple[argparse.Namespace, list[str]]:
-    """Part the words into our own options, before the script and as its last two words, and the script's."""
-    parser = argparse.ArgumentParser(prog="python -m motes record", usage=USAGE, description=__doc__)
-    parser.add_argument("-o", "--output", metavar="FILE", help="the scene's name")
-    parser.add_argument("--full", action="store_true", help="compute and draw as an ordinary run does")
-    parser.add_argument("--json", action="store_true", help="print one JSON object")
-    at = 0
-    while at < len(words) and words[at].startswith("-"):
-        at += 2 if words[at] in ("-o", "--output") else 1
-    own, script = words[:at], words[at:]
-    if not any(word in ("-o", "--output") for word in own) and script[-2:-1] in (["-o"], ["--output"]):
-        own, script = [*own, *script[-2:]], script[:-2]
-    options = parser.parse_args(own)
-    if not script:
-        raise MotesError(f"no script given: {USAGE}")
-    if not Path(script[0]).is_file():
-        raise MotesError(f"script {script[0]} does not exist")
-    if options.output is None:
-        raise MotesError("record: no file given: -o scene.motes")
-    return options, script
+    return active
 
 
 def _texts(facts: Mapping[str, Any]) -> list[tuple[str, str]]:

@@ -11,6 +11,8 @@ import os
 import secrets
 from pathlib import Path
 
+from .. import environment
+
 __all__ = ["FOLDER", "enter", "leave", "left_open"]
 
 FOLDER = "MOTES_OPEN_WORLDS"  # the environment variable that names it; ranks of other hosts do not find it
@@ -18,7 +20,7 @@ FOLDER = "MOTES_OPEN_WORLDS"  # the environment variable that names it; ranks of
 
 def enter(rank: int) -> Path | None:
     """Note that a world of this rank is open; returns what `leave` takes."""
-    folder = os.environ.get(FOLDER)
+    folder = environment.read(FOLDER)
     if not folder or not Path(folder).is_dir():
         return None
     file = Path(folder) / f"{rank}-{secrets.token_hex(4)}"

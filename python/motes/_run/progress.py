@@ -6,18 +6,18 @@ everywhere.
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from .. import environment
 from ..errors import ArgumentError
 from .output import tell
 
 __all__ = ["Progress", "line"]
 
 EVERY_S = 1.0
-WORDS = ("lines", "bar", "off")
+WORDS = environment.PROGRESS
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
@@ -84,10 +84,8 @@ class Progress:
 
 def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
     """Return the way to show progress, after the environment's wish."""
-    wish = os.environ.get("MOTES_PROGRESS")
-    if wish:
-        if wish not in WORDS:
-            raise ArgumentError("MOTES_PROGRESS", wish, "lines, bar or off")
+    wish: str | None = environment.read("MOTES_PROGRESS")
+    if wish is not None:
         return wish
     if isinstance(way, str) and way in WORDS:
         return way

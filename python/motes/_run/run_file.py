@@ -16,7 +16,8 @@ from typing import Any
 
 import mpi4py
 
-from .. import _core, files
+from .. import _core
+from .._io import files
 
 __all__ = ["write_run"]
 

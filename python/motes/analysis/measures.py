@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from .. import _extras
 from ..errors import ArgumentError
-from . import extras
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
@@ -59,7 +59,7 @@ def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = N
 
 
 def imbalance(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> Series:
-    """Return the largest over the mean of all calculators, a frame; 1 is perfect, and where all are idle."""
+    """Return the largest over the mean of all calculators, per frame; 1 where all are idle."""
     table = by_rank(load, column, system)
     mean = table.mean(axis=1)
     return (table.max(axis=1) / mean.where(mean > 0)).fillna(1.0).rename("imbalance")
@@ -78,8 +78,8 @@ def shares(load: DataFrame, column: str = "n_end", system: str | None = None) ->
 
 
 def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
-    """Return particles a second of compute, frame x rank; NaN where nothing was computed."""
-    pd = extras.pandas()
+    """Return particles per second of compute, frame x rank; NaN where nothing was computed."""
+    pd = _extras.pandas()
     rows = of_system(load, system)
     known = rows["speed"] > 0
     seconds = rows["t_compute_s"].where(known, 0.0)

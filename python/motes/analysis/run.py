@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
     from ..balance import Balancer
-    from .plots import Plots
+    from .plots.one_run import Plots
 
 __all__ = ["Run", "open_run"]
 
@@ -36,7 +36,7 @@ def open_run(path: str | os.PathLike[str]) -> Run:
 class Run:
     """A run: `facts` (run.json) and the log's tables as DataFrames.
 
-    Made by `open_run`, or by `replay`, which computes what another balancer would have done.
+    Made by `open_run`, or by `Run.replay`, which computes what another balancer would have done.
     """
 
     def __init__(
@@ -67,32 +67,32 @@ class Run:
 
     @property
     def frames(self) -> DataFrame:
-        """A row a frame: particles, exchanged, imbalance, seconds of each phase."""
+        """One row per frame: particles, exchanged, imbalance, seconds of each phase."""
         return self._table("frames")
 
     @property
     def load(self) -> DataFrame:
-        """A row a frame, system and calculator: particles, seconds, domain, speed."""
+        """One row per frame, system and calculator: particles, seconds, domain, speed."""
         return self._table("load")
 
     @property
     def balance(self) -> DataFrame:
-        """A row a cut that a balancer looked at; empty where there was none."""
+        """One row per cut that a balancer evaluated; empty where there was none."""
         return self._table("balance")
 
     @property
     def density(self) -> DataFrame:
-        """A row a frame, system and calculator: how its particles lie along the axis."""
+        """One row per frame, system and calculator: how its particles lie along the axis."""
         return self._table("density")
 
     @property
     def events(self) -> DataFrame:
-        """Start, end, and what was worth telling between."""
+        """Start, end, and what happened in between."""
         return self._table("events")
 
     @property
     def spans(self) -> DataFrame:
-        """A row a phase on a rank, of all ranks, with `World(spans=True)`; else empty."""
+        """One row per phase and rank, of all ranks, with `World(spans=True)`; else empty."""
         return self._table("spans")
 
     def reload(self) -> Run:
@@ -174,9 +174,9 @@ class Run:
         return measures.by_rank(self.load, column, system)
 
     def imbalance(self, column: str = "t_compute_s", system: str | None = None) -> Series:
-        """Return largest / mean over the calculators, a frame; 1 is perfect.
+        """Return largest / mean over the calculators, per frame; 1 is perfect.
 
-        `column`: seconds as they were measured, or "n_end", particles, which know no noise.
+        `column`: seconds as they were measured, or "n_end", particles, which have no noise.
         """
         return measures.imbalance(self.load, column, system)
 
@@ -220,21 +220,32 @@ class Run:
     @cached_property
     def plot(self) -> Plots:
         """Plots: `run.plot.imbalance()`, `run.plot.heatmap("n_end")`, ...; each returns a matplotlib Axes."""
-        from .plots import Plots
+        from .plots.one_run import Plots
 
         return Plots(self)
 
     def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
         """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters."""
-        from .trace import write_trace
+        from .export.trace import write_trace
 
         return write_trace(self, path)
 
     def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
-        """Return this run as it would have been under another balancer; see `motes.replay.replay`."""
-        from ..replay import replay
+        """Return this run as it would have been under another balancer: the same tables and plots.
 
-        return replay(self, balancer, powers=powers)
+        Raises LogError where the log has no densities. See `motes.replay.predict` for what is known, what is
+        estimated, and for `powers`.
+        """
+        from ..replay import predict  # needs the compiled core, unlike all else here
+
+        rows = predict(self, balancer, powers=powers)
+        facts = {
+            **self.facts,
+            "name": f"{self.name} with {balancer!r}",
+            "balancer": repr(balancer),
+            "replay_of": self.name,
+        }
+        return Run(facts, {name: frame_of(table, TABLES[name].columns) for name, table in rows.items()})
 
     def __repr__(self) -> str:
         """Show name, size and balancer."""

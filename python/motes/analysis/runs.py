@@ -9,15 +9,14 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from .. import arguments
+from .. import _extras, arguments
 from ..errors import ArgumentError, LogError
-from . import extras
 from .run import Run, open_run
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from .plots_runs import RunsPlots
+    from .plots.many_runs import RunsPlots
 
 __all__ = ["Runs", "configuration", "open_runs"]
 
@@ -88,9 +87,9 @@ class Runs(Sequence[Run]):
 
     @property
     def table(self) -> DataFrame:
-        """A row a run: its `summary()`, with the scene and the paper's name of its configuration."""
+        """One row per run: its `summary()`, with the scene and the paper's name of its configuration."""
         rows = [{"scene": _scene(run), "configuration": configuration(run), **run.summary()} for run in self]
-        table: DataFrame = extras.pandas().DataFrame(rows).set_index("run")
+        table: DataFrame = _extras.pandas().DataFrame(rows).set_index("run")
         return table
 
     def where(self, **facts: Any) -> Runs:
@@ -103,15 +102,15 @@ class Runs(Sequence[Run]):
         *,
         layout: str = "paper",
     ) -> DataFrame:
-        """Return speed-up and efficiency over the baseline, from wall-clock seconds a frame.
+        """Return speed-up and efficiency over the baseline, from wall-clock seconds per frame.
 
-        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds a frame, or None: the
+        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds per frame, or None: the
         run of the same scene on one rank, or where there is none the slowest of those with fewest
         calculators. Frames are compared that both runs have. Efficiency is speed-up over calculators.
 
-        `layout="paper"`: a row a number of calculators, a column IS-SLB, FS-SLB, IS-DLB, FS-DLB as in the
-        paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: a column
-        each). `layout="long"`: a row a run.
+        `layout="paper"`: one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as in
+        the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: one
+        column each). `layout="long"`: one row per run.
         """
         if layout not in ("paper", "long"):
             raise ArgumentError("layout", layout, "'paper' or 'long'")
@@ -119,7 +118,7 @@ class Runs(Sequence[Run]):
             raise LogError("no runs to compare")
         dynamic = {_kind(run) for run in self if configuration(run).endswith("DLB")}
         rows = [self._speedup_row(run, baseline, several=len(dynamic) > 1) for run in self]
-        table = extras.pandas().DataFrame(rows).set_index("run")
+        table = _extras.pandas().DataFrame(rows).set_index("run")
         return table if layout == "long" else _paper_layout(table)
 
     def _speedup_row(self, run: Run, baseline: Any, *, several: bool) -> dict[str, Any]:
@@ -142,10 +141,10 @@ class Runs(Sequence[Run]):
         }
 
     def _reference(self, run: Run, baseline: Any) -> tuple[float, float]:
-        """Seconds a frame of the baseline and of the run, over the frames that both have."""
+        """Seconds per frame of the baseline and of the run, over the frames that both have."""
         if isinstance(baseline, (int, float)) and not isinstance(baseline, bool):
             if not baseline > 0:
-                raise ArgumentError("baseline", baseline, "more than 0 seconds a frame")
+                raise ArgumentError("baseline", baseline, "more than 0 seconds per frame")
             return float(baseline), _seconds(run, len(run.frames))
         base = self._base_run(run, baseline)
         common = min(len(run.frames), len(base.frames))
@@ -163,7 +162,7 @@ class Runs(Sequence[Run]):
                 raise ArgumentError("baseline", dict(baseline), f"facts of a run of {_scene(run)}")
         elif baseline is not None:
             raise ArgumentError(
-                "baseline", baseline, "a run, a path, facts of a run, seconds a frame or None"
+                "baseline", baseline, "a run, a path, facts of a run, seconds per frame or None"
             )
         fewest = min((len(other.calculators), other.ranks) for other in same)
         same = [other for other in same if (len(other.calculators), other.ranks) == fewest]
@@ -172,7 +171,7 @@ class Runs(Sequence[Run]):
     @cached_property
     def plot(self) -> RunsPlots:
         """Plots of many runs: `runs.plot.speedup()`, ...; each returns a matplotlib Axes."""
-        from .plots_runs import RunsPlots
+        from .plots.many_runs import RunsPlots
 
         return RunsPlots(self)
 
@@ -213,7 +212,7 @@ def _paper_layout(table: DataFrame) -> DataFrame:
     )
     order = sorted(table["configuration"].unique(), key=_column_order)
     columns = [(measure, name) for measure in ("speedup", "efficiency") for name in order]
-    return wide.reindex(columns=extras.pandas().MultiIndex.from_tuples(columns, names=["", "configuration"]))
+    return wide.reindex(columns=_extras.pandas().MultiIndex.from_tuples(columns, names=["", "configuration"]))
 
 
 def _column_order(name: str) -> tuple[int, str]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["QUANTILES", "TABLES", "Column", "Table"]
+__all__ = ["EVENTS", "FRAMES", "LOAD", "QUANTILES", "TABLES", "Column", "Table"]
 
 QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 """Columns of density.jsonl: 17 coordinates that divide a calculator's particles into 16 equal parts."""
@@ -12,12 +12,14 @@ QUANTILES = tuple(f"x_q{i:02d}" for i in range(17))
 
 @dataclass(frozen=True)
 class Column:
-    """One column: `kind` is int, float or str; a float or int may be null."""
+    """One column: `kind` is int, float or str; all but keys may be null or missing."""
 
     name: str
     kind: type
     unit: str
     meaning: str
+    key: bool = False
+    """Whether each row must have it; a whole number is then 0 or more."""
 
 
 @dataclass(frozen=True)
@@ -29,25 +31,29 @@ class Table:
     columns: tuple[Column, ...]
     required: bool = False
     """Whether every log has the file; the others are there when there was something to write."""
+    unique: tuple[str, ...] = ()
+    """Columns that together name a row; none where rows may be alike."""
 
 
 def _columns(text: str) -> tuple[Column, ...]:
-    """Read lines "name kind unit meaning"; a unit of - is none."""
+    """Read lines "name kind unit meaning"; a unit of - is none, a kind ending in ! is a key."""
     kinds = {"int": int, "float": float, "str": str}
     made = []
     for line in filter(str.strip, text.splitlines()):
         name, kind, unit, meaning = line.split(maxsplit=3)
-        made.append(Column(name, kinds[kind], "" if unit == "-" else unit, meaning))
+        key = kind.endswith("!")
+        made.append(Column(name, kinds[kind.rstrip("!")], "" if unit == "-" else unit, meaning, key))
     return tuple(made)
 
 
-_FRAME = "frame int - number of the frame, from 0\n"
-_SYSTEM = "system str - name of the particle system\n"
+_FRAME = "frame int! - number of the frame, from 0\n"
+_SYSTEM = "system str! - name of the particle system\n"
 
 FRAMES = Table(
     "frames.jsonl",
-    "a frame",
+    "frame",
     required=True,
+    unique=("frame",),
     columns=_columns(
         _FRAME
         + """
@@ -71,13 +77,14 @@ FRAMES = Table(
 
 LOAD = Table(
     "load.jsonl",
-    "a frame, system and calculator",
+    "frame, system and calculator",
     required=True,
+    unique=("frame", "system", "rank"),
     columns=_columns(
         _FRAME
         + _SYSTEM
         + """
-        rank int - MPI rank of the calculator
+        rank int! - MPI rank of the calculator
         host str - its host
         n_start int - particles at the frame's start
         n_end int - particles after the exchange: n_start + created - killed - sent + received
@@ -93,20 +100,21 @@ LOAD = Table(
         t_image_s float s its part of the picture; of the rank
         domain_lo float m lower end of the domain; null: reaches to infinity
         domain_hi float m upper end
-        speed float particles/s particles processed a second of compute
+        speed float particles/s particles processed per second of compute
         """
     ),
 )
 
 BALANCE = Table(
     "balance.jsonl",
-    "a cut evaluated",
+    "cut evaluated",
+    unique=("frame", "system", "left_rank"),
     columns=_columns(
         _FRAME
         + _SYSTEM
         + """
-        left_rank int - calculator on the left of the cut
-        right_rank int - calculator on its right
+        left_rank int! - calculator on the left of the cut
+        right_rank int! - calculator on its right
         n_left int - particles on the left
         n_right int - particles on the right
         t_left_s float s rescaled compute time on the left
@@ -124,8 +132,9 @@ BALANCE = Table(
 
 DENSITY = Table(
     "density.jsonl",
-    "a frame, system and calculator",
-    columns=_columns(_FRAME + _SYSTEM + "rank int - calculator\nn int - particles")
+    "frame, system and calculator",
+    unique=("frame", "system", "rank"),
+    columns=_columns(_FRAME + _SYSTEM + "rank int! - calculator\nn int - particles")
     + tuple(
         Column(name, float, "m", f"{i}/16 of the particles are left of it; null: no particles")
         for i, name in enumerate(QUANTILES)
@@ -134,19 +143,19 @@ DENSITY = Table(
 
 EVENTS = Table(
     "events.jsonl",
-    "an event",
+    "event",
     required=True,
-    columns=_columns(_FRAME + "kind str - start, end, ...\ntext str - what happened"),
+    columns=_columns(_FRAME + "kind str! - start, end, ...\ntext str - what happened"),
 )
 
 SPANS = Table(
     "spans.r*.jsonl",
-    "a phase of a frame on a rank",
+    "phase of a frame on a rank",
     columns=_columns(
         _FRAME
-        + "rank int - the file's rank\nphase str - act, exchange, ...\n"
-        + _SYSTEM
-        + "start_s float s since the run's start, on a clock common to all ranks\nend_s float s its end"
+        + "rank int! - the file's rank\nphase str! - act, exchange, ...\n"
+        + _SYSTEM.replace("!", "")
+        + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end"
     ),
 )
 

@@ -9,7 +9,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from . import drawing, measures
+from . import measures
+from .plots import drawing
 
 if TYPE_CHECKING:
     from .run import Run
@@ -99,11 +100,11 @@ def summary_table(run: Run) -> str:
         ("balancer", told["balancer"]),
         ("space", space),
         ("systems", ", ".join(run.systems)),
-        ("frames", f"{told['frames']} in {told['wall_s']:.3g} s, {_number(told['frames_per_s'])} a second"),
+        ("frames", f"{told['frames']} in {told['wall_s']:.3g} s, {_number(told['frames_per_s'])} per second"),
         ("particles", f"{told['particles']:,} at most".replace(",", " ")),
         ("imbalance", f"{_number(told['mean_imbalance'])} (mean of largest / mean; efficiency "
          f"{_number(told['mean_efficiency'])})"),
-        ("exchanged", f"{_number(told['exchanged_per_frame'])} particles a frame, "
+        ("exchanged", f"{_number(told['exchanged_per_frame'])} particles per frame, "
          f"{_number(told['exchanged_bytes_per_frame'] / 1024)} KiB"),
     ]  # fmt: skip
     if told["moved_to_balance"]:

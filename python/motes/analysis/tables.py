@@ -8,8 +8,9 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from .. import _extras
 from ..errors import LogError
-from . import extras
+from .checks import check_facts, check_rows, check_unique
 from .schema import Column, Table
 
 if TYPE_CHECKING:
@@ -21,26 +22,29 @@ Row = dict[str, Any]
 
 
 def read_facts(directory: Path) -> Row:
-    """Read run.json. Raises LogError where there is none, or no JSON object in it."""
+    """Read run.json. Raises LogError where there is none, or where it is damaged."""
     path = directory / "run.json"
     if not directory.is_dir():
         raise LogError(f"{directory}: no such directory; a run's log is made by World(log=...)")
     try:
-        facts = json.loads(path.read_bytes())
+        facts = _decode(path.read_bytes())
     except FileNotFoundError:
         raise LogError(f"{path}: no such file; {directory} is not a run's log") from None
-    except (OSError, ValueError) as error:
-        raise LogError(f"{path}: {error}") from error
+    except OSError as error:
+        raise LogError(f"{path}: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise LogError(f"{path}: damaged: {error}") from error
     if not isinstance(facts, dict):
         raise LogError(f"{path}: a JSON object is expected")
+    check_facts(facts, path)
     return facts
 
 
-def read_rows(path: Path) -> tuple[list[Row], bool]:
+def read_rows(path: Path, columns: Sequence[Column] = ()) -> tuple[list[Row], bool]:
     """Return the rows of a table, and whether a torn last line was left out.
 
     A writer that is killed can leave the beginning of a row at the end: that is left out. Raises LogError,
-    naming the line, for a row that is damaged anywhere else.
+    naming the line, for a row that is damaged anywhere else, or that has what `columns` cannot hold.
     """
     try:
         text = path.read_bytes()
@@ -48,22 +52,23 @@ def read_rows(path: Path) -> tuple[list[Row], bool]:
         raise LogError(f"{path}: no such file") from None
     except OSError as error:
         raise LogError(f"{path}: {error.strerror}") from error
-    return _parse(text, path)
+    return _parse(text, path, columns)
 
 
 class Follower:
     """Reads a table while it is written: each call returns the rows that became whole since the last."""
 
-    def __init__(self, path: Path) -> None:
-        """Take the file; it need not exist yet."""
+    def __init__(self, path: Path, columns: Sequence[Column] = ()) -> None:
+        """Take the file, which need not exist yet, and what it holds."""
         self.path = path
         self.restarted = False
         """Whether the file was begun anew before the last call: another run writes the same log."""
+        self._columns = columns
         self._offset = 0
         self._line = 0
 
     def new_rows(self) -> list[Row]:
-        """Return what is new; nothing where the file is not there yet."""
+        """Return what is new; nothing where the file is not there yet. Raises LogError for damaged rows."""
         try:
             with self.path.open("rb") as file:
                 self.restarted = file.seek(0, 2) < self._offset
@@ -73,40 +78,61 @@ class Follower:
                 text = file.read()
         except FileNotFoundError:
             return []
+        except OSError as error:
+            raise LogError(f"{self.path}: {error.strerror}") from error
         text = text[: text.rfind(b"\n") + 1]
-        rows, _ = _parse(text, self.path, first_line=self._line + 1, last_may_be_torn=False)
+        first = self._line + 1
+        rows, _ = _parse(text, self.path, self._columns, first_line=first, last_may_be_torn=False)
         self._offset += len(text)
         self._line += text.count(b"\n")
         return rows
 
 
 def _parse(
-    text: bytes, path: Path, *, first_line: int = 1, last_may_be_torn: bool = True
+    text: bytes,
+    path: Path,
+    columns: Sequence[Column],
+    *,
+    first_line: int = 1,
+    last_may_be_torn: bool = True,
 ) -> tuple[list[Row], bool]:
     # A crash of the machine can leave zeros where the file system had not written yet.
     text = text.rstrip(b"\0 \n\r\t")
     lines = text.split(b"\n") if text else []
     try:
         # One call for all rows; an array of as many objects as there are lines is what whole rows give.
-        rows = json.loads(b"[" + b",".join(lines) + b"]")
+        rows = _decode(b"[" + b",".join(lines) + b"]")
         if len(rows) == len(lines) and all(isinstance(row, dict) for row in rows):
+            check_rows(rows, columns, path, range(first_line, first_line + len(rows)))
             return rows, False
-    except ValueError:
+    except (ValueError, RecursionError):
         pass
-    rows = []
-    for number, line in enumerate(lines):
+    rows, numbers, torn = [], [], False
+    for number, line in enumerate(lines, first_line):
         if not line.strip():
             continue
         try:
-            row = json.loads(line)
+            row = _decode(line)
             if not isinstance(row, dict):
                 raise ValueError("a JSON object is expected")
-        except ValueError as error:
-            if last_may_be_torn and number == len(lines) - 1:
-                return rows, True
-            raise LogError(f"{path}, line {first_line + number}: damaged row: {error}") from error
+        except (ValueError, RecursionError) as error:
+            if last_may_be_torn and number == first_line + len(lines) - 1:
+                torn = True
+                break
+            raise LogError(f"{path}, line {number}: damaged row: {error}") from error
         rows.append(row)
-    return rows, False
+        numbers.append(number)
+    check_rows(rows, columns, path, numbers)
+    return rows, torn
+
+
+def _decode(text: bytes) -> Any:
+    """Decode JSON in UTF-8. Raises ValueError, for NaN and Infinity, too; RecursionError."""
+    return json.loads(text.decode(), parse_constant=_no_constant)
+
+
+def _no_constant(name: str) -> Any:
+    raise ValueError(f"{name} is not a number")
 
 
 def read_table(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
@@ -119,26 +145,29 @@ def read_table(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
     path = directory / table.file
     if not table.required and not path.exists():
         return frame_of([], table.columns), []
-    rows, torn = read_rows(path)
+    rows, torn = read_rows(path, table.columns)
+    if table.unique:
+        check_unique(rows, table.unique, path)
     return frame_of(rows, table.columns), [path] if torn else []
 
 
 def _read_per_rank(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
     rows: list[Row] = []
     torn_files = []
+    columns = [column for column in table.columns if column.name != "rank"]
     for path in sorted(directory.glob(table.file)):
         rank = re.search(r"\.r(\d+)\.", path.name)
         if rank is None:
             continue
-        new, torn = read_rows(path)
-        rows += [{"rank": int(rank[1]), **row} for row in new]
+        new, torn = read_rows(path, columns)
+        rows += [{**row, "rank": int(rank[1])} for row in new]
         torn_files += [path] if torn else []
     return frame_of(rows, table.columns), torn_files
 
 
 def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
     """Make a DataFrame: the known columns in order, whether the rows have them or not, then all others."""
-    pd = extras.pandas()
+    pd = _extras.pandas()
     columns = tuple(columns)
     known = {column.name for column in columns}
     others = list(dict.fromkeys(name for row in rows for name in row if name not in known))
@@ -150,7 +179,7 @@ def frame_of(rows: Sequence[Row], columns: Iterable[Column]) -> DataFrame:
 
 def _series(values: list[Any], kind: type) -> Any:
     """Numbers with gaps are floats with NaN; a text that is missing is None."""
-    pd = extras.pandas()
+    pd = _extras.pandas()
     if kind is str:
         return pd.Series(values, dtype=object if None in values else "str")
     if kind is int and None not in values and all(type(value) is int for value in values):

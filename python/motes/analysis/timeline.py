@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from . import extras, measures
-from .drawing import UNDER_WAY
+from .. import _extras
+from . import measures
+from .plots.drawing import UNDER_WAY
 
 if TYPE_CHECKING:
     from pandas import DataFrame
@@ -23,7 +24,7 @@ COLUMNS = ("frame", "rank", "phase", "system", "start_s", "end_s")
 
 
 def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return a row a slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
+    """Return one row per slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
 
     Measured: the run's spans. Otherwise durations of phases are laid one after the other from each frame's
     start: true in length, a guess in place.
@@ -34,7 +35,7 @@ def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bo
         mine = spans if chosen is None else spans[spans["frame"].isin(chosen)]
         return mine[list(COLUMNS)].sort_values(["start_s", "end_s"], ignore_index=True), True
     rows = list(_laid_out(run, chosen))
-    return extras.pandas().DataFrame(rows, columns=list(COLUMNS)), False
+    return _extras.pandas().DataFrame(rows, columns=list(COLUMNS)), False
 
 
 def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
@@ -44,7 +45,7 @@ def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
         ends = spans.groupby("frame").agg({"start_s": "min", "end_s": "max"}).reset_index()
     else:
         seconds = run.frames["t_frame_s"].fillna(0.0)
-        ends = extras.pandas().DataFrame({"frame": run.frames["frame"], "end_s": seconds.cumsum()})
+        ends = _extras.pandas().DataFrame({"frame": run.frames["frame"], "end_s": seconds.cumsum()})
         ends["start_s"] = ends["end_s"] - seconds
     rows = ends.to_dict("records")
     return {int(row["frame"]): (float(row["start_s"]), float(row["end_s"])) for row in rows}
@@ -101,12 +102,12 @@ def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
 
 
 def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
-    """Return mean seconds a frame, rank x phase, and whether they come from spans.
+    """Return mean seconds per frame, rank x phase, and whether they come from spans.
 
     Without spans a calculator's frame is parted into compute, exchange and image (their waits included),
     other waiting, and the rest.
     """
-    pd = extras.pandas()
+    pd = _extras.pandas()
     if not run.spans.empty:
         found, _ = slices(run, frames)
         found = found[found["phase"] != UNDER_WAY]

@@ -1,4 +1,4 @@
-"""How the engine grows: as many particles a rank on ever more virtual ranks (weak scaling), by phase."""
+"""How the engine grows: as many particles per rank on ever more virtual ranks (weak scaling), by phase."""
 
 from __future__ import annotations
 
@@ -9,15 +9,16 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import arguments
+from .. import _extras, arguments
 from ..analysis.run import Run
+from .build import find_replay, find_smpirun
 from .machines import Cluster, Network, Node
-from .simulate import find_replay, find_smpirun, record, simulate
+from .simulate import record, simulate
 
 __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 
 PARTICLES = 400_000
-"""A rank."""
+"""Per rank."""
 COMPUTED = 33_000_000
 """Particles that are computed in all, at most; each stands for as many as are missing."""
 METRES = 4.0
@@ -28,7 +29,7 @@ WAYS = {
     "calculators": ("--births", "calculators"),
     "manager": ("--births", "manager", "--fan-out", "1000000"),
 }
-"""Calculators make births, words go along a tree; or the manager makes them, and tells each."""
+"""Calculators make births and messages go along a tree; or the manager makes them and talks to each rank."""
 PHASES = {
     "create": ("create", "wait for births"),
     "act": ("act", "order"),
@@ -42,7 +43,7 @@ FOLDER = Path(__file__).parent
 
 
 def network() -> Network:
-    """Describe InfiniBand HDR100: 100 Gb/s a node, 1.5 us, 0.3 us of a processor a message.
+    """Describe InfiniBand HDR100: 100 Gb/s per node, 1.5 us, 0.3 us of a processor per message.
 
     The vendor's 100 Gb/s; latency and overhead as MPI benchmarks of such networks have them (OSU
     microbenchmarks: 1 to 2 us between nodes, of which the processors have some 0.3 us each). All pairs have
@@ -61,7 +62,7 @@ class Row:
     computed: int
     """Particles of a rank that are computed."""
     frame_s: float
-    """Simulated seconds a frame."""
+    """Simulated seconds per frame."""
     phases: dict[str, float]
     """Seconds of each phase, the mean over all calculators, waits included."""
     ideal_s: float
@@ -90,15 +91,14 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     calculators = ranks - 2
     computed = min(8000, COMPUTED // calculators)
     half = METRES * calculators / 2
-    words = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
+    sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
     scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
-    record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={FRAMES}", *words])
+    record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={FRAMES}", *sizes])
     options = [*WAYS[way], "--balancer", "PrefixCuts", "--spans", *([] if pictures else ["--no-images"])]
     run = simulate(
         scene,
         Cluster([Node("node", count=ranks)], network()),
         log=log,
-        costs=FOLDER / "growth.costs",
         scale=PARTICLES / computed,
         options=options,
     )
@@ -110,7 +110,7 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
 
 
 def _seconds(run: Run, spans: Sequence[str]) -> float:
-    """Seconds a measured frame, the mean over calculators."""
+    """Return seconds per measured frame, the mean over calculators."""
     calculators = run.facts["calculators"]
     rows = run.spans
     wanted = rows["phase"].isin(spans) & rows["rank"].isin(calculators) & (rows["frame"] >= FRAMES - MEASURED)
@@ -119,7 +119,7 @@ def _seconds(run: Run, spans: Sequence[str]) -> float:
 
 
 def facts(rows: Sequence[Row]) -> dict[str, Any]:
-    """All of it as plain values."""
+    """Return all of it as plain values."""
     return {
         "particles_a_rank": PARTICLES,
         "rows": [
@@ -139,9 +139,9 @@ def facts(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def text(rows: Sequence[Row]) -> str:
-    """The table, a line a number of ranks; phases in per cent of the frame."""
+    """Return the table, one line per number of ranks; phases in per cent of the frame."""
     title = (
-        f"Weak scaling: snow, {PARTICLES} particles a rank; phases in % of the frame, mean over calculators"
+        f"Weak scaling: snow, {PARTICLES} particles per rank; phases in % of the frame, mean over calculators"
     )
     lines = [title, f"{'ranks':>6} {'births':12}{'frame ms':>10}{'efficiency':>12}"]
     lines[1] += "".join(f"{name:>10}" for name in PHASES) + f"{'c + e + b':>11}"
@@ -153,8 +153,8 @@ def text(rows: Sequence[Row]) -> str:
 
 
 def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
-    """Draw each phase's share over the number of ranks, a panel a way."""
-    from matplotlib.figure import Figure
+    """Draw each phase's share over the number of ranks, one panel per way."""
+    Figure = _extras.matplotlib("matplotlib.figure").Figure
 
     ways = list(dict.fromkeys(row.way for row in rows))
     figure = Figure(figsize=(4.6 * len(ways) + 1, 3.8), layout="constrained")
@@ -168,10 +168,10 @@ def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
             panel.bar(names, heights, bottom=bottom, label=name, color=f"C{number}", width=0.7)
             bottom = [low + more for low, more in zip(bottom, heights, strict=True)]
         panel.set_title(
-            f"births by {'calculators, words along a tree' if way == 'calculators' else 'the manager'}"
+            f"births by {'calculators, messages along a tree' if way == 'calculators' else 'the manager'}"
         )
         panel.set_xlabel("ranks")
         panel.grid(alpha=0.3, axis="y")
-    panels[0].set_ylabel("ms a frame, mean over calculators")
+    panels[0].set_ylabel("ms per frame, mean over calculators")
     panels[0].legend()
     figure.savefig(os.fspath(path), dpi=120)

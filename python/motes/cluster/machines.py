@@ -17,7 +17,7 @@ class Network:
 
     name: str
     bandwidth: float
-    """Bytes a second of a node's link, one direction."""
+    """Bytes per second of a node's link, in one direction."""
     latency_s: float
     """Seconds from one node to another."""
     overhead_s: float = 0.0
@@ -61,13 +61,13 @@ class Node:
     cores: int = 1
     count: int = 1
     ranks: int | None = None
-    """Ranks started on each; None: one a core."""
+    """Ranks started on each; None: one per core."""
     sharing: float = 1.0
     """Part of its speed that each of several busy ranks has: they share memory and caches."""
     networks: tuple[str, ...] | None = None
     """Names of the networks that it is on; None: all."""
     copy_bandwidth: float = 400e6
-    """Bytes a second between two ranks of the node."""
+    """Bytes per second between two ranks of the node."""
 
     def __post_init__(self) -> None:
         """Check what was given."""

@@ -42,7 +42,7 @@ def platform(cluster: Cluster) -> str:
 
 
 def _uniform(node: Node, network: Network) -> str:
-    """One kind of machines: in few words, as thousands of them have millions of routes."""
+    """Describe machines of one kind briefly: thousands of them have millions of routes."""
     facts = {
         **{"id": "cluster", "prefix": f"{node.name}-", "suffix": "", "radical": f"0-{node.count - 1}"},
         **{"speed": f"{node.rank_speed * OPERATIONS!r}f", "core": str(node.started)},
@@ -57,7 +57,7 @@ def _uniform(node: Node, network: Network) -> str:
 
 
 def hosts(cluster: Cluster) -> str:
-    """Write the host file: a line a rank."""
+    """Write the host file: one line per rank."""
     return "".join(f"{name}\n" * node.started for name, node in cluster.hosts())
 
 

@@ -10,8 +10,8 @@ import numpy as np
 
 from .. import _core
 from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from .frames import simulate
 from .history import History
-from .simulate import simulate
 
 __all__ = ["compare", "candidates", "planning_ms"]
 
@@ -25,7 +25,7 @@ def candidates(speeds: Iterable[float]) -> list[Balancer]:
 
 
 def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, Any]]:
-    """Run each balancer on a history: a row of figures each.
+    """Run each balancer on a history: one row of figures each.
 
     `mean_imbalance` and `last_imbalance` are slowest over mean of the calculators' seconds;
     `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below (None: never);

@@ -12,11 +12,11 @@ from ..errors import LogError
 from .density import Density, exchange
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from pandas import DataFrame
 
-    from ..analysis import Run
-
-__all__ = ["FrameCosts", "History", "Moment", "Recorded"]
+__all__ = ["FrameCosts", "History", "Moment", "Recorded", "Tables"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
@@ -33,7 +33,7 @@ class Moment:
     killed: int
     cuts: Cuts
     speeds: Floats
-    """Particles a second of each calculator, (calculators,)."""
+    """Particles per second of each calculator, (calculators,)."""
     overhead_s: Floats
     """What a calculator with any particles takes beside, (calculators,)."""
     changing: float = 0.0
@@ -42,10 +42,46 @@ class Moment:
 
 @dataclass(frozen=True)
 class FrameCosts:
-    """What a frame cost beside the actions."""
+    """What a frame cost in addition to the actions."""
 
     other_s: float
     bytes_each: float
+
+
+class Tables(Protocol):
+    """What is read of a recorded run; a `Run` has it all."""
+
+    @property
+    def name(self) -> str:
+        """What errors call the run."""
+
+    @property
+    def calculators(self) -> list[int]:
+        """The calculators' ranks in the order of their domains."""
+
+    @property
+    def systems(self) -> list[str]:
+        """The particle systems' names."""
+
+    @property
+    def speeds(self) -> Mapping[int, float]:
+        """Factors by which ranks were slowed down on purpose; empty where none was."""
+
+    @property
+    def hosts(self) -> Mapping[int, str]:
+        """Each rank's host."""
+
+    @property
+    def frames(self) -> DataFrame:
+        """The log's table `frames`."""
+
+    @property
+    def load(self) -> DataFrame:
+        """The log's table `load`."""
+
+    @property
+    def density(self) -> DataFrame:
+        """The log's table `density`."""
 
 
 class History(Protocol):
@@ -62,8 +98,8 @@ class History(Protocol):
 class Recorded:
     """The history of a recorded run."""
 
-    def __init__(self, run: Run) -> None:
-        """Take a run with the tables load, frames and density; LogError where they do not suffice."""
+    def __init__(self, run: Tables) -> None:
+        """Take the tables of a run; LogError where they do not suffice."""
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])
@@ -78,7 +114,7 @@ class Recorded:
         total = frame_rows["exchanged"].sum()
         self._bytes_each = float(frame_rows["exchanged_bytes"].sum() / total) if total else 0.0
 
-    def _of(self, run: Run, system: str) -> dict[str, Any]:
+    def _of(self, run: Tables, system: str) -> dict[str, Any]:
         load = run.load[run.load["system"] == system]
         density = run.density[run.density["system"] == system]
         grid: dict[str, Any] = {
@@ -103,7 +139,10 @@ class Recorded:
 
     def _whole(self, name: str) -> None:
         """Leave out the frames at the end whose rows are not all there: the run was killed."""
-        missing = [np.isnan(grid["n"] + grid["n_start"]).any(axis=1) for grid in self._grids]
+        missing = []
+        for grid in self._grids:
+            needed = sum(grid[key] for key in ("n", "n_start", "created", "killed", "sent", "t_compute_s"))
+            missing.append(np.isnan(needed).any(axis=1) | np.isnan(grid["domain_hi"][:, :-1]).any(axis=1))
         broken = np.logical_or.reduce(missing)
         whole = int(np.argmax(broken)) if broken.any() else len(self.frames)
         if whole == 0:

@@ -8,8 +8,9 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from ..build import find_replay, find_smpirun
 from ..machines import Cluster
-from ..simulate import find_replay, find_smpirun, record, simulate
+from ..simulate import record, simulate
 from .model import FOLDER, alone, balancer, cluster, costs, fitted, model, scale
 from .tables import Cell, cells
 
@@ -68,9 +69,9 @@ class _Bench:
         for experiment, finite in scenes:
             own = dict(model()["scene"][experiment])
             space = own.pop("space")
-            words = [*fixed, f"--space={space if finite else 'infinite'}"]
-            words += [f"--{name}={value}" for name, value in own.items()]
-            record(self._scene(experiment, finite), FOLDER / f"{experiment}.py", words)
+            options = [*fixed, f"--space={space if finite else 'infinite'}"]
+            options += [f"--{name}={value}" for name, value in own.items()]
+            record(self._scene(experiment, finite), FOLDER / f"{experiment}.py", options)
 
     def rows(self, wanted: list[Cell]) -> list[Row]:
         """Run all cells."""
@@ -95,7 +96,7 @@ class _Bench:
     def _frame_s(
         self, cell: Cell, finite: bool, machines: Cluster, program: str, options: tuple[str, ...]
     ) -> Future[float]:
-        """Simulated seconds a frame, over the frames that count."""
+        """Simulated seconds per frame, over the frames that count."""
         key = (cell.experiment, finite, repr(machines), program, options)
         if key not in self._runs:
             log = self._folder / f"run-{len(self._runs)}"

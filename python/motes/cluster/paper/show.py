@@ -6,6 +6,7 @@ import os
 from collections.abc import Sequence
 from typing import Any
 
+from ... import _extras
 from .experiment import Row
 from .model import WITHIN
 
@@ -13,7 +14,7 @@ __all__ = ["facts", "plot", "text"]
 
 
 def facts(rows: Sequence[Row]) -> dict[str, Any]:
-    """Every cell, and how many are as near as they should be."""
+    """Return every cell, and how many are as near as they should be."""
     cells = [
         {
             "nodes": row.cell.nodes,
@@ -30,7 +31,7 @@ def facts(rows: Sequence[Row]) -> dict[str, Any]:
 
 
 def text(rows: Sequence[Row]) -> str:
-    """The table, a line a cell; fitted cells bear a star, the others are predictions."""
+    """Return the table, one line per cell; fitted cells have a star, the others are predictions."""
     first = rows[0].cell
     lines = [
         f"Table {first.table}: {first.experiment}, {first.network}, {first.compiler}; speed-up",
@@ -45,8 +46,8 @@ def text(rows: Sequence[Row]) -> str:
 
 
 def plot(rows: Sequence[Row], path: str | os.PathLike[str]) -> None:
-    """Draw paper, ours and best, a panel a variant."""
-    from matplotlib.figure import Figure
+    """Draw paper, ours and best, one panel per variant."""
+    Figure = _extras.matplotlib("matplotlib.figure").Figure
 
     variants = list(dict.fromkeys(row.cell.variant for row in rows))
     figure = Figure(figsize=(3.2 * len(variants) + 1, 4.2), layout="constrained")

@@ -1,4 +1,4 @@
-"""Tables 1 to 3 of the paper, a row a cell."""
+"""Tables 1 to 3 of the paper, one row per cell."""
 
 from __future__ import annotations
 

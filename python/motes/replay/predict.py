@@ -1,31 +1,30 @@
-"""A recorded run under another balancer, as a run of its own."""
+"""What a recorded run would have been under another balancer, as rows of the log's tables."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from ..balance import Balancer, _powers
 from ..errors import ArgumentError
-from .history import FrameCosts, Recorded
-from .simulate import Step, SystemStep, simulate
+from .frames import Step, SystemStep, simulate
+from .history import FrameCosts, Recorded, Tables
 
-if TYPE_CHECKING:
-    from ..analysis import Run
-
-__all__ = ["replay"]
+__all__ = ["predict"]
 
 Row = dict[str, Any]
 
 
-def replay(run: Run, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
-    """Predict a recorded run under another balancer; returns a `Run` with the same tables and plots.
+def predict(
+    tables: Tables, balancer: Balancer, *, powers: Sequence[float] | None = None
+) -> dict[str, list[Row]]:
+    """Predict a recorded run under another balancer; returns rows of "frames", "load", "density", "balance".
 
     Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
     them. Speeds are those that were measured, calculator by calculator, frame by frame: they belong to the
-    machines. With `powers`, one a calculator on any scale, machines are known, and what was measured beyond
+    machines. With `powers`, one per calculator on any scale, machines are known, and what was measured beyond
     that is the cost of a place, which the particles there keep when another calculator gets them.
 
     `sent` and `received` are the least that takes particles from calculator to calculator; those that
@@ -36,40 +35,24 @@ def replay(run: Run, balancer: Balancer, *, powers: Sequence[float] | None = Non
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
-    history = Recorded(run)
+    history = Recorded(tables)
     known = None
     if powers is not None:
         known = np.array(_powers(powers, above=True))
         if len(known) != len(history.ranks):
-            raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one a calculator")
-    steps = list(simulate(history, balancer, known))
-    return _run(run, history, balancer, steps)
-
-
-def _run(run: Run, history: Recorded, balancer: Balancer, steps: list[Step]) -> Run:
-    from ..analysis import Run
-    from ..analysis.schema import TABLES
-    from ..analysis.tables import frame_of
-
-    recorded = run.frames.set_index("frame")
-    hosts = run.hosts
+            raise ArgumentError("powers", powers, f"{len(history.ranks)} numbers, one per calculator")
+    recorded = tables.frames.set_index("frame")
     rows: dict[str, list[Row]] = {"frames": [], "load": [], "density": [], "balance": []}
-    for step in steps:
+    for step in simulate(history, balancer, known):
         costs = history.costs(step.k)
         row = {str(name): value for name, value in recorded.loc[step.frame].items()}
         rows["frames"].append(_frame_row(history.ranks, step, costs, row))
         for name, system in zip(history.systems, step.systems, strict=True):
             key = {"frame": step.frame, "system": name}
-            rows["load"] += _load_rows(key, history.ranks, hosts, system, costs.bytes_each)
+            rows["load"] += _load_rows(key, history.ranks, tables.hosts, system, costs.bytes_each)
             rows["density"] += _density_rows(key, history.ranks, system)
             rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
-    facts = {
-        **run.facts,
-        "name": f"{run.name} with {balancer!r}",
-        "balancer": repr(balancer),
-        "replay_of": run.name,
-    }
-    return Run(facts, {name: frame_of(table, TABLES[name].columns) for name, table in rows.items()})
+    return rows
 
 
 def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Row) -> Row:
@@ -91,7 +74,7 @@ def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Ro
 
 
 def _load_rows(
-    key: Row, ranks: Sequence[int], hosts: dict[int, str], system: SystemStep, bytes_each: float
+    key: Row, ranks: Sequence[int], hosts: Mapping[int, str], system: SystemStep, bytes_each: float
 ) -> Iterable[Row]:
     sent, received = np.rint(system.sent), np.rint(system.received)
     processed = system.n_start + system.created

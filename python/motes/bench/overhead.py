@@ -1,8 +1,9 @@
 """What balancing costs where there is nothing to balance: one rank of `python -m motes bench overhead`.
 
-Worlds that differ in their balancer alone run in one job, a few frames in turn, each beside the one whose
-cuts stay: whatever else the machine does meanwhile, it does to all. The figure is the median of the ratios;
-that of a second world with static cuts says how well it is known.
+Worlds that differ only in their balancer run in one job, a few frames in turn: whatever else the machine
+does meanwhile, it does to all. All figures, of the frame, of its phases and in per cent, are of one kind: the
+median over the rounds of the world with static cuts, plus the median of the differences to it within a
+round. The row of a second world with static cuts shows how well they are known.
 """
 
 from __future__ import annotations
@@ -10,22 +11,26 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from typing import Any
 
 from mpi4py import MPI
 
-from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
-from .distributions import Uniform
-from .shapes import Box, Plane, Rectangle, Sphere
-from .system import System
-from .world import World
+from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
+from ..shapes import Box, Sphere
+from ..world import World
+from .snow import Snow
 
 __all__ = ["main"]
 
 PHASES = ("create", "act", "report", "exchange", "balance", "wait")
-TOP, FALL, REST = 12.0, 1.3, 3.0  # metres of air, m/s, seconds on the ground
+SNOW = Snow(
+    depth=10,
+    velocity=Box((-0.3, -1.4, -0.3), (0.4, -1.2, 0.3)),
+    gusts=Sphere((0, 0, 0), 1),
+    obstacles=(Box((-4, 0, -3), (4, 3, 3)), Sphere((10, 1, 0), 1)),
+)
 WARM = 16  # frames before the first that counts: what the balancers learn of the machine
 
 
@@ -41,32 +46,13 @@ class Lane:
         self.times: list[dict[str, float]] = []
 
     def run(self, count: int) -> None:
-        """Compute so many frames."""
+        """Compute `count` frames."""
         for _ in range(count):
             frame = next(self.frames)
             for snow in self.layers:
-                self.say(snow, frame)
+                SNOW.record(snow, frame, self.particles)
             self.world.step()
             self.times.append(self.world.timings)
-
-    def say(self, snow: System, frame: int) -> None:
-        """Record what one layer does in a frame; the air is full from the start, and stays so.
-
-        The first flakes are of all ages: as many die in a frame as are born.
-        """
-        life = TOP / FALL + REST
-        snow.configure(velocity=Box((-0.3, -FALL - 0.1, -0.3), (0.4, -FALL + 0.1, 0.3)))
-        if frame == 0:
-            snow.configure(age=Uniform(0, life))
-            snow.burst(Box((-30, 0, -5), (30, TOP, 5)), count=self.particles)
-            snow.configure(age=0)
-        snow.source(Rectangle((-30, TOP, -5), (60, 0, 0), (0, 0, 10)), rate=self.particles / life)
-        snow.random_acceleration(Sphere((0, 0, 0), 1))
-        snow.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.1, friction=0.9)
-        snow.bounce(Box((-4, 0, -3), (4, 3, 3)), restitution=0.1, friction=0.9)
-        snow.bounce(Sphere((10, 1, 0), 1), restitution=0.1, friction=0.9)
-        snow.kill_old(life)
-        snow.move()
 
 
 def _balancers(calculators: int) -> dict[str, Balancer]:
@@ -81,7 +67,7 @@ def _balancers(calculators: int) -> dict[str, Balancer]:
 
 
 def _job(arguments: argparse.Namespace) -> dict[str, Any]:
-    """Run all worlds in turn; the figures, on rank 0."""
+    """Run all worlds in turn and return the figures."""
     comm = MPI.COMM_WORLD
     total = WARM + arguments.rounds * arguments.frames
     sizes = (arguments.systems, arguments.particles, total + 1)
@@ -109,17 +95,21 @@ def _figures(
 ) -> dict[str, Any]:
     comm = MPI.COMM_WORLD
     calculators = lanes["static"].world.calculators
+    mine = {name: _by_round(lane.times, arguments.frames) for name, lane in lanes.items()}
+    everywhere = [one for rank, one in enumerate(comm.allgather(mine)) if rank in calculators]
     rows = []
-    for name, lane in lanes.items():
-        phases = {p: 1e3 * statistics.median(times[f"t_{p}_s"] for times in lane.times) for p in PHASES}
-        everywhere = comm.allgather(phases)
-        ratios = [a / b for a, b in zip(seconds[name], seconds["static"], strict=True)]
+    for name in lanes:
+        phases = {
+            phase: _beside(*(_mean([one[which][phase] for one in everywhere]) for which in (name, "static")))
+            for phase in PHASES
+        }
+        frame, static = _beside(seconds[name], seconds["static"]), statistics.median(seconds["static"])
         rows.append(
             {
                 "balancer": name,
-                "frame_ms": 1e3 * statistics.median(seconds[name]),
-                "overhead_percent": 100 * (statistics.median(ratios) - 1),
-                **{f"{p}_ms": statistics.mean(everywhere[rank][p] for rank in calculators) for p in PHASES},
+                "frame_ms": 1e3 * frame,
+                "overhead_percent": 100 * (frame / static - 1),
+                **{f"{phase}_ms": 1e3 * value for phase, value in phases.items()},
             }
         )
     return {
@@ -130,12 +120,29 @@ def _figures(
     }
 
 
-def main(words: Sequence[str] | None = None) -> None:
+def _by_round(times: Sequence[Mapping[str, float]], frames: int) -> dict[str, list[float]]:
+    """Average each phase over the frames of each round: seconds per frame, one value per round."""
+    rounds = [times[start : start + frames] for start in range(0, len(times), frames)]
+    return {p: [statistics.fmean(one[f"t_{p}_s"] for one in each) for each in rounds] for p in PHASES}
+
+
+def _mean(values: Sequence[Sequence[float]]) -> list[float]:
+    """Average over calculators, round by round."""
+    return [statistics.fmean(each) for each in zip(*values, strict=True)]
+
+
+def _beside(values: Sequence[float], static: Sequence[float]) -> float:
+    """Return the median of the static world's rounds plus the median difference to it within a round."""
+    differences = [a - b for a, b in zip(values, static, strict=True)]
+    return statistics.median(static) + statistics.median(differences)
+
+
+def main(argv: Sequence[str] | None = None) -> None:
     """Be one rank of the job."""
-    parser = argparse.ArgumentParser(prog="python -m motes.overhead")
+    parser = argparse.ArgumentParser(prog="python -m motes.bench.overhead")
     for name in ("systems", "particles", "rounds", "frames"):
         parser.add_argument(f"--{name}", type=int, required=True)
-    figures = _job(parser.parse_args(words))
+    figures = _job(parser.parse_args(argv))
     if MPI.COMM_WORLD.rank == 0:
         print(json.dumps(figures), flush=True)
 

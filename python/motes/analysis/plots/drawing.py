@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
-from . import extras
+from ... import _extras
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -75,14 +75,14 @@ def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
     """Return the axes to draw on, new ones where the user gave none."""
     if ax is not None:
         return ax
-    pyplot = extras.matplotlib("matplotlib.pyplot")
+    pyplot = _extras.matplotlib("matplotlib.pyplot")
     made: Axes = pyplot.subplots(figsize=size, layout="constrained")[1]
     return made
 
 
 def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, list[Axes]]:
     """Make a figure that pyplot does not know of, and its axes; for pages that embed it."""
-    figure = extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
+    figure = _extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
     made = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(made.ravel())
 
@@ -114,7 +114,7 @@ def finish(
 
 def integer_frames(ax: Axes) -> None:
     """Have ticks at whole frames only."""
-    ax.xaxis.set_major_locator(extras.matplotlib("matplotlib.ticker").MaxNLocator(integer=True))
+    ax.xaxis.set_major_locator(_extras.matplotlib("matplotlib.ticker").MaxNLocator(integer=True))
 
 
 def note(ax: Axes, text: str) -> None:
@@ -132,7 +132,7 @@ def cells(ax: Axes, table: Any, *, label: str, names: Sequence[str], signed: boo
     """
     import numpy as np
 
-    colors = extras.matplotlib("matplotlib.colors")
+    colors = _extras.matplotlib("matplotlib.colors")
     values = np.ma.masked_invalid(table.to_numpy(dtype=float).T)
     low, high = (float(values.min()), float(values.max())) if values.count() else (0.0, 1.0)
     usual = float(np.percentile(np.abs(values.compressed()), 99.5)) if values.count() else 1.0

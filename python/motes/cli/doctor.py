@@ -1,7 +1,11 @@
-"""What this installation is made of, and whether its parts fit: `python -m motes doctor`."""
+"""Examine this installation: what it is made of, and whether its parts fit.
+
+Exit code 1 and one line per problem where something is wrong, such as a compiled core that does not load.
+"""
 
 from __future__ import annotations
 
+import argparse
 import importlib.metadata
 import importlib.util
 import json
@@ -13,10 +17,12 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from . import launch
-from .errors import MotesError
+from .. import environment, launch
+from .._io.text import printable
+from ..errors import EXTRAS, ArgumentError, MotesError
+from .parser import add_json, print_figures
 
-__all__ = ["Report", "examine", "main"]
+__all__ = ["Report", "configure", "examine", "run"]
 
 HELLO_LIMIT_S = 30
 _HELLO = "from mpi4py import MPI; print(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.size}')"
@@ -42,7 +48,7 @@ print('motes-core ' + json.dumps(found))
 
 @dataclass
 class Report:
-    """Figures by name, and one sentence a problem."""
+    """Figures by name, and one sentence per problem."""
 
     figures: dict[str, Any] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
@@ -51,18 +57,25 @@ class Report:
     def text(self) -> str:
         """The report as a reader wants it."""
         width = max(map(len, self.figures))
-        lines = [f"{name:<{width}}  {_shown(value)}" for name, value in self.figures.items()]
+        lines = [
+            f"{name:<{width}}  {_shown(value)}"
+            for name, value in self.figures.items()
+            if name != "environment"
+        ]
+        lines += ["", *_variables(self.figures.get("environment", {}))]
         verdict = [f"problem: {problem}" for problem in self.problems] or ["all well"]
         return "\n".join([*lines, "", *verdict])
 
 
-def main(*, as_json: bool = False) -> int:
-    """Print the report; 1 if there is a problem, else 0."""
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `doctor`."""
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Print the report; returns 1 if there is a problem, else 0."""
     report = examine()
-    if as_json:
-        print(json.dumps({**report.figures, "problems": report.problems}))
-    else:
-        print(report.text)
+    print_figures(args, {**report.figures, "problems": report.problems}, report.text)
     return 1 if report.problems else 0
 
 
@@ -73,10 +86,24 @@ def examine() -> Report:
     for name in ("motes", "numpy", "mpi4py"):
         _package(report, name, needed=True)
     _package(report, "av", needed=False)
+    _environment(report)
     if importlib.util.find_spec("mpi4py") is not None:
         _mpi(report)
         _core(report)
     return report
+
+
+def _environment(report: Report) -> None:
+    """List the variables that are set, and those whose value is not allowed."""
+    values = {}
+    for name in environment.TABLE:
+        if environment.is_set(name):
+            values[name] = os.environ[name]
+            try:
+                environment.read(name)
+            except ArgumentError as error:
+                report.problems.append(str(error))
+    report.figures["environment"] = values
 
 
 def _package(report: Report, name: str, *, needed: bool) -> None:
@@ -87,7 +114,8 @@ def _package(report: Report, name: str, *, needed: bool) -> None:
         if needed:
             report.problems.append(f"the package {name} is not installed")
         elif name == "av":
-            report.figures[name] = 'not installed: no movies (pip install "motes[video]")'
+            wanted = " ".join(f'"{package}"' for package in EXTRAS["video"])
+            report.figures[name] = f"not installed: no movies ({sys.executable} -m pip install {wanted})"
 
 
 def _mpi(report: Report) -> None:
@@ -105,14 +133,14 @@ def _mpi(report: Report) -> None:
     report.figures["mpirun"] = f"{mpirun.path} ({mpirun.version})"
     if not mpirun.version.fits(launch.library()):
         report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {launch.library()}")
-    words = launch.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
-    output, problem = _output(words)
+    argv = launch.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
+    output, problem = _output(argv)
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello
     if hello == ["rank 0 of 1"] * 2:
         report.problems.append(f"{mpirun.path} starts ranks that do not see each other: it is of another MPI")
     elif hello != ["rank 0 of 2", "rank 1 of 2"]:
-        report.problems.append(f"two ranks could not be started by `{' '.join(words[:-1])} ...`: {problem}")
+        report.problems.append(f"two ranks could not be started by `{' '.join(argv[:-1])} ...`: {problem}")
 
 
 def _core(report: Report) -> None:
@@ -135,11 +163,11 @@ def _core(report: Report) -> None:
         )
 
 
-def _output(words: list[str]) -> tuple[str, str]:
-    """Run a program; its output, and its last words in case they tell why it failed."""
+def _output(argv: list[str]) -> tuple[str, str]:
+    """Run a program; returns its output and, where it failed, the reason that it gave."""
     try:
         answer = subprocess.run(
-            words,
+            argv,
             capture_output=True,
             text=True,
             timeout=HELLO_LIMIT_S,
@@ -154,6 +182,17 @@ def _output(words: list[str]) -> tuple[str, str]:
     # Python's reason stands last, mpirun's first.
     reason = "" if not lines else lines[-1] if "Traceback" in answer.stderr else lines[0]
     return answer.stdout, reason or f"exit code {answer.returncode}"
+
+
+def _variables(values: dict[str, str]) -> list[str]:
+    """List all environment variables that count, with what is set or what holds where nothing is."""
+    width = max(map(len, environment.TABLE))
+    lines = []
+    for name, variable in environment.TABLE.items():
+        default = variable.default_text or str(variable.default)
+        value = f"= {printable(values[name])}" if name in values else f"not set: {default}"
+        lines.append(f"{name:<{width}}  {variable.meaning}; {value}")
+    return lines
 
 
 def _shown(value: Any) -> str:

@@ -7,16 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import ArgumentError, LogError
-from . import drawing, measures, timeline
+from ...errors import ArgumentError, LogError
+from .. import measures, timeline
+from . import drawing
+from .domains import draw_domains
 from .drawing import finish
-from .plot_domains import draw_domains
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from pandas import DataFrame, Series
 
-    from .run import Run
+    from ..run import Run
 
 __all__ = ["Plots"]
 
@@ -92,7 +93,7 @@ class Plots:
         label: str | None = None,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance, largest / mean over the calculators, per frame: 1 is perfect, their number the worst.
+        """Imbalance, largest / mean over the calculators, per frame: 1 is perfect, their number is the worst.
 
         `label` names the line, to put several runs on the same `ax`.
         """
@@ -153,7 +154,7 @@ class Plots:
         return finish(ax, title=self._title(f"{what} by rank"), y="rank", grid="")
 
     def domains(self, system: str | None = None, *, particles: bool = True, ax: Axes | None = None) -> Axes:
-        """Domains over time: one band per calculator, the cuts between them as lines.
+        """Domains over time: one band per calculator, with the cuts between them as lines.
 
         With `particles`, and where the log has density.jsonl, the middle half of each calculator's particles
         is darker and their median a line. `system`: None is the first one.
@@ -246,7 +247,7 @@ class Plots:
         ax.set_ylim(0, 1.35 * max(float(frames["exchanged"].max()), 1.0))
         right.set_ylim(0, 1.1 * max(float(frames["exchanged_bytes"].max()) / 1024, 1e-3))
         drawing.integer_frames(ax)
-        return finish(ax, title=self._title("Exchange"), y="particles a frame")
+        return finish(ax, title=self._title("Exchange"), y="particles per frame")
 
     def given(self, system: str | None = None, *, ax: Axes | None = None) -> Axes:
         """What balancing moved over each cut: + from left to right, - from right to left.
@@ -304,7 +305,7 @@ class Plots:
         ax.set_xticks(range(0, len(table), few), [str(rank) for rank in table.index[::few]])
         ax.set_xlim(-0.6, len(table) - 0.4)
         legend = {"loc": "center left", "bbox_to_anchor": (1, 0.5), "reverse": True}
-        return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms a frame", legend=legend)
+        return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
 
     def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
         """What each rank did when, of some frames; None is the last three.

@@ -12,20 +12,20 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import files
-from ..errors import LogError
-from . import timeline
-from .drawing import UNDER_WAY
+from ..._io import files
+from ...errors import LogError
+from .. import timeline
+from ..plots.drawing import UNDER_WAY
 
 if TYPE_CHECKING:
-    from .run import Run
+    from ..run import Run
 
 __all__ = ["write_trace"]
 
 Event = dict[str, Any]
 Slice = tuple[int, int, str, dict[str, Any]]
 _MESSAGES = 100
-"""The first thread of what is under way: apart from what a rank does meanwhile."""
+"""The first thread for messages under way; what a rank does meanwhile has other threads."""
 _RUN = 1_000_000
 """The process that stands for the whole run; a number that no rank has. Ranks are processes of their own."""
 

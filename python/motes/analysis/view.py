@@ -1,85 +1,22 @@
-"""`python -m motes watch RUN`: a run in another terminal, from its log as it grows. Needs no pandas."""
+"""A run while it goes on, read from its log as it grows. Needs no pandas."""
 
 from __future__ import annotations
 
-import json
-import os
-import shutil
 import socket
-import sys
 import time
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any
 
+from .._io.text import printable
 from .._run import progress
-from ..errors import LogError
-from .tables import Follower, read_facts
+from .schema import EVENTS, FRAMES, LOAD
+from .tables import Follower
 
-__all__ = ["View", "main"]
+__all__ = ["SPARKS", "View"]
 
-EVERY_S = 0.5
-LINE_EVERY_S = 1.0
-SILENT_S = 120.0
-"""A log in which nothing was written for so long belongs to a run that is dead: ranks give up after 60 s."""
-
-_SPARKS = "▁▂▃▄▅▆▇█"
-
-
-def main(
-    path: str, *, once: bool = False, as_json: bool = False, wait_s: float = 10.0, out: TextIO | None = None
-) -> int:
-    """Show the run until it ends; 0, or 1 where it was killed. Ctrl-C ends this, not the run.
-
-    `once`: what there is now, and end; `as_json`: the same as one JSON object.
-    """
-    out = sys.stdout if out is None else out
-    try:
-        if as_json:
-            view = View(Path(path), read_facts(Path(path)))
-            view.read()
-            print(json.dumps(view.figures()), file=out, flush=True)
-            return 0
-        return _watch(Path(path), once=once, wait_s=wait_s, out=out)
-    except KeyboardInterrupt:
-        return 0
-    except BrokenPipeError:
-        # Whoever read this (a pager, head) has gone; nothing more is to be said, at exit neither.
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return 0
-
-
-def _watch(path: Path, *, once: bool, wait_s: float, out: TextIO) -> int:
-    view = View(path, _facts_when_there(path, 0.0 if once else wait_s))
-    screen = _Screen(out)
-    if once:
-        view.read()
-        screen.print_whole(view)
-        return 0
-    while True:
-        dead = view.process_is_gone()  # asked before reading: what it wrote last is read below
-        view.read()
-        over = view.ended or dead or view.silent_s > SILENT_S
-        screen.show(view, last=over)
-        if view.ended:
-            return 0
-        if dead or view.silent_s > SILENT_S:
-            why = "its process is gone" if dead else f"nothing was written for {view.silent_s:.0f} s"
-            print(f"motes: {path}: the run did not come to its end: {why}", file=sys.stderr)
-            return 1
-        time.sleep(EVERY_S)
-
-
-def _facts_when_there(path: Path, wait_s: float) -> dict[str, Any]:
-    limit = time.monotonic() + wait_s
-    while True:
-        try:
-            return read_facts(path)
-        except LogError:
-            if time.monotonic() >= limit:
-                raise
-            time.sleep(EVERY_S / 2)
+SPARKS = "▁▂▃▄▅▆▇█"
 
 
 class View:
@@ -89,9 +26,9 @@ class View:
         """Take the log's directory and the run's facts."""
         self.path = path
         self.facts = facts
-        self._frames = Follower(path / "frames.jsonl")
-        self._load = Follower(path / "load.jsonl")
-        self._events = Follower(path / "events.jsonl")
+        self._frames, self._load, self._events = (
+            Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS)
+        )
         self._forget()
 
     def _forget(self) -> None:
@@ -131,7 +68,7 @@ class View:
 
     @property
     def fps(self) -> float:
-        """Frames a second over the last second or two."""
+        """Frames per second over the last second or two."""
         total, n = 0.0, 0
         for seconds in reversed(self._seconds):
             total, n = total + seconds, n + 1
@@ -147,10 +84,13 @@ class View:
         return not Path(f"/proc/{pid}").exists() and Path("/proc/self").exists()
 
     def line(self) -> str:
-        """Tell of the last frame in one line."""
-        row = {"slowest_rank": "?", "dropped": 0, "exchanged": 0, "particles": 0, "imbalance": 1, "frame": 0}
+        """Return the last frame in one line."""
+        zero = dict.fromkeys(("frame", "particles", "exchanged", "dropped"), 0)
+        row: dict[str, Any] = {**zero, "slowest_rank": "?", "imbalance": 1}
         row |= {name: value for name, value in (self.frame or {}).items() if value is not None}
-        return progress.line(row, total=0, fps=self.fps)
+        if not row["imbalance"] > 0:
+            row["imbalance"] = 1
+        return printable(progress.line(row, total=0, fps=self.fps))
 
     def figures(self) -> dict[str, Any]:
         """Return what is seen, as plain values: of the last frame, and by rank."""
@@ -171,7 +111,16 @@ class View:
         }
 
     def lines(self, width: int, *, plain: bool = False) -> list[str]:
-        """Draw the run in a terminal of this width; `plain`: ASCII only."""
+        """Draw the run in a terminal of this width; `plain`: ASCII only.
+
+        Names come from the log: control characters in them are written as escapes.
+        """
+        lines = [printable(line) for line in self._drawn(width, plain)]
+        if plain:
+            lines = [line.encode("ascii", "backslashreplace").decode() for line in lines]
+        return [line[:width] for line in lines]
+
+    def _drawn(self, width: int, plain: bool) -> list[str]:
         told = self.facts
         space = told.get("space")
         where = "infinite space" if space is None else f"space {space}"
@@ -229,7 +178,9 @@ class View:
 def _extent(cuts: list[float], space: Any) -> tuple[float, float]:
     low, high = min(cuts), max(cuts)
     if isinstance(space, (list, tuple)):
-        return min(low, float(space[0])), max(high, float(space[1]))
+        low, high = min(low, float(space[0])), max(high, float(space[1]))
+        if high > low:
+            return low, high
     margin = (high - low) / max(len(cuts) - 1, 1) or 1.0
     return low - margin, high + margin
 
@@ -241,48 +192,5 @@ def _sparks(values: deque[float], width: int, plain: bool) -> str:
     if plain:
         return text
     reach = max(most - 1, 0.05)
-    marks = (_SPARKS[min(int(8 * max(value - 1, 0) / reach), 7)] for value in shown)
+    marks = (SPARKS[min(int(8 * max(value - 1, 0) / reach), 7)] for value in shown)
     return f"{text} {''.join(marks)} {most:.2f}"
-
-
-class _Screen:
-    """Redraws in place on a terminal; elsewhere a line now and then."""
-
-    def __init__(self, out: TextIO) -> None:
-        self._out = out
-        self._live = out.isatty() and os.environ.get("TERM", "") not in ("", "dumb")
-        self._drawn = 0
-        self._said = -LINE_EVERY_S
-        self._frame: int | None = None
-        try:
-            _SPARKS.encode(out.encoding or "ascii")
-            self._plain = False
-        except (UnicodeEncodeError, LookupError):
-            self._plain = True
-
-    def show(self, view: View, *, last: bool) -> None:
-        if self._live:
-            self._redraw(view)
-        else:
-            self._tell(view, last=last)
-
-    def print_whole(self, view: View) -> None:
-        """Print the view once, without moving the cursor: for a file, a notebook, a mail."""
-        width = shutil.get_terminal_size().columns - 1
-        print("\n".join(view.lines(width, plain=self._plain)), file=self._out, flush=True)
-
-    def _redraw(self, view: View) -> None:
-        size = shutil.get_terminal_size()
-        lines = view.lines(size.columns - 1, plain=self._plain)[: max(size.lines - 1, 3)]
-        up = f"\x1b[{self._drawn}F" if self._drawn else ""
-        self._out.write(up + "".join(f"{line}\x1b[K\n" for line in lines) + "\x1b[J")
-        self._out.flush()
-        self._drawn = len(lines)
-
-    def _tell(self, view: View, *, last: bool) -> None:
-        now = time.monotonic()
-        number = None if view.frame is None else view.frame.get("frame")
-        if number is None or number == self._frame or (not last and now - self._said < LINE_EVERY_S):
-            return
-        self._said, self._frame = now, number
-        print(view.line(), file=self._out, flush=True)

@@ -10,7 +10,7 @@ from .drawing import finish
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    from .runs import Runs
+    from ..runs import Runs
 
 __all__ = ["RunsPlots"]
 
@@ -25,7 +25,7 @@ class RunsPlots:
         self._runs = runs
 
     def speedup(self, baseline: Any = None, *, ax: Axes | None = None) -> Axes:
-        """Speed-up over the number of calculators, one line per configuration, dashed where it is ideal.
+        """Speed-up over the number of calculators, one line per configuration; the dashed line is ideal.
 
         `baseline`: as in `runs.speedup`.
         """
@@ -78,7 +78,7 @@ class RunsPlots:
         return ax
 
     def labels(self) -> list[str]:
-        """Return a short name a run: what tells it from the others, else its directory."""
+        """Return a short name per run: what tells it from the others, else its directory."""
         parts = [
             [run.balancer for run in self._runs],
             ["infinite" if run.space is None else str(run.space) for run in self._runs],

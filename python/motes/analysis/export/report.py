@@ -1,22 +1,22 @@
-"""`python -m motes report RUN`: a run as one HTML file that needs nothing else."""
+"""A run as one HTML file that needs nothing else: `python -m motes report RUN`."""
 
 from __future__ import annotations
 
 import html
 import json
 import os
-import sys
 from collections.abc import Callable, Iterator
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from .. import files
-from ..errors import LogError
-from . import drawing, summary
-from .run import Run, open_run
+from ..._io import files
+from ...errors import LogError
+from .. import summary
+from ..plots import drawing
+from ..run import Run
 
-__all__ = ["main", "write_report"]
+__all__ = ["write_report"]
 
 _PAGE_STYLE = """
 body { max-width: 62rem; margin: 2rem auto; padding: 0 1rem; color: #222; background: white; }
@@ -28,31 +28,20 @@ summary { cursor: pointer; margin: 0.6rem 0; }
 MOST_SYSTEMS = 4
 
 
-def main(path: str, *, output: str | None = None, as_json: bool = False) -> int:
-    """Write the report and say where; the exit code."""
-    try:
-        run = open_run(path)
-        target = write_report(run, Path(output) if output else Path(path) / "report.html")
-    except ImportError as error:
-        print(f"motes: {error}", file=sys.stderr)
-        return 2
-    if as_json:
-        print(json.dumps({"report": str(target), **_plain(run.summary()), "warnings": run.warnings()}))
-    else:
-        print(target)
-    return 0
-
-
-def _plain(row: dict[str, Any]) -> dict[str, Any]:
-    return {name: None if value != value else value for name, value in row.items()}
-
-
 def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
-    """Write a run's summary and plots as one HTML file, whole or not at all; returns its path."""
+    """Write a run's summary and plots as one HTML file, whole or not at all; returns its path.
+
+    Raises LogError where the run has no frame yet or the file cannot be written, MissingExtra without
+    pandas or matplotlib.
+    """
     if run.frames.empty or run.load.empty:
         raise LogError(f"{run.name}: no frame in the log yet")
     target = Path(path)
-    files.write_whole(target, _page(run).encode())
+    page = _page(run).encode(errors="backslashreplace")
+    try:
+        files.write_whole(target, page)
+    except OSError as error:
+        raise LogError(f"{target}: cannot write the report: {error.strerror or error}") from error
     return target
 
 

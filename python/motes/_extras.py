@@ -1,0 +1,36 @@
+"""Optional packages, imported when they are needed; `MissingExtra` where they are not installed."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+from typing import Any
+
+from .errors import MissingExtra
+
+__all__ = ["matplotlib", "pandas", "require_av"]
+
+
+def pandas() -> Any:
+    """Import pandas. Raises MissingExtra where it is not installed."""
+    return _import("pandas", "a table of a run's log", "analysis")
+
+
+def matplotlib(module: str = "matplotlib") -> Any:
+    """Import matplotlib, or one of its modules. Raises MissingExtra where it is not installed."""
+    return _import(module, "a plot of a run's log", "analysis")
+
+
+def require_av(need: str) -> None:
+    """Raise MissingExtra where PyAV is not installed; does not import it."""
+    if importlib.util.find_spec("av") is None:
+        raise MissingExtra(need, extra="video", package="av")
+
+
+def _import(module: str, need: str, extra: str) -> Any:
+    try:
+        return importlib.import_module(module)
+    except ImportError as error:
+        package = module.partition(".")[0]
+        reason = None if isinstance(error, ModuleNotFoundError) and error.name == package else error
+        raise MissingExtra(need, extra=extra, package=package, reason=reason) from error

@@ -1,0 +1,103 @@
+"""Benchmarks of the core's own parts on one core: kernels, births, the picture. No MPI.
+
+Figures are medians, or the least of some repeats, of this thread's CPU time: what else runs on the machine
+counts as little as possible. Ratios compare one run with itself.
+"""
+
+from __future__ import annotations
+
+import platform
+from pathlib import Path
+from typing import Any
+
+from .. import _core
+
+__all__ = ["actions", "births", "leavers", "lists", "render", "scale", "scene"]
+
+
+def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
+    """Time the list of "snow" or "fountain" and compare it with what memory allows."""
+    figures = _core.act_bench(name, particles, steps)
+    return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
+
+
+def actions(*, particles: int, repeats: int) -> dict[str, Any]:
+    """Time each action, alone and added to a list."""
+    return {
+        "machine": _machine(),
+        "particles": particles,
+        "repeats": repeats,
+        **_one_core(),
+        "actions": _core.action_bench(particles, repeats),
+    }
+
+
+def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
+    """Time what a birth costs the calculators that make it and pass it on."""
+    figures = _core.birth_bench(calculators, births, repeats)
+    return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
+
+
+def lists(*, particles: int, steps: int) -> dict[str, Any]:
+    """Compare a list of twelve actions with one of five."""
+    return {
+        "particles": particles,
+        "steps": steps,
+        **_one_core(),
+        **_core.list_bench(particles, steps),
+    }
+
+
+def scale(*, particles: int, steps: int) -> dict[str, Any]:
+    """Time snow on 1, 3, 10, 30, ... million particles, in turn: a slow moment does not hit one size alone.
+
+    With what memory allows: loads and stores alone are faster where a cache holds the particles.
+    """
+    sizes = sorted({min(n * 10**k, particles) for n in (1, 3) for k in range(6, 9)})
+    cost: dict[int, list[float]] = {n: [] for n in sizes}
+    limit: dict[int, list[float]] = {n: [] for n in sizes}
+    for _ in range(3):
+        for n in sizes:
+            figures = _core.act_bench("snow", n, max(steps, 10_000_000 // n))
+            cost[n].append(1e9 / figures["updates_per_s"])
+            limit[n].append(1e9 / figures["memory_limit_updates_per_s"])
+    least = {n: min(ns) for n, ns in cost.items()}
+    return {
+        "scene": "snow",
+        **_one_core(),
+        **{f"ns_per_particle_{n}": ns for n, ns in least.items()},
+        **{f"memory_limit_ns_{n}": min(ns) for n, ns in limit.items()},
+        "largest_by_least": max(least.values()) / min(least.values()),
+    }
+
+
+def leavers(*, particles: int, bins: int, steps: int) -> dict[str, Any]:
+    """Time the ways to find the particles that left a domain."""
+    seconds = _core.leaver_bench(particles, bins, steps)
+    return {
+        "particles": particles,
+        "bins": bins,
+        "simd": _core.simd(),
+        **{f"{way.removesuffix('_s')}_ns_per_particle": 1e9 * s / particles for way, s in seconds.items()},
+    }
+
+
+def render(
+    *, particles: int, size: tuple[int, int], pixels: int, frames: int, fountain: bool
+) -> dict[str, Any]:
+    """Time a whole frame: project, splat, tone map."""
+    return _core.render_bench(particles, *size, pixels, frames, fountain)
+
+
+def _one_core() -> dict[str, Any]:
+    return {"cores": 1, "simd": _core.simd()}
+
+
+def _machine() -> str:
+    """Name the processor."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text().splitlines()
+    except OSError:
+        lines = []
+    names = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return names[0] if names else platform.processor() or platform.machine()

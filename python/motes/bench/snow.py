@@ -1,0 +1,50 @@
+"""The paper's snow (5.1) as the paper's tables, weak scaling and `bench overhead` run it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..distributions import Uniform
+from ..shapes import Box, Plane, Rectangle, Shape
+from ..system import System
+
+__all__ = ["Snow"]
+
+
+@dataclass(frozen=True)
+class Snow:
+    """Flakes that fall over the whole width and lie on the ground for the rest of their life.
+
+    The air is full from the start, with flakes of all ages, so that as many die in a frame as are born.
+    """
+
+    width: float = 60.0
+    """Metres along x, about 0."""
+    top: float = 12.0
+    """Metres from the ground to where flakes are born."""
+    depth: float = 8.0
+    """Metres along z, about 0."""
+    life: float = 12.0
+    """Seconds."""
+    velocity: Shape = Box((-0.4, -1.4, -0.3), (0.4, -1.2, 0.3))
+    """Of newborn flakes, m/s."""
+    gusts: Shape = Box((-1, -1, -1), (1, 1, 1))
+    """Random accelerations, m/s^2."""
+    obstacles: tuple[Shape, ...] = ()
+    """What flakes fall on beside the ground."""
+
+    def record(self, system: System, frame: int, particles: int) -> None:
+        """Record what a system of `particles` flakes does in a frame."""
+        x, z = self.width / 2, self.depth / 2
+        system.configure(velocity=self.velocity, age=0)
+        if frame == 0:
+            system.configure(age=Uniform(0, self.life))
+            system.burst(Box((-x, 0.1, -z), (x, self.top, z)), count=particles)
+            system.configure(age=0)
+        clouds = Rectangle((-x, self.top, -z), (self.width, 0, 0), (0, 0, self.depth))
+        system.source(clouds, rate=particles / self.life)
+        system.random_acceleration(self.gusts)
+        for shape in (Plane((0, 0, 0), (0, 1, 0)), *self.obstacles):
+            system.bounce(shape, restitution=0.1, friction=0.9)
+        system.kill_old(self.life)
+        system.move()

@@ -1,0 +1,77 @@
+"""The command line: `python -m motes COMMAND ...`, one module per command.
+
+Each module has `configure(parser)`, which adds the command's arguments, and `run(args)`, which does the work
+and returns the exit code. Only the module of the command that was asked for is imported.
+"""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+
+from .._io.text import printable
+from ..errors import MotesError
+from .parser import Parser, nearest
+
+__all__ = ["COMMANDS", "main"]
+
+PROGRAM = "python -m motes"
+COMMANDS = {
+    "run": "start a script on N ranks with the right mpirun",
+    "doctor": "examine this installation; exit code 1 if something is wrong",
+    "bench": "measure this machine",
+    "watch": "show a run while it goes on, from its log",
+    "report": "write a run's summary and plots as one HTML file",
+    "record": "write what a script records to a file that replays without Python",
+    "cluster": "run on a simulated cluster; reproduce the paper's tables",
+}
+_DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
+    f"  {name:<9} {about}" for name, about in COMMANDS.items()
+)
+
+
+def main(argv: Sequence[str] | None = None) -> int:
+    """Run one command; returns the exit code: 2 for usage errors and for errors of motes."""
+    given = list(sys.argv[1:] if argv is None else argv)
+    if not given or given[0] not in COMMANDS:
+        return _without_command(given)
+    command = importlib.import_module(f".{given[0]}", __name__)
+    parser = Parser(prog=f"{PROGRAM} {given[0]}", description=command.__doc__)
+    command.configure(parser)
+    args = parser.parse_args(given[1:])
+    try:
+        code: int = command.run(args)
+        return code
+    except MotesError as error:
+        return _failed(str(error))
+    except BrokenPipeError:
+        # The reader of the output, such as a pager or `head`, has gone; the interpreter must not flush again.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
+    except OSError as error:
+        if error.filename is None:
+            raise
+        return _failed(f"{os.fspath(error.filename)}: {error.strerror}")
+
+
+def _without_command(argv: list[str]) -> int:
+    parser = Parser(prog=PROGRAM, usage=f"{PROGRAM} COMMAND ...", description=_DESCRIPTION)
+    parser.epilog = f"`{PROGRAM} COMMAND --help` tells more about a command."
+    parser.add_argument("--version", action="store_true", help="print the version and exit")
+    if not argv:
+        parser.print_help(sys.stderr)
+        return 2
+    if not argv[0].startswith("-"):
+        parser.error(f"unknown command {argv[0]!r}{nearest(argv[0], list(COMMANDS))}")
+    if parser.parse_args(argv).version:
+        from .. import __version__
+
+        print(__version__)
+    return 0
+
+
+def _failed(text: str) -> int:
+    print("motes: " + "\n".join(map(printable, text.split("\n"))), file=sys.stderr, flush=True)
+    return 2

@@ -1,0 +1,136 @@
+"""Measure this machine.
+
+Figures are medians, or the least of some repeats, of CPU time of one thread: what else runs on the machine
+counts as little as possible. Ratios compare one run with itself.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections.abc import Mapping
+from typing import Any
+
+from .parser import add_commands, add_json, positive, print_figures, size
+
+__all__ = ["configure", "run"]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the benchmarks and their arguments."""
+    names = add_commands(parser, "NAME")
+    for scene in ("snow", "fountain"):
+        act = names.add_parser(scene, help=f"the paper's {scene} on one core, compared with memory's speed")
+        act.add_argument("--particles", type=positive, default=16_000_000, help="more than caches hold")
+        act.add_argument("--steps", type=positive, default=10)
+    actions = names.add_parser("actions", help="what each action costs, alone and added to a list")
+    actions.add_argument("--particles", type=positive, default=3_200_000)
+    actions.add_argument("--repeats", type=positive, default=7)
+    lists = names.add_parser("lists", help="a list of twelve actions compared with one of five")
+    lists.add_argument("--particles", type=positive, default=3_200_000)
+    lists.add_argument("--steps", type=positive, default=30)
+    scale = names.add_parser("scale", help="snow's cost per particle from a million particles on")
+    scale.add_argument("--particles", type=positive, default=100_000_000, help="the largest number")
+    scale.add_argument("--steps", type=positive, default=7)
+    recording = names.add_parser("recording", help="what Python costs per frame: 8 systems of 12 actions")
+    recording.add_argument("--systems", type=positive, default=8)
+    recording.add_argument("--frames", type=positive, default=200)
+    leavers = names.add_parser("leavers", help="ways to find the particles that left a domain")
+    leavers.add_argument("--particles", type=positive, default=3_200_000)
+    leavers.add_argument("--steps", type=positive, default=10)
+    leavers.add_argument("--bins", type=positive, default=64)
+    births = names.add_parser("births", help="what a birth costs the calculators that make it and pass it on")
+    births.add_argument("--calculators", type=positive, default=4094)
+    births.add_argument("--births", type=positive, default=1389, help="per frame, of one calculator")
+    births.add_argument("--repeats", type=positive, default=1000)
+    render = names.add_parser("render", help="a whole frame on one core: project, splat, tone map")
+    render.add_argument("--particles", type=positive, default=3_200_000)
+    render.add_argument("--size", type=size, default=(1920, 1080), metavar="WxH")
+    render.add_argument("--pixels", type=positive, default=5, help="diameter of the discs")
+    render.add_argument("--frames", type=positive, default=9)
+    render.add_argument("--fountain", action="store_true", help="eight fountains instead of snow")
+    balance = names.add_parser("balance", help="balancers compared on made-up and recorded loads")
+    balance.add_argument("--calculators", type=positive, default=16)
+    balance.add_argument("--particles", type=positive, default=3_200_000)
+    balance.add_argument("--frames", type=positive, default=200)
+    balance.add_argument("--run", metavar="DIR", help="the log of a run, instead of made-up loads")
+    overhead = names.add_parser("overhead", help="what balancers cost per frame with nothing to balance")
+    overhead.add_argument("--ranks", type=positive, default=4)
+    overhead.add_argument("--systems", type=positive, default=8)
+    overhead.add_argument("--particles", type=positive, default=400_000, help="of each system")
+    overhead.add_argument("--rounds", type=positive, default=40, help="turns of each balancer")
+    overhead.add_argument("--frames", type=positive, default=4, help="per turn")
+    for command in names.choices.values():
+        add_json(command)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run a benchmark and print its figures."""
+    sizes = {name: value for name, value in vars(args).items() if name not in ("name", "json")}
+    figures = _measure(args.name, sizes)
+    print_figures(args, figures, _SHOWN.get(args.name, _listed)(figures))
+    return 0
+
+
+def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
+    if name in ("balance", "overhead"):
+        from ..bench import balancers
+
+        return balancers.balance(**sizes) if name == "balance" else balancers.overhead(**sizes)
+    if name == "recording":
+        from ..bench.recording import recording
+
+        return recording(**sizes)
+    from ..bench import kernels
+
+    if name in ("snow", "fountain"):
+        return kernels.scene(name, **sizes)
+    measured: dict[str, Any] = getattr(kernels, name)(**sizes)
+    return measured
+
+
+def _listed(figures: Mapping[str, Any]) -> str:
+    """Show one figure per line."""
+    width = max(map(len, figures))
+    return "\n".join(f"{name:<{width}}  {_shown(value)}" for name, value in figures.items())
+
+
+def _costs(figures: Mapping[str, Any]) -> str:
+    """Show the costs of actions as a table, nanoseconds per particle."""
+    actions: dict[str, dict[str, float]] = figures["actions"]
+    names = list(next(iter(actions.values())))
+    heads = [name.removesuffix("_ns").replace("_", " ") for name in names]
+    lines = [f"{'ns per particle and step':<28}" + "".join(f"{head:>17}" for head in heads)]
+    lines += [
+        f"{action:<28}" + "".join(f"{cost[name]:>17.3g}" for name in names)
+        for action, cost in actions.items()
+    ]
+    about = ", ".join(f"{k} {v}" for k, v in figures.items() if k != "actions")
+    return "\n".join([*lines, "", about])
+
+
+def _table(figures: Mapping[str, Any]) -> str:
+    """Show a comparison of balancers as aligned columns."""
+    names = list(figures["rows"][0])
+    lines = [[name.replace("_", " ") for name in names]]
+    lines += [["-" if row[n] is None else _shown(row[n]) for n in names] for row in figures["rows"]]
+    widths = [max(len(line[i]) for line in lines) for i in range(len(names))]
+    text = [
+        "  ".join(
+            cell.ljust(w) if isinstance(value, str) else cell.rjust(w)
+            for cell, w, value in zip(line, widths, figures["rows"][0].values(), strict=True)
+        ).rstrip()
+        for line in lines
+    ]
+    if "planning_ms" not in figures:
+        return "\n".join([*text, "", ", ".join(f"{k} {v}" for k, v in figures.items() if k != "rows")])
+    planning = ", ".join(f"{name} {ms:.3f} ms" for name, ms in figures["planning_ms"].items())
+    return "\n".join([*text, "", f"planning for {figures['planning_calculators']} calculators: {planning}"])
+
+
+def _shown(value: Any) -> str:
+    if isinstance(value, float):
+        return f"{value:,.0f}" if value >= 1e5 else f"{value:.4g}"
+    return str(value)
+
+
+_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table}

@@ -1,0 +1,171 @@
+"""Run on a simulated cluster, reproduce the paper's tables, or show how the engine grows with the ranks.
+
+Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: `cluster build`, once.
+"""
+
+from __future__ import annotations
+
+import argparse
+import runpy
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from ..analysis.run import Run
+from ..cluster import growth
+from ..cluster.build import build
+from ..cluster.machines import Cluster
+from ..cluster.simulate import record, simulate
+from ..errors import MotesError
+from .parser import add_commands, add_json, print_figures
+
+__all__ = ["configure", "run"]
+
+REPLAY = ("balancer", "combine", "roles", "frames")
+"""Options that go to motes_replay as they are."""
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the commands and their arguments."""
+    commands = add_commands(parser, "COMMAND")
+    _configure_run(commands.add_parser("run", help="run a scene on a cluster that a file describes"))
+    paper = commands.add_parser("paper", help="reproduce a table of the paper on a copy of its cluster")
+    paper.add_argument("--table", type=int, choices=(1, 2, 3), required=True, help="which of the paper's")
+    many = commands.add_parser("growth", help="weak scaling: as many particles per rank on ever more ranks")
+    many.add_argument(
+        "--ranks",
+        type=_numbers,
+        default=list(growth.RANKS),
+        metavar="N,...",
+        help="numbers of ranks, from 3 on: one draws, one manages, the others calculate",
+    )
+    many.add_argument(
+        "--births",
+        type=_ways,
+        default=["calculators"],
+        metavar="WHO,...",
+        help=f"who makes births: {', '.join(growth.WAYS)}",
+    )
+    many.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
+    for command in (paper, many):
+        add_json(command)
+        command.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
+    make = commands.add_parser("build", help="compile motes_replay for the simulator from a clone of motes")
+    make.add_argument("--source", type=Path, required=True, metavar="DIR", help="the clone")
+    make.add_argument(
+        "--output", type=Path, metavar="FILE", help="the program (beside this Python, where it is looked for)"
+    )
+
+
+def run(args: argparse.Namespace) -> int:
+    """Run one command."""
+    return {"run": _run, "paper": _paper, "growth": _growth, "build": _build}[args.command](args)
+
+
+def _configure_run(parser: argparse.ArgumentParser) -> None:
+    parser.usage = (
+        "python -m motes cluster run [options] CLUSTER.py (SCENE.motes | script.py [script's arguments])"
+    )
+    parser.add_argument("cluster", metavar="CLUSTER.py", help="a file that says `cluster = Cluster(...)`")
+    parser.add_argument("scene", metavar="SCENE", help="a recorded scene, or the script to record it from")
+    parser.add_argument("arguments", nargs=argparse.REMAINDER, help="the script's arguments")
+    parser.add_argument("--log", metavar="DIR", help="keep the run's log there")
+    parser.add_argument(
+        "--costs",
+        metavar="FILE",
+        help="what work costs: lines `name = nanoseconds` (measured on one core of a Xeon with AVX-512)",
+    )
+    parser.add_argument(
+        "--scale", type=float, default=1.0, metavar="R", help="particles that each particle stands for (1)"
+    )
+    parser.add_argument("--blocking", action="store_true", help="calculators wait for the image generator")
+    for name in REPLAY:
+        parser.add_argument(f"--{name}", help="as motes_replay takes it")
+    add_json(parser)
+
+
+def _run(args: argparse.Namespace) -> int:
+    cluster = _described(Path(args.cluster))
+    options = ["--blocking"] if args.blocking else []
+    for name in REPLAY:
+        if getattr(args, name) is not None:
+            options += [f"--{name}", getattr(args, name)]
+    with tempfile.TemporaryDirectory(prefix="motes-scene-") as folder:
+        scene = Path(args.scene)
+        if scene.suffix == ".py":
+            scene = Path(folder) / "scene.motes"
+            record(scene, Path(args.scene), args.arguments)
+        elif args.arguments:
+            raise MotesError(f"a recorded scene takes no arguments, got {' '.join(args.arguments)}")
+        elif not scene.is_file():
+            raise MotesError(f"scene {scene} does not exist")
+        log = Path(args.log) if args.log else Path(folder) / "log"
+        found = simulate(scene, cluster, log=log, costs=args.costs, scale=args.scale, options=options)
+        facts = {**_facts(found, cluster), "costs": args.costs or "measured on one core of a Xeon"}
+    text = (
+        "{ranks} ranks on {hosts} machines: {frames} frames in {simulated_s:.3f} simulated seconds, "
+        "{frame_s:.4f} per frame, imbalance {imbalance:.2f}; costs of work: {costs}"
+    ).format(**facts)
+    print_figures(args, facts, text)
+    return 0
+
+
+def _described(path: Path) -> Cluster:
+    if not path.is_file():
+        raise MotesError(f"cluster file {path} does not exist")
+    found = runpy.run_path(str(path)).get("cluster")
+    if not isinstance(found, Cluster):
+        raise MotesError(f"{path} must say `cluster = motes.cluster.Cluster(...)`")
+    return found
+
+
+def _facts(run: Run, cluster: Cluster) -> dict[str, Any]:
+    seconds = run.frames["t_frame_s"]
+    return {
+        "ranks": cluster.ranks,
+        "hosts": sum(node.count for node in cluster.nodes),
+        "frames": len(seconds),
+        "simulated_s": float(seconds.sum()),
+        "frame_s": float(seconds.mean()),
+        "imbalance": float(run.frames["imbalance"].iloc[-1]),
+    }
+
+
+def _paper(args: argparse.Namespace) -> int:
+    from ..cluster.paper import experiment, show
+
+    rows = experiment.reproduce(args.table)
+    print_figures(args, show.facts(rows), show.text(rows))
+    if args.plot:
+        show.plot(rows, args.plot)
+    return 0
+
+
+def _growth(args: argparse.Namespace) -> int:
+    rows = [row for way in args.births for row in growth.grow(args.ranks, way, pictures=args.pictures)]
+    print_figures(args, growth.facts(rows), growth.text(rows))
+    if args.plot:
+        growth.plot(rows, args.plot)
+    return 0
+
+
+def _build(args: argparse.Namespace) -> int:
+    print(build(args.source, args.output))
+    return 0
+
+
+def _numbers(text: str) -> list[int]:
+    try:
+        found = [int(part) for part in text.split(",")]
+    except ValueError:
+        found = []
+    if not found or min(found) < 3:
+        raise argparse.ArgumentTypeError(f"must be whole numbers from 3 on, got {text!r}")
+    return found
+
+
+def _ways(text: str) -> list[str]:
+    found = text.split(",")
+    if not set(found) <= set(growth.WAYS):
+        raise argparse.ArgumentTypeError(f"must be of {', '.join(growth.WAYS)}, got {text!r}")
+    return found

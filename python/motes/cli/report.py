@@ -1,0 +1,28 @@
+"""Write a run's summary and plots as one HTML file that needs nothing else."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from ..analysis import open_run
+from ..analysis.export.report import write_report
+from .parser import add_json, print_figures
+
+__all__ = ["configure", "run"]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `report`."""
+    parser.add_argument("run", metavar="RUN", help="the run's log: the directory of World(log=...)")
+    parser.add_argument("-o", "--output", metavar="FILE", help="where to (RUN/report.html)")
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the report and print where it is."""
+    found = open_run(args.run)
+    target = write_report(found, args.output or Path(args.run) / "report.html")
+    figures = {"report": str(target), **found.summary(), "warnings": found.warnings()}
+    print_figures(args, figures, str(target))
+    return 0

@@ -1,0 +1,59 @@
+"""Start a script on N ranks with the mpirun that belongs to Python's MPI.
+
+  python -m motes run -n 4 script.py [arguments]
+  python -m motes run -n 4 -m package.module [arguments]
+  python -m motes run -n 16 --hosts node1:8,node2:8 script.py
+  python -m motes run -n 4 -- --bind-to core script.py [arguments]
+
+What stands between `--` and the script goes to mpirun. The script is the first word there that ends in .py or
+names a file, or -m, or -c; a second `--` says where mpirun's options end.
+"""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+
+from .. import launch
+
+__all__ = ["configure", "run"]
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `run`."""
+    parser.usage = (
+        "python -m motes run -n N [--hosts h1,h2:2 | --hostfile FILE] [-- mpirun options] "
+        "script.py [arguments]"
+    )
+    parser.add_argument("-n", "-np", "--ranks", type=int, required=True, metavar="N", help="number of ranks")
+    parser.add_argument("--hosts", help="hosts, each with the number of ranks it takes: h1,h2:2")
+    parser.add_argument("--hostfile", metavar="FILE", help="a file of hosts in mpirun's own form")
+    rest = argparse.REMAINDER
+    parser.add_argument("-m", nargs=rest, dest="module", metavar="...", help="a module and its arguments")
+    parser.add_argument("-c", nargs=rest, dest="code", metavar="...", help="Python code and its arguments")
+    parser.add_argument("program", nargs=rest, metavar="script.py ...", help="a script and its arguments")
+
+
+def run(args: argparse.Namespace) -> int:
+    """Become the job, or start it and wait for it."""
+    options, program = split_program(args)
+    return launch.run(args.ranks, program, hosts=args.hosts, hostfile=args.hostfile, options=options)
+
+
+def split_program(args: argparse.Namespace) -> tuple[list[str], list[str]]:
+    """Return mpirun's options and the program with its arguments."""
+    for name, argv in (("-m", args.module), ("-c", args.code)):
+        if argv is not None:
+            return [], [name, *argv, *args.program]  # argparse ends an option's arguments at "--"
+    argv = list(args.program)
+    if argv[:1] != ["--"]:
+        return [], argv
+    argv = argv[1:]
+    scripts = [i for i, word in enumerate(argv) if word in ("-m", "-c") or word.endswith(".py")]
+    start = min(scripts, default=len(argv))
+    if "--" in argv[:start]:
+        start = argv.index("--")
+        return argv[:start], argv[start + 1 :]
+    if start == len(argv):  # a script by another name, or the value of an option that is a file
+        start = next((i for i, word in enumerate(argv) if Path(word).is_file()), start)
+    return argv[:start], argv[start:]

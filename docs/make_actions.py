@@ -12,14 +12,15 @@ import re
 import textwrap
 from pathlib import Path
 
-from motes import actions, forces, recorder, targets
+from motes import actions
+from motes.actions import forces, motion, recorder, targets
 
 PAGE = Path(__file__).with_name("actions.md")
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
 FAMILIES = [
     ("What pulls, pushes and turns", forces),
     ("What leads to given values", targets),
-    ("What collides, kills and moves", actions),
+    ("What collides, kills and moves", motion),
 ]
 OPENING = """
 # Actions

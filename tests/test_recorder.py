@@ -9,7 +9,7 @@ import pytest
 
 import motes
 from motes import actions, shapes
-from motes.recorder import Recorder
+from motes.actions.recorder import Recorder
 
 
 def recorders() -> list[str]:

@@ -30,8 +30,8 @@ from .expressions import column, maximum, minimum
 from .frame import Frame
 from .movie import Movie
 from .particles import Particles
+from .rendering import Camera, Renderer, Solid, Sprite
 from .roles import Roles
-from .scene import Camera, Renderer, Solid, Sprite
 from .system import System
 from .world import World
 

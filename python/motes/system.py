@@ -10,13 +10,13 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
-from .action import Where
+from .actions.base import Where
+from .actions.recorder import Recorder
 from .distributions import distribution
 from .errors import ArgumentError, MotesError
 from .expressions import compile_condition
 from .particles import LocalParticles, Particles
-from .recorder import Recorder
-from .scene import Sprite
+from .rendering import Sprite
 from .shapes import Shape, as_shape
 
 if TYPE_CHECKING:

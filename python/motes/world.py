@@ -23,7 +23,7 @@ from ._run.speaking import mark
 from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError
 from .frame import Frame
-from .scene import Renderer, Sprite
+from .rendering import Renderer, Sprite
 from .system import System
 
 __all__ = ["World"]

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from . import arguments
-from .action import Action, at_least_0
-from .shapes import Shape, as_shape
+from .. import arguments
+from ..shapes import Shape, as_shape
+from .base import Action, at_least_0
 
 __all__ = [
     "Avoid",

@@ -5,10 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from . import _core, arguments
-from .errors import ArgumentError
-from .expressions import Columns, Condition, as_condition, compile_condition
-from .shapes import Shape
+from .. import _core, arguments
+from ..errors import ArgumentError
+from ..expressions import Columns, Condition, as_condition, compile_condition
+from ..shapes import Shape
 
 __all__ = ["Action", "Where", "as_action", "at_least_0"]
 

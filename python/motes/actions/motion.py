@@ -1,9 +1,4 @@
-"""Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
-
-An action acts on each particle alone: v is its velocity in m/s, x its position in m, dt the (sub)step in
-seconds. What accelerates stands in `forces`, what leads to given values in `targets`; all are names of this
-module.
-"""
+"""Actions that move, bounce, sort and kill particles. Part of `motes.actions`."""
 
 from __future__ import annotations
 
@@ -11,14 +6,11 @@ from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from . import arguments, forces, targets
-from .action import Action, Where, as_action, at_least_0
-from .forces import *  # noqa: F403
-from .shapes import Shape, as_shape
-from .targets import *  # noqa: F403
+from .. import arguments
+from ..shapes import Shape, as_shape
+from .base import Action, at_least_0
 
 __all__ = [
-    "Action",
     "Bounce",
     "KillExpired",
     "KillOld",
@@ -26,11 +18,7 @@ __all__ = [
     "Sink",
     "SinkVelocity",
     "Sort",
-    "Where",
-    "as_action",
 ]
-__all__ += forces.__all__
-__all__ += targets.__all__
 
 
 @dataclass(frozen=True, kw_only=True)

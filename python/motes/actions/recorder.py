@@ -9,9 +9,9 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from . import actions
-from .action import Where
-from .shapes import Shape
+from .. import actions
+from ..shapes import Shape
+from .base import Where
 
 __all__ = ["Recorder"]
 

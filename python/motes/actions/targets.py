@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, arguments
-from .action import Action, at_least_0
-from .errors import ArgumentError
-from .expressions import Columns, as_condition, as_expression, compile_condition, compile_values
-from .shapes import Shape, as_shape
+from .. import _core, arguments
+from ..errors import ArgumentError
+from ..expressions import Columns, as_condition, as_expression, compile_condition, compile_values
+from ..shapes import Shape, as_shape
+from .base import Action, at_least_0
 
 __all__ = [
     "AlphaOverLife",

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import difflib
+from collections.abc import Iterable
 from typing import Any
 
 __all__ = [
@@ -9,6 +11,8 @@ __all__ = [
     "CheckpointError",
     "LogError",
     "MotesError",
+    "MotesWarning",
+    "NotAssignable",
     "NotHere",
     "RankError",
     "ScriptMismatch",
@@ -36,9 +40,16 @@ def _rebuild(kind: type[MotesError], args: tuple[Any, ...], attributes: dict[str
 class ArgumentError(MotesError, ValueError):
     """A call got a value it cannot use; names the argument, the value and what is allowed."""
 
-    def __init__(self, argument: str, value: object, allowed: str) -> None:
-        """Say that `argument` must be `allowed` and is `value` instead."""
-        super().__init__(f"{argument} must be {allowed}, got {_short(value)}")
+    def __init__(
+        self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
+    ) -> None:
+        """Say that `argument` must be `allowed` and is `value` instead.
+
+        `known`: names of which one may be meant; the one nearest to `value` is suggested. `hint`: what else
+        helps.
+        """
+        more = near(value, known) + (f"; {hint}" if hint else "")
+        super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
         self.argument = argument
         self.value = value
         self.allowed = allowed
@@ -90,12 +101,34 @@ class NotHere(MotesError, AttributeError):
     """What was asked for lives on another rank."""
 
 
+class NotAssignable(MotesError, AttributeError):
+    """An assignment to what cannot be assigned; says how the same is done."""
+
+
 class CheckpointError(MotesError):
     """A checkpoint cannot be written, or cannot be trusted."""
 
 
 class LogError(MotesError):
     """A run's log cannot be written or read."""
+
+
+class MotesWarning(UserWarning):
+    """Something that runs, but is probably not what the script means."""
+
+
+def near(name: object, known: Iterable[str]) -> str:
+    """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
+    if not isinstance(name, str):
+        return ""
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
+    """Make the error for an attribute that does not exist, with the nearest one that does."""
+    # With `name` given, Python itself adds no suggestion of its own.
+    return AttributeError(f"{owner} has no attribute {name!r}{near(name, known)}", name=name, obj=None)
 
 
 def argument_error(text: str) -> ArgumentError:

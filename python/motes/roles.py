@@ -19,11 +19,11 @@ MIN_SPEED = 1e-3
 
 @dataclass(frozen=True, kw_only=True)
 class Roles:
-    """Ranks by role: one may play several; a rank in none looks on.
+    """Ranks by role: a rank may play several roles, or none.
 
-    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank really spends the time that a machine
-    of that speed would, so that a heterogeneous cluster can be studied on one computer. The environment's
-    MOTES_SPEEDS="2:1.0,3:0.5" says the same without a change of the script, and goes before.
+    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank takes the time that a machine of that
+    speed would take, so that a heterogeneous cluster can be studied on one computer. The environment variable
+    MOTES_SPEEDS="2:1.0,3:0.5" does the same without a change of the script, and takes precedence.
     """
 
     manager: int
@@ -56,7 +56,7 @@ def cast(roles: Any, size: int) -> Core:
 
 
 def speeds(roles: Any, size: int) -> dict[int, float]:
-    """Return the ranks that are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`."""
+    """Return which ranks behave like slower machines: by MOTES_SPEEDS, or else by `roles`."""
     text = os.environ.get("MOTES_SPEEDS", "")
     if text:
         chosen = _parse(text)

@@ -7,6 +7,9 @@ kills in `motion`; all are names of this package.
 
 from __future__ import annotations
 
+from typing import Any
+
+from ..errors import missing
 from . import forces, motion, targets
 from .base import Action, Where, as_action
 from .forces import *  # noqa: F403
@@ -17,3 +20,7 @@ __all__ = ["Action", "Where", "as_action"]
 __all__ += motion.__all__
 __all__ += forces.__all__
 __all__ += targets.__all__
+
+
+def __getattr__(name: str) -> Any:
+    raise missing("motes.actions", name, __all__)

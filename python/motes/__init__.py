@@ -25,7 +25,16 @@ from .balance import (
     Targets,
 )
 from .distributions import Normal, Uniform
-from .errors import ArgumentError, LogError, MotesError, NotHere, RankError, ScriptMismatch
+from .errors import (
+    ArgumentError,
+    LogError,
+    MotesError,
+    MotesWarning,
+    NotAssignable,
+    NotHere,
+    RankError,
+    ScriptMismatch,
+)
 from .expressions import column, maximum, minimum
 from .frame import Frame
 from .movie import Movie
@@ -44,8 +53,10 @@ __all__ = [
     "LoadTable",
     "LogError",
     "MotesError",
+    "MotesWarning",
     "Movie",
     "Normal",
+    "NotAssignable",
     "NotHere",
     "Orders",
     "Pairwise",

@@ -23,7 +23,17 @@ class LocalParticles:
     the block ends, views become read-only, and arrays that were made from them lose touch with the particles.
     """
 
-    __slots__ = ("_attributes", "_before", "_begin", "_chosen", "_engine", "_refuse_writing", "_system", "_views", "_written")
+    __slots__ = (
+        "_attributes",
+        "_before",
+        "_begin",
+        "_chosen",
+        "_engine",
+        "_refuse_writing",
+        "_system",
+        "_views",
+        "_written",
+    )
 
     _engine: _core.Engine | None
     _views: dict[str, NDArray[Any]]

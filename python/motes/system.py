@@ -248,9 +248,7 @@ class System(Recorder):
         finally:
             world._usage.end()
         refuse = None if world._recording is None else partial(self._refuse_writing, world._recording)
-        view = LocalParticles(
-            engine, self._index, self._attributes, refuse_writing=refuse, preview=preview
-        )
+        view = LocalParticles(engine, self._index, self._attributes, refuse_writing=refuse, preview=preview)
         self._views.append(len(self._list))
         world._open_views.append(self)
         if self._first is not None:

@@ -12,14 +12,15 @@ import re
 import textwrap
 from pathlib import Path
 
-from motes import actions, forces, recorder, targets
+from motes import actions
+from motes.actions import forces, motion, recorder, targets
 
 PAGE = Path(__file__).with_name("actions.md")
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
 FAMILIES = [
     ("What pulls, pushes and turns", forces),
     ("What leads to given values", targets),
-    ("What collides, kills and moves", actions),
+    ("What collides, kills and moves", motion),
 ]
 OPENING = """
 # Actions
@@ -28,8 +29,8 @@ Written by `docs/make_actions.py` from the docstrings of `motes.actions`; change
 
 An action acts on each particle alone. In the formulas x is its position in m, v its velocity in m/s, dt the
 length of the (sub)step in seconds, unit(y) is y / |y|. Every action takes `where=` too: a shape or a
-comparison of columns. `s.gravity(...)` records `motes.actions.Gravity(...)`; all arguments but the first are
-keyword-only.
+comparison of columns. `s.gravity(...)` records `motes.actions.Gravity(...)`; arguments go by place or by
+name, `where` by name only.
 
 Most actions have the meaning that they have in D. McAllister's Particle System API;
 `tests/test_conformance.py` holds them against 108 cases that his library computed. Where ours is another:

@@ -29,6 +29,8 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Declare the marker; let jobs hear Ctrl-C, which a shell makes its background jobs ignore."""
+    # tests of single actions leave out what an animation needs
+    config.addinivalue_line("filterwarnings", "ignore::motes.errors.MotesWarning")
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)

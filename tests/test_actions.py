@@ -308,7 +308,7 @@ WRONG = [
     ),
     (lambda: actions.Avoid(shape=BALL, magnitude=1, epsilon=-1, look_ahead=1), "epsilon"),
     (
-        lambda: actions.Explosion(center=(0, 0), radius=1, magnitude=1, sigma=1, epsilon=1),
+        lambda: actions.Explosion(center=(0, 0, 0, 0), radius=1, magnitude=1, sigma=1, epsilon=1),
         "center must be 3 numbers",
     ),
     (lambda: actions.Explosion(center=(0, 0, 0), radius=1, magnitude=1, sigma=0, epsilon=1), "sigma"),
@@ -322,7 +322,7 @@ WRONG = [
         lambda: actions.RotationalDamping(damping=(1, 1, 1), min_speed=2, max_speed=1),
         "min_speed must not be above",
     ),
-    (lambda: actions.TargetSize(size=(1, 2), scale=1), "size must be 3 numbers"),
+    (lambda: actions.TargetSize(size=(1, 2, 3, 4), scale=1), "size must be 3 numbers"),
     (lambda: actions.TargetColor(color=(1, 1, 1), alpha=math.nan, scale=1), "alpha"),
     (lambda: actions.Wind(velocity=(0, 0, 0), drag=-1), "drag"),
     (lambda: actions.Restore(time_left="soon"), "time_left must be a number"),

@@ -6,6 +6,7 @@ import ast
 import importlib.metadata
 import importlib.resources
 import importlib.util
+import inspect
 import pickle
 import re
 import shlex
@@ -37,6 +38,18 @@ def test_the_version_is_said_once():
 def test_every_public_name_exists():
     assert [name for name in motes.__all__ if not hasattr(motes, name)] == []
     assert sorted(motes.__all__) == sorted(set(motes.__all__))
+
+
+def test_the_guide_names_every_argument_of_a_world():
+    if not (ROOT / "docs" / "guide.md").is_file():
+        pytest.skip("the page stands in the source tree")
+    section = (
+        (ROOT / "docs" / "guide.md").read_text().partition("\n## World\n")[2].partition("\n\n`world.rank`")[0]
+    )
+    first = [row.split("|")[1] for row in section.splitlines() if row.startswith("| `")]
+    named = [name for cell in first for name in re.findall(r"`(\w+)[=`]", cell)]
+    taken = [name for name in inspect.signature(motes.World).parameters if name != "checkpoint"]
+    assert sorted(named) == sorted(taken)
 
 
 @pytest.mark.parametrize("name", ["py.typed", "_core.pyi"])

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import runpy
+from pathlib import Path
 
 import pytest
 
 import motes
 from motes import actions, shapes
-from motes.recorder import Recorder
+from motes.actions.recorder import Recorder
+
+ROOT = Path(__file__).resolve().parents[1]
 
 
 def recorders() -> list[str]:
@@ -17,17 +21,39 @@ def recorders() -> list[str]:
 
 
 @pytest.mark.parametrize("name", recorders())
-def test_parameters_of_a_call_are_the_actions_fields_in_order(name):
+def test_parameters_of_a_call_are_the_actions_fields_in_order_with_their_defaults(name):
     parameters = list(inspect.signature(getattr(Recorder, name)).parameters.values())[1:]
     kind = getattr(actions, "".join(word.capitalize() for word in name.split("_")))
     if name == "set":
         assert [p.name for p in parameters] == ["where", "attributes"]
         return
-    fields = [field.name for field in dataclasses.fields(kind) if field.init and field.name != "where"]
-    by_place = [p.name for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
-    assert sorted(by_place) == sorted(fields)
+    fields = {field.name: field.default for field in dataclasses.fields(kind) if field.name != "where"}
+    by_place = [p for p in parameters if p.kind is p.POSITIONAL_OR_KEYWORD]
+    assert [p.name for p in by_place] == list(fields)
+    defaults = {p.name: dataclasses.MISSING if p.default is p.empty else p.default for p in by_place}
+    assert defaults == fields
     assert parameters[-1].name == "where"
     assert parameters[-1].kind is parameters[-1].KEYWORD_ONLY
+
+
+def test_the_file_of_the_calls_is_written_from_the_actions():
+    script = ROOT / ".ci" / "recorder"
+    if not script.is_file():
+        pytest.skip("the script stands in the source tree")
+    writer = runpy.run_path(str(script))
+    assert writer["FILE"].read_text() == writer["page"](), "run `python .ci/recorder`"
+
+
+def test_a_misspelt_argument_is_told_with_the_near_name():
+    world = motes.World(seed=1, progress="off")
+    s = world.system("s")
+    with world:
+        with pytest.raises(TypeError, match="'restitutoin'; did you mean 'restitution'"):
+            s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)), restitutoin=0.5)
+        with pytest.raises(TypeError, match="'hight'"):
+            world.system("t", hight=3)
+    with pytest.raises(TypeError, match="'sead'; did you mean 'seed'"):
+        motes.World(sead=3)
 
 
 def test_values_may_stand_without_names_in_the_order_of_the_docs():

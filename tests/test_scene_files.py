@@ -321,6 +321,14 @@ def test_what_only_python_can_do_is_refused(tmp_path: Path):
         (called + "        world.step()\n", "record: frame 2: 'water' calls heat_up back"),
         (written + "        world.step()\n", "record: frame 0: the script writes particles of 'water'"),
         (
+            written.replace("p.age[:] = frame", "p.age *= 2") + "        world.step()\n",
+            "record: frame 0: the script writes particles of 'water'",
+        ),
+        (
+            written.replace("p.age[:] = frame", "p.position[1:, 0][:2] = 5") + "        world.step()\n",
+            "record: frame 0: the script writes particles of 'water'",
+        ),
+        (
             loop + "        world.step()\nwith motes.World(): pass\n",
             "record: the script makes a second world",
         ),

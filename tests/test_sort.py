@@ -121,7 +121,7 @@ def test_those_for_which_the_condition_does_not_hold_keep_their_places():
 
 def test_wrong_arguments_are_named():
     for given, message in (
-        ({"eye": (0, 0), "look": LOOK}, "eye must be 3 numbers"),
+        ({"eye": (0,), "look": LOOK}, "eye must be 3 numbers"),
         ({"eye": EYE, "look": (0, 0, 0)}, "look must not be zero"),
         ({"eye": EYE, "look": (0, float("nan"), 1)}, "look must be 3 finite numbers"),
     ):

@@ -326,7 +326,8 @@ def test_facts_of_a_world_of_one():
             assert s.cuts.shape == (0,)
         assert {"t_create_s", "t_act_s", "t_exchange_s", "t_render_s", "t_frame_s"} <= set(world.timings)
         assert all(seconds >= 0 for seconds in world.timings.values())
-        assert list(world.frames(3)) == []
+        with pytest.warns(motes.MotesWarning, match="all 3 frames are done"):
+            assert list(world.frames(3)) == []
     assert repr(s).startswith("<System 'a'")
 
 

@@ -196,6 +196,7 @@ void bind_engine(py::module_& m) {
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
       .def("keep_preview", &Engine::keep_preview, Release())
       .def("touched", &Engine::touched)
+      .def("release_views", [](Engine& e, int system) { e.seen(system).store->part_from_holders(); })
       .def("record_callback",
            [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); })
       .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })

@@ -8,6 +8,7 @@
 #include <new>
 #include <stdexcept>
 #include <string>
+#include <type_traits>
 
 namespace motes::particles {
 namespace {
@@ -75,6 +76,19 @@ void Store::materialize(int attribute) {
     float* plane = column.planes.get() + c * capacity_;
     for (std::size_t i = 0; i < filled; ++i) plane[i] = column.value[c];
   }
+}
+
+void Store::part_from_holders() {
+  const auto renew = [](auto& memory, std::size_t count) {
+    if (!memory || memory.use_count() == 1) return;
+    auto fresh = allocate_plane<std::remove_cvref_t<decltype(memory[0])>>(count);
+    std::memcpy(fresh.get(), memory.get(), count * sizeof(memory[0]));
+    memory = std::move(fresh);
+  };
+  for (int a = 0; a < schema_->size(); ++a) {
+    renew(columns_[index(a)].planes, static_cast<std::size_t>(width(a)) * capacity_);
+  }
+  renew(ids_, capacity_);
 }
 
 void Store::reserve(std::size_t capacity) {

@@ -43,6 +43,10 @@ class Store {
   std::shared_ptr<float[]> planes(int attribute) const { return columns_[index(attribute)].planes; }
   std::shared_ptr<std::uint64_t[]> shared_ids() const { return ids_; }
 
+  /// Moves planes and ids that others still hold (planes(), shared_ids()) to fresh memory: what they hold is a copy
+  /// then, and writing to it changes no particle. Planes that nobody else holds stay where they are.
+  void part_from_holders();
+
   /// Room for this many particles. Existing ones stay; views of planes are void.
   void reserve(std::size_t capacity);
 

@@ -28,13 +28,23 @@ if TYPE_CHECKING:
         Targets,
     )
     from .distributions import Normal, Uniform
-    from .errors import ArgumentError, LogError, MissingExtra, MotesError, NotHere, RankError, ScriptMismatch
+    from .errors import (
+        ArgumentError,
+        LogError,
+        MissingExtra,
+        MotesError,
+        MotesWarning,
+        NotAssignable,
+        NotHere,
+        RankError,
+        ScriptMismatch,
+    )
     from .expressions import column, maximum, minimum
     from .frame import Frame
     from .movie import Movie
     from .particles import Particles
+    from .rendering import Camera, Renderer, Solid, Sprite
     from .roles import Roles
-    from .scene import Camera, Renderer, Solid, Sprite
     from .system import System
     from .world import World
 
@@ -48,15 +58,15 @@ _MODULES = {
     ),
     "distributions": ("Normal", "Uniform"),
     "errors": (
-        *("ArgumentError", "LogError", "MissingExtra", "MotesError", "NotHere", "RankError"),
-        "ScriptMismatch",
+        *("ArgumentError", "LogError", "MissingExtra", "MotesError", "MotesWarning", "NotAssignable"),
+        *("NotHere", "RankError", "ScriptMismatch"),
     ),
     "expressions": ("column", "maximum", "minimum"),
     "frame": ("Frame",),
     "movie": ("Movie",),
     "particles": ("Particles",),
+    "rendering": ("Camera", "Renderer", "Solid", "Sprite"),
     "roles": ("Roles",),
-    "scene": ("Camera", "Renderer", "Solid", "Sprite"),
     "system": ("System",),
     "world": ("World",),
 }
@@ -73,8 +83,10 @@ __all__ = [
     "LogError",
     "MissingExtra",
     "MotesError",
+    "MotesWarning",
     "Movie",
     "Normal",
+    "NotAssignable",
     "NotHere",
     "Orders",
     "Pairwise",

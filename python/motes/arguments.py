@@ -13,11 +13,24 @@ from numpy.typing import DTypeLike, NDArray
 
 from .errors import ArgumentError
 
-__all__ = ["choice", "file_path", "flag", "floats", "integer", "listed", "number", "triple"]
+__all__ = [
+    "PAIR",
+    "choice",
+    "color",
+    "file_path",
+    "flag",
+    "floats",
+    "integer",
+    "listed",
+    "number",
+    "triple",
+    "with_z",
+]
 
 MOST = 1.7e308  # a larger int is no float
 NO_NUMBERS = (bool, np.timedelta64)  # although they are integers by their classes
 PLAIN = {float, int}
+PAIR = "2 numbers stand for (x, y, 0)"
 Triple = tuple[float, float, float]
 
 
@@ -27,6 +40,8 @@ def number(
     """Return `value` as a float in low..high."""
     if type(value) is float and low <= value <= high and (not finite or -math.inf < value < math.inf):
         return value  # at once: scripts pass such numbers by the hundred in each frame
+    if type(value) is int and low <= value <= high and -MOST < value < MOST:
+        return float(value)
     if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
         raise ArgumentError(argument, value, "a number")
     try:
@@ -60,27 +75,46 @@ def flag(argument: str, value: Any) -> bool:
 
 
 def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
-    """Return `value`, which must be one of the allowed words."""
+    """Return `value`, which must be one of the allowed texts."""
     if not isinstance(value, str) or value not in allowed:
-        raise ArgumentError(argument, value, " or ".join(repr(word) for word in allowed))
+        raise ArgumentError(argument, value, " or ".join(repr(word) for word in allowed), known=allowed)
     return value
 
 
-def triple(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
-    """Return `value`, anything that NumPy turns into 3 finite numbers, as a tuple of floats."""
-    if type(value) is tuple and len(value) == 3 and {type(v) for v in value} <= PLAIN:
+def triple(argument: str, value: Any, *, low: float = -math.inf, pair: bool = True) -> Triple:
+    """Return `value`, a vector, as a tuple of floats: 3 finite numbers, or 2, which stand for (x, y, 0).
+
+    `pair=False` wants 3.
+    """
+    if type(value) is tuple and len(value) == 3:  # at once, as above
         x, y, z = value
-        if abs(x) > MOST or abs(y) > MOST or abs(z) > MOST:
-            raise ArgumentError(argument, value, "3 finite numbers")
-        result = (float(x), float(y), float(z))
-    else:
-        array = floats(argument, value, np.float64, "3 numbers")
-        if array.shape != (3,):
+        if (
+            type(x) in PLAIN
+            and type(y) in PLAIN
+            and type(z) in PLAIN
+            and low <= x
+            and low <= y
+            and low <= z
+            and -MOST < x < MOST
+            and -MOST < y < MOST
+            and -MOST < z < MOST
+        ):
+            return float(x), float(y), float(z)
+    try:
+        numbers = floats(argument, value, np.float64, "3 numbers")
+        if numbers.shape != (3,) and not (pair and numbers.shape == (2,)):
             raise ArgumentError(argument, value, "3 numbers")
-        result = (float(array[0]), float(array[1]), float(array[2]))
+    except ArgumentError:
+        raise ArgumentError(argument, value, "3 numbers", hint=PAIR if pair else "") from None
+    result = (float(numbers[0]), float(numbers[1]), float(numbers[2]) if len(numbers) == 3 else 0.0)
     if not all(map(math.isfinite, result)) or min(result) < low:
         raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
     return result
+
+
+def color(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
+    """Return `value`, a colour, as a tuple of floats: 3 finite numbers."""
+    return triple(argument, value, low=low, pair=False)
 
 
 def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray[Any]:
@@ -94,6 +128,13 @@ def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray
             return np.asarray(array, dtype)
     except Exception:  # any: the conversion runs methods of users' classes
         raise ArgumentError(argument, value, allowed) from None
+
+
+def with_z(array: NDArray[Any]) -> NDArray[Any]:
+    """Return vectors of 3 numbers, shape (..., 3): those of 2 numbers get z = 0."""
+    if array.shape[-1] == 3:
+        return array
+    return np.concatenate([array, np.zeros((*array.shape[:-1], 1), array.dtype)], axis=-1)
 
 
 def listed(argument: str, value: Any, allowed: str) -> list[Any]:

@@ -14,6 +14,7 @@ The same object balances a run, `World(balancer=BySpeed())`, and replays the log
 
 from __future__ import annotations
 
+import inspect
 import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -23,8 +24,9 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core, arguments
-from .errors import ArgumentError
+from .errors import ArgumentError, NotAssignable, missing, near
 from .load_table import LoadTable
+from .values import says_near_names
 
 __all__ = [
     "Balancer",
@@ -43,7 +45,7 @@ MOST = 2**64 - 1
 
 @dataclass(frozen=True)
 class Targets:
-    """Wanted parts of all particles, one a calculator in the order of their domains; any positive scale.
+    """Wanted parts of all particles, one per calculator in the order of their domains; any positive scale.
 
     The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
     domains anew at once.
@@ -56,7 +58,8 @@ class Targets:
 class Orders:
     """Particles to move between neighbours: `(from, to, count)`, calculators numbered by their domains.
 
-    The engine makes them legal: orders over the same cut are netted, and nobody gives more than it has.
+    The engine makes them legal: orders over the same cut are added up with their signs, and no calculator
+    gives more particles than it has.
     """
 
     moves: Iterable[tuple[int, int, int]]
@@ -65,10 +68,10 @@ class Orders:
 class Balancer:
     """Base of all balancers; a user's own overrides `decide`.
 
-    Options of all, attributes of the class or the object:
+    Options of all balancers, attributes of the class or the object:
 
-    `smoothing`: weight in 0..1 of what was known of a calculator's speed, against a new sample, where speeds
-    change; 0 believes the last frame. While samples agree but for their noise, what was known weighs more.
+    `smoothing`: weight in 0..1 of the known speed of a calculator against a new sample, while speeds change;
+    0 trusts the last frame alone. While samples differ by their noise only, the known speed weighs more.
     `over`: "system" balances each particle system by itself, "all" the sum over systems.
     """
 
@@ -87,7 +90,7 @@ class Balancer:
         return _core.scripted_policy(self._name(), self._plan, *self._options())
 
     def _plan(self, table: _core.BalanceTable) -> _core.BalancePlan:
-        """Ask `decide`, and make of its answer what the engine understands."""
+        """Ask `decide`, and turn its answer into what the engine understands."""
         where = f"{self._name()}, frame {table.frame}"
         try:
             answer = self.decide(LoadTable(table))
@@ -122,6 +125,13 @@ class _Native(Balancer):
         self.smoothing = smoothing
         self.over = over
 
+    def __setattr__(self, name: str, given: Any) -> None:
+        """Set an option; refuse what is none, unless a user's subclass has it."""
+        known = [*inspect.signature(type(self)).parameters, "smoothing", "over"]
+        if name not in known and type(self).__module__ == __name__:
+            raise NotAssignable(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
+        super().__setattr__(name, given)
+
     def decide(self, load: LoadTable) -> Targets | Orders:
         """Return what the core's policy plans for these loads."""
         plan = self.policy.plan(load.table)
@@ -140,7 +150,7 @@ class Static(_Native):
     """Cuts stay where they are: the paper's static load balancing."""
 
     def __init__(self) -> None:
-        """There is nothing to choose."""
+        """Take no options."""
         super().__init__(Balancer.smoothing, Balancer.over)
 
     @property
@@ -152,12 +162,13 @@ class Static(_Native):
 class Pairwise(_Native):
     """The paper's dynamic load balancing (3.2.5), by the manager, between neighbours.
 
-    Pairs of neighbours are looked at from left to right, every other time from the second on. A pair whose
-    times differ by more than the threshold divides its particles by processing power, and the next pair is
-    the one after: each calculator only gives or only takes, and with one neighbour. Times are particles
-    over measured speed; a difference that the noise of the measurement may explain is none.
+    Pairs of neighbours are compared from left to right, starting with the first and the second pair in turn.
+    A pair whose times differ by more than the threshold divides its particles by processing power, and the
+    next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
+    particles over measured speed; a difference that the noise of the measurement can explain does not count.
     """
 
+    @says_near_names
     def __init__(
         self,
         threshold: float = 0.10,
@@ -168,7 +179,7 @@ class Pairwise(_Native):
     ) -> None:
         """Fix the rules.
 
-        `threshold`: smallest difference in time that counts, as a part of the longer one. `min_particles`:
+        `threshold`: smallest difference in time that counts, as a part of the longer time. `min_particles`:
         fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
@@ -191,11 +202,13 @@ class Pairwise(_Native):
 class Diffusive(_Native):
     """Neighbours decide by themselves, without a manager (the paper's future work, section 6).
 
-    Neighbours whose times are apart tell each other their loads, and over each cut flows part of the
-    difference: first-order diffusion (G. Cybenko, 1989). Since the flow fades with the difference, it needs
-    no wide threshold and does not stall on a long slope as pairs do; but a far imbalance takes many frames.
+    Neighbours whose times differ tell each other their loads, and part of the difference flows over the cut
+    between them: first-order diffusion (G. Cybenko, 1989). The flow fades with the difference, so it needs no
+    wide threshold and does not stall on a gradient as `Pairwise` can; but an imbalance between distant
+    calculators takes many frames.
     """
 
+    @says_near_names
     def __init__(
         self,
         threshold: float = 0.005,
@@ -207,8 +220,8 @@ class Diffusive(_Native):
     ) -> None:
         """Fix the rules.
 
-        `threshold`: smallest difference in time that counts, as a part of the longer one. `rate`: part of
-        half the difference that flows, in 0..1; all of it may swing where speeds are equal.
+        `threshold`: smallest difference in time that counts, as a part of the longer time. `rate`: part of
+        half the difference that flows, in 0..1; with 1 equal machines may oscillate.
         `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
@@ -233,10 +246,11 @@ class Diffusive(_Native):
 class PrefixCuts(_Native):
     """All cuts at once, from global prefix sums along the axis; particles may jump over several domains.
 
-    Each calculator counts its particles into bins; the manager adds up and cuts where each calculator gets
-    its share. One evaluation is enough wherever the imbalance is.
+    Each calculator counts its particles in bins; the manager adds the bins up, and cuts so that each
+    calculator gets its share. One evaluation is enough wherever the imbalance is.
     """
 
+    @says_near_names
     def __init__(
         self,
         threshold: float = 0.05,
@@ -248,10 +262,10 @@ class PrefixCuts(_Native):
     ) -> None:
         """Fix the rules.
 
-        `threshold`: cuts move where the slowest calculator is that much above the mean. `powers`: None, and
-        shares are measured speeds, which suits machines that differ; or each machine's power, one a
-        calculator, and what was measured beyond that is the cost of the place, which suits particles that
-        differ. `min_particles`: cuts stay where no calculator is that many off its share. `smoothing`,
+        `threshold`: cuts move when the slowest calculator is this part above the mean. `powers`: None: shares
+        follow measured speeds, which suits machines that differ; or each machine's power, one per calculator:
+        what is measured beyond that is the cost of the place, which suits particles that differ in cost.
+        `min_particles`: cuts stay while no calculator is this many particles off its share. `smoothing`,
         `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
@@ -278,6 +292,7 @@ class PrefixCuts(_Native):
 class Proportional(_Native):
     """Fixed shares of the particles, whatever the clock says: cuts follow the particles alone."""
 
+    @says_near_names
     def __init__(
         self,
         powers: Sequence[float],
@@ -288,9 +303,9 @@ class Proportional(_Native):
     ) -> None:
         """Fix the shares.
 
-        `powers`: each calculator's share, on any scale; 0 leaves one idle. `threshold`: cuts move where a
-        calculator is off its share by more than that part of it, and by `min_particles` at least. `over`:
-        see `Balancer`.
+        `powers`: each calculator's share, on any scale; 0 leaves a calculator idle. `threshold`: cuts move
+        when a calculator is off its share by more than this part of it, and by `min_particles` at least.
+        `over`: see `Balancer`.
         """
         super().__init__(Balancer.smoothing, over)
         self.powers = powers
@@ -311,8 +326,12 @@ class Proportional(_Native):
         return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
 
 
+def __getattr__(name: str) -> Any:
+    raise missing("motes.balance", name, __all__)
+
+
 def _powers(powers: Any, *, above: bool) -> list[float]:
-    allowed = f"a list of finite numbers {'>' if above else '>='} 0, one a calculator"
+    allowed = f"a list of finite numbers {'>' if above else '>='} 0, one per calculator"
     values = arguments.floats("powers", powers, np.float64, allowed)
     good = values.ndim == 1 and values.size > 0 and bool(np.isfinite(values).all())
     if not good or bool((values < 0).any()) or (above and bool((values == 0).any())):
@@ -323,7 +342,7 @@ def _powers(powers: Any, *, above: bool) -> list[float]:
 
 
 def _shares(where: str, targets: Targets) -> list[float]:
-    allowed = "numbers, one a calculator"
+    allowed = "numbers, one per calculator"
     shares = arguments.floats(f"{where}: shares", targets.shares, np.float64, allowed)
     if shares.ndim != 1 or shares.size == 0:
         raise ArgumentError(f"{where}: shares", targets.shares, allowed)

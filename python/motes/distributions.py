@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, TypeAlias, TypedDict, Union
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -10,41 +10,81 @@ from numpy.typing import ArrayLike
 from . import _core, arguments
 from .errors import ArgumentError
 from .shapes import Shape
+from .values import Value, value
 
-__all__ = ["Normal", "Uniform", "distribution"]
+__all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
+
+Drawn: TypeAlias = Union[ArrayLike, Shape, "Uniform", "Normal"]
+"""A value, or what each particle's value is drawn from."""
 
 MOST = 1e37  # no draw leaves float32: neither a range of twice that, nor 7 sigma
 
 
-class Uniform:
-    """Drawn uniformly from lo..hi, each component by itself."""
+@value()
+class Uniform(Value):
+    """Drawn uniformly from lo..hi, each component by itself.
 
-    def __init__(self, lo: ArrayLike, hi: ArrayLike) -> None:
-        """Take the ends: numbers, or 3 numbers each for vectors."""
-        self.lo, self.hi = lo, hi
+    The ends are numbers, or vectors for an attribute of three.
+    """
 
-    def __repr__(self) -> str:
-        """Show the call."""
-        return f"Uniform({self.lo!r}, {self.hi!r})"
+    lo: ArrayLike
+    hi: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Keep numbers and tuples; they are checked where the attribute is known."""
+        self.__dict__.update(lo=_kept(self.lo), hi=_kept(self.hi))
 
 
-class Normal:
-    """Drawn from a normal distribution, each component by itself."""
+@value()
+class Normal(Value):
+    """Drawn from a normal distribution, each component by itself.
 
-    def __init__(self, mean: ArrayLike, sigma: ArrayLike) -> None:
-        """Take mean and standard deviation: numbers, or 3 numbers each for vectors."""
-        self.mean, self.sigma = mean, sigma
+    Mean and standard deviation are numbers, or vectors for an attribute of three.
+    """
 
-    def __repr__(self) -> str:
-        """Show the call."""
-        return f"Normal({self.mean!r}, {self.sigma!r})"
+    mean: ArrayLike
+    sigma: ArrayLike
+
+    def __post_init__(self) -> None:
+        """Keep numbers and tuples; they are checked where the attribute is known."""
+        self.__dict__.update(mean=_kept(self.mean), sigma=_kept(self.sigma))
+
+
+def _kept(value: Any) -> Any:
+    """Return the numbers of a value, so that what is done to an array afterwards changes nothing."""
+    if isinstance(value, (np.ndarray, list, tuple)):
+        try:
+            numbers = arguments.floats("", value, np.float64, "")
+        except ArgumentError:
+            return value  # refused where it is used, with the attribute's name
+        return tuple(numbers.tolist()) if numbers.ndim == 1 else value
+    return float(value) if isinstance(value, (np.integer, np.floating)) else value
+
+
+class State(TypedDict, total=False):
+    """What newborn particles can get, besides a system's own attributes."""
+
+    velocity: Drawn
+    velocity_b: Drawn
+    up: Drawn
+    rotational_velocity: Drawn
+    color: Drawn
+    alpha: Drawn
+    size: Drawn
+    mass: Drawn
+    age: Drawn
+    lifetime: Drawn
+    position_b: Drawn
+    up_b: Drawn
 
 
 def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
-    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1 or 3 numbers a particle."""
+    """Turn a value, shape, Uniform or Normal into the engine's; `width` is 1 or 3 numbers per particle."""
     if isinstance(value, Shape):
         if width != 3:
-            raise ArgumentError(attribute, value, "a number, Uniform or Normal: it has one number a particle")
+            raise ArgumentError(
+                attribute, value, "a number, Uniform or Normal: it has one number per particle"
+            )
         return _core.Distribution.shape(value.core)
     if isinstance(value, Uniform):
         lo, hi = _numbers(attribute, width, value.lo), _numbers(attribute, width, value.hi)
@@ -64,7 +104,8 @@ def _numbers(attribute: str, width: int, value: Any, *, endless: bool = False) -
         return [_in_float32(attribute, arguments.number(attribute, value, finite=not endless))]
     if isinstance(value, (int, float, np.integer, np.floating)) and attribute == "size":
         value = (value, value, value)  # a size of one number is the same along all axes
-    return [_in_float32(attribute, v) for v in arguments.triple(attribute, value)]
+    numbers = arguments.triple(attribute, value, pair=attribute != "color")
+    return [_in_float32(attribute, v) for v in numbers]
 
 
 def _in_float32(attribute: str, value: float) -> float:

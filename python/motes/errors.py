@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import difflib
 import sys
+from collections.abc import Iterable
 from typing import Any
 
 __all__ = [
@@ -11,6 +13,8 @@ __all__ = [
     "LogError",
     "MissingExtra",
     "MotesError",
+    "MotesWarning",
+    "NotAssignable",
     "NotHere",
     "RankError",
     "ScriptMismatch",
@@ -38,9 +42,16 @@ def _rebuild(kind: type[MotesError], args: tuple[Any, ...], attributes: dict[str
 class ArgumentError(MotesError, ValueError):
     """A call got a value it cannot use; names the argument, the value and what is allowed."""
 
-    def __init__(self, argument: str, value: object, allowed: str) -> None:
-        """Say that `argument` must be `allowed` and is `value` instead."""
-        super().__init__(f"{argument} must be {allowed}, got {_short(value)}")
+    def __init__(
+        self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
+    ) -> None:
+        """Say that `argument` must be `allowed` and is `value` instead.
+
+        `known`: names of which one may be meant; the one nearest to `value` is suggested. `hint`: what else
+        helps.
+        """
+        more = near(value, known) + (f"; {hint}" if hint else "")
+        super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
         self.argument = argument
         self.value = value
         self.allowed = allowed
@@ -92,6 +103,10 @@ class NotHere(MotesError, AttributeError):
     """What was asked for lives on another rank."""
 
 
+class NotAssignable(MotesError, AttributeError):
+    """An assignment to what cannot be assigned; says how the same is done."""
+
+
 class CheckpointError(MotesError):
     """A checkpoint cannot be written, or cannot be trusted."""
 
@@ -127,6 +142,24 @@ def _missing_extra(args: tuple[Any, ...], package: str, extra: str) -> MissingEx
     error = MissingExtra.__new__(MissingExtra, *args)
     error.args, error.name, error.extra = args, package, extra
     return error
+
+
+class MotesWarning(UserWarning):
+    """Something that runs, but is probably not what the script means."""
+
+
+def near(name: object, known: Iterable[str]) -> str:
+    """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
+    if not isinstance(name, str):
+        return ""
+    found = difflib.get_close_matches(name, list(known), n=1)
+    return f"; did you mean {found[0]!r}?" if found else ""
+
+
+def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
+    """Make the error for an attribute that does not exist, with the nearest one that does."""
+    # With `name` given, Python itself adds no suggestion of its own.
+    return AttributeError(f"{owner} has no attribute {name!r}{near(name, known)}", name=name, obj=None)
 
 
 def argument_error(text: str) -> ArgumentError:

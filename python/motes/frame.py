@@ -25,7 +25,7 @@ class Frame:
     asking for pixels raises `NotHere`; so a script needs no test of its rank.
     """
 
-    __slots__ = ("_home", "_linear", "_missing", "_pixels", "_rank", "index", "time")
+    __slots__ = ("__weakref__", "_home", "_linear", "_missing", "_pixels", "_rank", "index", "time")
 
     def __init__(
         self,
@@ -81,6 +81,11 @@ class Frame:
                 raise MotesError(f"the linear picture of frame {self.index} is {made.shape}, not {shape}")
             self._linear = made
         return self._linear
+
+    def _keep_linear(self) -> None:
+        """Fetch the linear picture while the engine still has it."""
+        if callable(self._linear):
+            self.linear  # noqa: B018
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the picture whole or not at all: `.png` and `.npy` hold `pixels`, `.exr` holds `linear`.

@@ -25,7 +25,7 @@ RECORD = np.dtype(
 
 
 class LoadTable:
-    """One row a calculator, in the order of their domains along the axis.
+    """One row per calculator, in the order of their domains along the axis.
 
     `np.asarray(load)` is a structured array (calculators,) with the fields particles, seconds, speed, low,
     high; `load[i]` is one of its records. Arrays are read-only copies.
@@ -62,7 +62,7 @@ class LoadTable:
 
     @property
     def speed(self) -> npt.NDArray[np.float64]:
-        """Particles a second, smoothed, float64 (calculators,); 0 where not known yet."""
+        """Particles per second, smoothed, float64 (calculators,); 0 where not known yet."""
         return _kept(self.table.speed)
 
     @property
@@ -72,7 +72,7 @@ class LoadTable:
 
     @property
     def powers(self) -> npt.NDArray[np.float64]:
-        """`speed` without gaps: what is not known is the mean of what is, or 1 for all, float64."""
+        """`speed` without gaps: unknown speeds are the mean of the known ones, or 1 if none is, float64."""
         return _kept(self.table.complete_speed)
 
     @property

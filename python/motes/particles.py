@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from . import _core
-from .errors import MotesError
+from .errors import MotesError, NotAssignable, near
 from .written_views import noticing
 
 __all__ = ["LocalParticles", "Particles"]
@@ -17,9 +18,32 @@ __all__ = ["LocalParticles", "Particles"]
 class LocalParticles:
     """Views of this rank's particles of one system: `p.position` (n, 3), `p.age` (n,), `p.id` (n,), ...
 
-    Writing to a view changes the particles; ids are read-only. An attribute that had one value for all
-    particles gets memory when it is asked for. The order of particles means nothing.
+    Writing into a view changes the particles: `p.velocity[:] = ...`; ids are read-only. An attribute that had
+    one value for all particles gets memory when it is asked for. The order of particles means nothing. When
+    the block ends, views become read-only, and arrays that were made from them lose touch with the particles.
     """
+
+    __slots__ = (
+        "_attributes",
+        "_before",
+        "_begin",
+        "_chosen",
+        "_engine",
+        "_refuse_writing",
+        "_system",
+        "_views",
+        "_written",
+    )
+
+    _engine: _core.Engine | None
+    _views: dict[str, NDArray[Any]]
+    _refuse_writing: Callable[[], NoReturn] | None
+    _before: dict[str, bytes] | None
+    _written: bool
+    _attributes: dict[str, tuple[int, int]]
+    _chosen: NDArray[np.uint32] | None
+    _system: int
+    _begin: int
 
     def __init__(
         self,
@@ -29,21 +53,22 @@ class LocalParticles:
         begin: int = 0,
         chosen: NDArray[np.uint32] | None = None,
         *,
-        read_only: bool = False,
+        refuse_writing: Callable[[], NoReturn] | None = None,
         preview: bool = False,
     ) -> None:
         """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`.
 
-        `read_only` forbids writing. `preview`: what is read is a copy that counts where it is written.
+        `refuse_writing` makes the views read-only; it is called where the script writes, and raises.
+        `preview`: what is read is a copy that counts where it is written.
         """
-        self._begin = 0 if chosen is not None else begin
-        self._chosen = chosen
-        self._read_only = read_only
-        self._engine: _core.Engine | None = engine
+        self._engine = engine
         self._system = system
         self._attributes = attributes
-        self._views: dict[str, NDArray[Any]] = {}
-        self._before: dict[str, bytes] | None = {} if preview else None
+        self._begin = 0 if chosen is not None else begin
+        self._chosen = chosen
+        self._views = {}
+        self._refuse_writing = refuse_writing
+        self._before = {} if preview else None
         self._written = False
 
     def __len__(self) -> int:
@@ -60,14 +85,30 @@ class LocalParticles:
             view = self._column(name)
             if self._chosen is not None:
                 view = view[self._chosen]
-                view.flags.writeable = name != "id"
-            if self._read_only:
+            if name == "id":
                 view.flags.writeable = False
-            elif self._before is not None and name != "id":
+            elif self._refuse_writing is not None:
+                view = noticing(view, self._refuse_writing)
+                view.flags.writeable = False
+            elif self._before is not None:
                 self._before[name] = view.tobytes()
                 view = noticing(view, self._note_write)
             self._views[name] = view
         return self._views[name]
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse to replace a view: `p.velocity[:] = ...` writes into it."""
+        if name.startswith("_"):
+            object.__setattr__(self, name, value)
+        elif value is not self._views.get(name):  # which `p.velocity *= 2` has changed in place already
+            _refuse(name, self._names())
+
+    def __dir__(self) -> list[str]:
+        """List the attributes."""
+        return [*super().__dir__(), *self._names()]
+
+    def _names(self) -> list[str]:
+        return ["id", *self._attributes]
 
     def _column(self, name: str) -> NDArray[Any]:
         engine = self._live()
@@ -75,8 +116,7 @@ class LocalParticles:
             return engine.local_ids(self._system, self._begin)
         if name in self._attributes:
             return engine.local_column(self._system, self._attributes[name][0], self._begin)
-        known = ", ".join(["id", *self._attributes])
-        raise AttributeError(f"no attribute {name!r}; there are {known}")
+        raise _unknown(name, self._names())
 
     def _write_back(self) -> None:
         """Give the particles what was written to the copies of those chosen."""
@@ -104,11 +144,14 @@ class LocalParticles:
             raise MotesError("views of particles are valid inside `with system.local() as p:` only")
         return self._engine
 
-    def _close(self) -> None:
+    def _close(self) -> bool:
+        """End the views; whether there were any of the particles themselves."""
+        handed_out = bool(self._views) and self._chosen is None
         for view in self._views.values():
-            view.flags.writeable = False  # a view that was kept must not change particles any more
+            view.flags.writeable = False
         self._views.clear()
         self._engine = None
+        return handed_out
 
 
 class Particles:
@@ -137,7 +180,14 @@ class Particles:
             return columns[name]  # type: ignore[no-any-return]
         if not name.startswith("_") and not self.__dict__.get("_here", True):
             raise AttributeError(f"{name!r}: the particles were gathered on another rank")
-        raise AttributeError(f"no attribute {name!r}; there are {', '.join(columns)}")
+        raise _unknown(name, columns)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse to replace a column: `q.velocity[:] = ...` writes into the copy."""
+        if name.startswith("_"):
+            object.__setattr__(self, name, value)
+        elif value is not self._columns.get(name):
+            _refuse(name, self._columns)
 
     def __dir__(self) -> list[str]:
         """List the columns."""
@@ -146,3 +196,16 @@ class Particles:
     def __repr__(self) -> str:
         """Show how many there are."""
         return f"<{len(self)} particles>" if self._here else "<particles gathered elsewhere>"
+
+
+def _unknown(name: str, known: Iterable[str]) -> AttributeError:
+    text = f"no attribute {name!r}{near(name, known)}; there are {', '.join(known)}"
+    return AttributeError(text, name=name, obj=None)
+
+
+def _refuse(name: str, known: Iterable[str]) -> NoReturn:
+    if name not in known:
+        raise NotAssignable(str(_unknown(name, known)))
+    raise NotAssignable(
+        f"particles.{name} cannot be replaced; write into the array: particles.{name}[:] = ..."
+    )

@@ -18,11 +18,11 @@ MIN_SPEED = environment.LEAST_SPEED
 
 @dataclass(frozen=True, kw_only=True)
 class Roles:
-    """Ranks by role: one may play several; a rank in none looks on.
+    """Ranks by role: a rank may play several roles, or none.
 
-    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank really spends the time that a machine
-    of that speed would, so that a heterogeneous cluster can be studied on one computer. The environment's
-    MOTES_SPEEDS="2:1.0,3:0.5" says the same without a change of the script, and goes before.
+    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank takes the time that a machine of that
+    speed would take, so that a heterogeneous cluster can be studied on one computer. The environment variable
+    MOTES_SPEEDS="2:1.0,3:0.5" does the same without a change of the script, and takes precedence.
     """
 
     manager: int

@@ -1,21 +1,22 @@
 """Regions of space as values: where particles are born, drawn from, killed, bounced.
 
-Units are metres. Points of sampled shapes are uniform by measure. A 3-tuple stands for a `Point` wherever a
-shape is asked for. Paper: section 4, after D. McAllister's Particle System API (his "domains").
+Units are metres. Points of sampled shapes are uniform by measure. A vector, 3 numbers or 2 for (x, y, 0),
+stands for a `Point` wherever a shape is asked for. Paper: section 4, after D. McAllister's Particle System
+API (his "domains").
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, arguments
-from .errors import ArgumentError
-
-if TYPE_CHECKING:
-    from .expressions import Condition
+from .arguments import Triple
+from .conditions import Condition, Region, as_condition
+from .errors import ArgumentError, missing
+from .values import Value, value
 
 __all__ = [
     "Blob",
@@ -35,20 +36,19 @@ __all__ = [
 ]
 
 
-class Shape:
+class Shape(Value, Region):
     """What all shapes can do."""
-
-    __slots__ = ("_fields", "core")
-
-    core: _core.Shape
-    """The engine's value; for the package itself."""
 
     def _set(self, **fields: Any) -> None:
         numbers: list[float] = []
-        for value in fields.values():
-            numbers.extend(value if isinstance(value, tuple) else (value,))
-        self._fields = fields
-        self.core = _core.Shape(type(self).__name__, numbers)
+        for number in fields.values():
+            if type(number) is tuple:
+                numbers.extend(number)
+            else:
+                numbers.append(number)
+        state = self.__dict__
+        state.update(fields)
+        state["core"] = _core.Shape(type(self).__name__, numbers)  # which checks the numbers
 
     @property
     def measure(self) -> float:
@@ -59,14 +59,18 @@ class Shape:
         return self.core.measure()
 
     def contains(self, points: ArrayLike) -> NDArray[np.bool_]:
-        """Say of each of the points, (n, 3) or (3,), whether the shape holds it: bool (n,) or ().
+        """Tell for each of the points, (n, 3) or (3,), whether the shape holds it: bool (n,) or ().
+
+        Points of 2 numbers lie at z = 0.
 
         Shapes without volume (point, line, triangle, rectangle, disc) hold none; a plane holds the half-space
         below it, a blob what is within one sigma of its centre, a union what any of its parts holds.
         """
-        array = arguments.floats("points", points, np.float32, "an array of shape (n, 3) or (3,)")
-        if array.ndim not in (1, 2) or array.shape[-1] != 3:
-            raise ArgumentError("points", points, "an array of shape (n, 3) or (3,)")
+        allowed = "an array of shape (n, 3) or (3,)"
+        array = arguments.floats("points", points, np.float32, allowed)
+        if array.ndim not in (1, 2) or array.shape[-1] not in (2, 3):
+            raise ArgumentError("points", points, allowed, hint=arguments.PAIR)
+        array = arguments.with_z(array)
         inside = self.core.contains(np.atleast_2d(array))
         return inside if array.ndim == 2 else inside[0]
 
@@ -84,70 +88,66 @@ class Shape:
 
     def __and__(self, other: Any) -> Condition:
         """Make the condition that this shape and another, or a comparison, hold the particle."""
-        both: Condition = _condition(self) & other
+        both: Condition = as_condition("shape", self) & other
         return both
 
     __rand__ = __and__
 
     def __invert__(self) -> Condition:
         """Make the condition that this shape does not hold the particle."""
-        return ~_condition(self)
+        return ~as_condition("shape", self)
 
     def __ror__(self, other: ArrayLike) -> Union:
-        """Unite three numbers, a point, with this shape."""
+        """Unite a vector, which is a point, with this shape."""
         try:
             return Union(as_shape("shapes", other), self)
         except ArgumentError:
             return NotImplemented
 
-    def __eq__(self, other: object) -> bool:
-        """Equal kind, numbers and parts."""
-        return isinstance(other, Shape) and self.core == other.core
 
-    def __hash__(self) -> int:
-        """Hash of kind and numbers."""
-        return hash((type(self), tuple(self.core.numbers)))
-
-    def __repr__(self) -> str:
-        """Show the call that makes this shape."""
-        words = ", ".join(f"{name}={value!r}" for name, value in self._fields.items())
-        return f"{type(self).__name__}({words})"
-
-
+@value(init=False)
 class Point(Shape):
     """A single point `p`."""
 
-    __slots__ = ()
+    p: Triple
 
     def __init__(self, p: ArrayLike) -> None:
         """Take the point's coordinates."""
         self._set(p=arguments.triple("p", p))
 
 
+@value(init=False)
 class Line(Shape):
     """The segment from `p0` to `p1`."""
 
-    __slots__ = ()
+    p0: Triple
+    p1: Triple
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike) -> None:
         """Take the two ends."""
         self._set(p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1))
 
 
+@value(init=False)
 class Triangle(Shape):
     """The triangle between three points."""
 
-    __slots__ = ()
+    p0: Triple
+    p1: Triple
+    p2: Triple
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, p2: ArrayLike) -> None:
         """Take the three corners, which span an area."""
         self._set(p0=arguments.triple("p0", p0), p1=arguments.triple("p1", p1), p2=arguments.triple("p2", p2))
 
 
+@value(init=False)
 class Rectangle(Shape):
     """The parallelogram `origin` + a `u` + b `v`, a and b in 0..1."""
 
-    __slots__ = ()
+    origin: Triple
+    u: Triple
+    v: Triple
 
     def __init__(self, origin: ArrayLike, u: ArrayLike, v: ArrayLike) -> None:
         """Take a corner and the two edges that start there."""
@@ -156,10 +156,14 @@ class Rectangle(Shape):
         )
 
 
+@value(init=False)
 class Disc(Shape):
     """A flat ring around `center`, perpendicular to `normal`."""
 
-    __slots__ = ()
+    center: Triple
+    normal: Triple
+    radius: float
+    inner_radius: float = 0
 
     def __init__(self, center: ArrayLike, normal: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the centre, the normal (any length), the outer and the inner radius."""
@@ -171,33 +175,41 @@ class Disc(Shape):
         )
 
 
+@value(init=False)
 class Plane(Shape):
     """The plane through `point`; it contains the half-space on the side away from `normal`."""
 
-    __slots__ = ()
+    point: Triple
+    normal: Triple
 
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
         """Take any point of the plane and its normal (any length)."""
         self._set(point=arguments.triple("point", point), normal=arguments.triple("normal", normal))
 
 
+@value(init=False)
 class Box(Shape):
     """The axis-aligned box between two corners."""
 
-    __slots__ = ()
+    low: Triple
+    high: Triple
 
     def __init__(self, low: ArrayLike, high: ArrayLike) -> None:
         """Take the corner with the lowest and the one with the highest coordinates."""
         self._set(low=arguments.triple("low", low), high=arguments.triple("high", high))
 
 
+@value(init=False)
 class Cylinder(Shape):
     """The cylinder around the axis from `p0` to `p1`, or the pipe between two radii.
 
     With equal radii it is an open tube without thickness: drawn by area, and it holds nothing.
     """
 
-    __slots__ = ()
+    p0: Triple
+    p1: Triple
+    radius: float
+    inner_radius: float = 0
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the axis's two ends, the outer and the inner radius."""
@@ -209,13 +221,17 @@ class Cylinder(Shape):
         )
 
 
+@value(init=False)
 class Cone(Shape):
     """The cone from `apex` to the disc around `base`, or what lies between two cones with the same apex.
 
     Radii are those at the base. With equal radii it is the side alone: drawn by area, and it holds nothing.
     """
 
-    __slots__ = ()
+    apex: Triple
+    base: Triple
+    radius: float
+    inner_radius: float = 0
 
     def __init__(self, apex: ArrayLike, base: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the tip, the base's centre, the outer and the inner radius there."""
@@ -227,10 +243,13 @@ class Cone(Shape):
         )
 
 
+@value(init=False)
 class Sphere(Shape):
     """The ball around `center`, or the thick shell between two radii."""
 
-    __slots__ = ()
+    center: Triple
+    radius: float
+    inner_radius: float = 0
 
     def __init__(self, center: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the centre, the outer and the inner radius."""
@@ -241,19 +260,22 @@ class Sphere(Shape):
         )
 
 
+@value(init=False)
 class Blob(Shape):
     """A cloud without border: each coordinate is normal with deviation `sigma` around `center`.
 
     It holds what is within one sigma of its centre, and has no surface to bounce off.
     """
 
-    __slots__ = ()
+    center: Triple
+    sigma: float
 
     def __init__(self, center: ArrayLike, sigma: float) -> None:
         """Take the centre and the standard deviation of each coordinate in metres."""
         self._set(center=arguments.triple("center", center), sigma=arguments.number("sigma", sigma, low=0))
 
 
+@value(init=False)
 class Union(Shape):
     """Several shapes as one, also written `a | b`; a union among them counts as its parts.
 
@@ -262,45 +284,37 @@ class Union(Shape):
     where all measures are 0 or one is infinite. Where parts overlap, points there count for each.
     """
 
-    __slots__ = ()
+    shapes: tuple[Shape, ...]
+    """The parts, none of them a union."""
 
     def __init__(self, *shapes: Shape | ArrayLike) -> None:
-        """Take the shapes; three numbers are a point."""
+        """Take the shapes; a vector is a point."""
         parts: list[Shape] = []
-        for value in shapes:
-            shape = as_shape("shapes", value)
+        for given in shapes:
+            shape = as_shape("shapes", given)
             parts.extend(shape.shapes if isinstance(shape, Union) else (shape,))
         if not parts:
             raise ArgumentError("shapes", shapes, "one shape or more")
-        self._fields = {"shapes": tuple(parts)}
-        self.core = _core.Shape.united([part.core for part in parts])
+        self.__dict__.update(shapes=tuple(parts), core=_core.Shape.united([part.core for part in parts]))
 
-    @property
-    def shapes(self) -> tuple[Shape, ...]:
-        """The parts, none of them a union."""
-        parts: tuple[Shape, ...] = self._fields["shapes"]
-        return parts
-
-    def __hash__(self) -> int:
-        """Hash of the parts."""
-        return hash((Union, self.shapes))
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the parts."""
+        return Union, self.shapes
 
     def __repr__(self) -> str:
         """Show the call that makes this shape."""
         return f"Union({', '.join(map(repr, self.shapes))})"
 
 
-def _condition(shape: Shape) -> Condition:
-    from .expressions import as_condition  # which is made of shapes itself
-
-    return as_condition("shape", shape)
+def __getattr__(name: str) -> Any:
+    raise missing("motes.shapes", name, __all__)
 
 
 def as_shape(argument: str, value: Any) -> Shape:
-    """Return `value`, a shape or three numbers for a `Point`."""
+    """Return `value`, a shape or a vector for a `Point`."""
     if isinstance(value, Shape):
         return value
     try:
         return Point(arguments.triple(argument, value))
     except ArgumentError:
-        raise ArgumentError(argument, value, "a shape or 3 finite numbers") from None
+        raise ArgumentError(argument, value, "a shape or 3 finite numbers", hint=arguments.PAIR) from None

@@ -4,22 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
-from .action import Where
-from .distributions import distribution
-from .errors import ArgumentError, MotesError
-from .expressions import compile_condition
+from .actions.base import Where
+from .actions.recorder import Recorder
+from .conditions import condition_of
+from .distributions import Drawn, State, distribution
+from .errors import ArgumentError, MotesError, NotAssignable, missing, near
+from .first_frame import FirstFrame
 from .particles import LocalParticles, Particles
-from .recorder import Recorder
-from .scene import Sprite
+from .rendering import Sprite
 from .shapes import Shape, as_shape
+from .values import says_near_names
 
 if TYPE_CHECKING:
+    from .scenefile import Recording
     from .world import World
 
 __all__ = ["System"]
@@ -29,26 +33,37 @@ class System(Recorder):
     """A particle system; made by `World.system`. Calls record, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does its role's part of them. None of the
-    recording methods communicates.
+    recording methods communicates. All of them raise MotesError outside `with world:`, inside a callback, and
+    while another thread uses the world.
     """
+
+    world: World
+    """The world that it belongs to."""
+    name: str
 
     def __init__(self, world: World, index: int, name: str, definition: dict[str, Any]) -> None:
         """Belong to a world; scripts call `World.system`."""
-        self.world = world
-        self.name = name
+        names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
+        self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
+        self.__dict__.update(world=world, name=name)
         self._index = index
         self._definition = definition
         self._sprite: Sprite = definition["sprite"]
-        names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
-        self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self._columns = _first_components(names)
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._list: list[Any] = []
         self._callbacks: list[Callable[[LocalParticles], object]] = []
+        self._views: list[int] = []  # for each open `local()`: how long the list was when it opened
+        self._first: FirstFrame | None = FirstFrame()
+        self._has_births = False  # or children, in a list so far
 
     # --- what newborn particles get, and births
 
+    @overload
+    def configure(self, **state: Unpack[State]) -> None: ...
+    @overload
+    def configure(self, **state: Drawn) -> None: ...
     def configure(self, **state: Any) -> None:
         """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
 
@@ -58,64 +73,83 @@ class System(Recorder):
         made = {}
         for attribute, value in state.items():
             if attribute not in self._attributes or attribute == "position":
-                known = ", ".join(name for name in self._attributes if name != "position")
-                raise ArgumentError("configure", attribute, f"an attribute of '{self.name}': {known}")
+                names = [name for name in self._attributes if name != "position"]
+                allowed = f"an attribute of '{self.name}': {', '.join(names)}"
+                raise ArgumentError("configure", attribute, allowed, known=names)
             index, width = self._attributes[attribute]
             made[index] = distribution(attribute, width, value)
         self._given.update(made)
         self._state = sorted(self._given.items(), key=lambda pair: pair[0])
+        if self._first is not None:
+            self._first.configured(state)
 
+    @says_near_names
     def source(self, shape: Shape | ArrayLike, rate: float, jitter: bool = False) -> None:
-        """Bear `rate` particles a second in `shape`: frame k bears floor(rate t(k+1)) - floor(rate t(k)).
+        """Emit `rate` particles per second in `shape`: frame k emits floor(rate t(k+1)) - floor(rate t(k)).
 
         `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it. Paper
         3.2.1.
         """
         where = as_shape("shape", shape).core
         rate = arguments.number("rate", rate, low=0, high=1e12)
-        self._bear(_core.Birth.source(where, rate, arguments.flag("jitter", jitter), self._state), "source")
+        birth = _core.Birth.source(where, rate, arguments.flag("jitter", jitter), self._state)
+        self._record_birth("source", birth)
 
+    @says_near_names
     def burst(self, shape: Shape | ArrayLike, count: int) -> None:
-        """Bear `count` particles in `shape`, once in this frame."""
+        """Emit `count` particles in `shape`, once in this frame."""
         where = as_shape("shape", shape).core
         count = arguments.integer("count", count, high=4_000_000_000)
-        self._bear(_core.Birth.burst(where, count, self._state), "burst")
+        self._record_birth("burst", _core.Birth.burst(where, count, self._state))
 
     def vertex(self, position: ArrayLike) -> None:
-        """Bear one particle at `position`."""
+        """Emit one particle at `position`."""
         self.burst(arguments.triple("position", position), count=1)
 
     def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
-        """Bear the particles of these arrays: `position` (n, 3), others (n, 3) or (n,), one row a particle.
+        """Emit the particles of these arrays, one row per particle: `position` (n, 3), others (n, 3) or (n,).
 
-        Attributes that are not given come from `configure`. The arrays must be the same on every rank.
+        Vectors of 2 numbers, (n, 2), stand for (x, y, 0). Attributes that are not given come from
+        `configure`. The arrays must be the same on every rank.
         """
         given = {"position": position, **columns}
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
         for attribute, values in given.items():
             if attribute not in self._attributes:
-                raise ArgumentError("emit", attribute, f"an attribute of '{self.name}'")
+                allowed = f"an attribute of '{self.name}'"
+                raise ArgumentError("emit", attribute, allowed, known=self._attributes)
             index, width = self._attributes[attribute]
             array = _rows(attribute, values, width, count)
             count = len(array)
             arrays.append((index, array))
-        self._bear(_core.Birth.emit(count or 0, arrays, self._state), "emit")
+        self._record_birth("emit", _core.Birth.emit(count or 0, arrays, self._state))
+        if self._first is not None:
+            self._first.emitted(zip(given, (array for _, array in arrays), strict=True))
 
-    def _bear(self, birth: _core.Birth, name: str) -> None:
-        self.world._engine_for(name).record_birth(self._index, birth)
-        self._list.append(birth)
+    def _record_birth(self, call: str, birth: _core.Birth) -> None:
+        world = self.world
+        engine = world._begin(call)
+        try:
+            engine.record_birth(self._index, birth)
+            self._list.append(birth)
+            self._has_births = True
+        finally:
+            world._usage.end()
 
+    @says_near_names
     def spawn(
         self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
     ) -> None:
-        """Let events of this frame bear particles of system `into`: `count` for each parent.
+        """Let events of this frame emit particles of system `into`: `count` for each parent.
 
-        `on`: "birth", "death" or "collision" (with what it bounces off; once a frame). Children appear where
-        the parent is at the frame's end, when the next frame starts, with what `into.configure` says now plus
-        `inherit_velocity` times the parent's velocity. They are numbered in the order of the parents' ids.
+        `on`: "birth", "death" or "collision" (with what it bounces off; once per frame). Children appear
+        where the parent is at the frame's end, when the next frame starts, with what `into.configure` says
+        now plus `inherit_velocity` times the parent's velocity. They are numbered in the order of the
+        parents' ids.
         """
-        if not isinstance(into, System) or into.world is not self.world:
+        world = self.world
+        if not isinstance(into, System) or into.world is not world:
             raise ArgumentError("into", into, "a system of the same world")
         shapes: list[_core.Shape] = []
         spawn = _core.Spawn(
@@ -124,55 +158,72 @@ class System(Recorder):
             count=arguments.integer("count", count, low=1, high=1_000_000),
             inherit_velocity=arguments.number("inherit_velocity", inherit_velocity, low=-1e6, high=1e6),
             state=into._state,
-            where=compile_condition(where, self._columns, shapes),
+            where=condition_of(where, self._columns, shapes),
             shapes=shapes,
         )
-        self.world._engine_for("spawn").record_spawn(self._index, spawn)
-        self._list.append(spawn)
+        engine = world._begin("spawn")
+        try:
+            engine.record_spawn(self._index, spawn)
+            self._list.append(spawn)
+            into._has_births = True
+        finally:
+            world._usage.end()
 
     # --- actions
 
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
-        for one in action if isinstance(action, (list, tuple)) else [action]:
+        for one in action if isinstance(action, (list, tuple)) else (action,):
             value = actions.as_action(one)
-            engine = self.world._engine_for(type(value).__name__)
-            engine.record_action(self._index, value.compiled(self._columns))
-            self._list.append(value)
+            world = self.world
+            engine = world._begin(type(value).__name__)
+            try:
+                engine.record_action(self._index, value.compiled(self._columns))
+                self._list.append(value)
+            finally:
+                world._usage.end()
 
+    @says_near_names
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
         """Call `function(particles)` here in the list, on each calculator, with views of its particles.
 
         It must act on each particle alone, and not look at how many there are: newborn particles may come in
-        a call of their own. With sub-steps it is called in each. With `where`, it sees only the particles in
-        a shape or for which a comparison holds: their columns are copies, which are written back behind it,
-        and there is no call where there are none.
+        a call of their own. With sub-steps it is called in each. It cannot record, step or read systems. With
+        `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
+        copies, which are written back afterwards, and there is no call where there are none.
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
-        name = str(getattr(function, "__qualname__", type(function).__name__))
+        world = self.world
+        name = _name_of(function)
         shapes: list[_core.Shape] = []
         callback = _core.Callback(
             name=name,
             number=len(self._callbacks),
-            where=compile_condition(where, self._columns, shapes),
+            where=condition_of(where, self._columns, shapes),
             shapes=shapes,
         )
-        engine = self.world._engine_for("callback")
-        if self.world._recording is not None:
-            self.world._recording.refuse(self.world.frame, f"'{self.name}' calls {name} back")
-        engine.record_callback(self._index, callback)
-        self._callbacks.append(function)
-        self._list.append(function)
+        engine = world._begin("callback")
+        try:
+            if world._recording is not None:
+                world._recording.refuse(world.frame, f"'{self.name}' calls {name} back")
+            engine.record_callback(self._index, callback)
+            self._callbacks.append(function)
+            self._list.append(function)
+        finally:
+            world._usage.end()
 
     def _call_back(self, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
         engine = self.world._engine_for("callback")
+        function = self._callbacks[number]
         view = LocalParticles(engine, self._index, self._attributes, begin, chosen)
         try:
-            self._callbacks[number](view)
+            with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
+                function(view)
             view._write_back()
         finally:
-            view._close()
+            if view._close():
+                engine.release_views(self._index)
 
     @property
     def recorded(self) -> list[Any]:
@@ -188,24 +239,32 @@ class System(Recorder):
         Does not communicate, but runs what was recorded so far; reading changes nothing that comes out. With
         sub-steps one sees a preview, in which all of them have run; writing into it makes it count, and then
         the rest of the list runs behind it. Positions that are written take their particles to their owners
-        when the frame ends.
+        when the frame ends. The frame cannot end inside the block.
         """
-        engine = self.world._engine_for("local")
-        preview = engine.run_pending(self._index)
-        recording = self.world._recording
-        view = LocalParticles(
-            engine, self._index, self._attributes, read_only=recording is not None, preview=preview
-        )
+        world = self.world
+        engine = world._begin("local()", reads=True)
+        try:
+            preview = engine.run_pending(self._index)
+        finally:
+            world._usage.end()
+        refuse = None if world._recording is None else partial(self._refuse_writing, world._recording)
+        view = LocalParticles(engine, self._index, self._attributes, refuse_writing=refuse, preview=preview)
+        self._views.append(len(self._list))
+        world._open_views.append(self)
+        if self._first is not None:
+            self._first.free = True
         try:
             yield view
             view._keep_preview()
-        except ValueError as error:
-            if recording is not None and "read-only" in str(error):
-                recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
-            raise
         finally:
-            view._close()
+            world._open_views.remove(self)
+            self._views.pop()
+            if view._close() and not self._views:
+                engine.release_views(self._index)
             engine.touched(self._index)
+
+    def _refuse_writing(self, recording: Recording) -> NoReturn:
+        recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
 
     def gather(self, *, to: int | str = 0) -> Particles:
         """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
@@ -214,7 +273,11 @@ class System(Recorder):
         """
         if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
             raise ArgumentError("to", to, "0 or 'all'")
-        return Particles(self.world._engine_for("gather").gather(self._index, to == "all"))
+        engine = self.world._begin("gather()", reads=True)
+        try:
+            return Particles(engine.gather(self._index, to == "all"))
+        finally:
+            self.world._usage.end()
 
     @property
     def sprite(self) -> Sprite:
@@ -225,9 +288,11 @@ class System(Recorder):
     def sprite(self, value: Sprite) -> None:
         if not isinstance(value, Sprite):
             raise ArgumentError("sprite", value, "a motes.Sprite")
-        self._sprite = value
-        if self.world._engine is not None:
-            self.world._engine.set_sprite(self._index, value.core)
+        world = self.world
+        with world._usage.during("setting the sprite"):
+            self._sprite = value
+            if world._engine is not None:
+                world._engine.set_sprite(self._index, value.core)
 
     @property
     def count(self) -> int:
@@ -251,9 +316,42 @@ class System(Recorder):
             raise MotesError("cuts exist inside `with world:` only")
         return np.asarray(self.world._engine.cuts(self._index), np.float32)
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse what is not an attribute of the system, and say how particles get theirs."""
+        if name.startswith("_") or name == "sprite":
+            object.__setattr__(self, name, value)
+        else:
+            self._refuse(name)
+
+    def _refuse(self, name: str) -> NoReturn:
+        if name in self._attributes:
+            raise NotAssignable(
+                f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
+                f"particles, set({name}=...) to living ones"
+            )
+        if hasattr(type(self), name) or name in ("world", "name"):
+            raise NotAssignable(f"{name} of a system cannot be assigned")
+        known = ["sprite", *self._attributes]
+        raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
+
+    def __getattr__(self, name: str) -> Any:
+        """Say what there is instead of an attribute that does not exist."""
+        if name in self.__dict__.get("_attributes", ()):
+            raise AttributeError(
+                f"{name} belongs to particles, not to a system: read it in `with system.local() as p:` or "
+                "from system.gather()",
+                name=name,
+                obj=None,
+            )
+        raise missing("a system", name, [known for known in dir(type(self)) if known[0] != "_"])
+
     def __repr__(self) -> str:
         """Show name and size."""
         return f"<System {self.name!r}, {self.count} particles>"
+
+
+def _name_of(function: object) -> str:
+    return str(getattr(function, "__qualname__", type(function).__name__))
 
 
 def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, int]]:
@@ -265,12 +363,17 @@ def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, 
 
 
 def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
-    allowed = f"finite numbers of shape (n, {width})" if width > 1 else "finite numbers of shape (n,)"
-    array = np.ascontiguousarray(arguments.floats(attribute, values, np.float32, allowed))
+    pair = width == 3 and attribute != "color"
+    shape = "(n, 3)" if width == 3 else "(n,)"
+    allowed = f"finite numbers of shape {shape}"
+    array = arguments.floats(attribute, values, np.float32, allowed)
+    if pair and array.ndim == 2 and array.shape[1] == 2:
+        array = arguments.with_z(array)
+    array = np.ascontiguousarray(array)
     fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
     endless = attribute == "lifetime" and (array > -np.inf).all()
     if not fits or not (np.isfinite(array).all() or endless):
         raise ArgumentError(attribute, values, allowed)
     if count is not None and len(array) != count:
-        raise ArgumentError(attribute, values, f"of {count} rows, as the position")
+        raise ArgumentError(attribute, values, f"of {count} rows, as position has")
     return array

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import os
-import re
+import warnings
+import weakref
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 from types import TracebackType
 from typing import Any
 
 import numpy as np
 from mpi4py import MPI
+from numpy.typing import NDArray
 
 from . import _core, arguments, environment, scenefile
 from . import roles as _roles
+from . import world_arguments as checks
 from ._run import busy, ending, handshake, run_file, script_lines
 from ._run.output import tell
 from ._run.process import OpenRun, process
@@ -21,17 +25,23 @@ from ._run.progress import check as check_progress
 from ._run.settings import RunSettings
 from ._run.speaking import mark
 from .balance import Balancer, Static
-from .errors import ArgumentError, MotesError
+from .errors import ArgumentError, MotesError, MotesWarning
+from .first_frame import remarks_on
 from .frame import Frame
-from .scene import Renderer, Sprite
+from .rendering import Renderer, Sprite
 from .system import System
+from .usage import Usage, Weakly, describe
+from .values import Settings, says_near_names
 
 __all__ = ["World"]
 
 AXES = {"x": 0, "y": 1, "z": 2}
 
 
-class World:
+BALANCERS = ("Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional")
+
+
+class World(Settings):
     """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
 
     Every rank makes the same calls; the engine gives each its role. A frame goes
@@ -44,6 +54,12 @@ class World:
                                              # move, particles go to their owners, a picture comes back
     """
 
+    renderer: Renderer | None
+    """What pictures look like; may change between frames."""
+
+    _checks = {"renderer": checks.renderer}
+
+    @says_near_names
     def __init__(
         self,
         *,
@@ -68,30 +84,28 @@ class World:
     ) -> None:
         """Take the run's facts; nothing is started before `with world:`.
 
-        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds a frame, in which the recorded
+        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
         list runs `substeps` times. `axis` and `space`: what the domains cut, and the interval (m) they share
         at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the first
         births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance, or None: cuts stay.
-        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message a pair
-        for all systems) or "overlapped" (the messages of one travel while the next computes). `births`: who
-        makes newborn particles: the "manager", which deals them out, or the "calculators", each a part of
-        them; they are the same. `fan_out`: to so many ranks at most does one pass on what the manager says
-        to all (docs/growth.md tells what both are worth with many ranks). `clock`: what a
-        calculator's load is measured in: "cpu" (processor time of its thread, which others on the same
-        processor do not stretch) or "wall". `log`: a directory. `spans`: also log a timeline of each rank.
-        `digest`: also log fingerprints of particles and pictures, a frame. `progress`: "lines", "bar", "off"
-        or a function of a row. `comm`: an mpi4py communicator.
+        `renderer`: what `render` draws. `combine`: how several systems share a frame (paper 3.3):
+        "one_by_one", "together" (one message per pair of ranks for all systems) or "overlapped" (the messages
+        of one travel while the next computes). `births`: who makes newborn particles: the "manager", which
+        deals them out, or the "calculators", each a part of them; they are the same. `fan_out`: each rank
+        relays the manager's messages to at most this many others (docs/growth.md tells what both are worth
+        with many ranks). `clock`: what a calculator's load is measured in: "cpu" (processor time of its
+        thread, which others on the same processor do not stretch) or "wall". `log`: a directory. `spans`:
+        also log a timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row
+        per frame. `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
         """
         self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
         self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)
         self._substeps = arguments.integer("substeps", substeps, low=1, high=10_000)
         self._axis = arguments.choice("axis", axis, tuple(AXES))
-        self._space = _space(space)
+        self._space = checks.interval(space)
         if balancer is not None and not isinstance(balancer, Balancer):
-            raise ArgumentError("balancer", balancer, "None or a balancer of motes.balance")
+            raise ArgumentError("balancer", balancer, "None or a balancer of motes.balance", known=BALANCERS)
         self._balancer = balancer if balancer is not None else Static()
-        if renderer is not None and not isinstance(renderer, Renderer):
-            raise ArgumentError("renderer", renderer, "None or a motes.Renderer")
         if checkpoint is not None:
             raise ArgumentError("checkpoint", checkpoint, "None")
         self._combine = arguments.choice("combine", combine, ("one_by_one", "together", "overlapped"))
@@ -115,11 +129,17 @@ class World:
         self._speeds = _roles.speeds(roles, self._comm.size)
         self._systems: list[System] = []
         self._names: set[str] = set()
+        self._unseen: list[System] = []  # whose first list has not run yet
+        self._usage = Usage()
+        self._open_views: list[System] = []  # inside `with system.local()`, one entry per block
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
         self._run_state: OpenRun | None = None
         self._recording: scenefile.Recording | None = None
         self._total = 0
+        self._ran = False  # a frame, in this process
+        self._rendered = False
+        self._last_picture: Callable[[], Frame | None] = lambda: None
         self._ended = False
 
     # --- facts that never communicate
@@ -158,7 +178,7 @@ class World:
 
     @property
     def dt(self) -> float:
-        """Seconds a frame."""
+        """Seconds per frame."""
         return self._dt
 
     @property
@@ -183,6 +203,7 @@ class World:
 
     # --- systems
 
+    @says_near_names
     def system(
         self,
         name: str,
@@ -199,10 +220,7 @@ class World:
         extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
         `space` override the world's.
         """
-        if not isinstance(name, str) or not name or name in self._names:
-            raise ArgumentError("name", name, "a new, non-empty text")
-        if any("\ud800" <= letter <= "\udfff" for letter in name):
-            raise ArgumentError("name", name, "a text of whole Unicode letters")
+        checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
         if sprite is not None and not isinstance(sprite, Sprite):
@@ -210,17 +228,19 @@ class World:
         definition = {
             "capacity": capacity,
             "axis": AXES[self._axis if axis is None else arguments.choice("axis", axis, tuple(AXES))],
-            "space": self._space if space is None else _space(space),
+            "space": self._space if space is None else checks.interval(space),
             "sprite": sprite if sprite is not None else Sprite(),
-            "attributes": _user_attributes({} if attributes is None else attributes),
+            "attributes": checks.user_attributes({} if attributes is None else attributes),
         }
         made = System(self, len(self._systems), name, definition)
         if self._ended:
             raise MotesError("this world has ended; make a new one")
-        self._systems.append(made)
-        self._names.add(name)
-        if self._engine is not None:
-            self._define(made)
+        with self._usage.during("system()"):
+            self._systems.append(made)
+            self._unseen.append(made)
+            self._names.add(name)
+            if self._engine is not None:
+                self._define(made)
         return made
 
     def _define(self, system: System) -> None:
@@ -255,15 +275,16 @@ class World:
             comm=self._comm.py2f(),
             roles=self._cast,
             facts=settings.for_core(rank=self.rank, hosts=hosts),
+            # The garbage collector cannot see what the engine holds: it must not hold the world.
             while_waiting=lambda _: busy.look_around(run),
-            describe=lambda rank: f"rank {rank} ({_core.describe_role(self._cast, rank)})",
+            describe=partial(describe, self._cast),
             stall_s=self._stall_s,
             alive=lambda rank: bool(run.watch and run.watch.alive(rank)),
             warn=lambda text: tell(f"motes: {text}"),
         )
         for system in self._systems:
             self._define(system)
-        self._engine.on_callback(lambda system, *call: self._systems[system]._call_back(*call))
+        self._engine.on_callback(Weakly(self._call_back))
         self._recording = scenefile.claim(self._engine)
         self._engine.keep_linear = self.renderer is not None and self.renderer.linear
         self._progress = Progress(self._progress_way, hosts)
@@ -305,6 +326,9 @@ class World:
         if self.rank == self._cast[0]:
             tell(text)
 
+    def _call_back(self, system: int, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
+        self._systems[system]._call_back(number, begin, chosen)
+
     def _leave(self, *, well: bool) -> None:
         if self._run_state is not None:
             handshake.close(self._run_state, well=well)
@@ -318,7 +342,11 @@ class World:
             if error is not None:
                 ending.stop_job(error, self._run_state)  # returns where this is the only rank
                 return
-            self._engine_for("the end").finish()
+            engine = self._begin("the end of the world")
+            try:
+                engine.finish()
+            finally:
+                self._usage.end()
             self._show(last=True)
             if self._recording is not None:
                 self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
@@ -330,10 +358,28 @@ class World:
             self._ended = True
             self._leave(well=well)
 
+    def open(self) -> World:
+        """Start the run, as `with world:` does; for notebooks. Collective."""
+        return self.__enter__()
+
+    def close(self) -> None:
+        """End the run, as leaving `with world:` does; nothing happens where it has ended. Collective."""
+        if not self._ended:
+            self.__exit__(None, None, None)
+
     def frames(self, n: int) -> Iterator[int]:
-        """Yield the frame numbers still to do: 0..n-1. Each turn of the loop ends with `render` or `step`."""
-        n = arguments.integer("n", n)
-        self._total = n
+        """Yield the frame numbers still to do, of 0..n-1; each turn of the loop ends with `render` or `step`.
+
+        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7.
+        """
+        self._total = arguments.integer("n", n)
+        if self.frame >= self._total and self._ran:
+            self._warn(
+                f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame", 3
+            )
+        return self._frames(self._total)
+
+    def _frames(self, n: int) -> Iterator[int]:
         while self.frame < n:
             frame = self.frame
             yield frame
@@ -346,9 +392,8 @@ class World:
             raise ArgumentError(
                 "renderer", None, "given to World(renderer=...) before render(); step() needs none"
             )
-        engine = self._engine_for("render")
-        index = engine.frame
-        self._run(self.renderer.view())
+        index = self.frame
+        engine = self._run("render()", self.renderer.view())
         home = self._cast[1]
         time = (index + 1) * self._dt
         if self._recording is not None and not self._recording.full:
@@ -359,26 +404,52 @@ class World:
         size = (self.renderer.height, self.renderer.width, 3)
         linear = (lambda: engine.linear().reshape(size)) if self.renderer.linear else None
         frame = Frame(index, time, pixels, linear=linear, home=home, rank=self.rank)
+        self._last_picture = weakref.ref(frame)
         if self._digest:
             engine.set_image_sha256(frame.digest())
         return frame
 
     def step(self) -> Frame:
         """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
-        index = self._engine_for("step").frame
-        self._run(None)
+        index = self.frame
+        self._run("step()", None)
         return Frame(index, (index + 1) * self._dt, None, home=None, rank=self.rank)
 
-    def _run(self, view: _core.View | None) -> None:
-        assert self._engine is not None
-        with script_lines.located():
-            self._engine.run_frame(view)
+    def _run(self, call: str, view: _core.View | None) -> _core.Engine:
+        engine = self._begin(call)
+        try:
+            if self._open_views:
+                name = self._open_views[-1].name
+                raise MotesError(f"{call} inside `with` {name!r}`.local()`: leave the block first")
+            picture = self._last_picture()
+            if picture is not None:
+                picture._keep_linear()  # the engine forgets it
+            with script_lines.located():
+                engine.run_frame(view)
+        finally:
+            self._usage.end()
+        self._ran = True
+        if self._run_state is not None:
+            self._run_state.frame = engine.frame
+        self._look_at_first_frames(view)
         for system in self._systems:
             system._list.clear()
             system._callbacks.clear()
-        if self._run_state is not None:
-            self._run_state.frame = self._engine.frame
         self._show()
+        return engine
+
+    def _look_at_first_frames(self, view: _core.View | None) -> None:
+        """Warn, once per system, of what its first frame with births probably lacks."""
+        renderer = None
+        if view is not None and not self._rendered:
+            self._rendered, renderer = True, self.renderer
+        for remark in remarks_on(self._unseen, renderer):
+            self._warn(remark, 5)
+        self._unseen = [system for system in self._unseen if system._first is not None]
+
+    def _warn(self, text: str, level: int) -> None:
+        if self.rank == self._cast[0]:
+            warnings.warn(text, MotesWarning, stacklevel=level)
 
     def _show(self, *, last: bool = False) -> None:
         if self.rank == self._cast[0] and self._progress is not None and self._engine is not None:
@@ -389,41 +460,26 @@ class World:
 
         Equal particles give equal text, whatever the number of ranks and the order in memory.
         """
-        return self._engine_for("digest").digest()
+        engine = self._begin("digest()", reads=True)
+        try:
+            return engine.digest()
+        finally:
+            self._usage.end()
 
-    def _engine_for(self, what: str) -> _core.Engine:
+    def _engine_for(self, call: str) -> _core.Engine:
         if self._engine is None or self._ended:
-            raise MotesError(f"{what}: only inside `with world:`")
+            raise MotesError(f"{call} works inside `with world:` only")
         return self._engine
 
-
-# --- checks
-
-
-def _space(space: Any) -> tuple[float, float] | str | None:
-    if space is None:
-        return None
-    if isinstance(space, str) and space == "fit":
-        return space
-    if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
-        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
-    low = arguments.number("space", space[0], low=-1e12, high=1e15)
-    high = arguments.number("space", space[1], low=-1e12, high=1e15)
-    if not low < high:
-        raise ArgumentError("space", space, "(lo, hi) with lo < hi")
-    return low, high
-
-
-def _user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple[float, float, float]]]:
-    if not isinstance(attributes, Mapping):
-        raise ArgumentError("attributes", attributes, "a dict of names and initial values")
-    taken = {"id", *(name for name, _ in _core.builtin_attributes())}
-    made = []
-    for name, value in attributes.items():
-        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
-            raise ArgumentError("attributes", name, "new names of letters, digits and _, from a letter on")
-        if isinstance(value, (int, float, np.integer, np.floating)):
-            made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
-        else:
-            made.append((name, 3, arguments.triple(name, value)))
-    return made
+    def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
+        """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
+        engine = self._engine_for(call)
+        self._usage.begin(call)
+        for system in self._open_views if reads else ():
+            if len(system._list) != system._views[0]:
+                self._usage.end()
+                raise MotesError(
+                    f"{call} inside `with` {system.name!r}`.local()`, after more was recorded for it: "
+                    "its views would no longer show its particles; leave the block first"
+                )
+        return engine

@@ -205,6 +205,33 @@ TEST(digest_knows_neither_order_nor_place) {
   }
 }
 
+TEST(who_holds_planes_changes_no_particle_after_the_store_has_parted_from_them) {
+  const Schema schema = schema_of_test();
+  Store store(schema);
+  store.grow(700);
+  for (std::size_t i = 0; i < store.size(); ++i) store.ids()[i] = i;
+  for (int a = 0; a < schema.size(); a += 2) {
+    for (int c = 0; c < schema[a].width; ++c) {
+      float* plane = store.writable_plane(a, c);
+      for (std::size_t i = 0; i < store.size(); ++i) plane[i] = static_cast<float>(i) + 0.25f * static_cast<float>(c);
+    }
+  }
+  const Digest before = digest(store);
+  const float* others = store.plane(2, 0);
+  const std::shared_ptr<float[]> held = store.planes(0);
+  const std::shared_ptr<std::uint64_t[]> ids = store.shared_ids();
+  store.part_from_holders();
+  CHECK(digest(store) == before);
+  CHECK(store.plane(2, 0) == others);  // nobody held these
+  CHECK(store.plane(0, 0) != held.get());
+  held[5] = 99;
+  ids[5] = 99;
+  CHECK(digest(store) == before);
+  CHECK(store.uniform(1));
+  store.grow(5000);  // planes of the new memory still move together
+  CHECK(store.plane(0, 2)[699] == 699.5f);
+}
+
 TEST(digest_sees_every_column_and_id) {
   const Schema schema = schema_of_test();
   Store store(schema);

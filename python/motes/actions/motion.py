@@ -1,24 +1,15 @@
-"""Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
-
-An action acts on each particle alone: v is its velocity in m/s, x its position in m, dt the (sub)step in
-seconds. What accelerates stands in `forces`, what leads to given values in `targets`; all are names of this
-module.
-"""
+"""Actions that move, bounce, sort and kill particles. Part of `motes.actions`."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from numpy.typing import ArrayLike
 
-from . import arguments, forces, targets
-from .action import Action, Where, as_action, at_least_0
-from .forces import *  # noqa: F403
-from .shapes import Shape, as_shape
-from .targets import *  # noqa: F403
+from .. import arguments
+from ..shapes import Shape, as_shape
+from ..values import value
+from .base import Action, at_least_0
 
 __all__ = [
-    "Action",
     "Bounce",
     "KillExpired",
     "KillOld",
@@ -26,20 +17,16 @@ __all__ = [
     "Sink",
     "SinkVelocity",
     "Sort",
-    "Where",
-    "as_action",
 ]
-__all__ += forces.__all__
-__all__ += targets.__all__
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Bounce(Action):
     """Lets particles that meet the surface of a shape in this step leave it again: record it before `move`.
 
-    With `exact_hit` the hit's true place and time inside the step count, and the particle stays on its
-    side. Without, as McAllister has it, only the velocity changes where x + v dt is beyond the surface,
-    planes have two sides and spheres the normal of the old place.
+    With `exact_hit` the true place and time of the hit inside the step count, and the particle stays on its
+    side. Without it, as in McAllister's library, only the velocity changes where x + v dt is beyond the
+    surface; planes have two sides, and spheres the normal at the old place.
 
     n is perpendicular to the surface where it is met: of a Cylinder's wall across the axis, of a Cone's
     across its slope, of their flat ends along the axis; of a Triangle across its plane. Of a Union, the part
@@ -52,8 +39,8 @@ class Bounce(Action):
     Attributes:
         shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and Sphere
             (from outside and from inside), or a Union of them, m.
-        restitution: what is left of the speed across the surface.
-        friction: what is lost of the speed along the surface, 0..1.
+        restitution: part of the speed across the surface that is left.
+        friction: part of the speed along the surface that is lost, 0..1.
         min_tangential_speed: m/s.
         exact_hit: whether the true place and time of the hit count.
 
@@ -68,16 +55,17 @@ class Bounce(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            arguments.number("restitution", self.restitution, low=0, high=1e15),
-            arguments.number("friction", self.friction, low=0, high=1),
-            at_least_0("min_tangential_speed", self.min_tangential_speed),
-            float(arguments.flag("exact_hit", self.exact_hit)),
-        ]
-        self._set("bounce", numbers, as_shape("shape", self.shape))
+        self._set(
+            "bounce",
+            shape=as_shape("shape", self.shape),
+            restitution=arguments.number("restitution", self.restitution, low=0, high=1e15),
+            friction=arguments.number("friction", self.friction, low=0, high=1),
+            min_tangential_speed=at_least_0("min_tangential_speed", self.min_tangential_speed),
+            exact_hit=arguments.flag("exact_hit", self.exact_hit),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Sink(Action):
     """Kills particles inside a shape, or with inside=False those outside it.
 
@@ -95,12 +83,12 @@ class Sink(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("sink", [float(arguments.flag("inside", self.inside))], as_shape("shape", self.shape))
+        self._set("sink", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class SinkVelocity(Action):
-    """Kills particles whose velocity is inside a shape, or with inside=False outside it: the slow, the fast.
+    """Kills particles whose velocity is inside a shape, or with inside=False outside it: slow or fast ones.
 
     Formula: dead where the shape holds v
 
@@ -117,11 +105,11 @@ class SinkVelocity(Action):
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
         self._set(
-            "sink_velocity", [float(arguments.flag("inside", self.inside))], as_shape("shape", self.shape)
+            "sink_velocity", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside)
         )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class KillOld(Action):
     """Kills particles that have reached an age, or with younger=True those that have not.
 
@@ -139,11 +127,14 @@ class KillOld(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        limit = arguments.number("age_limit", self.age_limit, finite=False)
-        self._set("kill_old", [limit, float(arguments.flag("younger", self.younger))])
+        self._set(
+            "kill_old",
+            age_limit=arguments.number("age_limit", self.age_limit, finite=False),
+            younger=arguments.flag("younger", self.younger),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class KillExpired(Action):
     """Kills particles whose age has reached their lifetime.
 
@@ -153,15 +144,15 @@ class KillExpired(Action):
     """
 
     def __post_init__(self) -> None:
-        """Hand to the engine."""
-        self._set("kill_expired", [])
+        """Check and hand to the engine."""
+        self._set("kill_expired")
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity, and lets them age.
 
-    Who would leave the numbers of float32 (3e38 m), or has a velocity that is no finite number, dies.
+    A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
 
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
 
@@ -175,10 +166,10 @@ class Move(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("move", [float(arguments.flag("rotational", self.rotational))])
+        self._set("move", rotational=arguments.flag("rotational", self.rotational))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Sort(Action):
     """Puts particles in the order of drawing: far ones first, so that nearer ones cover them.
 
@@ -190,8 +181,8 @@ class Sort(Action):
     Formula: by (x - eye) . look, from the largest to the smallest; equal ones by id
 
     Attributes:
-        eye: from where one looks, m.
-        look: the direction in which one looks, of any length.
+        eye: the viewer's position, m.
+        look: the direction of view, of any length.
 
     Source: McAllister's Sort.
     """
@@ -201,4 +192,4 @@ class Sort(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("sort", [*arguments.triple("eye", self.eye), *arguments.triple("look", self.look)])
+        self._set("sort", eye=arguments.triple("eye", self.eye), look=arguments.triple("look", self.look))

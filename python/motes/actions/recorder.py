@@ -1,4 +1,7 @@
-"""Recorder: a method for each action, which records it. `System` is one."""
+"""Recorder: a method for each action, which records it. `System` is one.
+
+Written by `.ci/recorder` from the fields of the actions.
+"""
 
 from __future__ import annotations
 
@@ -9,9 +12,10 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from . import actions
-from .action import Where
-from .shapes import Shape
+from .. import actions
+from ..shapes import Shape
+from ..values import says_near_names
+from .base import Where
 
 __all__ = ["Recorder"]
 
@@ -23,18 +27,22 @@ class Recorder(ABC):
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
 
+    @says_near_names
     def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Gravity`."""
         self.apply(actions.Gravity(acceleration=acceleration, where=where))
 
+    @says_near_names
     def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomAcceleration`."""
         self.apply(actions.RandomAcceleration(shape=shape, where=where))
 
+    @says_near_names
     def jet(self, shape: Shape, acceleration: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Jet`."""
         self.apply(actions.Jet(shape=shape, acceleration=acceleration, where=where))
 
+    @says_near_names
     def explosion(
         self,
         center: ArrayLike,
@@ -52,6 +60,7 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def orbit_point(
         self,
         center: ArrayLike,
@@ -68,6 +77,7 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def orbit_line(
         self,
         point: ArrayLike,
@@ -90,6 +100,7 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def vortex(
         self,
         tip: ArrayLike,
@@ -116,10 +127,12 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def wind(self, velocity: ArrayLike, drag: float, *, where: Where = None) -> None:
         """Record `actions.Wind`."""
         self.apply(actions.Wind(velocity=velocity, drag=drag, where=where))
 
+    @says_near_names
     def curl_noise(
         self,
         strength: float,
@@ -137,6 +150,7 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def avoid(
         self, shape: Shape, magnitude: float, epsilon: float, look_ahead: float, *, where: Where = None
     ) -> None:
@@ -147,12 +161,14 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def damping(
         self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.Damping`."""
         self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
+    @says_near_names
     def rotational_damping(
         self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
@@ -161,34 +177,42 @@ class Recorder(ABC):
             actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
         )
 
+    @says_near_names
     def speed_clamp(self, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None) -> None:
         """Record `actions.SpeedClamp`."""
         self.apply(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
 
+    @says_near_names
     def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomVelocity`."""
         self.apply(actions.RandomVelocity(shape=shape, where=where))
 
+    @says_near_names
     def random_displacement(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomDisplacement`."""
         self.apply(actions.RandomDisplacement(shape=shape, where=where))
 
+    @says_near_names
     def random_rotational_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomRotationalVelocity`."""
         self.apply(actions.RandomRotationalVelocity(shape=shape, where=where))
 
+    @says_near_names
     def target_color(self, color: ArrayLike, alpha: float, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetColor`."""
         self.apply(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
 
+    @says_near_names
     def target_size(self, size: ArrayLike, scale: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.TargetSize`."""
         self.apply(actions.TargetSize(size=size, scale=scale, where=where))
 
+    @says_near_names
     def target_velocity(self, velocity: ArrayLike, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetVelocity`."""
         self.apply(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
 
+    @says_near_names
     def target_rotational_velocity(
         self, rotational_velocity: ArrayLike, scale: float, *, where: Where = None
     ) -> None:
@@ -199,28 +223,34 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def restore(
         self, time_left: float, position: bool = True, up: bool = True, *, where: Where = None
     ) -> None:
         """Record `actions.Restore`."""
         self.apply(actions.Restore(time_left=time_left, position=position, up=up, where=where))
 
+    @says_near_names
     def copy_vertex_b(self, position: bool = True, velocity: bool = False, *, where: Where = None) -> None:
         """Record `actions.CopyVertexB`."""
         self.apply(actions.CopyVertexB(position=position, velocity=velocity, where=where))
 
+    @says_near_names
     def color_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
         """Record `actions.ColorOverLife`."""
         self.apply(actions.ColorOverLife(ramp=ramp, where=where))
 
+    @says_near_names
     def alpha_over_life(self, ramp: Sequence[tuple[float, float]], *, where: Where = None) -> None:
         """Record `actions.AlphaOverLife`."""
         self.apply(actions.AlphaOverLife(ramp=ramp, where=where))
 
+    @says_near_names
     def size_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
         """Record `actions.SizeOverLife`."""
         self.apply(actions.SizeOverLife(ramp=ramp, where=where))
 
+    @says_near_names
     def bounce(
         self,
         shape: Shape,
@@ -243,26 +273,32 @@ class Recorder(ABC):
             )
         )
 
+    @says_near_names
     def sink(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.Sink`."""
         self.apply(actions.Sink(shape=shape, inside=inside, where=where))
 
+    @says_near_names
     def sink_velocity(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.SinkVelocity`."""
         self.apply(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
+    @says_near_names
     def kill_old(self, age_limit: float, younger: bool = False, *, where: Where = None) -> None:
         """Record `actions.KillOld`."""
         self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
+    @says_near_names
     def kill_expired(self, *, where: Where = None) -> None:
         """Record `actions.KillExpired`."""
         self.apply(actions.KillExpired(where=where))
 
+    @says_near_names
     def move(self, rotational: bool = True, *, where: Where = None) -> None:
         """Record `actions.Move`."""
         self.apply(actions.Move(rotational=rotational, where=where))
 
+    @says_near_names
     def sort(self, eye: ArrayLike, look: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Sort`."""
         self.apply(actions.Sort(eye=eye, look=look, where=where))

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 from numpy.typing import ArrayLike
 
-from . import arguments
-from .action import Action, at_least_0
-from .shapes import Shape, as_shape
+from .. import arguments
+from ..shapes import Shape, as_shape
+from ..values import value
+from .base import Action, at_least_0
 
 __all__ = [
     "Avoid",
@@ -25,9 +25,9 @@ __all__ = [
 ]
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Gravity(Action):
-    """Accelerates all particles alike.
+    """Accelerates all particles by the same amount.
 
     Formula: v += acceleration dt
 
@@ -41,12 +41,12 @@ class Gravity(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("gravity", list(arguments.triple("acceleration", self.acceleration)))
+        self._set("gravity", acceleration=arguments.triple("acceleration", self.acceleration))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class RandomAcceleration(Action):
-    """Accelerates each particle in a direction of its own, drawn anew in each step.
+    """Gives each particle an acceleration of its own, drawn anew in each step.
 
     Formula: v += a dt, a uniform in the shape
 
@@ -60,10 +60,10 @@ class RandomAcceleration(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("random_acceleration", [], as_shape("shape", self.shape))
+        self._set("random_acceleration", shape=as_shape("shape", self.shape))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Jet(Action):
     """Accelerates the particles inside a shape, as a fan does.
 
@@ -81,12 +81,16 @@ class Jet(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("jet", [], as_shape("shape", self.shape), as_shape("acceleration", self.acceleration))
+        self._set(
+            "jet",
+            shape=as_shape("shape", self.shape),
+            acceleration=as_shape("acceleration", self.acceleration),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Explosion(Action):
-    """Pushes particles away from a centre, most where the shock wave is: let `radius` grow with time.
+    """Pushes particles away from a centre, most strongly at the shock wave: let `radius` grow with time.
 
     Formula: v += out magnitude dt g(d - radius) / (d^2 + epsilon), with d the distance from the centre, out
     the direction away from it, g(y) = exp(-y^2 / (2 sigma^2)) / (sigma sqrt(2 pi))
@@ -109,19 +113,19 @@ class Explosion(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            *arguments.triple("center", self.center),
-            arguments.number("radius", self.radius, low=0),
-            arguments.number("magnitude", self.magnitude),
-            arguments.number("sigma", self.sigma, low=1e-6),
-            arguments.number("epsilon", self.epsilon, low=0),
-        ]
-        self._set("explosion", numbers)
+        self._set(
+            "explosion",
+            center=arguments.triple("center", self.center),
+            radius=arguments.number("radius", self.radius, low=0),
+            magnitude=arguments.number("magnitude", self.magnitude),
+            sigma=arguments.number("sigma", self.sigma, low=1e-6),
+            epsilon=arguments.number("epsilon", self.epsilon, low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class OrbitPoint(Action):
-    """Pulls particles toward a point, the more the nearer they are, so that they may orbit it.
+    """Pulls particles toward a point, more strongly the nearer they are, so that they may orbit it.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance from the
     centre, toward the direction to it
@@ -130,7 +134,7 @@ class OrbitPoint(Action):
         center: m.
         magnitude: strength, m^3/s^2.
         epsilon: softens the pull near the centre, m^2.
-        max_radius: no pull from here on, m.
+        max_radius: no pull beyond this distance, m.
 
     Source: McAllister's OrbitPoint.
     """
@@ -142,18 +146,18 @@ class OrbitPoint(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            *arguments.triple("center", self.center),
-            arguments.number("magnitude", self.magnitude),
-            arguments.number("epsilon", self.epsilon, low=0),
-            at_least_0("max_radius", self.max_radius),
-        ]
-        self._set("orbit_point", numbers)
+        self._set(
+            "orbit_point",
+            center=arguments.triple("center", self.center),
+            magnitude=arguments.number("magnitude", self.magnitude),
+            epsilon=arguments.number("epsilon", self.epsilon, low=0),
+            max_radius=at_least_0("max_radius", self.max_radius),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class OrbitLine(Action):
-    """Pulls particles toward an endless line, the more the nearer they are.
+    """Pulls particles toward an infinite line, more strongly the nearer they are.
 
     Formula: v += toward magnitude dt / (r^2 + epsilon) where r < max_radius, with r the distance from the
     line, toward the direction to it
@@ -163,7 +167,7 @@ class OrbitLine(Action):
         axis: along the line, of any length.
         magnitude: strength, m^3/s^2.
         epsilon: softens the pull near the line, m^2.
-        max_radius: no pull from here on, m.
+        max_radius: no pull beyond this distance, m.
 
     Source: McAllister's OrbitLine.
     """
@@ -176,17 +180,17 @@ class OrbitLine(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            *arguments.triple("point", self.point),
-            *arguments.triple("axis", self.axis),
-            arguments.number("magnitude", self.magnitude),
-            arguments.number("epsilon", self.epsilon, low=0),
-            at_least_0("max_radius", self.max_radius),
-        ]
-        self._set("orbit_line", numbers)
+        self._set(
+            "orbit_line",
+            point=arguments.triple("point", self.point),
+            axis=arguments.triple("axis", self.axis),
+            magnitude=arguments.number("magnitude", self.magnitude),
+            epsilon=arguments.number("epsilon", self.epsilon, low=0),
+            max_radius=at_least_0("max_radius", self.max_radius),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Vortex(Action):
     """Whirls particles around an axis as a tornado does: draws them in, then carries them around and up.
 
@@ -217,27 +221,27 @@ class Vortex(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            *arguments.triple("tip", self.tip),
-            *arguments.triple("axis", self.axis),
-            arguments.number("tightness", self.tightness, low=0),
-            at_least_0("max_radius", self.max_radius),
-            arguments.number("in_speed", self.in_speed),
-            arguments.number("up_speed", self.up_speed),
-            arguments.number("around_speed", self.around_speed),
-        ]
-        self._set("vortex", numbers)
+        self._set(
+            "vortex",
+            tip=arguments.triple("tip", self.tip),
+            axis=arguments.triple("axis", self.axis),
+            tightness=arguments.number("tightness", self.tightness, low=0),
+            max_radius=at_least_0("max_radius", self.max_radius),
+            in_speed=arguments.number("in_speed", self.in_speed),
+            up_speed=arguments.number("up_speed", self.up_speed),
+            around_speed=arguments.number("around_speed", self.around_speed),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Wind(Action):
-    """Drags particles along with moving air; the step's length does not matter.
+    """Drags particles along with moving air; the result does not depend on the step's length.
 
     Formula: v += (velocity - v) (1 - exp(-drag dt))
 
     Attributes:
         velocity: of the air, m/s.
-        drag: after 1 / drag seconds a particle at rest has 63 % of the air's velocity, 1/s.
+        drag: after 1 / drag seconds a particle that was at rest has 63 % of the air's velocity, 1/s.
 
     Source: linear drag (Stokes).
     """
@@ -247,30 +251,32 @@ class Wind(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        drag = arguments.number("drag", self.drag, low=0)
-        self._set("wind", [*arguments.triple("velocity", self.velocity), drag])
+        self._set(
+            "wind",
+            velocity=arguments.triple("velocity", self.velocity),
+            drag=arguments.number("drag", self.drag, low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class CurlNoise(Action):
     """Stirs particles as turbulent air does: accelerates them along a random field without divergence.
 
-    The field neither thins particles out nor crowds them, and is smooth in space and time. Two systems have
-    fields of their own.
+    The field neither thins particles out nor crowds them, and is smooth in space and time. Each system has
+    fields of its own.
 
     Formula: v += strength n(x / scale, speed t) dt, with n the curl of gradient noise, 1 in root mean square;
     of several octaves each has half the size and half the strength of the one before. t is the animation's
     time at the start of the (sub)step
 
     Attributes:
-        strength: root mean square of the acceleration, m/s^2. With `wind` beside it, strength / drag is
-            about the speed that it stirs up.
-        scale: edge of a cell of the noise, about the distance from one eddy to the next, m.
-        octaves: 1 to 8; each adds smaller eddies, at the cost of one more noise.
-        speed: how often a second the field becomes another one, 1/s; 0: it stays.
+        strength: root mean square of the acceleration, m/s^2. Together with `wind`, strength / drag is about
+            the speed that it stirs up.
+        scale: edge length of a cell of the noise, about the distance between eddies, m.
+        octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
+        speed: how often per second the field becomes another one, 1/s; 0: it never changes.
         field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
-            wherever the action stands and whatever stands beside it; two actions that shall not be alike
-            need two numbers.
+            wherever the action stands in the list; two actions with different fields need two numbers.
 
     Source: Bridson, Houriham, Nordenstam: Curl-noise for procedural fluid flow (2007); Perlin's noise.
     """
@@ -283,17 +289,17 @@ class CurlNoise(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            arguments.number("strength", self.strength),
-            arguments.number("scale", self.scale, low=1e-6),
-            float(arguments.integer("octaves", self.octaves, low=1, high=8)),
-            arguments.number("speed", self.speed),
-            float(arguments.integer("field", self.field, high=65535)),
-        ]
-        self._set("curl_noise", numbers)
+        self._set(
+            "curl_noise",
+            strength=arguments.number("strength", self.strength),
+            scale=arguments.number("scale", self.scale, low=1e-6),
+            octaves=arguments.integer("octaves", self.octaves, low=1, high=8),
+            speed=arguments.number("speed", self.speed),
+            field=arguments.integer("field", self.field, high=65535),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Avoid(Action):
     """Turns particles that would meet a shape within `look_ahead`, without changing their speed.
 
@@ -319,9 +325,10 @@ class Avoid(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            arguments.number("magnitude", self.magnitude),
-            arguments.number("epsilon", self.epsilon, low=0),
-            arguments.number("look_ahead", self.look_ahead, low=0),
-        ]
-        self._set("avoid", numbers, as_shape("shape", self.shape))
+        self._set(
+            "avoid",
+            shape=as_shape("shape", self.shape),
+            magnitude=arguments.number("magnitude", self.magnitude),
+            epsilon=arguments.number("epsilon", self.epsilon, low=0),
+            look_ahead=arguments.number("look_ahead", self.look_ahead, low=0),
+        )

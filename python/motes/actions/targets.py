@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from . import _core, arguments
-from .action import Action, at_least_0
-from .errors import ArgumentError
-from .expressions import Columns, as_condition, as_expression, compile_condition, compile_values
-from .shapes import Shape, as_shape
+from .. import _core, arguments
+from ..conditions import Columns, condition_of
+from ..errors import ArgumentError
+from ..expressions import as_expression, compile_values, constant_of
+from ..shapes import Shape, as_shape
+from ..values import value
+from .base import Action, as_where, at_least_0
 
 __all__ = [
     "AlphaOverLife",
@@ -35,15 +36,17 @@ __all__ = [
     "TargetVelocity",
 ]
 
+T = TypeVar("T")
 
-@dataclass(frozen=True, kw_only=True)
+
+@value(kw_only=True)
 class Damping(Action):
     """Slows particles down, axis by axis, as long as their speed is in a range.
 
     Formula: v *= 1 - (1 - damping) dt, each component, where min_speed <= |v| <= max_speed
 
     Attributes:
-        damping: what is left of the velocity after a second, along each axis.
+        damping: the part of the velocity that is left after one second, along each axis.
         min_speed: m/s.
         max_speed: m/s.
 
@@ -56,10 +59,15 @@ class Damping(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("damping", _damping(self.damping, self.min_speed, self.max_speed))
+        self._set(
+            "damping",
+            damping=arguments.triple("damping", self.damping, low=0),
+            min_speed=arguments.number("min_speed", self.min_speed, low=0),
+            max_speed=at_least_0("max_speed", self.max_speed),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class RotationalDamping(Action):
     """Slows rotations down, axis by axis, as long as the rotational speed is in a range.
 
@@ -67,7 +75,7 @@ class RotationalDamping(Action):
     |rotational_velocity| <= max_speed
 
     Attributes:
-        damping: what is left of the rotational velocity after a second, along each axis.
+        damping: the part of the rotational velocity that is left after one second, along each axis.
         min_speed: 1/s.
         max_speed: 1/s.
 
@@ -80,10 +88,15 @@ class RotationalDamping(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("rotational_damping", _damping(self.damping, self.min_speed, self.max_speed))
+        self._set(
+            "rotational_damping",
+            damping=arguments.triple("damping", self.damping, low=0),
+            min_speed=arguments.number("min_speed", self.min_speed, low=0),
+            max_speed=at_least_0("max_speed", self.max_speed),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class SpeedClamp(Action):
     """Brings speeds into a range; the direction stays, and so does whatever is at rest.
 
@@ -101,11 +114,14 @@ class SpeedClamp(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        low = arguments.number("min_speed", self.min_speed, low=0)
-        self._set("speed_clamp", [low, at_least_0("max_speed", self.max_speed)])
+        self._set(
+            "speed_clamp",
+            min_speed=arguments.number("min_speed", self.min_speed, low=0),
+            max_speed=at_least_0("max_speed", self.max_speed),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class RandomVelocity(Action):
     """Gives each particle another velocity, drawn anew in each step.
 
@@ -121,12 +137,12 @@ class RandomVelocity(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("random_velocity", [], as_shape("shape", self.shape))
+        self._set("random_velocity", shape=as_shape("shape", self.shape))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class RandomDisplacement(Action):
-    """Shifts each particle by a way of its own, drawn anew in each step; its velocity stays.
+    """Shifts each particle by a displacement of its own, drawn anew in each step; its velocity stays.
 
     Formula: x += sample dt, uniform in the shape
 
@@ -140,10 +156,10 @@ class RandomDisplacement(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("random_displacement", [], as_shape("shape", self.shape))
+        self._set("random_displacement", shape=as_shape("shape", self.shape))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class RandomRotationalVelocity(Action):
     """Gives each particle another rotational velocity, drawn anew in each step.
 
@@ -159,19 +175,19 @@ class RandomRotationalVelocity(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("random_rotational_velocity", [], as_shape("shape", self.shape))
+        self._set("random_rotational_velocity", shape=as_shape("shape", self.shape))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class TargetColor(Action):
-    """Leads color and alpha toward given ones, by the same part of the way in each step.
+    """Leads color and alpha toward given ones, by the same part of the difference in each step.
 
     Formula: color += (target - color) scale dt; alpha alike
 
     Attributes:
         color: linear RGB.
         alpha: 0..1.
-        scale: part of the way in a second, 1/s.
+        scale: part of the difference per second, 1/s.
 
     Source: McAllister's TargetColor.
     """
@@ -182,23 +198,23 @@ class TargetColor(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        numbers = [
-            *arguments.triple("color", self.color),
-            arguments.number("alpha", self.alpha),
-            arguments.number("scale", self.scale, low=0),
-        ]
-        self._set("target_color", numbers)
+        self._set(
+            "target_color",
+            color=arguments.color("color", self.color),
+            alpha=arguments.number("alpha", self.alpha),
+            scale=arguments.number("scale", self.scale, low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class TargetSize(Action):
-    """Leads the size toward a given one, each component by its own part of the way in each step.
+    """Leads the size toward a given one, each component by its own part of the difference in each step.
 
     Formula: size += (target - size) scale dt, each component
 
     Attributes:
         size: one number or three, m.
-        scale: part of the way in a second, one number or three, 1/s.
+        scale: part of the difference per second, one number or three, 1/s.
 
     Source: McAllister's TargetSize.
     """
@@ -208,19 +224,22 @@ class TargetSize(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        scale = arguments.triple("scale", _thrice(self.scale), low=0)
-        self._set("target_size", [*arguments.triple("size", _thrice(self.size)), *scale])
+        self._set(
+            "target_size",
+            size=arguments.triple("size", _thrice(self.size)),
+            scale=arguments.triple("scale", _thrice(self.scale), low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class TargetVelocity(Action):
-    """Leads the velocity toward a given one, by the same part of the way in each step.
+    """Leads the velocity toward a given one, by the same part of the difference in each step.
 
     Formula: v += (target - v) scale dt
 
     Attributes:
         velocity: m/s.
-        scale: part of the way in a second, 1/s.
+        scale: part of the difference per second, 1/s.
 
     Source: McAllister's TargetVelocity.
     """
@@ -230,19 +249,22 @@ class TargetVelocity(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        scale = arguments.number("scale", self.scale, low=0)
-        self._set("target_velocity", [*arguments.triple("velocity", self.velocity), scale])
+        self._set(
+            "target_velocity",
+            velocity=arguments.triple("velocity", self.velocity),
+            scale=arguments.number("scale", self.scale, low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class TargetRotationalVelocity(Action):
-    """Leads the rotational velocity toward a given one, by the same part of the way in each step.
+    """Leads the rotational velocity toward a given one, by the same part of the difference in each step.
 
     Formula: rotational_velocity += (target - rotational_velocity) scale dt
 
     Attributes:
         rotational_velocity: 1/s.
-        scale: part of the way in a second, 1/s.
+        scale: part of the difference per second, 1/s.
 
     Source: McAllister's TargetRotVelocity.
     """
@@ -252,17 +274,19 @@ class TargetRotationalVelocity(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        target = arguments.triple("rotational_velocity", self.rotational_velocity)
-        scale = arguments.number("scale", self.scale, low=0)
-        self._set("target_rotational_velocity", [*target, scale])
+        self._set(
+            "target_rotational_velocity",
+            rotational_velocity=arguments.triple("rotational_velocity", self.rotational_velocity),
+            scale=arguments.number("scale", self.scale, low=0),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class Restore(Action):
-    """Leads particles back: position to position_b, up to up_b, where they come to rest when no time is left.
+    """Leads particles back, position to position_b and up to up_b; they come to rest there in time.
 
-    The script lowers `time_left` by dt from frame to frame. Home is where a particle was born, unless
-    `copy_vertex_b`, `configure` or `emit(position_b=...)` say otherwise.
+    The script lowers `time_left` by dt from frame to frame. position_b is where a particle was born, unless
+    `copy_vertex_b`, `configure` or `emit(position_b=...)` changed it.
 
     Formula: v = v ((1 - q) (1 - 3 q) - 0.0002 q) + (position_b - x) 6 q (1 - q) / time_left, with q = dt /
     time_left, at most 1: the cubic path that ends at rest (0.0002: his, it ends that much short). From
@@ -282,13 +306,17 @@ class Restore(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        flags = [float(arguments.flag(name, getattr(self, name))) for name in ("position", "up")]
-        self._set("restore", [arguments.number("time_left", self.time_left), *flags])
+        self._set(
+            "restore",
+            time_left=arguments.number("time_left", self.time_left),
+            position=arguments.flag("position", self.position),
+            up=arguments.flag("up", self.up),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class CopyVertexB(Action):
-    """Makes where a particle is now, or how fast it is, what it returns to.
+    """Stores the current position, orientation or velocity as the target that `restore` leads back to.
 
     Formula: with `position`, position_b = position and up_b = up; with `velocity`, velocity_b = velocity
 
@@ -304,13 +332,16 @@ class CopyVertexB(Action):
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        flags = [float(arguments.flag(name, getattr(self, name))) for name in ("position", "velocity")]
-        self._set("copy_vertex_b", flags)
+        self._set(
+            "copy_vertex_b",
+            position=arguments.flag("position", self.position),
+            velocity=arguments.flag("velocity", self.velocity),
+        )
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class ColorOverLife(Action):
-    """Sets the color by how much of its lifetime a particle has behind it.
+    """Sets the color by the part of its lifetime that a particle has lived.
 
     Formula: color = ramp(age / lifetime), linear between knots, constant before the first and after the
     last; two knots at one ratio make a jump; an infinite lifetime counts as ratio 0
@@ -318,65 +349,65 @@ class ColorOverLife(Action):
     Attributes:
         ramp: knots (ratio 0..1, linear RGB) in ascending order.
 
-    Source: usual in editors of effects.
+    Source: common in effects editors.
     """
 
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("color_over_life", _knots(self.ramp, 3))
+        self._set("color_over_life", ramp=_knots(self.ramp, arguments.color))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class AlphaOverLife(Action):
-    """Sets the alpha by how much of its lifetime a particle has behind it.
+    """Sets the alpha by the part of its lifetime that a particle has lived.
 
     Formula: alpha = ramp(age / lifetime), as color_over_life
 
     Attributes:
         ramp: knots (ratio 0..1, alpha) in ascending order.
 
-    Source: usual in editors of effects.
+    Source: common in effects editors.
     """
 
     ramp: Sequence[tuple[float, float]]
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("alpha_over_life", _knots(self.ramp, 1))
+        self._set("alpha_over_life", ramp=_knots(self.ramp, arguments.number))
 
 
-@dataclass(frozen=True, kw_only=True)
+@value(kw_only=True)
 class SizeOverLife(Action):
-    """Sets the size by how much of its lifetime a particle has behind it.
+    """Sets the size by the part of its lifetime that a particle has lived.
 
     Formula: size = ramp(age / lifetime), as color_over_life
 
     Attributes:
         ramp: knots (ratio 0..1, size) in ascending order; a size is one number or three, m.
 
-    Source: usual in editors of effects.
+    Source: common in effects editors.
     """
 
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
         """Check and hand to the engine."""
-        self._set("size_over_life", _knots([(r, _thrice(v)) for r, v in _pairs(self.ramp)], 3))
+        self._set("size_over_life", ramp=_knots(self.ramp, _size))
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)  # expressions compare to conditions
+@value(kw_only=True)
 class Set(Action):
     """Sets an attribute to a value, or to what an expression of columns gives for each particle.
 
-    Where that is no finite number, as in a division by 0, the attribute stays as it was.
+    Where that is not a finite number, as in a division by 0, the attribute stays as it was.
 
     Formula: attribute = value, computed from the particle as it was before the action
 
     Attributes:
         attribute: its name; the method takes `attribute=value` instead.
-        value: a number, three numbers or an expression such as column("age") * 2.
+        value: a number, a vector or an expression such as column("age") * 2.
 
     Source: our own.
     """
@@ -388,23 +419,23 @@ class Set(Action):
         """Check what can be checked before the system is known."""
         if not isinstance(self.attribute, str):
             raise ArgumentError("attribute", self.attribute, "an attribute's name")
-        as_expression(self.attribute, self.value)
-        if self.where is not None:
-            as_condition("where", self.where)
+        given = as_expression(self.attribute, self.value)
+        constant = constant_of(given)
+        self.__dict__.update(value=given if constant is None else constant, where=as_where(self.where))
+
+    def _key(self) -> tuple[Any, ...]:
+        """Return what is compared and hashed: `==` of expressions makes conditions."""
+        return self.attribute, as_expression(self.attribute, self.value)._node, self.where
 
     def compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""
         if self.attribute not in columns:
-            raise ArgumentError("attribute", self.attribute, f"one of {', '.join(columns)}")
+            known = ", ".join(columns)
+            raise ArgumentError("attribute", self.attribute, f"one of {known}", known=columns)
         shapes: list[_core.Shape] = []
-        where = compile_condition(self.where, columns, shapes)
+        where = condition_of(self.where, columns, shapes)
         values = compile_values(self.attribute, self.value, columns[self.attribute][1], columns, shapes)
         return _core.Action("set", [], shapes, where, list(columns).index(self.attribute), values)
-
-
-def _damping(damping: ArrayLike, min_speed: float, max_speed: float) -> list[float]:
-    factors = arguments.triple("damping", damping, low=0)
-    return [*factors, arguments.number("min_speed", min_speed, low=0), at_least_0("max_speed", max_speed)]
 
 
 def _thrice(value: Any) -> Any:
@@ -412,24 +443,21 @@ def _thrice(value: Any) -> Any:
     return (value, value, value) if isinstance(value, (int, float, np.integer, np.floating)) else value
 
 
-def _pairs(ramp: Any) -> list[tuple[Any, Any]]:
+def _size(argument: str, value: Any) -> arguments.Triple:
+    return arguments.triple(argument, _thrice(value))
+
+
+def _knots(ramp: Any, checked: Callable[[str, Any], T]) -> tuple[tuple[float, T], ...]:
     try:
-        pairs = [(ratio, value) for ratio, value in ramp]
+        pairs = [(ratio, given) for ratio, given in ramp]
     except Exception:  # any: this runs methods of users' classes
         pairs = []
     if not pairs:
         raise ArgumentError("ramp", ramp, "a list of (age / lifetime, value), at least one")
-    return pairs
-
-
-def _knots(ramp: Any, width: int) -> list[float]:
-    rows: list[float] = []
-    last = 0.0
-    for ratio, value in _pairs(ramp):
+    knots: list[tuple[float, T]] = []
+    for ratio, given in pairs:
         at = arguments.number("ramp", ratio, low=0, high=1)
-        if at < last:
+        if knots and at < knots[-1][0]:
             raise ArgumentError("ramp", ramp, "ratios in ascending order")
-        last = at
-        rows.append(at)
-        rows.extend([arguments.number("ramp", value)] if width == 1 else arguments.triple("ramp", value))
-    return rows
+        knots.append((at, checked("ramp", given)))
+    return tuple(knots)

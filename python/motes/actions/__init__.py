@@ -1,0 +1,26 @@
+"""Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
+
+An action acts on each particle alone: v is its velocity in m/s, x its position in m, dt the (sub)step in
+seconds. What accelerates stands in `forces`, what leads to given values in `targets`, what moves, bounces and
+kills in `motion`; all are names of this package.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ..errors import missing
+from . import forces, motion, targets
+from .base import Action, Where, as_action
+from .forces import *  # noqa: F403
+from .motion import *  # noqa: F403
+from .targets import *  # noqa: F403
+
+__all__ = ["Action", "Where", "as_action"]
+__all__ += motion.__all__
+__all__ += forces.__all__
+__all__ += targets.__all__
+
+
+def __getattr__(name: str) -> Any:
+    raise missing("motes.actions", name, __all__)

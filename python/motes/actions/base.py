@@ -1,0 +1,78 @@
+"""The base of all actions: a value that a script records and the engine runs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from .. import _core, arguments
+from ..conditions import Columns, Condition, as_condition, condition_of
+from ..errors import ArgumentError
+from ..shapes import Shape, as_shape
+from ..values import Value, value
+
+__all__ = ["Action", "Where", "as_action", "as_where", "at_least_0"]
+
+
+Where = Shape | Condition | None
+
+
+@value(kw_only=True)
+class Action(Value):
+    """Base of all actions. `where` limits one to particles in a shape, or for which a comparison holds."""
+
+    where: Where = None
+
+    def _set(self, name: str, **fields: Any) -> None:
+        """Keep the checked fields, and make the engine's value of them, in this order; it checks them too."""
+        numbers: list[float] = []
+        shapes: list[_core.Shape] = []
+        for field in fields.values():
+            if type(field) is tuple:
+                numbers.extend(field if type(field[0]) is not tuple else _flat(field))
+            elif isinstance(field, Shape):
+                shapes.append(field.core)
+            else:
+                numbers.append(field)
+        state = self.__dict__
+        state.update(fields)
+        if self.where is not None:
+            state["where"] = as_where(self.where)
+        state["_call"] = (name, numbers, shapes)
+        state["_made"] = _core.Action(name, numbers, shapes)
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        if self.where is None:
+            made: _core.Action = self.__dict__["_made"]
+            return made
+        name, numbers, own = self.__dict__["_call"]
+        shapes = list(own)
+        where = condition_of(self.where, columns, shapes)
+        return _core.Action(name, numbers, shapes, where)
+
+
+def as_action(value: Any) -> Action:
+    """Return `value`, which must be an action."""
+    if not isinstance(value, Action):
+        raise ArgumentError("action", value, "an action of motes.actions, or a list of them")
+    return value
+
+
+def as_where(value: Any) -> Where:
+    """Return `value`, a shape, a vector for a `Point`, a condition or None."""
+    if value is None or isinstance(value, (Shape, Condition)):
+        return value
+    if isinstance(value, (tuple, list)):
+        return as_shape("where", value)
+    return as_condition("where", value)  # which says what is allowed
+
+
+def at_least_0(argument: str, value: Any) -> float:
+    """Return `value`, a number >= 0 that may be infinite."""
+    return arguments.number(argument, value, low=0, finite=False)
+
+
+def _flat(field: Any) -> list[float]:
+    if not isinstance(field, tuple):
+        return [field]
+    return [number for part in field for number in _flat(part)]

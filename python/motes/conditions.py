@@ -1,0 +1,229 @@
+"""Conditions and expressions as trees of plain tuples, and the engine's instructions made from them.
+
+A node is (operation, operand, ...): ("column", name), ("constant", numbers), ("inside", shape), ("component",
+node, index), ("length", node), or an arithmetic operation and its one or two nodes. Nodes never change, so
+they can be compared and hashed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from . import _core
+from .errors import ArgumentError
+
+__all__ = ["Columns", "Condition", "Node", "Region", "as_condition", "components", "condition_of", "text_of"]
+
+Node = tuple[Any, ...]
+Step = tuple[str, Any]
+Steps = tuple[Step, ...]
+"""Instructions before a shape's number is known: operation and operand."""
+Program = list[tuple[str, int, float]]
+"""The engine's instructions."""
+Columns = Mapping[str, tuple[int, int]]
+"""A system's columns: name -> (first component, width)."""
+
+MOST_STEPS = 256  # operations of one expression
+ONE = {
+    "negate": "-{}",
+    "absolute": "abs({})",
+    "square_root": "{}.sqrt()",
+    "floor": "{}.floor()",
+    "invert": "~{}",
+}
+TWO = {
+    "add": "({} + {})",
+    "subtract": "({} - {})",
+    "multiply": "({} * {})",
+    "divide": "({} / {})",
+    "minimum": "minimum({}, {})",
+    "maximum": "maximum({}, {})",
+    "less": "({} < {})",
+    "less_equal": "({} <= {})",
+    "greater": "({} > {})",
+    "greater_equal": "({} >= {})",
+    "equal": "({} == {})",
+    "both": "({} & {})",
+    "either": "({} | {})",
+}
+TURNED = {"greater": "less", "greater_equal": "less_equal"}  # the engine has these with operands exchanged
+COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
+
+
+class Region:
+    """What can hold a particle: the base of shapes."""
+
+    core: _core.Shape
+    """The engine's value; for the package itself."""
+
+
+class Condition:
+    """True or false for each particle: combine conditions with & | ~ and give them to `where=`."""
+
+    __slots__ = ("_node", "_size")
+
+    _node: Node
+    _size: int
+
+    def __init__(self, node: Node, size: int = 1) -> None:
+        """Take the tree and its number of operations; scripts compare columns instead."""
+        object.__setattr__(self, "_node", node)
+        object.__setattr__(self, "_size", checked(size))
+
+    def __and__(self, other: Any) -> Condition:
+        """Both."""
+        return _combine("both", self, as_condition("&", other))
+
+    def __or__(self, other: Any) -> Condition:
+        """At least one."""
+        return _combine("either", self, as_condition("|", other))
+
+    __rand__ = __and__
+    __ror__ = __or__
+
+    def __invert__(self) -> Condition:
+        """Not."""
+        return Condition(("invert", self._node), self._size + 1)
+
+    def __bool__(self) -> bool:
+        """Refuse: a condition is true or false for each particle only. Write & | ~, not and, or, not."""
+        raise ArgumentError(
+            "condition", self, "combined with & | ~ and given to where=, not tested in Python"
+        )
+
+    def __eq__(self, other: object) -> bool:
+        """Equal trees."""
+        return isinstance(other, Condition) and self._node == other._node
+
+    def __hash__(self) -> int:
+        """Hash of the tree."""
+        return hash((Condition, self._node))
+
+    def __setattr__(self, name: str, _: object) -> None:
+        """Refuse: values do not change."""
+        raise AttributeError(f"a condition does not change: {name!r} cannot be assigned")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the tree."""
+        return Condition, (self._node, self._size)
+
+    def __repr__(self) -> str:
+        """Show the condition."""
+        return text_of(self._node)
+
+
+def as_condition(argument: str, value: Any) -> Condition:
+    """Return `value`, a condition or a shape that holds the particle."""
+    if isinstance(value, Condition):
+        return value
+    if isinstance(value, Region):
+        return Condition(("inside", value))
+    raise ArgumentError(argument, value, "a shape or a comparison of columns")
+
+
+def checked(size: int) -> int:
+    """Return the number of operations, if an expression may have so many."""
+    if size > MOST_STEPS:
+        raise ArgumentError("expression", f"{size} operations", f"of at most {MOST_STEPS} operations")
+    return size
+
+
+def text_of(node: Node) -> str:
+    """Show a tree as a script writes it."""
+    operation, *operands = node
+    if operation == "column":
+        return f"column({operands[0]!r})"
+    if operation == "constant":
+        numbers = operands[0]
+        return repr(numbers[0] if len(numbers) == 1 else numbers)
+    if operation == "inside":
+        return repr(operands[0])
+    if operation == "component":
+        return f"{text_of(operands[0])}[{operands[1]}]"
+    if operation == "length":
+        return f"{text_of(operands[0])}.length()"
+    return {**ONE, **TWO}[operation].format(*map(text_of, operands))
+
+
+# --- to the engine's instructions
+
+
+def components(node: Node, columns: Columns) -> list[Steps]:
+    """Return the steps of each component of a tree: one, or three."""
+    operation, *operands = node
+    if operation == "column":
+        first, width = _column(operands[0], columns)
+        return [(("column", first + i),) for i in range(width)]
+    if operation == "constant":
+        return [(("constant", number),) for number in operands[0]]
+    if operation == "inside":
+        return [(("inside", operands[0]),)]
+    if operation == "component":
+        return [_component(operands[0], operands[1], columns)]
+    if operation == "length":
+        return [_length(components(operands[0], columns))]
+    if operation in ONE:
+        return [(*steps, (operation, 0)) for steps in components(operands[0], columns)]
+    if operation in TURNED:
+        operation, operands = TURNED[operation], operands[::-1]
+    pairs = _pairs(operands[0], operands[1], columns)
+    if operation in COMPARISONS and len(pairs) != 1:
+        compared = f"{text_of(operands[0])} with {text_of(operands[1])}"
+        raise ArgumentError("comparison", compared, "of one number per particle: use [0], length()")
+    return [(*left, *right, (operation, 0)) for left, right in pairs]
+
+
+def condition_of(where: Any, columns: Columns, shapes: list[_core.Shape]) -> Program:
+    """Compile `where`, or nothing where it is None; its shapes are added to `shapes`."""
+    if where is None:
+        return []
+    return program_of(components(as_condition("where", where)._node, columns)[0], shapes)
+
+
+def program_of(steps: Steps, shapes: list[_core.Shape]) -> Program:
+    """Add the shapes that the steps name to `shapes`, and return the engine's instructions."""
+    program: Program = []
+    for operation, operand in steps:
+        if operation == "inside":
+            shapes.append(operand.core)
+            program.append((operation, len(shapes) - 1, 0.0))
+        elif operation == "constant":
+            program.append((operation, 0, operand))
+        else:
+            program.append((operation, operand, 0.0))
+    return program
+
+
+def _combine(operation: str, a: Condition, b: Condition) -> Condition:
+    return Condition((operation, a._node, b._node), a._size + b._size + 1)
+
+
+def _column(name: str, columns: Columns) -> tuple[int, int]:
+    if name not in columns:
+        raise ArgumentError("column", name, f"one of {', '.join(columns)}", known=columns)
+    return columns[name]
+
+
+def _component(node: Node, index: int, columns: Columns) -> Steps:
+    parts = components(node, columns)
+    if index >= len(parts):
+        raise ArgumentError("index", index, f"0: {text_of(node)} has one number per particle")
+    return parts[index]
+
+
+def _length(parts: list[Steps]) -> Steps:
+    squares = [(*part, *part, ("multiply", 0)) for part in parts]
+    total: Steps = squares[0]
+    for square in squares[1:]:
+        total = (*total, *square, ("add", 0))
+    return (*total, ("square_root", 0))
+
+
+def _pairs(a: Node, b: Node, columns: Columns) -> list[tuple[Steps, Steps]]:
+    left, right = components(a, columns), components(b, columns)
+    if len(left) != len(right) and 1 not in (len(left), len(right)):
+        raise ArgumentError("operand", text_of(b), f"a number or a vector, as {text_of(a)}")
+    width = max(len(left), len(right))
+    left, right = (part * width if len(part) == 1 else part for part in (left, right))
+    return list(zip(left, right, strict=True))

@@ -1,0 +1,91 @@
+"""Who may use a world's engine now, and what the engine may call.
+
+One call at a time uses the engine, and none from inside what a call runs. The garbage collector cannot see
+what the engine holds, so that must not hold the world: it would never be collected.
+"""
+
+from __future__ import annotations
+
+import threading
+import weakref
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from . import _core, roles
+from .errors import MotesError
+
+__all__ = ["Usage", "Weakly", "describe"]
+
+
+class Usage:
+    """Lets one call at a time use the engine; every other raises at once, and says why."""
+
+    __slots__ = ("_call", "_callback", "_lock", "_thread")
+
+    def __init__(self) -> None:
+        """Nobody uses it yet."""
+        self._lock = threading.Lock()
+        self._call = ""
+        self._thread = 0
+        self._callback: str | None = None
+
+    def begin(self, call: str) -> None:
+        """Start a call, which `end` ends. Raises MotesError while another one runs."""
+        if not self._lock.acquire(blocking=False):
+            raise MotesError(self._refusal(call))
+        self._call = call
+        self._thread = threading.get_ident()
+
+    def end(self) -> None:
+        """End the call."""
+        self._lock.release()
+
+    @contextmanager
+    def during(self, call: str) -> Iterator[None]:
+        """Start a call, and end it with the block."""
+        self.begin(call)
+        try:
+            yield
+        finally:
+            self._lock.release()
+
+    @contextmanager
+    def callback(self, name: str) -> Iterator[None]:
+        """The engine calls a function of the script inside the block."""
+        self._callback = name
+        try:
+            yield
+        finally:
+            self._callback = None
+
+    def _refusal(self, call: str) -> str:
+        if threading.get_ident() != self._thread:
+            return (
+                f"{call} in thread {threading.current_thread().name!r} while {self._call} runs in another: "
+                "one thread at a time may use a world"
+            )
+        if self._callback is not None:
+            return (
+                f"{call} inside the callback {self._callback}: a callback changes the particles that it is "
+                "given; it cannot record, step or read systems"
+            )
+        return f"{call} while {self._call} runs: call it before or after"
+
+
+class Weakly:
+    """Calls a method as long as its object lives, without keeping it alive."""
+
+    def __init__(self, method: Callable[..., Any]) -> None:
+        """Take a bound method."""
+        self._method = weakref.WeakMethod(method)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Call it, or do nothing where its object is gone."""
+        method = self._method()
+        return None if method is None else method(*arguments)
+
+
+def describe(cast: roles.Core, rank: int) -> str:
+    """Name a rank and what it plays."""
+    return f"rank {rank} ({_core.describe_role(cast, rank)})"

@@ -1,0 +1,184 @@
+"""Values: what never changes once it is made, and equals whatever was made alike."""
+
+from __future__ import annotations
+
+import functools
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import MISSING, dataclass, fields
+from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
+
+from .errors import NotAssignable, near
+
+__all__ = ["Settings", "Value", "says_near_names", "shown", "value"]
+
+T = TypeVar("T")
+Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Value:
+    """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
+
+    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`.
+    """
+
+    def _items(self) -> dict[str, Any]:
+        """Return the fields as they are now, by name."""
+        state = self.__dict__
+        return {field.name: state[field.name] for field in fields(self)}  # type: ignore[arg-type]
+
+    def _key(self) -> tuple[Any, ...]:
+        """Return what is compared and hashed."""
+        return tuple(self._items().values())
+
+    def __eq__(self, other: object) -> bool:
+        """Equal type and fields."""
+        if type(self) is not type(other):
+            return NotImplemented
+        assert isinstance(other, Value)
+        return self._key() == other._key()
+
+    def __hash__(self) -> int:
+        """Hash of type and fields."""
+        return hash((type(self), self._key()))
+
+    def __copy__(self: T) -> T:
+        """Return the value itself: it never changes."""
+        return self
+
+    def __deepcopy__(self: T, _: object) -> T:
+        """Return the value itself: it never changes."""
+        return self
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the fields: whoever unpickles checks them again."""
+        return _made, (type(self), self._items())
+
+    def __repr__(self) -> str:
+        """Show the call that makes this value, without the arguments that have their defaults."""
+        defaults = {field.name: field.default for field in fields(self)}  # type: ignore[arg-type]
+        items = self._items().items()
+        words = [f"{name}={shown(v)}" for name, v in items if not _same(v, defaults[name])]
+        return f"{type(self).__name__}({', '.join(words)})"
+
+    def __setattr__(self, name: str, _: object) -> NoReturn:
+        """Refuse: values do not change."""
+        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
+        kind = type(self).__name__
+        if name in names:
+            raise NotAssignable(
+                f"{kind}.{name} cannot be assigned: values do not change; make a new {kind}, "
+                f"or dataclasses.replace(it, {name}=...)"
+            )
+        raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, names)}")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        """Refuse: values do not change."""
+        raise NotAssignable(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
+
+
+class Settings:
+    """Base of what has attributes that may change: each is checked when it is assigned, no other can be."""
+
+    _checks: ClassVar[Mapping[str, Callable[[str, Any], Any]]]
+    """By name: the check that takes name and value, and returns the value to keep."""
+
+    def __setattr__(self, name: str, given: Any) -> None:
+        """Check and keep; names of the package itself begin with an underscore."""
+        if name.startswith("_"):
+            self.__dict__[name] = given
+            return
+        check = self._checks.get(name)
+        if check is None:
+            kind = type(self).__name__
+            if name in self.__dict__:
+                raise NotAssignable(f"{kind}.{name} is fixed when the {kind} is made")
+            raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
+        self.__dict__[name] = check(name, given)
+
+
+@dataclass_transform(frozen_default=True, eq_default=False)
+def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], type[T]]:
+    """Make a subclass of `Value` a dataclass; `init=False` where it has a constructor of its own."""
+
+    def made(kind: type[T]) -> type[T]:
+        decorated = dataclass(init=init, kw_only=kw_only, frozen=True, eq=False, repr=False)(kind)
+        # A frozen dataclass has its own refusals; these say what to do instead.
+        decorated.__setattr__ = Value.__setattr__  # type: ignore[method-assign, assignment]
+        decorated.__delattr__ = Value.__delattr__  # type: ignore[method-assign, assignment]
+        made_of_fields = _constructor(decorated, kw_only) if init else says_near_names(decorated.__init__)
+        decorated.__init__ = made_of_fields  # type: ignore[method-assign]
+        return decorated
+
+    return made
+
+
+def _constructor(kind: Any, kw_only: bool) -> Any:
+    """Return the constructor of a dataclass, in half the time: scripts make values by the hundred."""
+    names = [field.name for field in fields(kind)]
+    defaults = {f"_{f.name}": f.default for f in fields(kind)}  # MISSING where there is none
+    parameters = ", ".join(f"{name}=_{name}" for name in names)
+    required = [f.name for f in fields(kind) if f.default is MISSING]
+    lacks = " or ".join(["_unknown", *(f"{name} is _missing" for name in required)])
+    lines = [
+        f"def __init__(self, {'*, ' if kw_only else ''}{parameters}, **_unknown):",
+        f"    if {lacks}: _refuse(self, _unknown, [{', '.join(required)}])",
+        "    _state = self.__dict__",
+        *(f"    _state[{name!r}] = {name}" for name in names),
+        "    self.__post_init__()",
+    ]
+    scope = {**defaults, "_missing": MISSING, "_refuse": _refuse}
+    exec("\n".join(lines), scope)  # of names of fields alone
+    made: Any = scope["__init__"]
+    made.__signature__ = inspect.signature(kind.__init__)
+    made.__doc__ = kind.__init__.__doc__
+    made.__qualname__ = f"{kind.__qualname__}.__init__"
+    made.__module__ = kind.__module__
+    return made
+
+
+def _refuse(self: Any, unknown: Mapping[str, object], given: list[object]) -> NoReturn:
+    names = [field.name for field in fields(self)]
+    call = f"{type(self).__name__}.__init__()"
+    for name in unknown:
+        raise TypeError(f"{call} got an unexpected keyword argument {name!r}{near(name, names)}")
+    required = [field.name for field in fields(self) if field.default is MISSING]
+    missing = [repr(name) for name, one in zip(required, given, strict=True) if one is MISSING]
+    raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
+
+
+def says_near_names(function: Function) -> Function:
+    """Let a function that gets an unknown keyword argument say which known one is near."""
+    code = function.__code__
+    known = code.co_varnames[1 : code.co_argcount + code.co_kwonlyargcount]
+
+    @functools.wraps(function)
+    def checked(*args: Any, **keywords: Any) -> Any:
+        try:
+            return function(*args, **keywords)
+        except TypeError as error:
+            for name in keywords:
+                if name not in known and f"unexpected keyword argument '{name}'" in str(error):
+                    error.args = (str(error).partition(". Did you mean")[0] + near(name, known),)
+            raise
+
+    return checked  # type: ignore[return-value]
+
+
+def shown(value: object) -> str:
+    """Show a field such that Python reads it back without any import."""
+    if isinstance(value, float) and not math.isfinite(value):
+        return f"float({str(value)!r})"
+    if isinstance(value, tuple):
+        return f"({', '.join(map(shown, value))}{',' if len(value) == 1 else ''})"
+    return repr(value)
+
+
+def _same(value: object, default: object) -> bool:
+    plain = isinstance(value, (int, float, str, tuple, type(None)))
+    return value is default or (plain and type(default) is not object and value == default)
+
+
+def _made(kind: Callable[..., T], arguments: dict[str, Any]) -> T:
+    return kind(**arguments)

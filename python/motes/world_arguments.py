@@ -1,0 +1,67 @@
+"""Checks of what `World` and `World.system` take, where it is more than a number or a word."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Container, Mapping
+from typing import Any
+
+import numpy as np
+
+from . import _core, arguments
+from .errors import ArgumentError
+from .rendering import Renderer
+
+__all__ = ["interval", "renderer", "system_name", "user_attributes"]
+
+
+def renderer(argument: str, value: Any) -> Renderer | None:
+    """Return `value`, a renderer or None."""
+    if value is not None and not isinstance(value, Renderer):
+        raise ArgumentError(argument, value, "None or a motes.Renderer")
+    return value
+
+
+def system_name(name: Any, *, taken: Container[str]) -> None:
+    """Check the name of a new system."""
+    if not isinstance(name, str) or not name:
+        raise ArgumentError("name", name, "a text that is not empty")
+    if name in taken:
+        error = ArgumentError("name", name, "a new one")
+        error.args = (f"a system named {name!r} already exists; names are unique",)
+        raise error
+    if any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise ArgumentError("name", name, "a text without surrogates, which are halves of letters")
+
+
+def interval(space: Any) -> tuple[float, float] | str | None:
+    """Return `space`: (lo, hi), None or "fit"."""
+    if space is None:
+        return None
+    if isinstance(space, str) and space == "fit":
+        return space
+    if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
+        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
+    low = arguments.number("space", space[0], low=-1e12, high=1e15)
+    high = arguments.number("space", space[1], low=-1e12, high=1e15)
+    if not low < high:
+        raise ArgumentError("space", space, "(lo, hi) with lo < hi")
+    return low, high
+
+
+def user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple[float, float, float]]]:
+    """Return name, width and initial value of each attribute."""
+    if not isinstance(attributes, Mapping):
+        raise ArgumentError("attributes", attributes, "a dict of names and initial values")
+    taken = {"id", *(name for name, _ in _core.builtin_attributes())}
+    made = []
+    for name, value in attributes.items():
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
+            raise ArgumentError(
+                "attributes", name, "new names of letters, digits and _ that begin with a letter"
+            )
+        if isinstance(value, (int, float, np.integer, np.floating)):
+            made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
+        else:
+            made.append((name, 3, arguments.triple(name, value)))
+    return made

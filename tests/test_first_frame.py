@@ -1,0 +1,253 @@
+"""One warning per system for what runs, but is probably an oversight; none where nothing is wrong."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launching import mpirun, python
+
+import motes
+from motes import shapes
+
+BOX = shapes.Box((-1, 0, -1), (1, 1, 1))
+FLOOR = shapes.Plane((0, 0, 0), (0, 1, 0))
+EXAMPLES = Path(__file__).resolve().parents[1] / "examples"
+Record = Callable[[motes.System], None]
+
+
+def warnings_of(record: Record, frames: int = 3, **arguments: Any) -> list[str]:
+    """Run some frames of one system, and return the warnings."""
+    world = motes.World(seed=1, progress="off", **arguments)
+    s = world.system("rain")
+    with warnings.catch_warnings(record=True) as told, world:
+        warnings.simplefilter("always")
+        for _ in world.frames(frames):
+            record(s)
+            if arguments:
+                world.render()
+            else:
+                world.step()
+    assert all(one.category is motes.MotesWarning and one.filename == __file__ for one in told)
+    return [str(one.message) for one in told]
+
+
+def complete(s: motes.System) -> None:
+    """Record what lacks nothing."""
+    s.configure(velocity=(0, 1, 0), lifetime=2, color=(0.5, 0.7, 3), size=0.1)
+    s.source(BOX, rate=100)
+    s.gravity((0, -1, 0))
+    s.color_over_life([(0, (1, 1, 1)), (1, (1, 0, 0))])
+    s.bounce(FLOOR)
+    s.move()
+    s.kill_expired()
+
+
+def no_move(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.gravity((0, -1, 0))
+
+
+def no_move_of_moving_births(s: motes.System) -> None:
+    s.configure(velocity=motes.Uniform((0, 0, 0), (0, 1, 0)))
+    s.source(BOX, rate=100)
+
+
+def no_age(s: motes.System) -> None:
+    s.configure(lifetime=1)
+    s.burst(BOX, count=3)
+    s.kill_expired()
+
+
+def late_bounce(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.move()
+    s.bounce(FLOOR)
+
+
+def no_lifetime(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.move()
+    s.kill_expired()
+
+
+def ramp_without_lifetime(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.alpha_over_life([(0, 1), (1, 0)])
+    s.move()
+
+
+def bytes_for_colours(s: motes.System) -> None:
+    s.configure(color=(255, 128, 0))
+    s.burst(BOX, count=3)
+
+
+def bytes_in_columns(s: motes.System) -> None:
+    s.emit(position=[(0, 0, 0)] * 2, color=[(255, 0, 0), (0, 32, 0)])
+
+
+def bytes_in_a_ramp(s: motes.System) -> None:
+    s.configure(lifetime=1)
+    s.burst(BOX, count=3)
+    s.color_over_life([(0, (255, 255, 255)), (1, (0, 0, 0))])
+    s.move()
+
+
+def negative_size(s: motes.System) -> None:
+    s.configure(size=motes.Uniform(-1, 1))
+    s.burst(BOX, count=3)
+
+
+def negative_lifetime(s: motes.System) -> None:
+    s.configure(lifetime=-1)
+    s.burst(BOX, count=3)
+
+
+@pytest.mark.parametrize(
+    ("record", "message"),
+    [
+        (no_move, "none moves: record move()"),
+        (no_move_of_moving_births, "none moves: record move()"),
+        (no_age, "do not age without move()"),
+        (late_bounce, "bounce after move"),
+        (no_lifetime, "KillExpired without a lifetime"),
+        (ramp_without_lifetime, "AlphaOverLife without a lifetime"),
+        (bytes_for_colours, "(255, 128, 0) looks like 0..255"),
+        (bytes_in_columns, "looks like 0..255"),
+        (bytes_in_a_ramp, "looks like 0..255"),
+        (negative_size, "size may be negative (-1)"),
+        (negative_lifetime, "lifetime may be negative (-1)"),
+    ],
+)
+def test_an_omission_is_told_once(record: Record, message: str):
+    (told,) = warnings_of(record)
+    assert told.startswith("system 'rain': ")
+    assert message in told
+
+
+def test_several_omissions_of_a_system_are_one_warning():
+    (told,) = warnings_of(lambda s: (no_move(s), s.kill_expired(), bytes_for_colours(s)))
+    assert told.count("; ") == 2, told
+
+
+def writes_in_a_callback(s: motes.System) -> None:
+    s.configure(velocity=(1, 0, 0))
+    s.source(BOX, rate=100)
+    s.callback(lambda p: None)
+    s.kill_expired()
+
+
+def writes_in_local(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.gravity((0, -1, 0))
+    with s.local() as p:
+        p.position[:] += p.velocity
+
+
+def moves_twice(s: motes.System) -> None:
+    s.source(BOX, rate=100)
+    s.move()
+    s.bounce(FLOOR)
+    s.move()
+
+
+def lifetimes_in_columns(s: motes.System) -> None:
+    s.emit(position=[(0, 0, 0)], lifetime=[1])
+    s.move()
+    s.kill_expired()
+
+
+def lifetimes_by_set(s: motes.System) -> None:
+    s.burst(BOX, count=3)
+    s.set(lifetime=1)
+    s.move()
+    s.kill_expired()
+
+
+def bright_light(s: motes.System) -> None:
+    s.configure(color=(12.5, 3, 0))
+    s.burst(BOX, count=3)
+
+
+def rests(s: motes.System) -> None:
+    s.burst(BOX, count=3)
+
+
+@pytest.mark.parametrize(
+    "record",
+    [
+        complete,
+        writes_in_a_callback,
+        writes_in_local,
+        moves_twice,
+        lifetimes_in_columns,
+        lifetimes_by_set,
+        bright_light,
+        rests,
+    ],
+)
+def test_what_lacks_nothing_is_not_told(record: Record):
+    assert warnings_of(record) == []
+
+
+def test_a_system_is_looked_at_when_it_first_records():
+    world = motes.World(seed=1, progress="off")
+    early, late = world.system("early"), world.system("late")
+    told = []
+    with world:
+        for frame in world.frames(4):
+            complete(early)
+            if frame >= 2:
+                no_move(late)
+            with warnings.catch_warnings(record=True) as caught:
+                warnings.simplefilter("always")
+                world.step()
+            told.append([str(one.message) for one in caught])
+    assert [len(one) for one in told] == [0, 0, 1, 0]
+    assert told[2][0].startswith("system 'late'")
+
+
+@pytest.mark.parametrize(
+    ("position", "solid", "inside"),
+    [
+        ((0, 0.5, 0), shapes.Sphere((0, 0, 0), 1), True),
+        ((0, -1, 5), FLOOR, True),
+        ((0, 1, 5), FLOOR, False),
+        ((0, 0.5, 0), shapes.Sphere((0, 0, 0), 2, 1), False),
+    ],
+)
+def test_a_camera_inside_a_solid_is_told_once(position, solid, inside):
+    camera = motes.Camera(position, (0, 0, -9))
+    told = warnings_of(complete, renderer=motes.Renderer(16, 12, camera=camera, objects=[solid]))
+    assert len(told) == (1 if inside else 0)
+    assert all("is inside the solid" in one for one in told)
+
+
+def test_only_the_manager_tells():
+    script = """
+import motes
+world = motes.World(seed=1, space=(-1, 1), progress="off")
+s = world.system("rain")
+with world:
+    for _ in world.frames(3):
+        s.burst(motes.shapes.Box((-1, 0, 0), (1, 1, 1)), count=10)
+        s.gravity((0, -1, 0))
+        world.step()
+"""
+    result = mpirun(4, script, timeout=60)
+    assert result.code == 0, result.text
+    assert result.err.count("MotesWarning: system 'rain'") == 1, result.text
+
+
+NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem != "heterogeneous")  # it starts jobs
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_no_example_is_told_anything(name: str):
+    words = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
+    result = python(EXAMPLES / f"{name}.py", *words, timeout=60)
+    assert result.code == 0, result.text
+    assert "MotesWarning" not in result.err, result.text

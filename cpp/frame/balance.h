@@ -1,7 +1,7 @@
 // balance (paper 3.2.5): the manager plans from the frame's loads, or neighbours decide by themselves; donors find the
-// new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it needs to.
-// What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of its own.
-// Where nothing is to be decided nobody says so: the verdict tells who has something to talk about.
+// new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it needs
+// to. What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of its
+// own. Where nothing is to be decided nobody says so: the verdict tells who has something to talk about.
 #pragma once
 
 #include "frame/manager.h"

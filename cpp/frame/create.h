@@ -15,13 +15,13 @@ namespace motes::frame {
 
 /// What a calculator got of a round's births.
 struct Newborn {
-  Heard heard;                             // the manager's message
-  particles::Reader dealt{{}};             // births where the manager makes them
-  bool shared = false;                     // the calculators made them:
-  std::vector<comm::Message> shares;       // from several, each with packs of groups in their order
+  Heard heard;  // the manager's message
+  particles::Reader dealt{{}};  // births where the manager makes them
+  bool shared = false;  // the calculators made them:
+  std::vector<comm::Message> shares;  // from several, each with packs of groups in their order
   std::vector<particles::Reader> readers;  // of the shares
-  std::uint32_t group = 0;                 // the next to be taken
-  std::uint64_t count = 0;                 // particles in all of it
+  std::uint32_t group = 0;  // the next to be taken
+  std::uint64_t count = 0;  // particles in all of it
 };
 
 /// Manager: makes and deals out a round's births, with the cuts that others do not know yet.

@@ -48,7 +48,8 @@ void Engine::record(int index, recording::Item item) {
     if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
     recording::check(*spawn, s.schema, system(spawn->into).schema);
     uses_copies = actions::uses_copies(spawn->where, s.schema);
-    keep_copies(system(spawn->into), population(spawn->into));  // their births cannot be made again from their ids alone
+    keep_copies(system(spawn->into),
+                population(spawn->into));  // their births cannot be made again from their ids alone
   }
   if (const auto* callback = std::get_if<recording::Callback>(&item)) {
     actions::check_condition(callback->where, callback->shapes, s.schema);

@@ -1,5 +1,5 @@
-// Birth histories stay within bounds: what is dead on all ranks is forgotten, and a system whose history would take more
-// than its share of memory keeps its birth values from then on.
+// Birth histories stay within bounds: what is dead on all ranks is forgotten, and a system whose history would take
+// more than its share of memory keeps its birth values from then on.
 #pragma once
 
 #include "frame/population.h"

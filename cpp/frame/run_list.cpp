@@ -22,9 +22,8 @@ void tidy(Outcome& outcome) {
 
 bool wants_hits(const System& system) {
   const std::vector<const recording::Spawn*> rules = system.rules();
-  return std::any_of(rules.begin(), rules.end(), [](const recording::Spawn* rule) {
-    return rule->on == recording::Spawn::On::collision;
-  });
+  return std::any_of(rules.begin(), rules.end(),
+                     [](const recording::Spawn* rule) { return rule->on == recording::Spawn::On::collision; });
 }
 
 bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }

@@ -72,12 +72,8 @@ void note_events(const System& system, Population& here) {
       case Spawn::On::birth:
         here.events[r] = recording::events_of(*rules[r], here.store, newborn_of(system, here.store));
         break;
-      case Spawn::On::death:
-        here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.dead);
-        break;
-      case Spawn::On::collision:
-        here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.hits);
-        break;
+      case Spawn::On::death: here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.dead); break;
+      case Spawn::On::collision: here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.hits); break;
     }
   }
 }

@@ -6,7 +6,7 @@
 
 namespace motes::frame {
 
-Stopwatch::Phase::Phase(Stopwatch& watch, double PhaseTimes::*seconds, const char* phase, std::string system)
+Stopwatch::Phase::Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system)
     : watch_(watch), seconds_(seconds), phase_(phase), system_(std::move(system)), start_(comm::wall_seconds()) {}
 
 Stopwatch::Phase::~Phase() {

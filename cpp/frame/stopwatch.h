@@ -14,14 +14,14 @@ class Stopwatch {
   /// From its construction to its destruction counts as `phase`.
   class Phase {
    public:
-    Phase(Stopwatch& watch, double PhaseTimes::*seconds, const char* phase, std::string system = "");
+    Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system = "");
     ~Phase();
     Phase(const Phase&) = delete;
     Phase& operator=(const Phase&) = delete;
 
    private:
     Stopwatch& watch_;
-    double PhaseTimes::*seconds_;
+    double PhaseTimes::* seconds_;
     const char* phase_;
     std::string system_;
     double start_;

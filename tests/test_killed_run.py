@@ -21,8 +21,7 @@ import sys
 import motes
 from motes import shapes
 
-options = {"spans": True} if "spans" in motes.World.__init__.__kwdefaults__ else {}
-options |= {"log": sys.argv[1], "digest": True, "progress": "off"}
+options = {"log": sys.argv[1], "spans": True, "digest": True, "progress": "off"}
 world = motes.World(seed=3, space=(-1, 1), roles="shared", **options)
 systems = [world.system(f"s{i}") for i in range(4)]
 with world:

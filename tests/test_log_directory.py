@@ -154,7 +154,7 @@ def test_the_lock_ends_with_its_owner(tmp_path):
             LogDirectory.claim(tmp_path)
     finally:
         owner.send_signal(signal.SIGKILL)
-        owner.wait()
+        owner.communicate()
     LogDirectory.claim(tmp_path).release()
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import os
 import subprocess
 import sys
@@ -10,6 +11,7 @@ import threading
 import numpy as np
 import pytest
 
+import motes
 from motes import movie as movie_module
 from motes.errors import ArgumentError, MotesError
 from motes.frame import Frame
@@ -166,8 +168,8 @@ def test_wrong_arguments(arguments, message):
 
 
 def test_without_pyav_every_rank_is_told_what_to_install(monkeypatch):
-    monkeypatch.setattr(movie_module.importlib.util, "find_spec", lambda name: None)
-    with pytest.raises(ImportError, match=r'pip install "motes\[video\]"'):
+    monkeypatch.setattr(importlib.util, "find_spec", lambda name: None)
+    with pytest.raises(motes.MissingExtra, match=r'pip install "\.\[video\]"'):
         Movie("a.mp4")
 
 

@@ -109,7 +109,7 @@ def job(*words: str) -> Iterator[subprocess.Popen[str]]:
         yield process
     finally:
         _kill_session(process.pid)
-        process.wait(10)
+        process.communicate(timeout=10)
 
 
 RANKS = "import os, time; print('up', os.getpid(), os.getppid(), flush=True); time.sleep(60)"

@@ -17,7 +17,11 @@ from motes.errors import NotAssignable
 
 BALL = shapes.Sphere((0, 1, 2), 3, 0.5)
 FLOOR = shapes.Plane((0, 0, 0), (0, 1, 0))
-NAMES: dict[str, Any] = {**vars(motes), **vars(shapes), **vars(actions)}
+NAMES: dict[str, Any] = {
+    **{name: getattr(motes, name) for name in motes.__all__},
+    **vars(shapes),
+    **vars(actions),
+}
 
 VALUES: list[Any] = [
     shapes.Point((1, 2, 3)),

@@ -239,6 +239,7 @@ void bind_engine(py::module_& m) {
           "keep_linear", [](Engine& e) { return e.painter().keep_linear; },
           [](Engine& e, bool keep) { e.painter().keep_linear = keep; })
       .def_property_readonly("frame", &Engine::frame)
+      .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def_property_readonly("last_row", &last_row);
   m.def("builtin_attributes", [] {

@@ -1,12 +1,12 @@
-// What a newborn particle costs those that make it and hand it to its owner: `python -m motes bench births`.
+// What a newborn particle costs those that create it and send it to its owner: `python -m motes bench births`.
 #pragma once
 
 namespace motes::frame {
 
-/// Nanoseconds a particle, each the median over repeats.
+/// Nanoseconds per particle, each the median over repeats.
 struct BirthBench {
   double make = 0;     // from its number: place and velocity drawn
-  double own = 0;      // whose it is
+  double own = 0;      // finding its owner
   double pack = 0;     // sorted into the messages of a step
   double forward = 0;  // read from such messages, sorted and packed again
   double take = 0;     // read by its owner, behind the particles of its system

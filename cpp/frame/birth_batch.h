@@ -1,4 +1,4 @@
-// Births that calculators hand to each other, in steps along a ring: sorted into a step's messages and read from them.
+// Births that calculators send each other, in steps along a ring: sorted into a step's messages and read from them.
 #pragma once
 
 #include <cstdint>

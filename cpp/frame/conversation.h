@@ -78,7 +78,9 @@ class Conversation {
   [[noreturn]] void give_up(Verdict verdict);
   /// Throws this rank's own exception, if there is one: for what may not reach the script.
   void rethrow() const;
-  /// Throws std::runtime_error where the run has ended with a failure.
+  /// Whether all ranks have given up: nobody waits for this one any more.
+  bool over() const { return broken_; }
+  /// Throws std::runtime_error where that is so.
   void check_alive() const;
 
  private:

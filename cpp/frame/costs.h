@@ -12,26 +12,26 @@
 
 namespace motes::frame {
 
-/// Nanoseconds on a machine of speed 1, a particle where nothing else is said.
+/// Nanoseconds on a machine of speed 1; per particle unless said otherwise.
 struct Costs {
   std::array<double, actions::kKinds> act{};  // one action
   double birth = 0;    // manager: making, finding its owner, packing
   double newborn = 0;  // calculator: taking it from the manager's message
   double forward = 0;  // calculator: a birth that it passes on, unpacking, sorting, packing
   double leave = 0;    // calculator: taking a leaver out of its system, packing
-  double gap = 0;  // calculator: a leaver, for each particle of its system there (what stands behind it moves up)
+  double gap = 0;  // calculator: a leaver, per particle of its system there (those behind it move up)
   double arrive = 0;  // calculator: unpacking, putting it into its system
-  double select = 0;  // donor: a particle of the system whose new cut it looks for
+  double select = 0;  // donor: per particle of the system whose new cut it looks for
   double record = 0;  // calculator: projecting and packing for the image generator
   double collect = 0;  // image generator: receiving
   double draw = 0;  // image generator
   double picture = 0;  // image generator: a whole picture without particles
-  double report = 0;  // manager: one calculator's report, a system
+  double report = 0;  // manager: one calculator's report, per system
   /// `messages.message`: any rank, a message at each of its ends; `messages.byte`: and a byte of it; where this is
   /// given, messages share no links. `messages.scale`: each computed particle stands for this many.
   comm::Weights messages;
 
-  /// Operations of a list's actions on one particle, one sub-step.
+  /// The cost of a list's actions on one particle in one sub-step.
   double of(const std::vector<recording::Item>& list) const;
 
   bool operator==(const Costs&) const = default;

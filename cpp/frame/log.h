@@ -1,4 +1,4 @@
-// The run's log: small tables of JSON lines, one schema a file, written by the manager.
+// The run's log: small tables of JSON lines, one schema per file, written by the manager.
 #pragma once
 
 #include <cstdint>
@@ -25,7 +25,7 @@ struct LoadRow {
   Density density;
 };
 
-/// A row of balance.jsonl: a cut that a policy looked at.
+/// A row of balance.jsonl: a cut that a policy evaluated.
 struct BalanceRow {
   std::uint64_t frame = 0;
   std::string system;
@@ -49,7 +49,7 @@ struct FrameRow {
   std::vector<LoadRow> load;               // by system, then calculator
 };
 
-/// The tables of a run but run.json and the spans: written frame by frame.
+/// The tables of a run, written frame by frame. run.json and the spans are elsewhere.
 class Log {
  public:
   /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.

@@ -89,11 +89,11 @@ Heard Relay::hear(Phase phase, Stamp stamp) {
 }
 
 // Up: for each place of the range whether it failed, size and bytes.
-void Relay::say(Phase phase, Stamp stamp, std::span<const std::byte> words, bool failed) {
+void Relay::say(Phase phase, Stamp stamp, std::span<const std::byte> answer, bool failed) {
   Message message;
-  message.bytes().put(static_cast<std::uint64_t>(words.size()));
+  message.bytes().put(static_cast<std::uint64_t>(answer.size()));
   message.bytes().put(failed);
-  message.bytes().put_raw(words.data(), words.size());
+  message.bytes().put_raw(answer.data(), answer.size());
   comm_.post(tree_.leaf() ? tree_.parent() : comm_.rank(), phase, stamp, std::move(message), 0, failed);
 }
 
@@ -123,7 +123,7 @@ AllSaid Relay::listen(Phase phase, Stamp stamp) {
       said.failed = in.get<bool>();
       said.bytes = in.take(size);
     }
-    if (!in.done()) throw std::runtime_error("words for the manager of ranks that are not there");
+    if (!in.done()) throw std::runtime_error("a message to the manager has answers of ranks that do not exist");
   };
   take(comm_.expect(comm_.rank(), phase, stamp), {0, 1, 0});
   for (const Range& child : tree_.children()) {

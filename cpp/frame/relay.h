@@ -1,5 +1,5 @@
-// Words from the manager to all ranks and back, passed on along a tree. What goes down has a part for all and a part
-// for each; what comes up is each rank's own words, which nobody on the way reads.
+// Messages from the manager to all ranks and back, relayed along a tree. What goes down has a part for all ranks and a
+// part for each; what comes up is each rank's own answer, which no rank on the way reads.
 #pragma once
 
 #include <cstdint>
@@ -11,7 +11,7 @@
 
 namespace motes::frame {
 
-/// What the manager says to one rank besides what it says to all.
+/// What the manager sends to one rank, besides what it sends to all.
 struct Part {
   particles::Bytes bytes;
   std::uint64_t count = 0;  // particles in it
@@ -32,7 +32,7 @@ struct Said {
   bool failed = false;
 };
 
-/// What came up from a tree: one entry a rank. The messages keep the bytes.
+/// What came up the tree: one entry per rank. The messages keep the bytes.
 struct AllSaid {
   std::vector<comm::Message> messages;
   std::vector<Said> ranks;
@@ -46,16 +46,16 @@ class Relay {
   void grow(const roles::Cast& cast, int fan_out);
   const roles::Tree& tree() const { return tree_; }
 
-  /// Manager: `parts`, one a rank, and `common` set out to all, this rank too, which hears them like any other.
+  /// Manager: sends `common` to all ranks, and to each its part of `parts`. This rank hears them like any other.
   void tell(comm::Phase phase, comm::Stamp stamp, const particles::Bytes& common, const std::vector<Part>& parts,
             bool failed);
   /// Waits for what tell() sent, and passes on what is for those below.
   Heard hear(comm::Phase phase, comm::Stamp stamp);
 
-  /// Every rank, the manager too: words for the manager. They leave at once where nobody stands below; elsewhere with
-  /// hand_up().
-  void say(comm::Phase phase, comm::Stamp stamp, std::span<const std::byte> words, bool failed);
-  /// Waits for those below, and passes their words on with one's own. Nothing to do for the manager and for leaves.
+  /// Every rank, the manager too: its answer to the manager. It leaves at once if no rank stands below this one in the
+  /// tree, otherwise with hand_up().
+  void say(comm::Phase phase, comm::Stamp stamp, std::span<const std::byte> answer, bool failed);
+  /// Waits for the answers from below, and relays them with this rank's own. Does nothing on the manager and on leaves.
   void hand_up(comm::Phase phase, comm::Stamp stamp);
   /// Manager: waits for all.
   AllSaid listen(comm::Phase phase, comm::Stamp stamp);

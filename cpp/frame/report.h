@@ -1,4 +1,4 @@
-// What ranks tell each other about a frame: reports to the manager, its verdict to all. Plain values as bytes.
+// What ranks tell each other about a frame: their reports to the manager, and its verdict to all. Plain values.
 #pragma once
 
 #include <cstdint>
@@ -98,7 +98,7 @@ constexpr void fields(Visitor& visit, SystemReport& system) {
         system.oldest, system.events);
 }
 
-/// How the log pictures where a calculator's particles of one system are.
+/// Where a calculator's particles of one system are, for the log.
 inline constexpr int kQuantiles = 16;
 struct Density {
   std::uint64_t particles = 0;
@@ -110,12 +110,12 @@ constexpr void fields(Visitor& visit, Density& density) {
   visit(density.particles, density.quantiles);
 }
 
-/// What became known too late for the report of its own frame: it travels with the next one.
+/// What became known too late for the report of its own frame: it is sent with the next one.
 struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;
-  std::vector<std::uint64_t> bytes_sent;  // exchange, one a system
+  std::vector<std::uint64_t> bytes_sent;  // exchange, one per system
   std::vector<Density> density;           // one per system, where there is a log
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   std::string image_sha256;
@@ -138,7 +138,8 @@ constexpr void fields(Visitor& visit, Report& report) {
   visit(report.failure, report.record, report.systems, report.tail);
 }
 
-/// What a calculator is asked for before cuts move: up to so many particles for a neighbour, or where all of its are.
+/// What a calculator is asked for before cuts move: this many particles at most for a neighbour, or where all of
+/// its particles are.
 struct Request {
   enum class Kind : std::uint32_t { give_left, give_right, histogram };
   std::int32_t system = 0;
@@ -167,9 +168,10 @@ struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
-  std::vector<std::uint64_t> alive;     // one a system, over all ranks
+  std::vector<std::uint64_t> alive;     // one per system, over all ranks
   std::vector<particles::Digest> digests;
-  std::vector<std::uint64_t> spawned;   // one per system: children at the end of this frame, capacity not minded
+  std::vector<std::uint64_t>
+      spawned;   // one per system: children at the end of this frame, before the capacity limits them
   std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
   bool asks = false;                    // some rank has requests or partners: all say what they propose
 };
@@ -201,7 +203,7 @@ constexpr void fields(Visitor& visit, Orders& orders) {
 }
 
 void write(const Report& report, particles::Bytes& out);
-/// Over an earlier one, whose memory it takes.
+/// Reads over an earlier report, and reuses its memory.
 void read(particles::Reader& in, Report& report);
 void write(const Verdict& verdict, particles::Bytes& out);
 Verdict read_verdict(particles::Reader& in);

@@ -1,4 +1,4 @@
-// When this rank did what: one line a phase and round, for timelines.
+// When this rank did what: one line per phase and round, for timelines.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@
 
 namespace motes::frame {
 
-/// Written by each rank to a file of its own, a write a frame. Times count from `zero`, a moment that all ranks share
-/// as nearly as messages allow.
+/// Each rank writes a file of its own, once per frame. Times count from `zero`, a moment that all ranks share as nearly
+/// as messages allow.
 class Spans {
  public:
   /// Throws std::runtime_error, naming the path, where it cannot write.

@@ -1,4 +1,4 @@
-// A table of JSON lines on disk: flat objects, one schema a file.
+// A table of JSON lines on disk: flat objects, one schema per file.
 #pragma once
 
 #include <cmath>
@@ -25,8 +25,8 @@ class Row {
   std::string text_ = "{";
 };
 
-/// Lines of one length, a power of two that divides a page, so that none crosses one: the system writes page by page,
-/// and a killed run is readable to its last whole line. All lines that came together go with one write.
+/// All lines have the same length, a power of two, so that no line crosses a page: the system writes page by page, and
+/// the log of a killed run is readable to its last complete line. Lines that belong together go in one write.
 class Table {
  public:
   Table() = default;
@@ -37,7 +37,7 @@ class Table {
   Table& operator=(Table&& other) noexcept;
 
   void add(const Row& row);
-  /// Throws std::runtime_error where the disk does not take it.
+  /// Throws std::runtime_error where the disk does not accept it.
   void write();
 
  private:

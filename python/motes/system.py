@@ -277,7 +277,7 @@ class System(Recorder):
         try:
             return Particles(engine.gather(self._index, to == "all"))
         finally:
-            self.world._usage.end()
+            self.world._end_call(engine)
 
     @property
     def sprite(self) -> Sprite:

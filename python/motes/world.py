@@ -427,7 +427,7 @@ class World(Settings):
             with script_lines.located():
                 engine.run_frame(view)
         finally:
-            self._usage.end()
+            self._end_call(engine)
         self._ran = True
         if self._run_state is not None:
             self._run_state.frame = engine.frame
@@ -464,12 +464,18 @@ class World(Settings):
         try:
             return engine.digest()
         finally:
-            self._usage.end()
+            self._end_call(engine)
 
     def _engine_for(self, call: str) -> _core.Engine:
         if self._engine is None or self._ended:
             raise MotesError(f"{call} works inside `with world:` only")
         return self._engine
+
+    def _end_call(self, engine: _core.Engine) -> None:
+        """End what `_begin` started. Where all ranks have given up, nobody waits for this one any more."""
+        self._usage.end()
+        if engine.gave_up:
+            self._leave(well=False)
 
     def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
         """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""

@@ -42,9 +42,10 @@ def supervise(argv: Sequence[str]) -> int:
         process = subprocess.Popen(
             argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_tie_to_parent(), bufsize=0
         )
+        assert process.stderr is not None
+        reader = None
         try:
             signals.go_to(process)
-            assert process.stderr is not None
             relay = Relay(lambda data: write_all(2, data))
             reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
             reader.start()
@@ -52,6 +53,8 @@ def supervise(argv: Sequence[str]) -> int:
             reader.join(_DRAIN_S)  # a child that outlives the launcher may hold the pipe open
         finally:
             _end(process)
+            if reader is None or not reader.is_alive():
+                process.stderr.close()
         left = open_worlds.left_open(folder)
     relay.close(failed=code != 0)
     if code == 0 and left:
@@ -106,6 +109,9 @@ def _tie_to_parent() -> Callable[[], None] | None:
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
 
     def tie() -> None:
+        # When this process is gone, so is the reader of the launcher's messages: what it says while it ends its
+        # ranks must not end it before.
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
         prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
         if os.getppid() != parent:  # it was gone before
             os._exit(1)

@@ -17,7 +17,7 @@ bool offers(Isa isa) {
     default: return true;
   }
 #else
-  return isa == Isa::sse2;  // the portable build of four lanes
+  return isa == Isa::sse2;  // the portable build, four lanes
 #endif
 }
 

@@ -229,7 +229,7 @@ void Store::unpack(Reader& in) {
   for (int a = 0; a < schema_->size(); ++a) {
     const int components = width(a);
     const auto how = in.get<Packed>();
-    if (how > Packed::planes) throw std::runtime_error("packed particles have a column of no known kind");
+    if (how > Packed::planes) throw std::runtime_error("packed particles have a column of unknown kind");
     if (how == Packed::planes) {
       if (uniform(a)) {
         size_ = first;  // only the particles that were already here have the uniform value

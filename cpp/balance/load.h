@@ -95,8 +95,8 @@ bool apart(const Load& a, double a_s, const Load& b, double b_s, double threshol
 /// The slowest calculator's predicted seconds divided by the mean; 1 where all are idle.
 double imbalance(const std::vector<Load>& loads);
 
-/// The sum of all systems' loads, calculator by calculator. The speed of the sum is its particles divided by the total
-/// time of those whose speed is known.
+/// The sum of all systems' loads, calculator by calculator. Its speed covers the particles whose speed is known: their
+/// number divided by the sum of their times.
 std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems);
 
 }  // namespace motes::balance

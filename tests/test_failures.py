@@ -46,7 +46,7 @@ KINDS = (
     Kind("segfault", "segmentation fault", code=None, trace="ctypes/__init__.py"),
     Kind("kill", r"its process is gone \(killed or crashed\)", code=None),
     Kind("another action", r"its script differs from the other ranks'.*gravity"),
-    Kind("another parameter", r"its script differs from the other ranks'.*gravity with other arguments"),
+    Kind("another parameter", r"its script differs from the other ranks'.*gravity with different arguments"),
     Kind("another verb", r"its script differs from the other ranks'.*digest"),
 )
 

@@ -301,7 +301,7 @@ def test_balancers_refuse_bad_arguments(wrong: Any) -> None:
 
 def test_fixed_powers_must_fit_the_calculators() -> None:
     for balancer in (Proportional([1, 2]), PrefixCuts(powers=[1, 2])):
-        with pytest.raises(ArgumentError, match=r"powers must be 3 numbers, one a calculator, got 2"):
+        with pytest.raises(ArgumentError, match=r"powers must be 3 numbers, one per calculator, got 2"):
             balancer.policy.check(3)
         with pytest.raises(ArgumentError, match=type(balancer).__name__):
             balancer.policy.plan(table([1, 2, 3]))

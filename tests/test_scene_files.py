@@ -174,7 +174,7 @@ def test_the_scene_s_own_balancer_is_used_where_it_is_one_of_ours(motes_replay: 
     own = "import motes\nclass Own(motes.Balancer):\n    def decide(self, load): return motes.Orders([])\n"
     assert record_text(tmp_path, own + WORLD.replace("seed=1", "seed=1, balancer=Own()") + body).code == 0
     refused = replay(motes_replay, 1, scene)
-    assert refused.code == 1 and "Own() is its script's own: choose one by --balancer" in refused.err
+    assert refused.code == 1 and "Own() is defined by its script: choose one with --balancer" in refused.err
     assert replay(motes_replay, 1, scene, "--balancer", "Static").code == 0
 
 
@@ -190,13 +190,13 @@ def test_what_is_wrong_is_said_once(
         ((tmp_path / "none.motes",), "No such file"),
         ((tmp_path / "cut.motes",), f"is cut off: {len(whole) // 2} of {len(whole)} bytes"),
         ((tmp_path / "damaged.motes",), "is damaged"),
-        ((SAYINGS,), "is no recorded scene"),
-        ((tmp_path,), "it is no file"),
+        ((SAYINGS,), "is not a recorded scene"),
+        ((tmp_path,), "it is not a regular file"),
         ((recorded["snow"].scene, "--frames", "two"), "--frames must be a whole number, got 'two'"),
         ((recorded["snow"].scene, "--roles", "all"), "--roles must be one of auto, shared; got 'all'"),
         ((recorded["snow"].scene, "--balancer", "Own()"), "balancer 'Own()': must be Static, Pairwise"),
         ((recorded["snow"].scene, "--spans"), "--spans needs --log"),
-        ((recorded["snow"].scene, "--fast"), "there is no option --fast"),
+        ((recorded["snow"].scene, "--fast"), "unknown option --fast"),
         ((recorded["snow"].scene, "--out"), "--out must be followed by a value"),
     ]
     for words, text in cases if ranks == 1 else cases[:3]:
@@ -397,4 +397,4 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
         for table in ("frames.jsonl", "load.jsonl", "events.jsonl"):
             assert (tmp_path / "c" / table).read_bytes() == (tmp_path / "d" / table).read_bytes()
     failed = command(["smpirun", "-np", 3, *where, *flags, simulated_replay, SAYINGS])
-    assert failed.code == 2 and "is no recorded scene" in failed.err
+    assert failed.code == 2 and "is not a recorded scene" in failed.err

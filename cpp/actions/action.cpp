@@ -28,7 +28,7 @@ constexpr std::uint32_t kPositionB = bit(particles::position_b);
 constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 
-// What the list says of a number.
+// What list.inc says of a number.
 using Rule = Number::Rule;
 constexpr Number vector(const char* name) { return {name, -kAny, kAny, 3}; }
 constexpr Number axis(const char* name) { return {name, -kAny, kAny, 3, Rule::axis}; }
@@ -67,11 +67,11 @@ void check_number(const Facts& facts, const Number& number, double value) {
   throw std::invalid_argument(std::string(facts.name) + ": " + what);
 }
 
-// The kernels divide by the float square of the length: it must be a normal number.
+// The kernels divide by the square of the length in float32: that square must be a normal number.
 void check_axis(const Facts& facts, const Number& number, const double* v) {
   const double square = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
   if (!(square > 1e-30 && square < 1e30)) {
-    refuse(facts, std::string(number.name) + " must not be zero, and shorter than 1e15");
+    refuse(facts, std::string(number.name) + " must not be zero, and must be shorter than 1e15");
   }
 }
 
@@ -107,14 +107,14 @@ void check_numbers(const Facts& facts, const std::vector<double>& numbers) {
 void check_ramp(const Facts& facts, const std::vector<double>& numbers) {
   const std::size_t row = 1 + static_cast<std::size_t>(facts.ramp);
   if (numbers.empty() || numbers.size() % row != 0)
-    refuse(facts, "ramp must have at least one knot, all of them whole");
+    refuse(facts, "ramp must have at least one knot, and no incomplete knot");
   for (std::size_t i = 0; i < numbers.size(); ++i) {
     check_number(facts, i % row == 0 ? part("ramp's age / lifetime") : any("ramp's value"), numbers[i]);
     if (i >= row && i % row == 0 && numbers[i] < numbers[i - row]) refuse(facts, "ramp must be in ascending order");
   }
 }
 
-// The first shape, among it and its parts, that has nothing to meet.
+// The first shape, of this one and its parts, that has no surface to meet.
 const shapes::Shape* without_surface(const shapes::Shape& shape) {
   for (int i = 0; i < shape.parts; ++i) {
     if (const shapes::Shape* found = without_surface(shape.part[i])) return found;

@@ -1,4 +1,4 @@
-// An action over particles as a plain value (paper 3.1.5), and what is known about each kind.
+// An action over particles as a plain value (paper 3.1.5), and the facts about each kind of action.
 #pragma once
 
 #include <cstdint>
@@ -23,14 +23,14 @@ inline constexpr int kKinds = 0
 #undef MOTES_ACTION
     ;
 
-/// What a script recorded: the kind, its numbers in the order of Facts::numbers or the knots of its ramp, its shapes.
+/// What a script recorded: the kind; its numbers in the order of Facts::numbers, or the knots of its ramp; its shapes.
 struct Action {
   Kind kind = Kind::move;
   std::vector<double> numbers;
-  std::vector<shapes::Shape> shapes;   // the action's own, then those that its expressions name
-  Expression where{};                  // a truth; empty: all particles
+  std::vector<shapes::Shape> shapes;   // the action's own, then those that its expressions use
+  Expression where{};                  // a truth value; empty: all particles
   std::int32_t target = -1;            // set: the attribute
-  std::vector<Expression> values{};    // set: one a component
+  std::vector<Expression> values{};    // set: one per component
 
   bool operator==(const Action&) const = default;
 };
@@ -40,7 +40,7 @@ constexpr void fields(Visitor& visit, Action& action) {
   visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values);
 }
 
-/// One number of an action, or a vector of them: its name in API.md and the values that it may have.
+/// One number of an action, or a vector of them: its name in the Python API and the values that it may have.
 struct Number {
   enum class Rule : std::uint8_t { none, whole, axis, not_below_last };
   const char* name;
@@ -50,8 +50,8 @@ struct Number {
   Rule rule = Rule::none;  // axis: not all zero; not_below_last: at least the number before it
 };
 
-/// What the recorder, the checks and the compiler of programs need to know of a kind. Attributes are indices of
-/// particles::Builtin; a bit mask each.
+/// What the recorder, the checks and the compiler of programs need to know about a kind. Attributes are bit masks of
+/// particles::Builtin indices.
 struct Facts {
   const char* name = "";
   std::vector<Number> numbers{};
@@ -59,21 +59,22 @@ struct Facts {
   std::uint32_t reads = 0;
   std::uint32_t writes = 0;
   bool meets = false;  // the shape must have a surface that a particle can meet
-  int ramp = 0;        // the numbers are any count of knots: age / lifetime, then this many of the value
+  int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
 };
 
 const Facts& facts(Kind kind);
 
-/// The kind of that name; throws std::invalid_argument for a name that no action has.
+/// The kind with that name; throws std::invalid_argument where no action has this name.
 Kind kind_of(const std::string& name);
 
-/// Attributes that the action touches in a system of this schema, a bit each: with what its expressions read.
+/// Attributes that the action touches in a system of this schema, including those that its expressions read: one bit
+/// each.
 std::uint64_t reads(const Action& action, const particles::Schema& schema);
 std::uint64_t writes(const Action& action, const particles::Schema& schema);
-/// Those alone that its expressions read.
+/// Only the attributes that its expressions read.
 std::uint64_t named(const Action& action, const particles::Schema& schema);
 
-/// Attributes that an expression reads, a bit each.
+/// Attributes that an expression reads, one bit each.
 std::uint64_t columns_of(const Expression& expression, const particles::Schema& schema);
 
 /// Whether the action, or a condition, reads or writes a *_b attribute.
@@ -82,10 +83,10 @@ bool uses_copies(const Expression& expression, const particles::Schema& schema);
 
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Action& action);
-/// The same for its expressions, which name columns of a schema.
+/// The same for its expressions, whose columns are those of a schema.
 void check(const Action& action, const particles::Schema& schema);
 
-/// The same for a condition that stands alone; an empty one is none.
+/// The same for a condition on its own; an empty one stands for no condition.
 void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
                      const particles::Schema& schema);
 

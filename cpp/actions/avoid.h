@@ -1,5 +1,5 @@
-// avoid: particles that would meet the shape within look_ahead seconds are turned; their speed stays. With t the time
-// until then:
+// avoid: particles that would meet the shape within look_ahead seconds are turned; their speed does not change. With t
+// the time until then:
 //   v' = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon))
 // after McAllister's Avoid, whose q and unit vector aside are
 //   Plane                 q = t              aside = the part of v along the plane
@@ -9,7 +9,8 @@
 // and by the same ideas, from outside:
 //   Box                   as the Rectangle that its face is
 //   Cylinder, Cone        walls: as a Plane that touches the place of the hit; flat ends: as a Disc
-// Of a Union, the part that would be met first counts. Whoever heads straight at it, where there is no aside, goes on.
+// For a Union, the part that would be met first counts. A particle that heads straight at the shape, where aside is
+// zero, flies on unchanged.
 #pragma once
 
 #include "actions/lanes.h"
@@ -22,7 +23,7 @@ struct Turn {
   Floats3 aside;  // of any length
 };
 
-/// The part of v along a surface.
+/// The component of v along a surface.
 MOTES_INLINE Floats3 along_surface(Floats3 v, Floats3 normal) { return v - normal * dot(v, normal); }
 
 MOTES_INLINE Turn turn_at(const PlaneLanes& plane, Floats3 x, Floats3 v, float look_ahead) {
@@ -47,7 +48,7 @@ MOTES_INLINE Turn turn_at(const SphereLanes& sphere, Floats3 x, Floats3 v, float
   return {hit.mask & outside, time, sqrt(speed2) * time, across};
 }
 
-/// What is nearest so far, and the way to it.
+/// The nearest hit so far, and the direction aside from it.
 struct Nearest {
   Floats distance;
   Floats3 way;
@@ -88,7 +89,8 @@ MOTES_INLINE Turn turn_round(const Round& round, Float3 start, Float3 end, Float
   return {hit.mask & ~round.contains(x), time, time, aside};
 }
 
-/// The way to the nearest edge of origin + a u + b v: lines a = 0, b = 0 and either a = 1, b = 1 or a + b = 1.
+/// The way to the nearest edge of origin + a u + b v. The edges are the lines a = 0, b = 0 and either a = 1, b = 1 or a
+/// + b = 1.
 struct Edges {
   Float3 origin, to_a, to_b;  // to_a, to_b: reciprocal vectors, so a = (x - origin) to_a
   bool triangle;
@@ -114,7 +116,7 @@ struct Edges {
   }
 
  private:
-  /// The edge is where `left`, which falls by |gradient| a metre along `gradient`, is 0.
+  /// The edge is where `left` is 0; `left` falls by |gradient| per metre along `gradient`.
   static MOTES_INLINE void see(Nearest& edge, Floats left, Float3 gradient) {
     edge.see(left * (1.0f / __builtin_sqrtf(dot(gradient, gradient))), all3(unit(gradient)));
   }
@@ -140,7 +142,7 @@ __attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 
     case Kind::cylinder: return turn_round(CylinderLanes::from(s), start, end, x, v, look_ahead);
     case Kind::cone: return turn_round(ConeLanes::from(s), start, end, x, v, look_ahead);
     case Kind::plane: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
-    // Refused when they are recorded: nothing to meet. A union's parts are asked one by one.
+    // Refused when they are recorded: they have no surface to meet. The parts of a union are handled one by one.
     case Kind::point:
     case Kind::line:
     case Kind::blob:
@@ -189,7 +191,7 @@ inline void avoid(const actions::Parameters& p, const actions::Block& b, const a
               [&](Floats3 x, Floats3 v) __attribute__((always_inline)) { return turn_at(lanes, x, v, look_ahead); });
   };
   using shapes::Kind;
-  if (shape.kind == Kind::plane) return inlined(PlaneLanes::from(shape));  // the usual ones
+  if (shape.kind == Kind::plane) return inlined(PlaneLanes::from(shape));  // the most common case
   if (shape.kind == Kind::sphere) return inlined(SphereLanes::from(shape));
   if (shape.kind == Kind::box) return inlined(BoxLanes::from(shape));
   avoid_all(p, b, s,

@@ -1,4 +1,4 @@
-// What newborn particles get: draws of an attribute from its distribution, and births spread over the step.
+// What newborn particles get: values drawn from each attribute's distribution, and births spread over the step.
 #pragma once
 
 #include "actions/kernels.h"

@@ -15,10 +15,10 @@ namespace motes::actions {
 /// next multiple of particles::kPadding.
 struct Block {
   std::size_t count;
-  float* const* component;   // one plane a component of the schema, at the block's first particle
+  float* const* component;   // one plane per component of the schema, at the block's first particle
   const std::uint64_t* ids;
   std::int32_t* dead;        // all bits set where a particle was killed
-  std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody asks
+  std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody needs it
 };
 
 /// A (sub)step of one action.
@@ -27,11 +27,11 @@ struct Step {
   std::uint32_t step;        // frame * substeps + substep
   std::uint32_t stream;      // particles::action + the action's place in the list
   particles::Key key;
-  double time = 0;           // at its start, seconds
+  double time = 0;           // at the start of the step, seconds
 };
 
-/// Columns that will be needed soon: a kernel that computes for long asks memory for them in the meantime, since the
-/// processor cannot foresee the way from block to block.
+/// Columns that will be needed soon: a kernel with much arithmetic prefetches them meanwhile, since the processor
+/// cannot predict the way from block to block.
 struct Ahead {
   static constexpr int kMost = 16;
   struct Column {
@@ -56,7 +56,7 @@ struct Parameters {
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 
-/// A stack of kDepth block-wide values, above up to two results that wait.
+/// A stack of kDepth block-wide values, on top of up to two results that are kept.
 inline constexpr std::size_t kScratch = (kDepth + 2) * (particles::kBlock + particles::kPadding);
 
 using Kernel = void (*)(const Parameters&, const Block&, const Step&);

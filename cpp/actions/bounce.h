@@ -1,13 +1,13 @@
-// bounce: particles whose path in this step meets the shape's surface leave it again.
+// bounce: particles whose path in this step meets the shape's surface are reflected.
 //
 // With n the normal at the true place of the hit, v splits into v_n along n and v_t along the surface:
 //   v' = (1 - friction) v_t - restitution v_n        (no friction where |v_t| <= min_tangential_speed)
-// The rest of the step goes on from there with v', and may hit again: an edge, a corner, the inside of a ball. The
-// move that follows travels the whole step with the last speed, so the position changes to where that move must start
-// from. A skin of a few roundings keeps the particle on its side of the surface.
+// The rest of the step continues from there with v', and may hit again: an edge, a corner, the inside of a ball. The
+// move that follows covers the whole step with the final velocity, so the position is set to where that move must
+// start. A skin of a few rounding errors keeps the particle on its side of the surface.
 //
-// Without exact_hit as McAllister's Bounce: only v changes, once, as soon as the predicted place x + v dt is beyond the
-// surface. Planes have two sides, and a sphere's n is that of the old place.
+// Without exact_hit, as in McAllister's Bounce: only v changes, once, as soon as the predicted place x + v dt is beyond
+// the surface. Planes then have two sides, and a sphere's n is taken at the old place.
 #pragma once
 
 #include "actions/lanes.h"
@@ -31,13 +31,13 @@ struct Rebound {
   }
 };
 
-/// Hits in one step that are followed, in corners and inside round walls; whoever meets more stops at the last.
+/// The most hits per step that are followed, in corners and inside round walls; a particle with more stops at the last.
 inline constexpr int kMostHits = 8;
 
-/// Positions and velocities from which the move ends where the path does that begins with `hit`.
+/// Sets positions and velocities so that the move ends where the path that begins with `hit` ends.
 template <class Shape>
 MOTES_INLINE void follow(const Shape& shape, const Rebound& rebound, float dt, Hit hit, Floats3& x, Floats3& v) {
-  Floats passed{}, rest = all(dt);  // seconds of the step before the last hit, and behind it
+  Floats passed{}, rest = all(dt);  // seconds of the step before the last hit, and after it
   Floats3 from = x, path = v * rest;
   for (int hits = 1;; ++hits) {
     const Floats3 after = rebound(v, hit.normal);
@@ -79,7 +79,7 @@ MOTES_INLINE void bounce_exactly(const Shape& shape, const Rebound& rebound, con
   }
 }
 
-/// By the predicted place: sets v, and says who bounced.
+/// By the predicted place: sets v, and returns which particles bounced.
 template <class Shape>
 MOTES_INLINE Mask turn_back(const Shape& shape, const Rebound& rebound, Floats3 x, Floats3& v, float dt) {
   const Hit hit = shape.hit(x, v * all(dt));
@@ -102,10 +102,10 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   const Mask mask = inside ^ (dot(next, next) <= radius2);
   const Floats3 normal = d * (all(1.0f) / sqrt(max(distance2, all(1e-30f))));
   Floats3 after = rebound(v, normal);
-  // Whoever is inside goes inwards, also where the old place's normal says that it does already.
+  // A particle inside goes inwards, even where the old place's normal says that it already does.
   const Floats outwards = max(dot(after, normal), Floats{});
   after = select(inside, after - normal * (outwards + outwards), after);
-  // Who would leave nevertheless ends the step just below the surface.
+  // A particle that would still leave ends the step just below the surface.
   const Floats3 there = d + after * dt;
   const Floats there2 = dot(there, there);
   const Floats3 just_inside = there * (0.999f * sphere.radius / sqrt(max(there2, all(1e-30f))));

@@ -1,7 +1,7 @@
 // curl_noise: v += strength curl(x / scale) dt, an acceleration without divergence (simd/noise.h).
 //
-// The field is keyed by the seed, the system and a number that the script gives, not by the action's place in the list
-// as draws are: it must stay the same field when the list around it changes from frame to frame.
+// The field is keyed by the seed, the system and a number that the script gives. Unlike draws it does not depend on the
+// action's place in the list: the field must stay the same when the list around it changes from frame to frame.
 #pragma once
 
 #include "actions/lanes.h"
@@ -17,7 +17,7 @@ inline void curl_noise(const actions::Parameters& p, const actions::Block& b, co
   float square = 0, gain = 1;  // of the octaves' sum: they are independent
   for (int k = 0; k < octaves; ++k, gain *= kOctaveGain) square += gain * gain;
   const float change = number(p, 0) * s.dt / __builtin_sqrtf(square);
-  constexpr double kMostTime = 1e15;  // later, doubles have no fraction
+  constexpr double kMostTime = 1e15;  // beyond that, doubles have no fraction
   const double time = __builtin_fmin(__builtin_fmax(p.number[3] * s.time, -kMostTime), kMostTime);
   const NoiseKey from{s.key, static_cast<std::uint32_t>(p.number[4])};
   const Floats scale = all(number(p, 1));

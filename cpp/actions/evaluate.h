@@ -1,4 +1,4 @@
-// Expressions over a block: each instruction is a loop, so that its cost is that of its arithmetic.
+// Expressions over a block: each instruction is a loop, so an instruction costs only its arithmetic.
 #pragma once
 
 #include "actions/expression.h"
@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Values of one stack level for a block.
+/// The values of one stack level for a block.
 inline constexpr std::size_t kLevel = particles::kBlock + particles::kPadding;
 
 template <class Compute>
@@ -33,7 +33,7 @@ MOTES_INLINE void unary(std::size_t count, float* a, const Compute& compute) {
 }
 
 MOTES_INLINE Floats floor(Floats v) {
-  // Numbers of 2^23 and more are whole; the conversion is exact below.
+  // Numbers of 2^23 and above are integers; below that the conversion is exact.
   const Floats whole = to_floats(to_ints(select(abs(v) < 8388608.0f, v, Floats{})));
   const Floats down = select(whole > v, whole - 1.0f, whole);
   return select(abs(v) < 8388608.0f, down, v);
@@ -44,7 +44,7 @@ MOTES_INLINE Floats floor(Floats v) {
 #define MOTES_UNARY(expression) \
   unary(n, top, [](Floats x) __attribute__((always_inline)) { return (Floats)(expression); })
 
-/// Runs checked instructions; the result is at the stack's first level (a truth: all bits set or none).
+/// Runs checked instructions; the result is at the first level of the stack (a truth value: all bits set or none).
 inline void evaluate(const actions::Instruction* code, std::size_t length, const shapes::Shape* shapes,
                      const actions::Block& b, float* stack) {
   using actions::Op;
@@ -91,8 +91,8 @@ inline void evaluate(const actions::Instruction* code, std::size_t length, const
 #undef MOTES_BINARY
 #undef MOTES_UNARY
 
-/// set: attribute = values, computed from the particle as it was before the action. Where one is not finite (a division
-/// by 0, the root of a negative number) that component stays.
+/// set: attribute = values, computed from the particle as it was before the action. A component whose result is not
+/// finite (a division by 0, the root of a negative number) keeps its old value.
 inline void set(const actions::Parameters& p, const actions::Block& b, const actions::Step&) {
   for (int c = 0; c < p.width; ++c) {
     float* result = p.scratch + static_cast<std::size_t>(c) * kLevel;

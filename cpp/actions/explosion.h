@@ -18,10 +18,10 @@ inline void explosion(const actions::Parameters& p, const actions::Block& b, con
     const Floats d2 = dot(from_center, from_center);
     const Floats d = sqrt(d2);
     const Floats sigmas = (d - radius) * inverse;
-    // Beyond ten sigmas the density is below 1e-22 and would soon be a denormal number, which takes processors ages.
+    // Beyond ten sigmas the density is below 1e-22 and would soon be denormal, which is very slow on many processors.
     const Floats square = sigmas * sigmas;
     const Floats push = exp(-0.5f * min(square, all(100.0f))) * (scale / (d * (d2 + epsilon)));
-    const Mask pushed = (square < 100.0f) & (d2 > 0.0f);  // the centre itself knows no direction
+    const Mask pushed = (square < 100.0f) & (d2 > 0.0f);  // at the centre itself there is no direction
     store3(b, kVelocityAt, i, load3(b, kVelocityAt, i) + only(pushed, from_center * push));
   }
 }

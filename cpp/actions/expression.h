@@ -1,5 +1,5 @@
-// Expressions of columns as plain values: what `where=` tests and `set` computes, compiled by the script into a list
-// of instructions for a stack of block-wide values.
+// Expressions of columns as plain values: what `where=` tests and `set` computes. The script compiles them into a list
+// of instructions for a stack machine with block-wide values.
 #pragma once
 
 #include <cstddef>
@@ -25,13 +25,13 @@ enum class Op : std::uint8_t {
   divide,
   minimum,
   maximum,
-  // numbers -> truth
+  // numbers -> truth value
   less,
   less_equal,
   equal,
-  // push a truth
-  inside,  // index: one of the action's shapes holds the particle
-  // truth(s) -> truth
+  // push a truth value
+  inside,  // index: whether this one of the action's shapes contains the particle
+  // truth value(s) -> truth value
   both,
   either,
   invert,
@@ -53,13 +53,14 @@ constexpr void fields(Visitor& visit, Instruction& instruction) {
 
 using Expression = std::vector<Instruction>;
 
-/// Deepest stack that an expression may need.
+/// The deepest stack that an expression may need.
 inline constexpr int kDepth = 16;
 
 enum class Type : std::uint8_t { number, truth };
 
-/// What the expression leaves on the stack. Throws std::invalid_argument where it is none: an operand is missing or of
-/// the wrong type, an index does not exist, the stack is deeper than kDepth, more or less than one value is left.
+/// The type of the value that the expression leaves on the stack. Throws std::invalid_argument where the expression is
+/// invalid: an operand is missing or of the wrong type, an index does not exist, the stack is deeper than kDepth, or
+/// not exactly one value is left.
 Type check(const Expression& expression, int components, int shapes);
 
 }  // namespace motes::actions

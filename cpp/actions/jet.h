@@ -1,4 +1,4 @@
-// jet: v += a dt where the first shape holds the particle, with a drawn uniformly from the second (McAllister's Jet).
+// jet: v += a dt where the first shape contains the particle; a is drawn uniformly from the second (McAllister's Jet).
 #pragma once
 
 #include "actions/lanes.h"
@@ -6,9 +6,9 @@
 namespace motes::MOTES_ISA {
 
 inline void jet(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
-  // Two passes: one switch over shapes inside another would be compiled for every pair of them.
+  // Two passes: nested dispatch over shapes would be compiled for every pair of them.
   std::int32_t inside[particles::kBlock + particles::kPadding];
-  std::size_t vectors = 0;  // with one inside
+  std::size_t vectors = 0;  // vectors with a particle inside
   visit(p.shape[0], [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = shape.contains(load3(b, kPositionAt, i));
@@ -18,7 +18,7 @@ inline void jet(const actions::Parameters& p, const actions::Block& b, const act
   });
   if (vectors == 0) return;
   const Stream stream = stream_of(s);
-  const bool most = 2 * kLanes * vectors > b.count;  // then it costs less to draw for all at once
+  const bool most = 2 * kLanes * vectors > b.count;  // then it costs less to draw for all particles at once
   BlockBits bits;
   if (most) draw_block(p, b, stream, bits);
   visit(p.shape[1], [&](const auto& accelerations) __attribute__((always_inline)) {

@@ -33,19 +33,19 @@ struct Kernels {
                    float* stack);
 
   /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
-  /// step.stream says which stream.
+  /// step.stream selects the stream.
   void (*draw)(const Distribution&, const Step&, const std::uint64_t* ids, std::size_t count, float* const* planes,
                int width);
 
-  /// Jittered births: for each particle a part u of the step has passed: x += v u dt, age += u dt.
+  /// Jittered births: for each particle a fraction u of the step has passed: x += v u dt, age += u dt.
   void (*jitter)(const Block&, const Step&);
 
-  /// inside[i] = shape contains particle i.
+  /// inside[i] = whether the shape contains particle i.
   void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);
 
-  /// Writes the indices of particles that are dead or, where `axis` is a plane, not in low <= x < high; those which
-  /// are dead to `dead`, the others to `left`. Indices count from `base`. There is room for kPadding more than there
-  /// are particles.
+  /// Writes the indices of dead particles to `dead`. Where `axis` is a plane, writes those of living particles not in
+  /// low <= x < high to `left`. Indices count from `base`. Each array has room for kPadding more indices than there are
+  /// particles.
   void (*collect)(const Block&, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
                   std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
 };

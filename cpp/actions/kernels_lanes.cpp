@@ -1,5 +1,5 @@
 // Compiled once for each instruction set: the table of kernels.
-#include "actions/all.h"  // every header of this folder; written by CMake, so that a new action needs no line here
+#include "actions/all.h"  // all headers of this folder; written by CMake, so a new action needs no line here
 
 namespace motes::MOTES_ISA {
 namespace {

@@ -1,4 +1,4 @@
-// sink: kills inside (or outside) a shape. sink_velocity: the same for the velocity as a point of space.
+// sink: kills inside (or outside) a shape. sink_velocity: the same, with the velocity as a point in the shape's space.
 // kill_old: by age. kill_expired: age >= lifetime.
 #pragma once
 
@@ -6,7 +6,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// Kills by the place of the attribute at component `at`.
+/// Kills by where the attribute at component `at` lies.
 MOTES_INLINE void kill_by_place(const actions::Parameters& p, const actions::Block& b, int at) {
   const bool inside = p.number[0] != 0;
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {

@@ -32,14 +32,14 @@ MOTES_INLINE void store3(const actions::Block& b, int at, std::size_t i, Floats3
 }
 MOTES_INLINE Stream stream_of(const actions::Step& s) { return {s.step, s.stream, s.key}; }
 
-/// The first draws of the block's particles; meanwhile memory fetches the columns that will be needed soon.
+/// The first draws of the block's particles; meanwhile the columns that will be needed soon are prefetched.
 MOTES_INLINE void draw_block(const actions::Parameters& p, const actions::Block& b, const Stream& stream,
                              BlockBits& bits) {
   const float* column[actions::Ahead::kMost];
   const int columns = p.ahead != nullptr ? p.ahead->count : 0;
   for (int k = 0; k < columns; ++k) column[k] = b.component[p.ahead->column[k].component] + p.ahead->column[k].offset;
   bits.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
-    // Into the second cache: it waits for more lines at once than the first one does.
+    // Into the second-level cache: it can wait for more lines at once than the first-level cache.
     for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i, 0, 2);
   });
 }

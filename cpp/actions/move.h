@@ -1,5 +1,5 @@
-// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move). Who would leave the
-// numbers of float32, or has a velocity that is none, stays where it is and dies.
+// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move). A particle that
+// would leave float32's range, or whose velocity is not finite, stays where it is and dies.
 #pragma once
 
 #include "actions/lanes.h"
@@ -23,7 +23,7 @@ inline void move(const actions::Parameters& p, const actions::Block& b, const ac
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 up = load3(b, kUpAt, i);
     const Floats3 spin = load3(b, kSpinAt, i);
-    // No spin leaves the bits alone, so a rank whose particles all have none may skip the column.
+    // Without spin the bits do not change, so a rank whose particles all have no spin may skip the column.
     const Mask turns = (spin.x != 0.0f) | (spin.y != 0.0f) | (spin.z != 0.0f);
     store3(b, kUpAt, i, select(turns, up + spin * dt, up));
   }

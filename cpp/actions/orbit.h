@@ -10,7 +10,7 @@ struct Pull {
   float strength, epsilon, max_radius2;
 
   MOTES_INLINE Mask reaches(Floats r2) const { return (r2 < max_radius2) & (r2 > 0.0f); }
-  /// The change of velocity for each metre of the way.
+  /// The change of velocity per metre of distance.
   MOTES_INLINE Floats per_metre(Floats r2) const { return strength / (sqrt(r2) * (r2 + epsilon)); }
 
   MOTES_INLINE Floats3 operator()(Floats3 toward) const {
@@ -28,7 +28,7 @@ inline void orbit_point(const actions::Parameters& p, const actions::Block& b, c
   }
 }
 
-/// A line along an axis of coordinates, the usual one, is a point of the plane of the other two.
+/// A line along a coordinate axis, the usual case, is a point in the plane of the other two.
 MOTES_INLINE void orbit_axis(const actions::Block& b, const Pull& pull, Float3 point, int axis) {
   const int j = axis == 0 ? 1 : 0, k = axis == 2 ? 1 : 2;
   const float at[3] = {point.x, point.y, point.z};

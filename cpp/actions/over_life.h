@@ -1,13 +1,13 @@
 // color_over_life, alpha_over_life, size_over_life: y = ramp(age / lifetime). A ramp is a list of knots (ratio, value):
-// between two knots the value is linear, before the first and behind the last it is constant. A particle that lives for
-// ever has ratio 0.
+// between two knots the value is linear, before the first and after the last it is constant. A particle that lives
+// forever has ratio 0.
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-/// Kept where products with 0 are 0; ramps are constant there.
+/// Limited to where products with 0 are 0; ramps are constant beyond.
 MOTES_INLINE Floats life_ratio(const actions::Block& b, std::size_t i) {
   const Floats age = load(b.component[kAgeAt] + i);
   const Floats lifetime = load(b.component[kLifetimeAt] + i);
@@ -15,8 +15,8 @@ MOTES_INLINE Floats life_ratio(const actions::Block& b, std::size_t i) {
   return max(min(ratio, all(2.0f)), all(-1.0f));
 }
 
-/// A ramp of n knots has n + 1 parts: part k begins at knot k - 1, and the first one before all knots.
-/// There y = low + (ratio - from) per_ratio rise.
+/// A ramp of n knots has n + 1 parts: part k begins at knot k - 1, and the first one before all knots. On each part y =
+/// low + (ratio - from) per_ratio rise.
 template <class Number, int width>
 struct RampPart {
   Number from, per_ratio, low[width], rise[width];
@@ -37,7 +37,7 @@ MOTES_INLINE RampPart<float, width> ramp_part(const actions::Parameters& p, int 
   return part;
 }
 
-/// Ramps whose parts fit into a register: each particle looks up its own.
+/// Ramps whose parts fit into a register: each particle looks up its own part.
 template <int width>
 MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
   const int knots = p.numbers / (1 + width);
@@ -64,7 +64,7 @@ MOTES_INLINE void short_ramp(const actions::Parameters& p, const actions::Block&
   }
 }
 
-/// The others go through the block with up to kParts parts at a time.
+/// Longer ramps process the block with up to kParts parts at a time.
 template <int width>
 MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& b, int at) {
   constexpr int kParts = 8;
@@ -87,7 +87,7 @@ MOTES_INLINE void long_ramp(const actions::Parameters& p, const actions::Block& 
   }
 }
 
-/// `width` components from the one at `at` on.
+/// `width` components, starting at component `at`.
 template <int width>
 MOTES_INLINE void over_life(const actions::Parameters& p, const actions::Block& b, int at) {
   if (p.numbers / (1 + width) < kTable) return short_ramp<width>(p, b, at);

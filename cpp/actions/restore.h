@@ -1,8 +1,9 @@
-// restore: velocities that lead position to position_b, and up to up_b, in time_left. The path is the cubic that starts
-// at x with velocity v and ends at B at rest; its velocity a step later, with q = dt / time_left (at most 1), is
+// restore: sets velocities that bring position to position_b, and up to up_b, within time_left. The path is the cubic
+// that starts at x with velocity v and ends at B at rest; its velocity one step later, with q = dt / time_left (at most
+// 1), is
 //   v' = v ((1 - q) (1 - 3 q) - 0.0002 q) + (B - x) 6 q (1 - q) / time_left
-// When no time is left, x = B and v = 0 (McAllister's Restore, whose path ends a ten-thousandth of v time_left short:
-// that is the 0.0002, kept so that numbers agree).
+// When no time is left, x = B and v = 0. (McAllister's Restore, whose path ends a ten-thousandth of v time_left short:
+// this is the 0.0002, kept so that results agree.)
 // copy_vertex_b: position_b = position and up_b = up; velocity_b = velocity (his CopyVertexB).
 #pragma once
 
@@ -10,7 +11,7 @@
 
 namespace motes::MOTES_ISA {
 
-/// The attribute at `from`, whose rate of change is at `rate`, toward that at `to`.
+/// Moves the attribute at `from`, whose rate of change is at `rate`, towards the one at `to`.
 MOTES_INLINE void lead(const actions::Block& b, float dt, float time_left, int from, int rate, int to) {
   if (time_left <= 0) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {

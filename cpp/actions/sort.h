@@ -1,5 +1,5 @@
-// sort: which particles are drawn first. An order is nothing that a kernel could give to one block of particles: the
-// store is sorted when the list has run (recording/order.h), and the list goes past this action.
+// sort: which particles are drawn first. A kernel sees only one block of particles and cannot sort them all: the store
+// is sorted after the list has run (recording/order.h), and the list skips this action.
 #pragma once
 
 #include "actions/lanes.h"

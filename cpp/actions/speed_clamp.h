@@ -14,7 +14,7 @@ inline void speed_clamp(const actions::Parameters& p, const actions::Block& b, c
     const Floats square = dot(v, v);
     const Mask slow = (square < low * low) & (square > 0.0f);
     const Mask wrong = slow | (square > high * high);
-    if (!any(wrong)) continue;  // the usual case
+    if (!any(wrong)) continue;  // the common case
     const Floats factor = select(slow, all(low), all(high)) / sqrt(square);
     store3(b, kVelocityAt, i, v * select(wrong, factor, all(1.0f)));
   }

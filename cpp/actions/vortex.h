@@ -1,9 +1,9 @@
-// vortex: a whirl around the axis, from the tip to the axis's end. At the part h (0..1) of the axis it is
-// R = max_radius h^tightness wide. With r the distance from the axis and m the mass:
+// vortex: a whirl around the axis, from the tip to the axis's end. At the fraction h (0..1) of the axis its radius is R
+// = max_radius h^tightness. With r the distance from the axis and m the mass:
 //   r < R               v = (along up_speed + around around_speed) dt / m
 //   R <= r < max_radius v += inward in_speed dt / m
-// along is the axis's direction, inward the one to the axis, around = along x inward. Beyond the ends of the axis and
-// max_radius nothing happens (McAllister's Vortex; inside, he too replaces the velocity).
+// along is the axis's direction, inward the direction to the axis, around = along x inward. Beyond the ends of the axis
+// and beyond max_radius nothing happens. (McAllister's Vortex; inside, it too replaces the velocity.)
 #pragma once
 
 #include "actions/lanes.h"
@@ -26,7 +26,7 @@ struct Whirl {
             number(p, 10)};
   }
 
-  /// The new velocity; dt_by_m: seconds by mass.
+  /// The new velocity; dt_by_m: seconds divided by mass.
   MOTES_INLINE Floats3 operator()(Floats3 x, Floats3 v, Floats dt_by_m) const {
     const Floats3 from_tip = x - all3(tip);
     const Floats height = dot(from_tip, all3(along));
@@ -35,7 +35,7 @@ struct Whirl {
     const Floats part = height * per_length;
     const Mask reached = (part >= 0.0f) & (part <= 1.0f) & (r2 < max_radius * max_radius);
     if (!any(reached)) return v;
-    // At the tip the logarithm is one of a number so small that its power is none.
+    // At the tip the logarithm is taken of a number so small that its power is 0.
     const Floats width = max_radius * exp(tightness * log(min(max(part, all(1e-37f)), all(1.0f))));
     const Mask inside = r2 < width * width;
     const Floats3 inward = to_axis * select(r2 > 0.0f, 1.0f / sqrt(r2), Floats{});

@@ -1,12 +1,12 @@
-// wind: v += (air - v) (1 - exp(-drag dt)), what linear drag in air of constant velocity does in dt: exact for any dt,
-// never beyond the air's velocity.
+// wind: v += (air - v) (1 - exp(-drag dt)), the effect of linear drag over dt in air of constant velocity: exact for
+// any dt, and v never overshoots the air's velocity.
 #pragma once
 
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
 
-/// 1 - exp(-t) for t >= 0. The series has no cancellation where t is small.
+/// 1 - exp(-t) for t >= 0. The series avoids cancellation where t is small.
 MOTES_INLINE Floats part_gone(Floats t) {
   Floats series = all(1.0f / 720.0f);
   series = 1.0f / 120.0f - t * series;

@@ -11,14 +11,14 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// The particles that may be given away: those inside the domain, which leaves out what is no number.
+// The particles that may be given away: those inside the domain; NaN is not.
 struct Domain {
   std::span<const float> coordinates;
   float low, high;
 
   bool holds(float x) const { return x >= low && x < high; }
   std::uint64_t count() const { return between(low, high); }
-  // Those of the domain in [from, to).
+  // Those of the domain that lie in [from, to).
   std::uint64_t between(float from, float to) const {
     std::uint64_t n = 0;
     for (const float x : coordinates) n += static_cast<std::uint64_t>((x >= from) & (x < to));
@@ -29,7 +29,7 @@ struct Domain {
     for (const float x : coordinates) most = holds(x) && x > most ? x : most;
     return most;
   }
-  // The smallest coordinate of the domain above x, or `high`.
+  // The smallest coordinate of the domain above x, or `high` where there is none.
   float next(float x) const {
     float least = high;
     for (const float y : coordinates) least = y > x && y < least ? y : least;
@@ -37,14 +37,14 @@ struct Domain {
   }
 };
 
-// The coordinate of one rank in ascending order, and how many are truly below it.
+// The coordinate at a rank in ascending order, and how many coordinates are strictly below it.
 struct Ranked {
   float value = 0;
   std::uint64_t below = 0;
 };
 
-// Three bins whose edges a sample puts close around the rank: counting finds the bin that holds it, and only that one
-// is ordered, as far as the rank needs (R. W. Floyd and R. L. Rivest, "Expected time bounds for selection",
+// Three bins whose edges, taken from a sample, lie close around the rank: counting finds the bin that holds it, and
+// only that bin is sorted, as far as needed (R. W. Floyd and R. L. Rivest, "Expected time bounds for selection",
 // Communications of the ACM 18 (1975)).
 Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
   std::vector<float> sample = sampled(domain.coordinates, 2048);
@@ -67,7 +67,7 @@ Ranked ranked(const Domain& domain, std::uint64_t count, std::uint64_t rank) {
     to = next;
     inside = domain.between(from, to);
   }
-  std::vector<float> bin(inside + 1);  // one more: each coordinate is written, and kept by counting on
+  std::vector<float> bin(inside + 1);  // one more: every coordinate is written, and kept only if the count advances
   std::size_t kept = 0;
   for (const float x : domain.coordinates) {
     bin[kept] = x;
@@ -98,7 +98,7 @@ Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float 
   const std::uint64_t kept = count - std::min(wanted, count);
   const Ranked first_given = ranked(domain, count, kept);
   if (first_given.below == kept) return {first_given.value, count - kept};
-  // Some at this place have to stay, so all of them do.
+  // Some particles at this place have to stay, so all of them stay.
   const float cut = domain.next(first_given.value);
   return {cut, domain.between(cut, high)};
 }

@@ -8,7 +8,8 @@
 namespace motes::balance {
 
 /// A new cut inside the donor's domain, and how many of its particles are beyond it: never more than were asked for,
-/// fewer where particles at one place cannot be told apart (half-open domains: x < cut is left, x >= cut is right).
+/// and fewer where particles at the same place cannot be told apart (half-open domains: x < cut is left, x >= cut is
+/// right).
 struct Gift {
   float cut = 0;
   std::uint64_t count = 0;
@@ -19,14 +20,15 @@ constexpr void fields(Visitor& visit, Gift& gift) {
   visit(gift.cut, gift.count);
 }
 
-/// Up to `wanted` particles of the donor with the highest (lowest) coordinates (paper 3.2.5). Sorts none but those in
-/// one bin: coordinates are counted into bins first. What is no number or outside low <= x < high, the donor's domain,
-/// stays. Nothing to give: the cut stays at the domain's end.
+/// Up to `wanted` particles of the donor with the highest (lowest) coordinates (paper 3.2.5). Coordinates are first
+/// counted into bins, and only one bin is sorted. Particles whose coordinate is NaN or outside low <= x < high, the
+/// donor's domain, stay. Nothing to give: the cut stays at the domain's end.
 Gift give_right(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
 Gift give_left(std::span<const float> coordinates, std::uint64_t wanted, float low, float high);
 
-/// How one calculator's particles lie along the axis: counts between ascending edges, about equally many in each bin
-/// as far as ties allow. counts.size() + 1 edges, the last bin closed; none of either where there are no particles.
+/// How one calculator's particles are distributed along the axis: counts between ascending edges, about equally many in
+/// each bin as far as ties allow. There are counts.size() + 1 edges, and the last bin is closed; both are empty where
+/// there are no particles.
 struct Histogram {
   std::vector<float> edges;
   std::vector<std::uint64_t> counts;
@@ -37,18 +39,18 @@ constexpr void fields(Visitor& visit, Histogram& histogram) {
   visit(histogram.edges, histogram.counts);
 }
 
-/// At most `bins` of them, 1..4096. A sample of the coordinates chooses the edges; all are counted. A place that many
-/// share gets a bin of its own. What is no finite number is left out.
+/// At most `bins` of them, 1..4096. A sample of the coordinates chooses the edges; all coordinates are counted. A place
+/// that many particles share gets a bin of its own. Coordinates that are not finite are left out.
 Histogram histogram(std::span<const float> coordinates, int bins);
 
-/// `quantiles` + 1 ascending coordinates that divide a sample of the particles evenly: the log's picture of a domain.
+/// `quantiles` + 1 ascending coordinates that divide a sample of the particles evenly: how the log describes a domain.
 /// Empty where there are no particles.
 std::vector<float> quantiles(std::span<const float> coordinates, int quantiles, std::size_t sample = 512);
 
 /// All cuts at once from global prefix sums: calculator c gets shares[c] of the sum of counts * costs (costs empty: 1
-/// each). One histogram and cost a calculator, which may overlap. Particles inside a bin count as evenly spread.
-/// Ascending; where a gap between particles leaves a choice, and between empty domains, a cut stays as near to `before`
-/// as it may. Nothing to divide: `before`.
+/// each). One histogram and one cost per calculator; histograms may overlap. Particles inside a bin count as evenly
+/// spread. Cuts ascend; where a gap between particles or an empty domain leaves a choice, a cut stays as close to
+/// `before` as possible. Nothing to divide: returns `before`.
 std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<const double> costs,
                                std::span<const double> shares, std::span<const float> before);
 

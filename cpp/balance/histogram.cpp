@@ -1,4 +1,4 @@
-// How particles lie along the axis: counts in bins, quantiles of a sample.
+// How particles are distributed along the axis: counts in bins, quantiles of a sample.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -11,7 +11,7 @@ namespace {
 
 constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
-// With a number above it: the end of a half-open bin.
+// The next number above it: the end of a half-open bin.
 bool finite(float x) { return std::abs(x) < std::numeric_limits<float>::max(); }
 
 std::vector<float> sorted_sample(std::span<const float> coordinates, std::size_t count) {
@@ -21,8 +21,8 @@ std::vector<float> sorted_sample(std::span<const float> coordinates, std::size_t
   return sample;
 }
 
-// Ascending edges between `least` and `most`. A place that takes more than a bin's part of the sample gets a bin of its
-// own, as narrow as floats allow.
+// Ascending edges between `least` and `most`. A place that takes more of the sample than one bin's part gets a bin of
+// its own, as narrow as floats allow.
 std::vector<float> edges_between(float least, float most, const std::vector<float>& sample, int bins) {
   std::vector<float> edges{least};
   const auto add = [&](float x) {
@@ -38,7 +38,7 @@ std::vector<float> edges_between(float least, float most, const std::vector<floa
   return edges;
 }
 
-// Counts of what is finite, by a search of fixed length without branches among at most 2^Steps - 1 inner edges.
+// Counts the finite coordinates, by a search of fixed length without branches among at most 2^Steps - 1 inner edges.
 template <int Steps>
 std::vector<std::uint64_t> counted(std::span<const float> coordinates, const std::vector<float>& edges) {
   std::vector<float> inner(1u << Steps, kInfinity);

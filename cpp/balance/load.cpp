@@ -7,17 +7,17 @@ namespace motes::balance {
 
 namespace {
 
-constexpr double kNoiseGain = 0.05;   // a sample's part in what is known of noise, after twenty of them
+constexpr double kNoiseGain = 0.05;   // weight of a new sample in the noise estimate, after twenty samples
 constexpr double kLeastNoise = 0.01;  // no clock is better in the long run
-constexpr double kFirstNoise = 0.05;  // nor does one begin with more than three times this
-constexpr double kMostNoise = 0.2;  // with more, smoothing must do: to wait for certainty would cost more than errors
+constexpr double kFirstNoise = 0.05;  // and the first samples count as at most three times this
+constexpr double kMostNoise = 0.2;  // beyond this, smoothing must do: waiting for certainty would cost more than errors
 
-// So many samples on end must show a change: what disturbs a machine for a few frames ends before particles that are
-// moved for it have paid for their way.
-constexpr double kFirstLasting = 2;  // of a speed that is hardly known
-constexpr double kLasting = 5;  // of one that was steady for kSteady samples
+// This many samples in a row must show a change: what disturbs a machine for a few frames would end before moving
+// particles because of it had paid off.
+constexpr double kFirstLasting = 2;  // for a speed that is hardly known
+constexpr double kLasting = 5;  // for a speed that was steady for kSteady samples
 constexpr double kSteady = 24;
-constexpr double kFew = 8;  // fewer samples do not tell the noise
+constexpr double kFew = 8;  // fewer samples do not reveal the noise
 
 }  // namespace
 
@@ -35,15 +35,14 @@ void Speeds::add(int calculator, std::uint64_t particles, double seconds, std::u
   known_[static_cast<std::size_t>(calculator)].add(static_cast<double>(particles) / seconds, 1 - options_.smoothing);
 }
 
-// What disturbs a machine makes it slower, for a frame: the faster of the first two samples, then the middle one of
-// three.
+// Disturbances make a machine slower for a frame, so a sample is the faster of the first two, then the median of three.
 double Speeds::Known::undisturbed(double sample) {
   const double a = last[0];
   const double b = last[1];
   last = {b, sample};
   if (!(b > 0)) return sample;
   if (!(a > 0)) {
-    quick = steady = {};  // the first sample is that of a cold machine
+    quick = steady = {};  // the first sample is from a cold machine
     return std::max(b, sample);
   }
   return std::max(std::min(a, b), std::min(std::max(a, b), sample));
@@ -54,11 +53,11 @@ void Speeds::Known::add(double raw, double gain) {
   double off = 0;
   if (steady.value > 0) {
     off = sample / steady.value - 1;
-    const double odd = raw / quick.value - 1;  // a drift is no noise: the last few samples know of it
+    const double odd = raw / quick.value - 1;  // drift is not noise: the average of the last few samples follows it
     note(odd * odd / (1 + quick.variance));
   }
   quick.add(sample, gain);
-  steady.add(gain < 1 ? believed(sample) : sample, gain * gain * gain);  // unless nothing shall be smoothed
+  steady.add(gain < 1 ? believed(sample) : sample, gain * gain * gain);  // unless smoothing is off
   const double change = quick.value / steady.value - 1;
   const int side = change > 0 ? 1 : -1;
   const bool shows = std::abs(change) > kErrors * quick.error(noise2) && off * change > change * change / 2;
@@ -69,14 +68,14 @@ void Speeds::Known::add(double raw, double gain) {
   lasting = 0;
 }
 
-// A sample far beyond the noise counts as far as noise reaches, until it shows to last.
+// A sample far beyond the noise counts only as far as noise reaches, until the change proves to last.
 double Speeds::Known::believed(double sample) const {
   if (steps < kFew) return sample;
   const double reach = steady.value * kErrors * std::max(std::sqrt(noise2), kLeastNoise);
   return std::clamp(sample, steady.value - reach, steady.value + reach);
 }
 
-// What is far beyond the noise known so far is a change or an accident, and counts as noise only as far as that.
+// A value far beyond the noise known so far is a change or an accident, and counts as noise only up to that limit.
 void Speeds::Known::note(double square) {
   const double least = steps < 4 ? kFirstNoise : kLeastNoise;
   const double most = kErrors * kErrors * std::max(noise2, least * least);
@@ -86,7 +85,7 @@ void Speeds::Known::note(double square) {
 
 double Speeds::error(int calculator) const {
   const Known& known = known_[static_cast<std::size_t>(calculator)];
-  // Who looks a hundred times sees three errors once or twice by chance; who looks twice does not.
+  // Over a hundred looks, three standard errors occur once or twice by chance; over two looks they do not.
   const double looks = std::min(1.0, std::sqrt(2 * std::log1p(known.steps)) / kErrors);
   return looks * known.steady.error(known.noise2);
 }
@@ -143,7 +142,7 @@ std::vector<Load> sum_of(const std::vector<std::vector<Load>>& systems) {
   for (std::size_t c = 0; c < sum.size(); ++c) {
     double timed = 0;  // particles whose speed is known
     double takes = 0;
-    double errors = 0;  // as if all erred together: they share a processor
+    double errors = 0;  // as if all errors had the same sign: they share a processor
     for (const std::vector<Load>& loads : systems) {
       const Load& load = loads[c];
       sum[c].particles += load.particles;

@@ -16,7 +16,7 @@
 namespace motes::balance {
 namespace {
 
-// A call such as Pairwise(threshold=0.1), taken apart.
+// A call such as Pairwise(threshold=0.1), split into its parts.
 class Call {
  public:
   explicit Call(const std::string& text) : text_(text) {
@@ -25,10 +25,10 @@ class Call {
     if (open == text.size()) return;
     const std::size_t close = text.rfind(')');
     if (close == std::string::npos || close < open || !trimmed(text.substr(close + 1)).empty())
-      refuse("no ) at its end");
+      refuse("a ) is missing at the end");
     for (const std::string& argument : parts(text.substr(open + 1, close - open - 1))) {
       const std::size_t equals = argument.find('=');
-      if (equals == std::string::npos) refuse("options are name=value");
+      if (equals == std::string::npos) refuse("options must have the form name=value");
       options_[trimmed(argument.substr(0, equals))] = trimmed(argument.substr(equals + 1));
     }
   }
@@ -67,7 +67,7 @@ class Call {
   }
 
   void done() const {
-    if (!options_.empty()) refuse("there is no option " + options_.begin()->first);
+    if (!options_.empty()) refuse("unknown option " + options_.begin()->first);
   }
 
   [[noreturn]] void refuse(const std::string& why) const {
@@ -80,7 +80,7 @@ class Call {
     return first == std::string::npos ? "" : text.substr(first, text.find_last_not_of(' ') - first + 1);
   }
 
-  // At the commas that stand in no brackets.
+  // Splits at the commas outside brackets.
   static std::vector<std::string> parts(const std::string& text) {
     std::vector<std::string> all;
     std::string part;

@@ -1,4 +1,4 @@
-// A policy from its name, as Policy::name() gives it and logs, scenes and command lines hold it.
+// A policy from its name, as Policy::name() returns it and as logs, scenes and command lines store it.
 #pragma once
 
 #include <string>
@@ -8,8 +8,8 @@
 namespace motes::balance {
 
 /// "Pairwise(threshold=0.1, min_particles=64)", "PrefixCuts()", "Static": options that are left out have the defaults
-/// of python/motes/balance.py. Throws std::invalid_argument for a name or option that there is not: also for a balancer
-/// that a script wrote itself.
+/// of python/motes/balance.py. Throws std::invalid_argument for an unknown name or option, which includes balancers
+/// that a script defines itself.
 PolicyPtr policy_named(const std::string& name);
 
 }  // namespace motes::balance

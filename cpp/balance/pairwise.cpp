@@ -26,7 +26,7 @@ Plan Pairwise::plan(const Table& table) const {
   const std::vector<double> speeds = complete(table.loads);
   const auto calculators = static_cast<std::int32_t>(table.loads.size());
   Plan plan;
-  // Two calculators are one pair: there is no other to begin with.
+  // Two calculators form only one pair: there is no other to start with.
   std::int32_t left = calculators > 2 ? static_cast<std::int32_t>(table.evaluation % 2) : 0;
   while (left + 1 < calculators) {
     const auto i = static_cast<std::size_t>(left);

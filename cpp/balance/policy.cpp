@@ -30,17 +30,17 @@ void check_numbers(const std::vector<double>& numbers, const char* what, const T
   const std::size_t calculators = table.loads.size();
   if (numbers.size() != calculators) {
     refuse(policy, table,
-           start + std::to_string(calculators) + " numbers, one a calculator, got " + std::to_string(numbers.size()));
+           start + std::to_string(calculators) + " numbers, one per calculator, got " + std::to_string(numbers.size()));
   }
   bool any = false;
   for (const double number : numbers) {
     if (!std::isfinite(number) || number < 0) refuse(policy, table, start + "finite and >= 0, got " + shown(number));
     any = any || number > 0;
   }
-  if (!any) refuse(policy, table, start + "above 0 for one calculator at least, got 0 for all");
+  if (!any) refuse(policy, table, start + "above 0 for at least one calculator, got 0 for all");
 }
 
-// To a sum of 1, without overflow on the way.
+// Scales the numbers to a sum of 1, without overflow on the way.
 void normalise(std::vector<double>& shares) {
   const double largest = *std::max_element(shares.begin(), shares.end());
   double sum = 0;
@@ -48,7 +48,7 @@ void normalise(std::vector<double>& shares) {
   for (double& share : shares) share /= sum;
 }
 
-// What goes over one cut, to the right and to the left.
+// What moves over one cut, to the right and to the left.
 struct Crossing {
   std::uint64_t right = 0;
   std::uint64_t left = 0;
@@ -76,7 +76,7 @@ std::vector<Crossing> crossings(const Plan& plan, const Table& table, const std:
   return cuts;
 }
 
-// No donor gives more than it has: where it is ordered to, both of its neighbours get less in proportion.
+// No donor gives more than it has: where its orders add up to more, both neighbours get proportionally less.
 void limit(std::vector<Crossing>& cuts, const std::vector<Load>& loads) {
   for (std::size_t c = 0; c < loads.size(); ++c) {
     std::uint64_t none = 0;
@@ -84,7 +84,7 @@ void limit(std::vector<Crossing>& cuts, const std::vector<Load>& loads) {
     std::uint64_t& right = c < cuts.size() ? cuts[c].right : none;
     const std::uint64_t has = loads[c].particles;
     if (saturated_sum(left, right) <= has) continue;
-    if (left > kMost / 2 || right > kMost / 2) {  // what two sums of this size are a part of does not fit
+    if (left > kMost / 2 || right > kMost / 2) {  // the sum below would overflow
       left /= 2;
       right /= 2;
     }

@@ -1,5 +1,5 @@
-// Load balancing as a pure function: loads and cuts in, orders out. No message, no clock; the same code plans a run and
-// replays its log.
+// Load balancing as a pure function: loads and cuts in, orders out. No messages, no clock; the same code plans a run
+// and replays its log.
 #pragma once
 
 #include <cstdint>
@@ -11,16 +11,16 @@
 
 namespace motes::balance {
 
-/// All that a policy may know.
+/// Everything that a policy may know.
 struct Table {
   std::uint64_t frame = 0;
   std::uint64_t evaluation = 0;  // how often the policy was asked about this system before
   std::string system;  // its name, or "all" for the sum over systems
-  std::vector<Load> loads;  // one a calculator, in the order of the domains
+  std::vector<Load> loads;  // one per calculator, in the order of the domains
   std::vector<float> cuts;  // loads.size() - 1
 };
 
-/// Particles from one domain to the next one on its left or right.
+/// Particles to move from one domain to its left or right neighbour.
 struct Order {
   std::int32_t from = 0;
   std::int32_t to = 0;  // from - 1 or from + 1
@@ -29,22 +29,22 @@ struct Order {
   bool operator==(const Order&) const = default;
 };
 
-/// What a policy wants: orders for pairs of neighbours, or every calculator's share of all particles; nothing where
-/// both are empty.
+/// What a policy wants: orders for pairs of neighbours, or every calculator's share of all particles; nothing to do
+/// where both are empty.
 struct Plan {
   std::vector<Order> orders;
-  std::vector<double> shares;  // one a calculator; any sum above 0
-  /// What a particle costs on each calculator, where shares are shares of cost; empty: all cost the same.
+  std::vector<double> shares;  // one per calculator; any sum above 0
+  /// The cost of a particle on each calculator, where shares are shares of cost; empty: all cost the same.
   std::vector<double> costs;
   std::vector<std::int32_t> evaluated;  // cuts that were looked at, for the log: cut i is between i and i + 1
 
   bool empty() const { return orders.empty() && shares.empty(); }
 };
 
-/// A way to balance. Implementations keep no state: the same table gives the same plan.
+/// A way to balance. Implementations keep no state: the same table always gives the same plan.
 class Policy {
  public:
-  // Options that are not given. python/motes/balance.py shows the same; tests/test_policies.py compares them.
+  // Default values of options. python/motes/balance.py has the same; tests/test_policies.py compares them.
   static constexpr std::uint64_t kMinParticles = 64;
 
   virtual ~Policy() = default;
@@ -54,14 +54,14 @@ class Policy {
 
   virtual Plan plan(const Table& table) const = 0;
 
-  /// Throws std::invalid_argument where the policy cannot serve so many calculators.
+  /// Throws std::invalid_argument where the policy cannot work with this many calculators.
   virtual void check(std::size_t) const {}
 
   /// Whether cuts may move at all.
   virtual bool moves() const { return true; }
 
-  /// Whether neighbours decide by themselves what goes over the cut between them: `between` is then called on both
-  /// sides with the same loads, and the manager is not asked.
+  /// Whether neighbours decide between themselves what moves over their common cut: `between` is then called on both
+  /// sides with the same loads, and the manager is not involved.
   virtual bool decentralised() const { return false; }
   virtual Order between(std::int32_t left, const Load& left_load, const Load& right_load) const;
 
@@ -69,22 +69,22 @@ class Policy {
   bool over_all = false;  // balance the sum over systems, not each one
 
  protected:
-  /// The options of all policies as arguments at the end of a name.
+  /// The options common to all policies, formatted as the last arguments of a name.
   std::string shown_options() const;
 };
 
-/// Makes any plan legal for this table: orders over the same cut are netted and come in the order of the cuts, none
-/// gives more than its donor has (both sides together); shares sum to 1; nothing is left to do where there are no
-/// particles or no cuts. Throws std::invalid_argument, naming policy and frame, for what has no meaning: a wrong number
-/// of shares or costs, a negative or no finite number, no share above 0, orders between others than neighbours, both
+/// Makes any plan legal for this table: orders over the same cut are netted and sorted by cut, no donor gives more than
+/// it has (both sides together), shares sum to 1, and nothing is left to do where there are no particles or no cuts.
+/// Throws std::invalid_argument, naming policy and frame, for an invalid plan: a wrong number of shares or costs, a
+/// number that is negative or not finite, no share above 0, orders between calculators that are not neighbours, both
 /// orders and shares.
 Plan legal(Plan plan, const Table& table, const std::string& policy);
 
-/// A plan for the sum over systems, as one for a system that holds `mine` of `all` loads' particles: orders in
-/// proportion, shares as they are.
+/// Turns a plan for the sum over systems into one for a system that holds `mine` of the particles of `all`: orders are
+/// scaled in proportion, shares stay as they are.
 Plan part_of(const Plan& plan, const std::vector<Load>& mine, const std::vector<Load>& all);
 
-/// The shortest digits that read back as this number; -0 is 0.
+/// The fewest digits that read back as this number; -0 gives 0.
 std::string shown(double number);
 std::string shown(const std::vector<double>& numbers);
 

@@ -13,7 +13,7 @@ void PrefixCuts::check(std::size_t calculators) const {
   if (!powers_.empty()) check_powers(*this, powers_, calculators);
 }
 
-// What a particle costs in each domain, on a machine of power 1; where no speed is known, the mean of what is.
+// The cost of a particle in each domain, on a machine of power 1; where no speed is known, the mean of the known ones.
 std::vector<double> PrefixCuts::costs(const std::vector<Load>& loads) const {
   std::vector<double> costs(loads.size(), 0.0);
   double sum = 0;

@@ -1,4 +1,4 @@
-// All cuts at once, from global prefix sums of cost along the axis: particles may jump over several domains.
+// All cuts at once, from global prefix sums of cost along the axis: particles may move across several domains.
 #pragma once
 
 #include "balance/policy.h"
@@ -9,10 +9,10 @@ class PrefixCuts : public Policy {
  public:
   static constexpr double kThreshold = 0.05;
 
-  /// New cuts where a calculator is more than `threshold` above the mean, and more than noise may explain, and some
-  /// calculator is at least `min_particles` off. `powers` empty: what a particle costs belongs to the machine, and each
-  /// calculator gets particles by its measured speed. `powers` given, one a calculator: the machines are known, what a
-  /// particle costs belongs to the place, and each calculator gets that part of all cost.
+  /// Sets new cuts where a calculator is more than `threshold` above the mean, and by more than noise can explain, and
+  /// some calculator is off by at least `min_particles`. `powers` empty: the cost of a particle depends on the machine,
+  /// and each calculator gets particles by its measured speed. `powers` given, one per calculator: the machines are
+  /// known, the cost of a particle depends on the place, and each calculator gets its power's share of the total cost.
   PrefixCuts(double threshold, std::vector<double> powers, std::uint64_t min_particles)
       : threshold_(threshold), powers_(std::move(powers)), min_particles_(min_particles) {}
 

@@ -29,7 +29,7 @@ std::vector<Piece> pieces_of(std::span<const Histogram> histograms, std::span<co
     for (std::size_t i = 0; i < h.counts.size(); ++i) {
       const double cost = static_cast<double>(h.counts[i]) * (costs.empty() ? 1 : costs[c]);
       if (!(cost > 0)) continue;
-      // The last bin is closed: half-open, it ends at the next number.
+      // The last bin is closed: as a half-open bin it ends at the next number.
       const bool last = i + 1 == h.counts.size();
       pieces.push_back({h.edges[i], last ? std::nextafter(h.edges[i + 1], kInfinity) : h.edges[i + 1], cost});
     }
@@ -44,7 +44,7 @@ bool in_order(const std::vector<Piece>& pieces) {
   return true;
 }
 
-// Numbers that come and go, and their sum: exactly 0 when all are gone, as no number is ever subtracted.
+// A sum of numbers that are added and removed: exactly 0 when all are gone, as nothing is ever subtracted.
 class ChangingSum {
  public:
   explicit ChangingSum(std::size_t count) : leaves_(std::bit_ceil(count)), tree_(2 * leaves_, 0.0) {}
@@ -88,12 +88,12 @@ std::vector<Piece> flattened(const std::vector<Piece>& pieces) {
   return flat;
 }
 
-// A walk along the axis: where so much of the cost lies to the left.
+// A walk along the axis to the place that has a given cost to its left.
 class Walk {
  public:
   Walk(const std::vector<Piece>& pieces, double total) : pieces_(pieces), near_(1e-12 * total) {}
 
-  /// Targets ascend from call to call. `before`: where in a gap, as near as the gap allows.
+  /// Targets must ascend from call to call. `before`: where in a gap to stop, as closely as the gap allows.
   float cut(double target, float before) {
     while (at_ < pieces_.size() && passed_ + pieces_[at_].cost <= target + near_) passed_ += pieces_[at_++].cost;
     const float gap_low = at_ == 0 ? -kInfinity : pieces_[at_ - 1].high;
@@ -119,7 +119,7 @@ std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<
   const std::size_t calculators = shares.size();
   const bool fits = histograms.size() == calculators && before.size() + 1 == calculators &&
                     (costs.empty() || costs.size() == calculators);
-  if (!fits) throw std::invalid_argument("shares must be one a histogram, got " + std::to_string(calculators));
+  if (!fits) throw std::invalid_argument("shares must be one per histogram, got " + std::to_string(calculators));
   std::vector<float> cuts(before.begin(), before.end());
   std::vector<Piece> pieces = pieces_of(histograms, costs);
   if (!in_order(pieces)) pieces = flattened(pieces);

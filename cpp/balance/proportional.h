@@ -1,4 +1,4 @@
-// Fixed shares of the particles, whatever the clock says.
+// Fixed shares of the particles, independent of measured times.
 #pragma once
 
 #include "balance/policy.h"
@@ -9,8 +9,8 @@ class Proportional : public Policy {
  public:
   static constexpr double kThreshold = 0.05;
 
-  /// Each calculator holds particles in proportion to its power. New cuts where one is more than `threshold` of its
-  /// share off, and by at least `min_particles`.
+  /// Each calculator holds particles in proportion to its power. Sets new cuts where one is off by more than
+  /// `threshold` of its share, and by at least `min_particles`.
   Proportional(std::vector<double> powers, double threshold, std::uint64_t min_particles)
       : powers_(std::move(powers)), threshold_(threshold), min_particles_(min_particles) {}
 

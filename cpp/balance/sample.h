@@ -7,9 +7,9 @@
 
 namespace motes::balance {
 
-/// At most `count` of the coordinates, spread over all of them, one from each of `count` stretches of equal length;
-/// where in its stretch changes from one to the next, so that no pattern of the particles' order hides. The same for
-/// the same coordinates.
+/// At most `count` of the coordinates, one from each of `count` stretches of equal length. The position within the
+/// stretch changes from one to the next, so that no pattern in the order of the particles stays hidden. The same
+/// coordinates always give the same sample.
 std::vector<float> sampled(std::span<const float> coordinates, std::size_t count);
 
 }  // namespace motes::balance

@@ -46,7 +46,7 @@ bool above_mean(const std::vector<Load>& loads, double threshold) {
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators) {
   if (powers.size() == calculators) return;
   throw std::invalid_argument(policy.name() + ": powers must be " + std::to_string(calculators) +
-                              " numbers, one a calculator, got " + std::to_string(powers.size()));
+                              " numbers, one per calculator, got " + std::to_string(powers.size()));
 }
 
 }  // namespace motes::balance

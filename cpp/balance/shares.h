@@ -7,7 +7,7 @@
 
 namespace motes::balance {
 
-/// What each calculator should hold, in particles as they cost in its own domain; costs empty: 1 each.
+/// What each calculator should hold, in particles at the cost of its own domain; costs empty: 1 each.
 std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<double>& shares,
                            const std::vector<double>& costs);
 
@@ -15,10 +15,10 @@ std::vector<double> wanted(const std::vector<Load>& loads, const std::vector<dou
 double most_off(const std::vector<Load>& loads, const std::vector<double>& wanted);
 
 /// Whether some calculator's predicted seconds are above the mean by more than `threshold` of it, and by more than the
-/// noise of all of them may explain: the largest of many errors is larger than one.
+/// noise of all of them can explain: the largest of many errors is larger than a single one.
 bool above_mean(const std::vector<Load>& loads, double threshold);
 
-/// Throws std::invalid_argument, naming the policy, where powers are not one a calculator.
+/// Throws std::invalid_argument, naming the policy, where there is not one power per calculator.
 void check_powers(const Policy& policy, const std::vector<double>& powers, std::size_t calculators);
 
 }  // namespace motes::balance

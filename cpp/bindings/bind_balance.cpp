@@ -1,4 +1,4 @@
-// Balancing policies as values, a user's own among them; where to cut, for replays and tests.
+// Balancing policies as values, including those that users write; where to cut, for replays and tests.
 #include "balance/cuts.h"
 #include "balance/diffusive.h"
 #include "balance/named.h"
@@ -28,12 +28,12 @@ py::array_t<T> array_of(std::vector<T> values) {
   return owned_array(std::move(values), {size});
 }
 
-// The policy that a user wrote in Python: a callable from table to plan. Only the manager calls it.
+// A policy written in Python: a callable from table to plan. Only the manager calls it.
 class Scripted : public Policy {
  public:
   Scripted(std::string name, py::function decide)
       : name_(std::move(name)), decide_(new py::function(std::move(decide)), [](py::function* f) {
-          const py::gil_scoped_acquire gil;  // whoever ends the run last
+          const py::gil_scoped_acquire gil;  // whichever thread destroys the last one
           delete f;
         }) {}
 
@@ -67,7 +67,7 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
   if (s.size() != n.size() || (!e.empty() && e.size() != n.size()) || v.size() != n.size() ||
       c.size() + 1 != std::max<std::size_t>(n.size(), 1)) {
     throw std::invalid_argument(
-        "particles, seconds, speed and error must be one a calculator, and cuts one less, got " +
+        "particles, seconds, speed and error must be one per calculator, and cuts one fewer, got " +
         std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
@@ -130,7 +130,7 @@ void bind_values(py::module_& m) {
   m.def(
       "sum_of_tables",
       [](const std::vector<Table>& systems) {
-        if (systems.empty()) throw std::invalid_argument("systems must be one table at least");
+        if (systems.empty()) throw std::invalid_argument("systems must have at least one table");
         std::vector<std::vector<Load>> loads;
         for (const Table& table : systems) loads.push_back(table.loads);
         return Table{systems.front().frame, systems.front().evaluation, "all", sum_of(loads), systems.front().cuts};

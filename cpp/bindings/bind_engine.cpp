@@ -10,8 +10,8 @@ namespace {
 using frame::Engine;
 using Release = py::call_guard<py::gil_scoped_release>;
 
-// A function of the script's that the engine may drop on a thread, and at a time, without the GIL: where its
-// construction throws, or the last one goes.
+// A function of the script. The engine may destroy it on any thread and at any time, without holding the GIL: where the
+// engine's constructor throws, or when the last copy goes.
 std::shared_ptr<py::function> held(py::function call) {
   return {new py::function(std::move(call)), [](py::function* dropped) {
             const py::gil_scoped_acquire gil;
@@ -19,7 +19,7 @@ std::shared_ptr<py::function> held(py::function call) {
           }};
 }
 
-// What the engine's waits ask of Python: interrupts, and whether the process waited for still lives.
+// What the engine's waits ask Python for: interrupts, and whether the process waited for is still alive.
 comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s,
                        std::optional<py::function> alive, std::optional<py::function> warn) {
   comm::Watch watch;
@@ -48,7 +48,7 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
   return watch;
 }
 
-// Named facts of a run, as World gives them.
+// Named facts of a run, as World passes them.
 frame::Settings make_settings(const py::dict& facts) {
   frame::Settings settings;
   settings.seed = facts["seed"].cast<std::uint64_t>();
@@ -156,7 +156,7 @@ py::object gather(Engine& engine, int system, bool to_all) {
   return columns;
 }
 
-// What a reader sees is what was computed: a recording that left it out catches up.
+// A reader must see computed values: a recording that skipped computing catches up first.
 frame::System& computed(Engine& engine, int system) {
   engine.catch_up();
   return engine.system(system);

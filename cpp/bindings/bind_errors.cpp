@@ -29,7 +29,7 @@ void raise_agreed(const frame::Agreed& error) {
 }  // namespace
 
 void bind_errors(py::module_&) {
-  // Of exceptions that this module throws alone: those of other modules of pybind11 are not ours.
+  // Only for exceptions thrown by this module: those of other pybind11 modules are not translated here.
   py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);

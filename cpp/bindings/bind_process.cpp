@@ -1,4 +1,4 @@
-// What the process itself does when a rank fails: last words and the end.
+// What the process itself does when a rank fails: the crash report and the end of the process.
 #include "bindings/bindings.h"
 #include "comm/last_words.h"
 #include "comm/watchdog.h"

@@ -16,7 +16,7 @@ using recording::Birth;
 using State = std::vector<std::pair<int, Distribution>>;
 
 Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second) {
-  const simd::FloatMode mode;  // a denormal number stays one
+  const simd::FloatMode mode;  // keeps denormal numbers
   Distribution d;
   d.kind = kind;
   for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);
@@ -68,7 +68,7 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
 
 using Steps = std::vector<std::tuple<std::string, int, double>>;
 
-// The enumerator of that name, or nothing.
+// The enumerator with that name, or nothing.
 template <class Enum>
 std::optional<Enum> named(const std::string& name) {
   constexpr auto& kNames = particles::kNames<Enum>;

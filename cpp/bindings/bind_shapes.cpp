@@ -19,7 +19,7 @@ Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
     if (static_cast<int>(numbers.size()) != shapes::count(shape.kind)) {
       throw std::invalid_argument(kind + " has " + std::to_string(shapes::count(shape.kind)) + " numbers");
     }
-    const simd::FloatMode mode;  // a denormal number stays one
+    const simd::FloatMode mode;  // keeps denormal numbers
     for (std::size_t i = 0; i < numbers.size(); ++i) shape.number[i] = static_cast<float>(numbers[i]);
     shapes::check(shape);
     return shape;

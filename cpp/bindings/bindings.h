@@ -1,4 +1,4 @@
-// The only place that includes pybind11. One bind_* a folder of the engine.
+// The only file that includes pybind11. One bind_* function per folder of the engine.
 #pragma once
 
 #include <pybind11/functional.h>
@@ -34,13 +34,12 @@ py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_
   return py::array_t<T>(shape, held->data(), owner);
 }
 
-/// A writable view of an attribute's planes, (n,) or (n, 3). It keeps the memory alive, not its meaning: the store may
-/// move its particles elsewhere.
-/// Of the particles begin .. end - 1.
+/// A writable view of an attribute's planes for the particles begin .. end - 1, (n,) or (n, 3). It keeps the memory
+/// alive but not its meaning: the store may move its particles elsewhere.
 py::array column_view(particles::Store& store, int attribute, std::size_t begin, std::size_t end);
 py::array id_view(particles::Store& store, std::size_t begin, std::size_t end);
 
-/// A copy, without giving a uniform attribute memory.
+/// A copy; a uniform attribute stays without memory of its own.
 py::array column_copy(const particles::Store& store, int attribute);
 
 }  // namespace motes::bindings

@@ -26,7 +26,7 @@ py::array id_view(particles::Store& store, std::size_t begin, std::size_t end) {
   const auto n = static_cast<py::ssize_t>(end - begin);
   py::array_t<std::uint64_t> ids({n}, {sizeof(std::uint64_t)}, store.ids() + begin, keep(store.shared_ids()));
   py::object flags = ids.attr("flags");
-  flags.attr("writeable") = false;  // an id is for life
+  flags.attr("writeable") = false;  // ids never change
   return ids;
 }
 

@@ -13,7 +13,7 @@ std::string library_version();
 class Environment {
  public:
   /// Starts MPI. Throws CommError where it cannot.
-  Environment(int& count, char**& words);
+  Environment(int& argc, char**& argv);
   /// Collective. Ends MPI: waits for the other ranks.
   ~Environment();
   Environment(const Environment&) = delete;

@@ -10,12 +10,12 @@ namespace motes::domains {
 Domains::Domains(std::vector<float> cuts) : cuts_(std::move(cuts)) {
   for (std::size_t i = 0; i < cuts_.size(); ++i) {
     const bool ascends = i == 0 || cuts_[i - 1] <= cuts_[i];
-    if (std::isnan(cuts_[i]) || !ascends) throw std::invalid_argument("cuts must be ascending numbers");
+    if (std::isnan(cuts_[i]) || !ascends) throw std::invalid_argument("cuts must be in ascending order, without NaN");
   }
 }
 
-// The number of cuts at or below x. Each step halves what is left without a branch, for some particles side by side:
-// with thousands of cuts and particles in no order, a processor would guess every second branch wrong, and wait for
+// The number of cuts at or below x. Each step halves the remaining range without a branch, for several particles side
+// by side: with thousands of cuts and unsorted particles, a processor would mispredict every second branch and wait for
 // each load.
 void Domains::owners_of(std::span<const float> x, std::uint32_t* owners) const {
   constexpr std::size_t kAbreast = 16;
@@ -26,7 +26,7 @@ void Domains::owners_of(std::span<const float> x, std::uint32_t* owners) const {
     std::fill_n(below, count, 0u);
     for (auto left = static_cast<std::uint32_t>(cuts_.size()); left > 0;) {
       const std::uint32_t half = (left + 1) / 2;
-      // Not a number compares false with every cut: its search ends at the last domain.
+      // NaN compares false with every cut: its search ends at the last domain.
       for (std::size_t i = 0; i < count; ++i) {
         below[i] += half * static_cast<std::uint32_t>(!(x[first + i] < cuts[below[i] + half - 1]));
       }

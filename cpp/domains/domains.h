@@ -1,4 +1,4 @@
-// Where a particle belongs: the slices of space, along one axis, that calculators own for one system (paper 3.1.4).
+// Where a particle belongs: the slices of space along one axis, one per calculator, for one system (paper 3.1.4).
 #pragma once
 
 #include <array>
@@ -29,24 +29,24 @@ constexpr void fields(Visitor& visit, Space& space) {
 }
 
 /// The n domains of one system: n - 1 ascending cuts. Domain i holds cuts[i-1] <= x < cuts[i]; the first and the last
-/// reach to infinity. Particles whose coordinate is no number belong to the last.
+/// extend to infinity. Particles whose coordinate is NaN belong to the last.
 class Domains {
  public:
-  /// One domain: everything.
+  /// One domain that holds everything.
   Domains() = default;
-  /// Throws std::invalid_argument where the cuts do not ascend or are no numbers.
+  /// Throws std::invalid_argument where the cuts do not ascend or one of them is NaN.
   explicit Domains(std::vector<float> cuts);
 
   int count() const { return static_cast<int>(cuts_.size()) + 1; }
   const std::vector<float>& cuts() const { return cuts_; }
 
-  /// The one rule of ownership: used by create, exchange and donate alike.
+  /// The single rule of ownership: create, exchange and donate all use it.
   int owner_of(float x) const {
     std::uint32_t owner = 0;
     owners_of({&x, 1}, &owner);
     return static_cast<int>(owner);
   }
-  /// The same for many.
+  /// The same for many particles.
   void owners_of(std::span<const float> x, std::uint32_t* owners) const;
 
   float low(int domain) const;   // -infinity for the first
@@ -61,7 +61,7 @@ class Domains {
 /// n equal slices of [low, high].
 Domains equal_slices(double low, double high, int count);
 
-/// The cuts at which n domains hold equally many of these coordinates (in any order).
+/// The cuts that put equally many of these coordinates (in any order) into each of n domains.
 Domains quantiles(std::span<const float> coordinates, int count);
 
 }  // namespace motes::domains

@@ -49,7 +49,7 @@ MappedFile::MappedFile(const std::string& path) {
   const Handle file(open(path.c_str(), O_RDONLY | O_CLOEXEC));
   struct stat facts{};
   if (*file < 0 || fstat(*file, &facts) != 0) throw problem("cannot read", path);
-  if (!S_ISREG(facts.st_mode)) throw std::runtime_error("cannot read " + path + ": it is no file");
+  if (!S_ISREG(facts.st_mode)) throw std::runtime_error("cannot read " + path + ": it is not a regular file");
   size_ = static_cast<std::size_t>(facts.st_size);
   if (size_ == 0) return;
   void* const data = mmap(nullptr, size_, PROT_READ, MAP_SHARED, *file, 0);
@@ -65,7 +65,7 @@ void write_whole(const std::string& path, std::span<const std::byte> content) {
   const std::filesystem::path target(path);
   std::error_code error;
   if (target.has_parent_path()) std::filesystem::create_directories(target.parent_path(), error);
-  if (error) throw std::runtime_error("cannot make " + target.parent_path().string() + ": " + error.message());
+  if (error) throw std::runtime_error("cannot create " + target.parent_path().string() + ": " + error.message());
   std::filesystem::path hidden = ".";
   hidden += target.filename();
   hidden += ".XXXXXX";

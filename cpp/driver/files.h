@@ -1,4 +1,4 @@
-// Files of the driver: read as they lie, written whole or not at all.
+// Files of the driver: mapped when read, written completely or not at all.
 #pragma once
 
 #include <cstddef>
@@ -7,10 +7,10 @@
 
 namespace motes::driver {
 
-/// A file as memory: ranks of one host share its pages.
+/// A file mapped into memory: ranks on one host share its pages.
 class MappedFile {
  public:
-  /// Throws std::runtime_error where it cannot be read.
+  /// Throws std::runtime_error where the file cannot be read.
   explicit MappedFile(const std::string& path);
   ~MappedFile();
   MappedFile(const MappedFile&) = delete;
@@ -23,12 +23,12 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
-/// Writes under a temporary name, syncs, renames: the file appears whole or not at all. Makes its directory. Throws
-/// std::runtime_error.
+/// Writes under a temporary name, syncs, renames: the file appears complete or not at all. Creates its directory.
+/// Throws std::runtime_error.
 void write_whole(const std::string& path, std::span<const std::byte> content);
 
-/// A picture as PPM (binary, P6): a header of text, then the pixels, 3 bytes each, rows from the top. ffmpeg,
-/// ImageMagick, Pillow and GIMP read it, and it takes no library to write.
+/// A picture as PPM (binary, P6): a text header, then the pixels, 3 bytes each, rows from top to bottom. ffmpeg,
+/// ImageMagick, Pillow and GIMP read it, and writing it needs no library.
 void write_ppm(const std::string& path, int width, int height, std::span<const unsigned char> pixels);
 
 }  // namespace motes::driver

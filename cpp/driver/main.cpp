@@ -1,4 +1,4 @@
-// motes_replay: a recorded scene without Python, on one rank or many.
+// motes_replay: replays a recorded scene without Python, on one rank or many.
 #include <time.h>
 
 #include <algorithm>
@@ -88,10 +88,10 @@ class Player {
     }
   }
 
-  void play(std::span<char* const> words) {
+  void play(std::span<char* const> argv) {
     for (const recording::SystemDefinition& system : opened_.first.systems) engine_->add_system(system);
     engine_->start();
-    if (engine_->talk().manages() && !options_.log.empty()) note_run(words);
+    if (engine_->talk().manages() && !options_.log.empty()) note_run(argv);
     const std::size_t frames = std::min<std::uint64_t>(options_.frames, opened_.scene.frames.size());
     for (std::size_t i = 0; i < frames; ++i) play_frame(i == 0 ? opened_.first : read(i));
     engine_->finish();
@@ -105,14 +105,14 @@ class Player {
     return name == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
   }
 
-  // The scene's own is one of its facts; one that the script wrote itself is in no scene.
+  // The scene stores its balancer as one of its facts; a balancer defined by the script itself is not in the scene.
   balance::PolicyPtr policy() const {
     const std::string own = opened_.scene.fact("balancer");
     if (!options_.balancer.empty()) return balance::policy_named(options_.balancer);
     try {
       return own.empty() ? std::make_shared<balance::Static>() : balance::policy_named(own);
     } catch (const std::invalid_argument&) {
-      throw std::runtime_error("the scene's balancer " + own + " is its script's own: choose one by --balancer");
+      throw std::runtime_error("the scene's balancer " + own + " is defined by its script: choose one with --balancer");
     }
   }
 
@@ -176,34 +176,34 @@ class Player {
     }
   }
 
-  void note_run(std::span<char* const> words) const {
+  void note_run(std::span<char* const> argv) const {
     write_run(
         options_.log,
-        {{words.begin(), words.end()}, &opened_.scene, run_, combine_name(), cast_, opened_.first.systems, speeds_});
+        {{argv.begin(), argv.end()}, &opened_.scene, run_, combine_name(), cast_, opened_.first.systems, speeds_});
   }
 
   const Options& options_;
   const Opened& opened_;
   roles::Cast cast_;
   frame::Settings run_;
-  std::map<int, double> speeds_;  // of ranks that behave like slower machines
+  std::map<int, double> speeds_;  // of ranks that emulate slower machines
   std::unique_ptr<frame::Engine> engine_;
 };
 
-// One rank says what happened, and the job ends everywhere: nobody is left waiting for a rank that failed.
+// One rank reports what happened, and the job ends on all ranks: none is left waiting for a rank that failed.
 [[noreturn]] void give_up(const comm::Environment& mpi, const std::string& text, bool others_speak) {
   const double wait_s = others_speak ? 2.5 : std::min(1.0, 0.05 * mpi.rank());
   const timespec nap{static_cast<time_t>(wait_s), static_cast<long>((wait_s - std::floor(wait_s)) * 1e9)};
-  if (!comm::simulated()) nanosleep(&nap, nullptr);  // the first to speak ends those who would speak too
+  if (!comm::simulated()) nanosleep(&nap, nullptr);  // the first rank to report ends the others before they report too
   complain(text);
   mpi.abort(1);
 }
 
-void run(const comm::Environment& mpi, const Options& options, const Opened& opened, std::span<char* const> words) {
+void run(const comm::Environment& mpi, const Options& options, const Opened& opened, std::span<char* const> argv) {
   std::optional<Player> player;
   try {
     player.emplace(mpi, options, opened);
-    player->play(words);
+    player->play(argv);
   } catch (const frame::Agreed& error) {
     give_up(mpi, error.what(), error.verdict().failed_rank != mpi.rank());
   } catch (const std::exception& error) {
@@ -211,14 +211,14 @@ void run(const comm::Environment& mpi, const Options& options, const Opened& ope
   }
 }
 
-int main(int count, char** all) {
-  const comm::Environment mpi(count, all);
-  const std::span<char* const> words(all, static_cast<std::size_t>(count));
+int main(int argc, char** argv) {
+  const comm::Environment mpi(argc, argv);
+  const std::span<char* const> arguments(argv, static_cast<std::size_t>(argc));
   Options options;
   std::optional<Opened> opened;
   std::string wrong;
   try {
-    options = read_options(words.subspan(1));
+    options = read_options(arguments.subspan(1));
     if (!options.help) opened.emplace(options.scene);
     simd::isa();
     stall_limit();
@@ -233,12 +233,12 @@ int main(int count, char** all) {
     if (mpi.rank() == 0) std::fputs(usage(), stdout);
     return 0;
   }
-  run(mpi, options, *opened, words);
+  run(mpi, options, *opened, arguments);
   return 0;
 }
 
 }  // namespace
 }  // namespace motes::driver
 
-// Visible: a simulator loads the program as a library and looks for it.
-[[gnu::visibility("default")]] int main(int count, char** words) { return motes::driver::main(count, words); }
+// Visible: a simulator loads the program as a library and looks for main.
+[[gnu::visibility("default")]] int main(int argc, char** argv) { return motes::driver::main(argc, argv); }

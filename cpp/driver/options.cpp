@@ -12,7 +12,7 @@
 namespace motes::driver {
 namespace {
 
-constexpr double kLeastSpeed = 0.001;  // of a rank that behaves like a slower machine
+constexpr double kLeastSpeed = 0.001;  // of a rank that emulates a slower machine
 
 std::uint64_t number(const std::string& name, const std::string& text) {
   std::uint64_t value = 0;
@@ -86,7 +86,7 @@ Options read_options(std::span<char* const> arguments) {
     } else if (argument == "--spans") {
       options.spans = true;
     } else if (argument.starts_with('-')) {
-      throw std::invalid_argument("there is no option " + argument + "; --help lists them");
+      throw std::invalid_argument("unknown option " + argument + "; --help lists the options");
     } else if (!options.scene.empty()) {
       throw std::invalid_argument("only one scene can be replayed, got " + options.scene + " and " + argument);
     } else {
@@ -96,7 +96,7 @@ Options read_options(std::span<char* const> arguments) {
   if (options.spans && options.log.empty())
     throw std::invalid_argument("--spans needs --log, the directory that timelines are written to");
   if (options.scene.empty() && !options.help) {
-    throw std::invalid_argument("no scene given: motes_replay scene.motes; --help says more");
+    throw std::invalid_argument("no scene given: run motes_replay scene.motes, or see --help");
   }
   return options;
 }

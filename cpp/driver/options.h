@@ -13,14 +13,14 @@ struct Options {
   bool help = false;
   bool digest = false;
   bool images = true;
-  std::string out;               // directory of the pictures, or empty
-  std::string log;               // directory of the log, or empty
+  std::string out;               // directory for the pictures, or empty
+  std::string log;               // directory for the log, or empty
   std::string roles = "auto";    // auto | shared
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
   std::string births = "manager";  // manager | calculators
   int fan_out = 8;               // each rank relays the manager's messages to at most this many
-  std::string costs;             // file of costs on a simulated machine, or empty
+  std::string costs;             // file with the costs on a simulated machine, or empty
   double scale = 1;              // particles that each computed one stands for
   bool blocking = false;         // calculators wait for the image generator, as in the paper
   bool spans = false;            // with a log: a timeline of each rank
@@ -31,8 +31,8 @@ struct Options {
 /// allowed.
 Options read_options(std::span<char* const> arguments);
 
-/// Ranks that are to spend the time of slower machines, as MOTES_SPEEDS="2:1.0,3:0.5" says; none where `text` is null
-/// or empty. Throws std::invalid_argument, saying what is allowed with so many ranks.
+/// Ranks that are to emulate slower machines, as in MOTES_SPEEDS="2:1.0,3:0.5"; none where `text` is null or empty.
+/// Throws std::invalid_argument, saying what is allowed with this many ranks.
 std::map<int, double> read_speeds(const char* text, int ranks);
 
 /// What --help prints.

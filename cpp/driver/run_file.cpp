@@ -65,7 +65,7 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("schema", "1");
   // A simulated run has no date: two of them write the same bytes.
   field("started_unix_s", comm::simulated() ? "0" : std::to_string(time(nullptr)));
-  field("argv", listed(facts.words, quoted));
+  field("argv", listed(facts.argv, quoted));
   field("seed", std::to_string(facts.settings.seed));
   field("dt_s", decimal(facts.settings.dt));
   field("substeps", number(facts.settings.substeps));

@@ -1,4 +1,4 @@
-// run.json: what was run and on what, as python/motes/_run/run_file.py writes it for a script.
+// run.json: what was run and on what machine, in the form that python/motes/_run/run_file.py writes for a script.
 #pragma once
 
 #include <map>
@@ -11,16 +11,16 @@
 namespace motes::driver {
 
 struct RunFacts {
-  std::vector<std::string> words;  // the command line
+  std::vector<std::string> argv;  // the command line
   const recording::Scene* scene = nullptr;
   frame::Settings settings;
   std::string combine;
   roles::Cast cast;
   std::vector<recording::SystemDefinition> systems;
-  std::map<int, double> speeds;  // of ranks that behave like slower machines
+  std::map<int, double> speeds;  // of ranks that emulate slower machines
 };
 
-/// Writes `directory`/run.json, whole or not at all. Throws std::runtime_error.
+/// Writes `directory`/run.json, completely or not at all. Throws std::runtime_error.
 void write_run(const std::string& directory, const RunFacts& facts);
 
 }  // namespace motes::driver

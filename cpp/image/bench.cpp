@@ -16,7 +16,7 @@ namespace {
 constexpr std::size_t kSystems = 8;
 constexpr std::size_t kPadding = 16;
 
-// A small multiplicative generator: the scene shall be the same everywhere, its quality matters little.
+// A small multiplicative generator: the scene must be the same everywhere; the quality of the numbers matters little.
 class Draws {
  public:
   explicit Draws(std::uint64_t seed) : state_(seed * 0x9e3779b97f4a7c15u + 1) {}
@@ -102,7 +102,7 @@ RenderBench render_bench(std::size_t particles, int width, int height, int pixel
   Projector projector;
   Canvas canvas;
   std::vector<double> whole, project;
-  for (int frame = -1; frame < frames; ++frame) {  // the first warms up: memory, tables
+  for (int frame = -1; frame < frames; ++frame) {  // the first one warms up memory and tables
     const double start = now_ms();
     for (std::size_t i = 0; i < kSystems; ++i) projector.project(systems[i].drawn(), sprite, view, records[i]);
     const double projected = now_ms();

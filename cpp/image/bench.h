@@ -1,4 +1,4 @@
-// How fast frames are made: `python -m motes bench render`.
+// How fast frames are drawn: `python -m motes bench render`.
 #pragma once
 
 #include <cstddef>
@@ -6,7 +6,7 @@
 
 namespace motes::image {
 
-/// Milliseconds on one core. A frame is everything from the particles' planes to sRGB pixels.
+/// Milliseconds on one core. A frame covers everything from the particles' planes to sRGB pixels.
 struct RenderBench {
   std::size_t particles = 0;
   int width = 0, height = 0, pixels = 0, frames = 0;
@@ -19,9 +19,9 @@ struct RenderBench {
   double ms_splat = 0;    // median: sum light, tone map
 };
 
-/// Snow: eight systems with `particles` in all, uniform in a box of which about 89 % is seen, in random order, as
-/// discs of `pixels` diameter; or the same as eight fountains. Throws std::invalid_argument where a number is not
-/// positive or too large for a view.
+/// Snow: eight systems with `particles` in total, uniform in a box of which about 89 % is visible, in random order, as
+/// discs of `pixels` diameter; or the same number as eight fountains. Throws std::invalid_argument where a number is
+/// not positive or too large for a view.
 RenderBench render_bench(std::size_t particles, int width, int height, int pixels, int frames, bool fountain = false);
 
 }  // namespace motes::image

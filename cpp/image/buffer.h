@@ -7,12 +7,12 @@
 namespace motes::image {
 
 /// A growing array of bytes, aligned to a cache line. Unlike a vector it does not clear memory that is about to be
-/// overwritten; from a few megabytes on it asks for huge pages, and it keeps its memory when it shrinks, so that
-/// frames after the first cause no page faults.
+/// overwritten. From a few megabytes on it asks for huge pages, and it keeps its memory when it shrinks, so frames
+/// after the first cause no page faults.
 class Buffer {
  public:
   Buffer() = default;
-  /// What is moved from is empty.
+  /// A moved-from buffer is empty.
   Buffer(Buffer&& other) noexcept;
   Buffer& operator=(Buffer&& other) noexcept;
 
@@ -20,7 +20,7 @@ class Buffer {
   std::byte* data() { return data_.get(); }
   const std::byte* data() const { return data_.get(); }
 
-  /// Keeps what is there; new bytes are undefined. Pointers are void where the capacity was too small.
+  /// Keeps the content; new bytes are undefined. Pointers become invalid where the capacity was too small.
   void resize(std::size_t size);
 
  private:
@@ -33,7 +33,7 @@ class Buffer {
   std::size_t capacity_ = 0;
 };
 
-/// The same as an array of T, for the few places that want one.
+/// The same as an array of T, for the few places that need one.
 template <class T>
 class BufferOf {
  public:

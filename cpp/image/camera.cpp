@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Farther than any scene, and its square is still far from infinity.
+// Farther than any scene, while its square is still far from infinity.
 constexpr double kFarthest = 1e15;
 
 std::string text(double value) {

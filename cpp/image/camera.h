@@ -1,12 +1,12 @@
-// From metres to pixels; and what a view may be.
+// From metres to pixels; and what a view may contain.
 #pragma once
 
 #include "image/scene.h"
 
 namespace motes::image {
 
-/// A camera made ready for an image: a point p has view depth z = forward.(p - eye) and appears at
-/// x = width/2 + focal_px right.(p - eye)/z, y = height/2 - focal_px up.(p - eye)/z pixels from the top left corner.
+/// A camera prepared for an image: a point p has view depth z = forward.(p - eye) and appears at x = width/2 + focal_px
+/// right.(p - eye)/z, y = height/2 - focal_px up.(p - eye)/z pixels from the top left corner.
 struct Lens {
   Vector eye, right, up, forward;  // metres; three unit vectors
   double focal_px = 0;
@@ -14,7 +14,7 @@ struct Lens {
 
 Lens lens(const View& view);
 
-/// Throw std::invalid_argument, naming argument, value and what is allowed.
+/// Throw std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const View& view);
 void check(const Sprite& sprite);
 

@@ -11,17 +11,17 @@
 namespace motes::image {
 namespace {
 
-// Footprints reach over a tile's edges by less than the largest footprint; one vector is read and written whole.
+// Footprints extend over a tile's edges by less than the largest footprint; vectors are read and written whole.
 constexpr int kMargin = kMaxFootprint - 1;
 constexpr int kStride = 3 * (kTile + 2 * kMargin) + 4;
 constexpr int kRows = kTile + 2 * kMargin;
 constexpr int kFirst = kMargin * kStride + 3 * kMargin;
 constexpr std::size_t kLanesInAll = static_cast<std::size_t>(kRows) * kStride + 64;
 
-// With room for fewer records than this, looking for the greatest sum again costs more than saturating.
+// With room for fewer records than this, another search for the greatest sum costs more than saturating.
 constexpr std::uint32_t kWorthCounting = 256;
 
-// How many records can be added before a sum that is now at most `brightest` may overflow.
+// How many records can be added before a sum may overflow, where the greatest is now `brightest`.
 std::uint32_t room(std::uint32_t brightest) { return (std::numeric_limits<std::uint32_t>::max() - brightest) / kUnit; }
 
 bool same_scenery(const View& a, const View& b) {
@@ -72,7 +72,7 @@ void Canvas::add(std::span<const std::byte> records) {
   RecordsView seen(records);
   if (seen.grid().width != grid_.width || seen.grid().height != grid_.height ||
       seen.with_depth() != !view_.objects.empty()) {
-    throw std::runtime_error("image records: made for another view");
+    throw std::runtime_error("image records: made for a different view");
   }
   const Footprint& f = footprint(seen.sprite());
   Splat splat{};
@@ -111,7 +111,7 @@ void Canvas::finish(std::span<std::uint8_t> pixels) {
   parts_.clear();
 }
 
-// The records of this tile; how many.
+// Collects the records of this tile and returns how many there are.
 std::size_t Canvas::collect(int tile) {
   pieces_.clear();
   std::size_t count = 0;

@@ -1,4 +1,4 @@
-// The image generator's picture: scenery and everybody's records become one frame.
+// The image generator's picture: scenery and the records of all calculators become one frame.
 #pragma once
 
 #include <cstddef>
@@ -15,9 +15,9 @@
 
 namespace motes::image {
 
-/// Use: begin, add for each message, finish; then again for the next frame. Pixels depend on the particles alone, not
-/// on the order, number or grouping of messages: light is summed in integers. Working memory and the scenery are kept
-/// from frame to frame; the scenery is rendered anew where camera, size, background or objects have changed.
+/// Usage: begin, add for each message, finish; then again for the next frame. Pixels depend only on the particles, not
+/// on the order, number or grouping of messages, because light is summed in integers. Working memory and scenery are
+/// kept from frame to frame; the scenery is rendered again where camera, size, background or objects have changed.
 class Canvas {
  public:
   explicit Canvas(const SplatLanes& lanes = splat_lanes());
@@ -26,12 +26,12 @@ class Canvas {
   /// valid.
   void begin(const View& view, bool keep_linear = false);
 
-  /// Takes part of the frame's records; the bytes must stay as they are until finish() has returned. Throws
-  /// std::runtime_error where they are malformed or made for another view.
+  /// Takes a part of the frame's records; the bytes must not change until finish() has returned. Throws
+  /// std::runtime_error where they are malformed or made for a different view.
   void add(std::span<const std::byte> records);
 
-  /// The frame: sRGB, 8 bits, red green blue, rows from the top: height * width * 3 bytes. The second form fills the
-  /// caller's memory of exactly that size, or throws std::invalid_argument.
+  /// The frame: sRGB, 8 bits, red green blue, rows from top to bottom: height * width * 3 bytes. The second form fills
+  /// memory of exactly that size, or throws std::invalid_argument.
   std::vector<std::uint8_t> finish();
   void finish(std::span<std::uint8_t> pixels);
 
@@ -67,7 +67,7 @@ class Canvas {
   bool scenery_current_ = false;
   Scenery scenery_;
   std::vector<std::uint8_t> tone_;
-  std::vector<std::uint8_t> scenery_pixels_;  // toned: what a tile without records shows
+  std::vector<std::uint8_t> scenery_pixels_;  // tone-mapped: what a tile without records shows
   std::vector<Part> parts_;
   std::vector<Piece> pieces_;  // of the current tile
   std::vector<float> linear_;

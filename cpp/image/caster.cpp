@@ -15,7 +15,7 @@ constexpr double kSky = 0.24;     // from above
 constexpr double kBounce = 0.10;  // from below
 constexpr double kTint = 0.5;     // how much of the background's colour the sky adds
 
-constexpr double kFogReach = 5;    // distances from camera to look_at at which half of the light is fog
+constexpr double kFogReach = 5;    // in distances from camera to look_at: where half of the light is fog
 constexpr double kBiasPixels = 3;  // how far a resting particle's disc reaches below its centre
 constexpr double kLeastBias = 1.0 / 4096;
 constexpr double kMostBias = 1.0 / 50;
@@ -94,7 +94,7 @@ Vector Caster::shade(const Item& item, const Ray& ray, const Hit& hit, bool& lit
 }
 
 // Outer surfaces are convex: one that faces the sun is not in the shadow of its own object. (Seen from inside, a box is
-// a room without ceiling, and a pipe lets light in.)
+// a room without a ceiling, and a pipe lets light in.)
 bool Caster::shadowed(const Ray& to_sun, const Item& self) const {
   Hit ignored{};
   for (const Item& item : items_) {
@@ -111,7 +111,8 @@ bool Caster::shadowed(const Ray& to_sun, const Item& self) const {
   return false;
 }
 
-// Relative: what rests on a surface lies a little before it, the more the steeper depth is across the pixels around.
+// Relative bias: what rests on a surface lies slightly in front of it, the more so the steeper the depth changes across
+// neighbouring pixels.
 double Caster::bias(const Ray& ray, const Hit& hit) const {
   const double across = std::fabs(dot(hit.normal, lens_.right)) + std::fabs(dot(hit.normal, lens_.up));
   const double slope = across / (lens_.focal_px * std::fabs(dot(hit.normal, ray.along)));

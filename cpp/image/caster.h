@@ -14,7 +14,7 @@ namespace motes::image {
 struct Sample {
   Vector light;  // linear RGB
   double depth = std::numeric_limits<double>::infinity();
-  std::uint32_t surface = 0;  // differs between neighbours where an edge runs between them; 0: background
+  std::uint32_t surface = 0;  // differs between two neighbouring pixels if an edge runs between them; 0: background
 };
 
 class Caster {
@@ -22,10 +22,10 @@ class Caster {
   /// The view must outlive the caster.
   explicit Caster(const View& view);
 
-  /// Looks at a part of the image from now on, in pixels from the top left corner. False: no object is in sight there.
+  /// Selects a part of the image, in pixels from the top left corner. False: no object is visible there.
   bool aim(double left, double top, double right, double bottom);
 
-  /// At (x, y) pixels from the top left corner, inside the part last aimed at.
+  /// At (x, y) pixels from the top left corner, inside the selected part.
   Sample cast(double x, double y) const;
 
  private:
@@ -48,7 +48,7 @@ class Caster {
   Vector background_;  // linear RGB
   double fog_square_;  // square of the distance at which half of the light is fog
   std::vector<Item> items_;
-  std::vector<const Item*> seen_;  // by the last aim
+  std::vector<const Item*> seen_;  // in the selected part
 };
 
 }  // namespace motes::image

@@ -1,12 +1,12 @@
-// Elementary functions from + - * / sqrt alone: the C library's differ between processors and versions, and so
-// would the pixels.
+// Elementary functions built from + - * / sqrt only: results of the C library differ between processors and versions,
+// and then the pixels would too.
 #pragma once
 
 #include <cmath>
 
 namespace motes::image {
 
-/// Tangent of x radians, 0 <= x < pi/2, good to about 1e-15 relative where not close to pi/2.
+/// Tangent of x radians, 0 <= x < pi/2, accurate to about 1e-15 relative where x is not close to pi/2.
 inline double tangent(double x) {
   // Taylor series: x/2 <= 0.79, where 12 terms reach double precision; then the double angle.
   const double half = 0.5 * x;

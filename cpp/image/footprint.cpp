@@ -9,7 +9,7 @@
 namespace motes::image {
 namespace {
 
-// The greatest weight: one below 255 leaves room for rounding up.
+// The greatest weight: one below 255, which leaves room for rounding up.
 constexpr double kPeak = 254;
 
 bool is_point(const Sprite& sprite) { return sprite.kind == Sprite::Kind::point || sprite.pixels <= 1; }
@@ -42,7 +42,7 @@ std::vector<double> sampled(const Sprite& sprite, int size, double phase_x, doub
 
 double sum(const std::vector<double>& values) { return std::accumulate(values.begin(), values.end(), 0.0); }
 
-// Integers that add up to `total`, in proportion to the values: largest remainders are rounded up.
+// Integers that add up to `total`, in proportion to the values: the largest remainders are rounded up.
 std::vector<int> apportion(const std::vector<double>& values, int total) {
   const double scale = total / sum(values);
   std::vector<int> shares;
@@ -60,7 +60,8 @@ std::vector<int> apportion(const std::vector<double>& values, int total) {
 Footprint build(const Sprite& sprite) {
   Footprint f;
   f.size = footprint_size(sprite);
-  // Fine phases for small footprints; a large soft disc shows no steps of a quarter pixel, and its table stays small.
+  // Fine phases for small footprints; on a large soft disc steps of a quarter pixel are invisible, and its table stays
+  // small.
   f.phase_bits = is_point(sprite) ? 4 : f.size <= 7 ? 3 : 2;
   f.row_bytes = (3 * f.size + 15) / 16 * 16;
   const int phases = 1 << f.phase_bits;

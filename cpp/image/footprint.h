@@ -9,10 +9,10 @@
 namespace motes::image {
 
 /// A sprite's weights, 0..254, for each sub-pixel position ("phase") of its centre. A particle at x (pixels from the
-/// left edge) lights columns floor(x + 1/2 - size/2) .. + size-1, and rows alike; the fraction that the floor drops is
-/// the phase. All phases of a sprite have the same sum, so a moving particle does not flicker.
+/// left edge) lights columns floor(x + 1/2 - size/2) .. + size-1, and rows likewise; the fraction that the floor drops
+/// is the phase. All phases of a sprite have the same sum, so a moving particle does not flicker.
 struct Footprint {
-  int size = 0;        // pixels a side
+  int size = 0;        // pixels per side
   int phase_bits = 0;  // 2^phase_bits phases along each axis
   int row_bytes = 0;   // one row: `size` weights, each three times (red, green, blue), then zeros
 
@@ -20,10 +20,10 @@ struct Footprint {
   std::vector<std::uint8_t> weights;
 };
 
-/// Pixels a side. A disc of one pixel is drawn as a point: its light is shared by the 2x2 nearest pixels.
+/// Pixels per side. A disc of one pixel is drawn as a point: its light is shared by the 2x2 nearest pixels.
 int footprint_size(const Sprite& sprite);
 
-/// Built at first use, valid for ever.
+/// Built at first use, valid until the program ends.
 const Footprint& footprint(const Sprite& sprite);
 
 }  // namespace motes::image

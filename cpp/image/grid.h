@@ -5,11 +5,11 @@
 
 namespace motes::image {
 
-/// Side of a tile in pixels: its accumulator (64x64 pixels, three sums of 32 bits) stays in the second cache.
+/// Side of a tile in pixels: its accumulator (64x64 pixels, three sums of 32 bits) stays in the second-level cache.
 inline constexpr int kTile = 64;
 inline constexpr int kTileBits = 6;
 
-/// Largest width and height: the tile's number and two flags share a word, coordinates are 16 bits.
+/// Largest width and height: the tile's number and two flags share one uint32, coordinates have 16 bits.
 inline constexpr int kMaxSize = 16384;
 
 /// Largest footprint of a particle in pixels, so that it touches at most 2x2 tiles.
@@ -24,7 +24,7 @@ struct Grid {
   constexpr int tiles() const { return columns() * rows(); }
 
   /// Positions are 16-bit integers in units of 2^-sub_bits pixels, relative to the centre of the image: 1/16 px up to
-  /// 4064 pixels, 1/8 px up to 8160, and so on; the margin of 16 px holds the footprints that reach into the image.
+  /// 4064 pixels, 1/8 px up to 8160, and so on; a margin of 16 px holds the footprints that extend into the image.
   constexpr int sub_bits() const {
     const int longer = width > height ? width : height;
     return longer <= 4064 ? 4 : longer <= 8160 ? 3 : longer <= 16352 ? 2 : 1;

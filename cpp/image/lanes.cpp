@@ -1,4 +1,4 @@
-// Which build of the lanes this process runs.
+// Selects the build of the lanes that this process runs.
 #include "image/project_lanes.h"
 #include "image/splat_lanes.h"
 #include "simd/isa.h"

@@ -59,7 +59,7 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   const Floats k = all(t.scale) / depth;
   const Floats screen_x = across * k;
   const Floats screen_y = -(upward * k);
-  // Comparisons are false for NaN, so nothing that is not finite gets as far as the conversion to integers.
+  // Comparisons are false for NaN, so only finite values reach the conversion to integers.
   const Mask sane = (depth >= all(t.near)) & (depth <= all(kLargest)) & (abs(screen_x) <= all(t.limit_x)) &
                     (abs(screen_y) <= all(t.limit_y));
   const Ints fixed_x = floor_to_ints(select(sane, screen_x, Floats{}));
@@ -98,7 +98,7 @@ MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints v) {
   _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
 }
 #else
-// Where the visible lanes go: the others are overwritten by the next one.
+// Where the visible lanes are written; the next particle overwrites the others.
 struct Kept {
   std::uint32_t offset[kLanes];
   std::size_t number;
@@ -130,7 +130,7 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
     Mask visible = p.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
     const Uints color = kOneColor ? color_of_all : color_vector(t, i);
-    // What gives no light is not sent.
+    // Particles that give no light are not sent.
     visible &= ((color & 0xffffffu) != 0u) & ((color >> 24) != 0u);
     if (!any(visible)) continue;
     const Kept k = kept(visible);

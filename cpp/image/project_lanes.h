@@ -1,4 +1,4 @@
-// Particles to screen positions, a vector at a time: the values that plain code and the per-ISA builds share.
+// Particles to screen positions, one vector at a time: the values shared by plain code and the per-ISA builds.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ struct ProjectTask {
   float limit_x, limit_y;
 };
 
-/// Uints of the visible particles, in the order of the particles. Each array has room for the particles asked for
-/// and one vector more.
+/// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as
+/// are projected, plus one vector.
 struct ProjectedBatch {
   std::uint32_t* position;  // i16 x | i16 y << 16
   std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24

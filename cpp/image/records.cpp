@@ -31,9 +31,9 @@ struct Header {
 };
 static_assert(sizeof(Header) == 32);
 
-// Particles per batch: its projected columns and its records (some 800 kB) stay in the second cache, so that neither
-// sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or offsets
-// would outweigh records.
+// Particles per batch: its projected columns and its records (some 800 kB) stay in the second-level cache, so that
+// neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
+// the offsets would outweigh the records.
 std::size_t batch_size(int tiles) { return std::max<std::size_t>(32768, 16 * static_cast<std::size_t>(tiles)); }
 
 std::uint32_t word_at(const std::byte* from, std::size_t index) {
@@ -75,8 +75,8 @@ ProjectTask task_of(const Drawn& particles, const Sprite& sprite, const View& vi
   return t;
 }
 
-// Counts the records of each tile at counts[tile + 1], and lists the particles that touch several tiles. Without
-// branches: which particles do is chance, and a wrong guess costs more than the work.
+// Counts the records of each tile at counts[tile + 1], and lists the particles that touch several tiles. Free of
+// branches: which particles touch several is random, and a misprediction costs more than the work.
 std::size_t count_tiles(const ProjectedBatch& b, std::size_t count, std::size_t columns, std::uint32_t* counts,
                         std::uint32_t* several) {
   std::size_t listed = 0;
@@ -96,7 +96,7 @@ std::size_t count_tiles(const ProjectedBatch& b, std::size_t count, std::size_t 
   return listed;
 }
 
-// Fetches memory that is about to be written in random order.
+// Prefetches memory that is about to be written in random order.
 void prefetch_for_write(std::byte* from, std::size_t count) {
   for (std::size_t i = 0; i < count; i += 64) __builtin_prefetch(from + i, 1);
 }
@@ -143,7 +143,7 @@ void Projector::append_batch(const ProjectTask& task, std::size_t first, std::si
 
   const auto tile_count = static_cast<std::size_t>(tiles);
   const auto columns = static_cast<std::size_t>(task.columns);
-  cursor_.assign(tile_count + columns + 3, 0);  // increments by 0 reach over the end
+  cursor_.assign(tile_count + columns + 3, 0);  // increments by 0 may go past the end
   const std::size_t listed = count_tiles(batch, visible, columns, cursor_.data(), several);
   for (std::size_t t = 0; t < tile_count; ++t) cursor_[t + 1] += cursor_[t];
   const std::size_t total = cursor_[tile_count];

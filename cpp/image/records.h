@@ -13,13 +13,13 @@
 
 namespace motes::image {
 
-/// A message. Little-endian, no pointers: it can be sent, kept or written to a file as it is.
+/// A message. Little-endian, without pointers: it can be sent, kept or written to a file as it is.
 ///   header  magic u32, sprite kind u8, sprite pixels u8, with_depth u8, zero u8, width i32, height i32,
 ///           batches u32, zero u32, records u64
 ///   batch   offsets u32[tiles + 1], then offsets[tiles] records: those of tile t are offsets[t] .. offsets[t+1]-1
 ///   record  x i16, y i16 (see Grid::sub_bits), r g b alpha u8; with_depth: bits of the positive float view depth u32
-/// A record stands in every tile that its footprint touches. Batches keep the sorting inside the second cache; their
-/// order, and that of the records of a tile, means nothing.
+/// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
+/// their order, and the order of records within a tile, has no meaning.
 class Records {
  public:
   std::span<const std::byte> bytes() const { return {buffer_.data(), buffer_.size()}; }
@@ -35,9 +35,10 @@ class Projector {
  public:
   explicit Projector(const ProjectLanes& lanes = project_lanes()) : lanes_(&lanes) {}
 
-  /// Replaces `records` by those of `particles`; reuses its memory. Depth is part of them where the view has objects.
-  /// Particles that are not finite, nearer than the camera's `near`, outside the image or without light are left out.
-  /// Throws std::invalid_argument where view or sprite is not valid, or a position plane is missing.
+  /// Replaces the content of `records` by the records of `particles`, reusing its memory. Records have a depth where
+  /// the view has objects. Particles that are not finite, nearer than the camera's `near`, outside the image or without
+  /// light are left out. Throws std::invalid_argument where view or sprite is not valid, or a position plane is
+  /// missing.
   void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records);
 
  private:
@@ -49,7 +50,7 @@ class Projector {
   std::vector<std::uint32_t> cursor_;
 };
 
-/// Records in memory that somebody else keeps, of any alignment.
+/// Records in memory owned by someone else, with any alignment.
 class RecordsView {
  public:
   struct Batch {
@@ -69,7 +70,7 @@ class RecordsView {
   bool with_depth() const { return with_depth_; }
   std::size_t record_bytes() const { return with_depth_ ? 12 : 8; }
 
-  /// Records in all batches; a particle on a tile's edge counts once a tile.
+  /// Records in all batches; a particle on a tile's edge counts once per tile.
   std::size_t count() const { return count_; }
 
   const std::vector<Batch>& batches() const { return batches_; }

@@ -12,7 +12,7 @@ namespace motes::image {
 using Vector = std::array<double, 3>;  // metres; right-handed, y up
 using Color = std::array<float, 3>;    // linear RGB
 
-/// A pinhole camera. `fov_deg` is the vertical angle of view; particles nearer than `near` metres are not seen.
+/// A pinhole camera. `fov_deg` is the vertical angle of view; particles nearer than `near` metres are not drawn.
 struct Camera {
   Vector position{0, 0, 1};
   Vector look_at{0, 0, 0};
@@ -28,7 +28,7 @@ constexpr void fields(Visitor& visit, Camera& camera) {
   visit(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near);
 }
 
-/// An external object (paper 3.2.4): drawn, lit, and hiding the particles behind it.
+/// An external object (paper 3.2.4): it is drawn and lit, and hides the particles behind it.
 struct Solid {
   shapes::Shape shape;
   Color color{1, 1, 1};
@@ -72,7 +72,7 @@ constexpr void fields(Visitor& visit, Sprite& sprite) {
 }
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
-/// beside it. Planes may be read up to the next multiple of 16 particles.
+/// next to it. Planes may be read up to the next multiple of 16 particles.
 struct Drawn {
   std::size_t count = 0;
   std::array<const float*, 3> position{};

@@ -22,7 +22,7 @@ void store(const Vector& light, std::uint16_t* to) {
 }
 
 std::uint32_t depth_bits(double depth) {
-  // Beyond a float's range there is nothing to hide.
+  // Nothing can be hidden beyond a float's range.
   constexpr double kLargest = std::numeric_limits<float>::max();
   return depth < kLargest ? std::bit_cast<std::uint32_t>(static_cast<float>(depth)) : Scenery::kNothing;
 }
@@ -34,7 +34,7 @@ bool on_edge(const std::uint32_t* surface, const Grid& grid, int x, int y) {
          (y > 0 && here[-grid.width] != *here) || (y + 1 < grid.height && here[grid.width] != *here);
 }
 
-// The mean of four samples on a rotated grid: edges that are nearly upright or level get four steps.
+// The mean of four samples on a rotated grid: nearly vertical or horizontal edges get four steps.
 Vector smooth(const Caster& caster, int x, int y) {
   return (caster.cast(x + 0.375, y + 0.125).light + caster.cast(x + 0.875, y + 0.375).light +
           caster.cast(x + 0.625, y + 0.875).light + caster.cast(x + 0.125, y + 0.625).light) *

@@ -13,11 +13,11 @@ namespace motes::image {
 
 struct Sample;
 
-/// Ray-cast objects, lit by one sun and a hemisphere of sky, with the sun's shadows and anti-aliased edges; far away
-/// they fade into the background. A pure function of the view: its exposure has no part in it.
+/// Ray-cast objects, lit by one sun and a hemisphere of sky, with shadows of the sun and anti-aliased edges; far away
+/// they fade into the background. A pure function of the view, independent of its exposure.
 class Scenery {
  public:
-  /// A pixel's depth where nothing is: the bits of infinity.
+  /// The depth of a pixel where there is no object: the bits of infinity.
   static constexpr std::uint32_t kNothing = 0x7f800000;
 
   Scenery() = default;
@@ -25,20 +25,20 @@ class Scenery {
   /// Renders the view's scenery. Throws std::invalid_argument where the view is not valid.
   void render(const View& view);
 
-  /// False: no object is seen in this tile, its pixels are the background.
+  /// False: no object is visible in this tile, its pixels are background.
   bool occupied(int tile) const { return !ranges_.empty() && ranges_[index(tile)].nearest != kNothing; }
 
   /// The least and greatest depth in an occupied tile.
   std::uint32_t nearest(int tile) const { return ranges_[index(tile)].nearest; }
   std::uint32_t farthest(int tile) const { return ranges_[index(tile)].farthest; }
 
-  /// Light in units of 2^kSceneryShift sums (see splat_lanes.h): three numbers a pixel, from (x, y) to the row's end.
-  /// Only in occupied tiles.
+  /// Light in units of 2^kSceneryShift sums (see splat_lanes.h): three numbers per pixel, from (x, y) to the end of the
+  /// row. Only in occupied tiles.
   const std::uint16_t* light(int x, int y) const { return light_.data() + 3 * at(x, y); }
   const std::array<std::uint16_t, 3>& background() const { return background_; }
 
-  /// Float bits of the view depth beyond which a particle is hidden: the surface's, and a little more, so that what
-  /// rests on a surface is seen whole. Only in occupied tiles.
+  /// Float bits of the view depth beyond which a particle is hidden: the depth of the surface plus a small bias, so
+  /// that particles resting on a surface are fully visible. Only in occupied tiles.
   const std::uint32_t* depth(int x, int y) const { return depth_.data() + at(x, y); }
 
  private:

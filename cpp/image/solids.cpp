@@ -19,7 +19,7 @@ Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[
 
 Vector towards(const Vector& normal, const Ray& ray) { return dot(normal, ray.along) > 0 ? normal * -1 : normal; }
 
-// Distance to the plane through `point`; NaN or infinite where the ray runs along it.
+// Distance to the plane through `point`; NaN or infinite where the ray is parallel to it.
 double plane_distance(const Ray& ray, const Vector& point, const Vector& normal) {
   return dot(point - ray.from, normal) / dot(ray.along, normal);
 }
@@ -45,7 +45,7 @@ bool intersect_disc(const Shape& s, const Ray& ray, double nearest, double farth
   return true;
 }
 
-// offset = a u + b v, in the plane that u and v span.
+// offset = a u + b v, in the plane spanned by u and v.
 struct Parts {
   double a, b;
 };
@@ -92,7 +92,7 @@ bool intersect_sphere(const Shape& s, const Ray& ray, double nearest, double far
   return true;
 }
 
-// The part of the ray inside all three pairs of faces.
+// The part of the ray that is inside all three pairs of faces.
 bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   double enter = -kInfinity, leave = kInfinity;
   int enter_axis = 0, leave_axis = 0;
@@ -120,8 +120,8 @@ bool intersect_box(const Shape& s, const Ray& ray, double nearest, double farthe
   return true;
 }
 
-// A ray seen from the axis of a cylinder or cone: at distance t it is height + t rise along the axis, and across + t
-// aside from it.
+// A ray in the coordinates of a cylinder or cone: at distance t its height along the axis is height + t rise, and its
+// offset from the axis is across + t aside.
 struct AlongAxis {
   Vector axis;  // unit
   double length, height, rise;
@@ -145,14 +145,14 @@ bool intersect_side(const AlongAxis& at, const Ray& ray, double radius, double w
   const double c = dot(at.across, at.across) - here * here;
   const double discriminant = b * b - a * c;
   if (!(discriminant >= 0)) return false;
-  // Both roots without cancellation; along a cone's side a is 0 and one of them infinite.
+  // Both roots without cancellation; along a cone's side a is 0 and one of them is infinite.
   const double q = b < 0 ? -b + std::sqrt(discriminant) : -b - std::sqrt(discriminant);
   const double first = std::min(q / a, c / q), second = std::max(q / a, c / q);
   for (const double distance : {first, second}) {
     const double height = at.height + distance * at.rise;
     if (!(distance > nearest && distance < farthest && height >= 0 && height <= at.length)) continue;
     const Vector outward = at.across + at.aside * distance - at.axis * (widening * (radius + widening * height));
-    if (dot(outward, outward) == 0) continue;  // a cone's very tip
+    if (dot(outward, outward) == 0) continue;  // exactly at a cone's tip
     hit = {distance, towards(unit(outward), ray), 0};
     return true;
   }
@@ -171,7 +171,7 @@ bool intersect_end(const AlongAxis& at, const Ray& ray, double height, double in
   return true;
 }
 
-// Walls outside and, of a pipe, inside; flat ends between them. With equal radii: the wall alone.
+// Walls outside and, for a pipe, inside, with flat ends between them. With equal radii only the wall.
 bool intersect_shell(const Shape& s, const Ray& ray, double nearest, double farthest, Hit& hit) {
   const AlongAxis at(s, ray);
   const bool cone = s.kind == Kind::cone;
@@ -198,7 +198,7 @@ bool intersect_shell(const Shape& s, const Ray& ray, double nearest, double fart
 }  // namespace
 
 Ball bounds(const Shape& s) {
-  // A little more than needed: what is left out by mistake would be a hole in the picture.
+  // A little more than needed: anything left out by mistake would be a hole in the picture.
   constexpr double kMore = 1 + 1e-9;
   const Vector first = vector_at(s, 0);
   switch (s.kind) {
@@ -219,7 +219,7 @@ Ball bounds(const Shape& s) {
       const Vector half = (vector_at(s, 3) - first) * 0.5;
       return {first + half, std::hypot(length(half), s.number[6]) * kMore};
     }
-    // Without an end, or refused by check_solid().
+    // Infinite, or refused by check_solid().
     case Kind::plane:
     case Kind::point:
     case Kind::line:

@@ -32,7 +32,7 @@ MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
 #endif
 }
 
-// One byte to each lane.
+// Puts one byte into each lane.
 MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #if MOTES_WIDTH == 512
   // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
@@ -51,7 +51,7 @@ MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #endif
 }
 
-// A record's light as three vectors that repeat red, green, blue: 12 bits a colour, colour * alpha / 16.
+// A record's light as three vectors that repeat red, green, blue: 12 bits per colour, colour * alpha / 16.
 struct Light {
   Uints part[3];
 };
@@ -111,7 +111,7 @@ MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
   return word;
 }
 
-// Where a footprint starts in the tile, and its weights; false where the record is not of this tile.
+// Where a footprint starts in the tile, and its weights; false where the record does not belong to this tile.
 MOTES_INLINE bool place(const Splat& s, int stride, std::uint32_t position, std::ptrdiff_t& at,
                         const std::uint8_t*& weights) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
@@ -176,7 +176,7 @@ MOTES_INLINE void splat_rows(const TileSums& sums, const Splat& s, const unsigne
   }
 }
 
-// The number of vectors a row is a constant of each build's loop.
+// The number of vectors per row is a constant of each build's loop.
 template <int kVectors>
 void splat_from(const TileSums& sums, const Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
@@ -210,7 +210,7 @@ void start(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count
   for (std::size_t i = 0; i < count; ++i) light[i] = static_cast<std::uint32_t>(scenery[i]) << image::kSceneryShift;
 }
 
-// A float's exponent and first mantissa bits are a logarithm in steps. Halved, a sum fits a signed integer.
+// The exponent and first mantissa bits of a float form a logarithm in steps. Halved, a sum fits a signed integer.
 MOTES_INLINE Ints tone_index(Uints light) {
   const Ints bits = (Ints)to_floats((Ints)(light >> 1));
   const Ints index = (bits >> (23 - image::kToneBits)) - (127 << image::kToneBits);
@@ -222,7 +222,7 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
   for (; i + kLanes <= count; i += kLanes) {
     const Ints index = tone_index(load_uints(light + i));
 #if MOTES_WIDTH == 512
-    // Reads four bytes an entry: the table is longer than its greatest index.
+    // Reads four bytes per entry: the table is longer than its greatest index.
     const __m512i entries = _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, (__m512i)index, table, 1);
     _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), _mm512_maskz_cvtepi32_epi8(0xffff, entries));
 #else

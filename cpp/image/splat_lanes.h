@@ -6,25 +6,26 @@
 
 namespace motes::image {
 
-/// The sum that stands for a linear value of 1: a record of full colour and alpha (4064) times a weight of 255.
-/// A sum holds 4144 such records; brighter ones stay at its greatest value.
+/// The sum that represents a linear value of 1: a record of full colour and alpha (4064) times a weight of 255. A sum
+/// holds 4144 such records; with more it stays at its greatest value.
 inline constexpr std::uint32_t kUnit = 4064 * 255;
 
-/// Scenery's light is kept in units of 64 sums.
+/// The scenery's light is stored in units of 64 sums.
 inline constexpr int kSceneryShift = 6;
 
-/// Steps an octave in the index of the tone table: see tone().
+/// Steps per octave in the index of the tone table: see tone().
 inline constexpr int kToneBits = 8;
 inline constexpr int kToneEntries = 33 << kToneBits;
 
-/// A tile's sums with a margin for footprints that reach over its edges: `stride` lanes a row, three lanes a pixel.
-/// What falls into the margin is not read: a neighbour has its own copy of the record.
+/// A tile's sums, with a margin for footprints that extend over its edges: `stride` lanes per row, three lanes per
+/// pixel. What falls into the margin is not read: the neighbouring tile has its own copy of the record.
 struct TileSums {
   std::uint32_t* light;        // the tile's first pixel
   const std::uint32_t* depth;  // the same layout: bits of the scenery's depth, each three times; null: no scenery
   int stride;
 
-  // Bits of the nearest and the farthest depth in the tile: what lies before all or behind all needs no test by pixel.
+  // Bits of the nearest and the farthest depth in the tile: a particle in front of or behind both needs no test per
+  // pixel.
   std::uint32_t nearest, farthest;
 };
 
@@ -35,7 +36,7 @@ struct Splat {
   int sub_bits;
   int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
   bool with_depth;         // records of 12 bytes instead of 8
-  bool saturating;         // the sums might overflow
+  bool saturating;         // the sums may overflow
 };
 
 struct SplatLanes {
@@ -48,7 +49,7 @@ struct SplatLanes {
   /// light[i] = scenery[i] << kSceneryShift.
   void (*start)(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count);
 
-  /// to[i] = table[index of light[i]]: the index counts 2^kToneBits steps an octave of light[i] / 2.
+  /// to[i] = table[index of light[i]]: the index has 2^kToneBits steps per octave of light[i] / 2.
   void (*tone)(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to);
 };
 

@@ -29,7 +29,7 @@ std::vector<std::uint8_t> tone_table(double exposure) {
     const double light = 2 * half_sum / kUnit * exposure;
     table[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(srgb(roll_off(light)) * 255 + 0.5);
   }
-  table[0] = 0;  // also no light at all
+  table[0] = 0;  // also where there is no light at all
   return table;
 }
 

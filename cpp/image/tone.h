@@ -1,4 +1,4 @@
-// From sums of light to what a screen shows.
+// From sums of light to the values that a screen shows.
 #pragma once
 
 #include <cstdint>
@@ -6,11 +6,11 @@
 
 namespace motes::image {
 
-/// Display value 0..1 (before sRGB) of linear light that exposure has been applied to: itself up to a knee, then a
-/// shoulder that reaches 1 only at infinity, so that where particles crowd the picture keeps its shape.
+/// Display value 0..1 (before sRGB) of linear light after exposure: unchanged up to a knee, then a shoulder that
+/// reaches 1 only at infinity, so that dense crowds of particles keep their contrast.
 double roll_off(double light);
 
-/// sRGB bytes by the index of SplatLanes::tone, for the whole range of a sum.
+/// sRGB bytes, indexed by SplatLanes::tone, for the whole range of a sum.
 std::vector<std::uint8_t> tone_table(double exposure);
 
 }  // namespace motes::image

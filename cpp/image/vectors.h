@@ -1,4 +1,4 @@
-// Three-vectors in double precision, for what is computed per camera or per pixel of the scenery.
+// Three-vectors in double precision, for values computed per camera or per pixel of the scenery.
 #pragma once
 
 #include <cmath>

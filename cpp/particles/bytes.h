@@ -1,4 +1,4 @@
-// Values as bytes: what messages, recorded lists and scene files are made of. Little-endian, no padding.
+// Values as bytes: the content of messages, recorded lists and scene files. Little-endian, no padding.
 #pragma once
 
 #include <bit>
@@ -21,7 +21,7 @@ static_assert(std::endian::native == std::endian::little, "messages are little-e
 class Bytes {
  public:
   Bytes() = default;
-  /// What is moved from is empty.
+  /// A moved-from buffer is empty.
   Bytes(Bytes&& other) noexcept
       : data_(std::move(other.data_)), size_(std::exchange(other.size_, 0)),
         capacity_(std::exchange(other.capacity_, 0)) {}
@@ -32,7 +32,7 @@ class Bytes {
     return *this;
   }
 
-  /// A number, or a struct of integers without padding; structs of other kinds: particles/fields.h.
+  /// A number, or a struct of integers without padding; for other structs see particles/fields.h.
   template <class T>
   void put(const T& value) {
     static_assert(std::is_arithmetic_v<T> || std::has_unique_object_representations_v<T>);
@@ -47,7 +47,7 @@ class Bytes {
     put_raw(text.data(), text.size());
   }
 
-  /// Room for `count` more bytes, to be filled by the caller.
+  /// Makes room for `count` more bytes, which the caller fills.
   std::byte* extend(std::size_t count) {
     if (size_ + count > capacity_) grow(size_ + count);
     std::byte* start = data_.get() + size_;
@@ -55,13 +55,13 @@ class Bytes {
     return start;
   }
 
-  /// Overwrites bytes that were put before.
+  /// Overwrites bytes that were appended earlier.
   template <class T>
   void set(std::size_t at, const T& value) {
     std::memcpy(data_.get() + at, &value, sizeof value);
   }
 
-  /// Room for `size` bytes in all, so that what is put there moves nothing.
+  /// Reserves `size` bytes in total: appending up to that size does not reallocate.
   void reserve(std::size_t size) {
     if (size > capacity_) grow(size);
   }
@@ -81,7 +81,7 @@ class Bytes {
     void operator()(std::byte* p) const { std::free(p); }
   };
 
-  static constexpr std::size_t kLeast = 64;  // a few numbers do not move memory each
+  static constexpr std::size_t kLeast = 64;  // a few small values do not reallocate each time
 
   void grow(std::size_t least) {
     std::size_t target = least > 2 * capacity_ ? least : 2 * capacity_;

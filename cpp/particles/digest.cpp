@@ -16,14 +16,14 @@ std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Le
   return x ^ (x >> 31);
 }
 
-// One column more. The multiplication and the rotation make the result depend on the columns' order.
-// Which of two NaNs an operation hands on is the compiler's choice, so all count as one.
+// Adds one column. The multiplication and the rotation make the result depend on the order of the columns. Which of two
+// NaNs an operation returns is up to the compiler, so all NaNs count as the same.
 std::uint64_t fold(std::uint64_t hash, float value) {
   const std::uint32_t bits = value == value ? std::bit_cast<std::uint32_t>(value) : 0x7fc00000u;
   return std::rotl((hash ^ bits) * kOdd, 29);
 }
 
-// `at(i)` gives the index of the i-th particle to count.
+// `at(i)` is the index of the i-th particle to count.
 template <class At>
 Digest sum(const Store& store, std::size_t count, const At& at) {
   Digest result;

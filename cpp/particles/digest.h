@@ -1,4 +1,4 @@
-// A fingerprint of particles that knows neither their order nor where they are.
+// A fingerprint of particles that does not depend on their order or on the rank that holds them.
 #pragma once
 
 #include <cstdint>
@@ -30,7 +30,7 @@ constexpr void fields(Visitor& visit, Digest& digest) {
 
 Digest digest(const Store& store);
 
-/// The part of these particles (ascending indices).
+/// The digest of these particles only (ascending indices).
 Digest digest(const Store& store, std::span<const std::uint32_t> indices);
 
 /// One fingerprint of several systems, in order.

@@ -9,7 +9,7 @@
 
 namespace motes::particles {
 
-/// The value as GCC and Clang print it: Type::name, or (Type)7 where no enumerator has it.
+/// The value as GCC and Clang print it: Type::name, or (Type)7 where there is no such enumerator.
 template <auto kValue>
 consteval std::string_view printed() {
   constexpr std::string_view kBefore = "kValue = ";
@@ -18,7 +18,7 @@ consteval std::string_view printed() {
   return text.substr(0, text.find_first_of(";]"));
 }
 
-/// The enumerators 0, 1, 2, ... of a type, which must not belong to an unnamed namespace.
+/// The enumerators 0, 1, 2, ... of a type. The type must not be in an unnamed namespace.
 template <class Enum, int kFrom = 0>
 consteval int enumerators() {
   static_assert(std::is_enum_v<Enum>);
@@ -37,7 +37,7 @@ inline constexpr auto kNames = []<std::size_t... kAt>(std::index_sequence<kAt...
   return std::array{last_part(printed<static_cast<Enum>(kAt)>())...};
 }(std::make_index_sequence<static_cast<std::size_t>(enumerators<Enum>())>{});
 
-/// The name of one that exists.
+/// The name of an existing enumerator.
 template <class Enum>
 constexpr std::string_view name_of(Enum value) {
   return kNames<Enum>[static_cast<std::size_t>(value)];

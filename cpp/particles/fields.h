@@ -1,14 +1,14 @@
-// The fields of a struct, described once, written as bytes and read back by that one description. It stands beside the
-// struct and names its fields in the order of their declaration:
+// The fields of a struct, described once; one description both writes them as bytes and reads them back. It stands next
+// to the struct and names the fields in the order of their declaration:
 //
 //   template <class Visitor>
 //   constexpr void fields(Visitor& visit, Sent& sent) {
 //     visit(sent.domain, sent.count);
 //   }
 //
-// A field is a number, an enumeration, a truth value, a text, Bytes, an array, a vector, an optional, a variant or
-// another struct that is described. Padding is never written. Reading takes the memory of the value that it fills, and
-// checks what it reads: numbers of elements against the bytes that are left, enumerators, truth values, alternatives.
+// A field is a number, an enumeration, a bool, a string, Bytes, an array, a vector, an optional, a variant or another
+// struct with such a description. Padding is never written. Reading reuses the memory of the value that it fills, and
+// checks what it reads: element counts against the bytes that are left, enumerators, bools, alternatives.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@
 
 namespace motes::particles {
 
-/// Visits fields to find the fewest bytes that they take.
+/// Visits fields to find the smallest number of bytes that they take.
 class FieldSizes {
  public:
   static constexpr bool kReads = false;
@@ -38,7 +38,7 @@ class FieldSizes {
     (one(values), ...);
   }
   constexpr std::size_t bytes() const { return bytes_; }
-  /// Whether all of these bytes may have any value, so that they need no checks when they are read.
+  /// Whether any values of these bytes are valid, so that reading needs no checks.
   constexpr bool any_value() const { return any_value_; }
 
  private:
@@ -84,7 +84,7 @@ constexpr FieldSizes field_sizes() {
   return visit;
 }
 
-/// Bytes that a value takes at least, never 0.
+/// The smallest number of bytes that a value takes, never 0.
 template <class T>
 std::size_t least_bytes() {
   if constexpr (std::is_trivially_copyable_v<T>) {
@@ -95,7 +95,7 @@ std::size_t least_bytes() {
   }
 }
 
-/// Whether the bytes of the fields are those of the struct, without padding, and need no checks: such values, and
+/// Whether the bytes of the fields are the bytes of the struct, without padding, and need no checks: such values, and
 /// lists of them, are copied whole.
 template <class T>
 consteval bool copied_whole() {
@@ -259,8 +259,8 @@ void write_fields(const T& value, Bytes& out) {
   FieldWriter{out}(const_cast<T&>(value));  // a writer changes nothing
 }
 
-/// Fills a value, which may be an earlier one whose memory is used again. Throws std::runtime_error where the bytes end
-/// too early or are no such value.
+/// Fills a value and reuses the memory it already has. Throws std::runtime_error where the bytes end too early or do
+/// not form such a value.
 template <class T>
 void read_fields(Reader& in, T& value) {
   FieldReader{in}(value);

@@ -15,7 +15,7 @@ struct Uints4 {
 
 inline constexpr std::uint32_t kFirstFactor = 0xD2511F53u, kSecondFactor = 0xCD9E8D57u;
 
-/// The keys of all rounds, the same in all lanes: made once for a block of particles.
+/// The keys of all rounds, the same in all lanes: computed once for a block of particles.
 template <int Rounds>
 struct RoundKeys {
   Wide low[Rounds], high[Rounds];
@@ -28,7 +28,7 @@ struct RoundKeys {
   }
 };
 
-/// A counter on its way through the rounds: half of the lanes.
+/// A counter between rounds: half of the lanes.
 struct Counter {
   Wide a, b, c, d;
 };
@@ -65,7 +65,7 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// What the draws of one action have in common.
+/// What all draws of one action have in common.
 struct Stream {
   std::uint32_t step, stream;
   RoundKeys<particles::philox_rounds> keys;
@@ -74,11 +74,11 @@ struct Stream {
       : step(step_number), stream(stream_number), keys(key.low, key.high) {}
 };
 
-/// Philox of (id, step, stream and draw) for the particles in `Vectors` vectors. One vector's rounds wait for each
-/// other most of the time; those of two fill the gaps.
+/// Philox of (id, step, stream and draw) for the particles in `Vectors` vectors. The rounds of a single vector spend
+/// most of the time waiting for each other; a second vector fills the gaps.
 template <int Vectors>
 MOTES_INLINE void random_bits(const Stream& from, const std::uint64_t* ids, std::uint32_t draw, Uints4* out) {
-  // The second half of the counter is the same in all lanes, so that round 0 multiplies in half of the places.
+  // The second half of the counter is the same in all lanes, so round 0 needs only half of the multiplications.
   const std::uint64_t second = std::uint64_t{from.step} * kSecondFactor;
   const Wide a = all_wide(static_cast<std::uint32_t>(second >> 32)) ^ from.keys.low[0];
   const Wide b = all_wide(static_cast<std::uint32_t>(second));
@@ -105,7 +105,7 @@ struct BlockBits {
   static constexpr std::size_t kRoom = particles::kBlock + particles::kPadding;
   std::uint32_t drawn[4][kRoom];
 
-  // Not inline: all actions and shapes share the code. `ask` is called with 0, 16, 32.. below count, in between.
+  // Not inlined: all actions and shapes share this code. `ask` is called with 0, 16, 32, ... below count along the way.
   template <class Ask>
   __attribute__((noinline)) void fill(const Stream& from, const std::uint64_t* ids, std::size_t count, const Ask& ask) {
     std::size_t i = 0, asked = 0;

@@ -24,11 +24,11 @@ int Schema::add(const std::string& name, int width, std::array<float, 3> initial
   if (!identifier(name) || name == "id") {
     throw std::invalid_argument("attribute name must be an identifier other than id, got '" + name + "'");
   }
-  if (find(name) >= 0) throw std::invalid_argument("attribute '" + name + "' exists already");
+  if (find(name) >= 0) throw std::invalid_argument("attribute '" + name + "' already exists");
   if (width != 1 && width != 3) {
     throw std::invalid_argument("attribute '" + name + "' must have 1 or 3 numbers, got " + std::to_string(width));
   }
-  if (size() == 64) throw std::invalid_argument("a system must have at most 64 attributes");
+  if (size() == 64) throw std::invalid_argument("a system can have at most 64 attributes");
   attributes_.push_back({name, width, initial, components_});
   components_ += width;
   return size() - 1;

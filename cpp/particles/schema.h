@@ -1,4 +1,4 @@
-// Which columns a system's particles have.
+// The columns that the particles of a system have.
 #pragma once
 
 #include <array>
@@ -31,15 +31,15 @@ inline constexpr std::array<BuiltinAttribute, builtin_count> kBuiltins = {{
 #include "particles/attributes.inc"
 }};
 
-/// Place of a built-in attribute's first component among those of every schema.
+/// Position of a built-in attribute's first component among the components of every schema.
 consteval int first_component(Builtin attribute) {
   int components = 0;
   for (int before = 0; before < attribute; ++before) components += kBuiltins[static_cast<std::size_t>(before)].width;
   return components;
 }
 
-/// The `*_b` attributes are targets to return to. They start as copies of position, velocity and up, and take memory
-/// only in systems that use them: until then they are zero.
+/// The `*_b` attributes are targets that particles can return to. They start as copies of position, velocity and up,
+/// and take memory only in systems that use them; in other systems they read as zero.
 inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
     {{position_b, position}, {velocity_b, velocity}, {up_b, up}}};
 
@@ -47,19 +47,19 @@ inline constexpr std::array<std::pair<Builtin, Builtin>, 3> kCopies = {
 struct Attribute {
   std::string name;
   int width = 1;                      // 1 or 3
-  std::array<float, 3> initial{};     // what a newborn gets unless the script configures it
-  int first_component = 0;            // its place among all components of the schema
+  std::array<float, 3> initial{};     // value of newborn particles unless the script configures another
+  int first_component = 0;            // its position among all components of the schema
 
   bool operator==(const Attribute&) const = default;
 };
 
-/// The attributes of one system: the built-in ones, then the user's own.
+/// The attributes of one system: the built-in ones, then those that the user adds.
 class Schema {
  public:
   Schema();
 
-  /// Adds a user's attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or
-  /// no identifier, for a width other than 1 or 3, and for more than 64 attributes.
+  /// Adds a user attribute and returns its index. Throws std::invalid_argument for a name that is taken, empty or not
+  /// an identifier, for a width other than 1 or 3, and for more than 64 attributes.
   int add(const std::string& name, int width, std::array<float, 3> initial);
 
   const std::vector<Attribute>& attributes() const { return attributes_; }

@@ -19,7 +19,7 @@ bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
   return std::memcmp(a.data(), b.data(), sizeof(float) * static_cast<std::size_t>(width)) == 0;
 }
 
-// A column of packed particles: as every one is born unless told otherwise; another value that all have; or values.
+// A column of packed particles holds the default initial value, another value shared by all, or separate values.
 enum class Packed : std::uint8_t { initial, uniform, planes };
 
 template <class T>
@@ -92,7 +92,7 @@ void Store::part_from_holders() {
 }
 
 void Store::reserve(std::size_t capacity) {
-  // Whole blocks, so that planes start on a cache line, and room for whole vectors behind the last particle.
+  // Whole blocks, so that planes start on a cache line, plus room for whole vectors after the last particle.
   if (capacity_ != 0 && capacity + kPadding <= capacity_) return;
   const std::size_t rounded = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
   auto ids = allocate_plane<std::uint64_t>(rounded);
@@ -145,7 +145,7 @@ void Store::copy_attribute(int from, int to) {
 }
 
 void Store::remove(std::span<const std::uint32_t> indices) {
-  // Holes below the new size are filled by the survivors above it, each taken once, in order.
+  // Survivors above the new size fill the holes below it, each taken once, in order.
   const std::size_t left = size_ - indices.size();
   std::vector<std::uint32_t> from;
   std::size_t holes = 0;
@@ -229,10 +229,10 @@ void Store::unpack(Reader& in) {
   for (int a = 0; a < schema_->size(); ++a) {
     const int components = width(a);
     const auto how = in.get<Packed>();
-    if (how > Packed::planes) throw std::runtime_error("packed particles have a column of no known kind");
+    if (how > Packed::planes) throw std::runtime_error("packed particles have a column of unknown kind");
     if (how == Packed::planes) {
       if (uniform(a)) {
-        size_ = first;  // only the particles that were here have the uniform value
+        size_ = first;  // only the particles that were already here have the uniform value
         materialize(a);
         size_ = first + count;
       }

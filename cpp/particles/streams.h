@@ -1,5 +1,5 @@
-// Every stream of random numbers in the engine. A draw is a pure function of
-// (seed, system, particle id, step, stream, draw), never of ranks, order or time.
+// All streams of random numbers in the engine. A draw is a pure function of (seed, system, particle id, step, stream,
+// draw); it never depends on ranks, order or time.
 #pragma once
 
 #include <cstdint>
@@ -14,14 +14,14 @@ inline constexpr std::uint32_t birth_attribute = 0x100;
 /// Actions: stream = action + the action's place in the frame's recorded list; step = frame * substeps + substep.
 inline constexpr std::uint32_t action = 0x10000;
 
-/// Shape.sample(): stands apart from every run.
+/// Shape.sample(): independent of every run.
 inline constexpr std::uint32_t user_sample = 3;
 
-/// Draws of one stream: the low 4 bits of the counter's last word.
+/// Draws of one stream: the low 4 bits of the counter's last uint32.
 inline constexpr int draw_bits = 4;
 
-/// Rounds of Philox4x32 everywhere. Seven pass TestU01's BigCrush (Salmon et al. 2011, table 2); ten are what the
-/// authors advise as a margin, and cost 5 % of a snow step.
+/// Number of Philox4x32 rounds everywhere. Seven pass TestU01's BigCrush (Salmon et al. 2011, table 2); the authors
+/// recommend ten for a margin, which costs 5 % of a snow step.
 inline constexpr int philox_rounds = 10;
 
 /// The key of one system's draws.

@@ -33,8 +33,8 @@ struct Scene {
   }
 };
 
-// Bins of equal width along x, each a vector of particle indices kept up to date after every move: a particle is
-// looked at against its bin's two edges; only those of the outer bins can have left the domain.
+// Bins of equal width along x, each a vector of particle indices that is updated after every move: a particle is
+// compared with the two edges of its bin; only particles in the outer bins can have left the domain.
 struct Bins {
   float low, width;
   std::vector<std::vector<std::uint32_t>> members;

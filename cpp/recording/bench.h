@@ -7,8 +7,8 @@
 namespace motes::recording {
 
 struct ActBench {
-  double updates_per_s = 0;               // particle steps a second: the whole list, dead and leavers found
-  double memory_limit_updates_per_s = 0;  // loads and stores of position, velocity and age of as many particles
+  double updates_per_s = 0;               // particle steps per second; finds the dead and the leavers too
+  double memory_limit_updates_per_s = 0;  // only loads and stores of position, velocity and age
   double ratio = 0;                       // median over steps of limit seconds / step seconds, measured in turn
   double bytes_per_particle = 0;
 };
@@ -17,11 +17,11 @@ struct ActBench {
 /// scene: "snow" or "fountain"; throws std::invalid_argument otherwise.
 ActBench act_bench(const std::string& scene, std::size_t particles, int steps);
 
-/// Four ways to find the particles that left a domain, in seconds a step for `particles` particles.
+/// Four ways to find the particles that left a domain, in seconds per step for `particles` particles.
 struct LeaverBench {
   double none = 0;     // the list alone
-  double fused = 0;    // tested in the same pass, while the block is in the first cache (what the engine does)
-  double scanned = 0;  // a pass over the positions of its own afterwards
+  double fused = 0;    // tested in the same pass, while the block is in the first-level cache (what the engine does)
+  double scanned = 0;  // a separate pass over the positions afterwards
   double binned = 0;  // the paper's sub-domains (section 4): bins in vectors of their own, kept sorted; the edge bins
                       // are looked at for leavers, all bins for particles that changed bin
 };

@@ -26,7 +26,7 @@ const Shape kNowhere{shapes::Kind::box, {900, 900, 900, 901, 901, 901}};
 const Shape kHalf{shapes::Kind::box, {-50, 0, -50, 0, 50, 50}};
 const Shape kBall{shapes::Kind::sphere, {0, 25, 0, 10, 0}};
 
-// Parameters of those actions for which just any would show another cost than the usual one.
+// Parameters of the actions whose cost would be unusual with arbitrary parameters.
 const std::map<std::string, Action>& usual() {
   static const std::map<std::string, Action> all = {
       {"damping", {Kind::damping, {0.9, 0.9, 0.9, 0, kInf}, {}}},
@@ -60,7 +60,7 @@ Action set_mass() {
   return action;
 }
 
-// An action of this kind that passes its checks. Kinds that usual() does not know get numbers of about 1.
+// An action of this kind with valid parameters. Kinds that usual() does not know get numbers of about 1.
 Action example(Kind kind) {
   const actions::Facts& facts = actions::facts(kind);
   if (kind == Kind::set) return set_mass();
@@ -96,7 +96,7 @@ struct Range {
   explicit Range(std::size_t particles, bool copies = false)
       : store(make(birth(particles), schema, {1, 2}, 0, particles, 0, copies)) {}
 
-  // The lifetime has a column, and is never over.
+  // The lifetime has a column, but no particle reaches it.
   static Birth birth(std::size_t particles) {
     Birth air = full_air(particles);
     Given lifetime{particles::lifetime, {}};
@@ -107,7 +107,8 @@ struct Range {
     return air;
   }
 
-  // Nanoseconds a particle of so many sub-steps. Nobody leaves: finding leavers costs as much as with a domain.
+  // Nanoseconds per particle for this many sub-steps. No particle leaves: finding leavers costs as much as with a
+  // domain.
   double run(const Program& program, int substeps) {
     const double start = cpu_now();
     outcome.clear();
@@ -121,7 +122,7 @@ struct Range {
   }
 };
 
-// move of the base list leaves orientations alone, so that a list pays for them only where the action is about them.
+// The move of the base list leaves orientations unchanged, so a list pays for them only where the action concerns them.
 std::vector<Action> base_list() {
   std::vector<Action> list = paper_list("fountain");
   list.back().numbers[0] = 0;
@@ -139,7 +140,7 @@ int bytes_of(std::uint64_t attributes, const particles::Schema& schema) {
   return bytes;
 }
 
-// sort is no kernel: the store is put in order when the list has run.
+// sort is not a kernel: the store is sorted after the list has run.
 double order_alone(Range& range, const Action& action, int repeats) {
   double least = kInf;
   for (int i = 0; i < repeats; ++i) {
@@ -151,13 +152,13 @@ double order_alone(Range& range, const Action& action, int repeats) {
   return least;
 }
 
-// In turn, since a machine that others use is fast at one moment and slow at the next: two lists that run one after the
-// other are compared, and the median of that counts.
+// Alternating, since a shared machine is fast at one moment and slow at the next: two lists that run one after the
+// other are compared, and the median of these comparisons counts.
 void measure(Range& range, const Program& base, const Action& action, int repeats, int substeps, double& alone,
              double& added) {
   const Program only({action});
   const Program both = with(base_list(), action);
-  range.run(only, 1);  // gives columns their memory
+  range.run(only, 1);  // allocates the columns
   range.run(both, 1);
   double least = kInf;
   alone = kInf;

@@ -9,28 +9,29 @@
 
 namespace motes::recording {
 
-/// Nanoseconds a particle and step, on one core. Alone: the least of the repeats, since whatever else runs on the
-/// machine only adds to them; added: the median of comparisons. "In cache": a block's particles over many sub-steps,
-/// whose columns stay in the first cache, so that arithmetic alone is left; sort, which is not of blocks, has kSorted.
+/// Nanoseconds per particle and step, on one core. Alone: the minimum of the repeats, since everything else on the
+/// machine can only add to them; added: the median of comparisons. "In cache": one block of particles over many
+/// sub-steps, whose columns stay in the first-level cache, so that only arithmetic is left; sort, which does not work
+/// on blocks, uses kSorted particles.
 struct ActionCost {
   std::string action;
   double alone = 0;           // a list of this action only
-  double added = 0;           // the fountain's list (paper 5.2) with it, less the list without it
+  double added = 0;           // the fountain's list (paper 5.2) with it, minus the list without it
   double memory_limit = 0;    // loads and stores of the columns that it reads and writes, without the ids
   double alone_in_cache = 0;
   double added_in_cache = 0;
-  int bytes_loaded = 0;       // a particle
+  int bytes_loaded = 0;       // per particle
   int bytes_stored = 0;
 };
 
-/// Particles of the small stores.
+/// Particles in the small stores.
 inline constexpr std::size_t kCached = particles::kBlock, kSorted = 8192;
 
 /// All kinds of actions::Kind, in its order, with ordinary parameters: some particles are inside the shapes that push,
-/// none in those that kill, and hardly any hits a surface in the step. Throws std::invalid_argument for counts below 1.
+/// none in those that kill, and hardly any hit a surface in the step. Throws std::invalid_argument for counts below 1.
 std::vector<ActionCost> action_bench(std::size_t particles, int repeats);
 
-/// Seconds a step of the fountain's five actions, and of twelve: those and seven more of the same columns.
+/// Seconds per step of the fountain's five actions, and of twelve: those five and seven more on the same columns.
 struct ListBench {
   double five = 0;
   double twelve = 0;

@@ -84,7 +84,7 @@ void touch(Store& store, std::uint64_t reads, std::uint64_t writes) {
       }
     }
   }
-  asm volatile("" : : "r"(seen));  // the loads are wanted
+  asm volatile("" : : "r"(seen));  // keeps the compiler from removing the loads
 }
 
 }  // namespace motes::recording

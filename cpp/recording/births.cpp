@@ -72,8 +72,8 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key});
 }
 
-// Particles that a source has emitted until time t. rate * t is rounded, and so are t and the step that it is a
-// multiple of: a product that is a whole number but for that counts as this number.
+// The number of particles that a source has emitted until time t. rate * t is rounded, and so are t and the step whose
+// multiple it is: a product that is an integer up to this rounding counts as that integer.
 double emitted_until(double rate, double t) {
   constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
   const double exact = rate * t;

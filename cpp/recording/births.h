@@ -1,4 +1,4 @@
-// Births as the script recorded them (paper 3.2.1), and how many particles they make.
+// Births as the script recorded them (paper 3.2.1), and how many particles they create.
 #pragma once
 
 #include <cstdint>
@@ -60,18 +60,18 @@ constexpr void fields(Visitor& visit, Birth& birth) {
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);
 
-/// How many particles the call makes in the step from time `from` to time `to` (seconds since the run's start):
-/// a source floor(rate to) - floor(rate from), where a product that is a whole number up to rounding counts as that
-/// number. A burst, vertex or emit makes its number.
+/// How many particles the call creates in the step from time `from` to time `to` (seconds since the run's start): a
+/// source floor(rate to) - floor(rate from), where a product that is an integer up to rounding counts as that integer;
+/// a burst, vertex or emit the number that it was given.
 std::uint64_t births_between(const Birth& birth, double from, double to);
 
-/// Makes particles first_id .. first_id + count - 1 of the call: they depend on the arguments alone, so any rank may
-/// make them. dt: the step's length in seconds, for jitter.
-/// keeps_copies: the system uses the *_b attributes, so newborns that are not given them get copies.
-/// skip: how many particles of the call are made elsewhere, before first_id; an emit's rows begin behind theirs.
+/// Creates particles first_id .. first_id + count - 1 of the call: they depend only on the arguments, so any rank may
+/// create them. dt: the step's length in seconds, for jitter. keeps_copies: the system uses the *_b attributes, so
+/// newborns without a value for them get copies. skip: how many particles of the call before first_id are created
+/// elsewhere; the rows of an emit start after theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
                       std::uint64_t count, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
-/// The same with ids of any order.
+/// The same with ids in any order.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
                       std::span<const std::uint64_t> ids, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
 

@@ -12,7 +12,7 @@
 namespace motes::recording {
 namespace {
 
-/// A particle on its way; the farther the smaller its key.
+/// A particle being sorted; a smaller key means farther away.
 struct Place {
   std::uint64_t key;
   std::uint32_t index;
@@ -20,9 +20,9 @@ struct Place {
 
 std::uint64_t key_of(double distance) {
   if (std::isnan(distance)) distance = -std::numeric_limits<double>::infinity();
-  const auto bits = std::bit_cast<std::uint64_t>(distance + 0.0);  // both zeros are one distance
+  const auto bits = std::bit_cast<std::uint64_t>(distance + 0.0);  // both zeros are the same distance
   constexpr std::uint64_t kSign = std::uint64_t{1} << 63;
-  const std::uint64_t ascending = (bits & kSign) != 0 ? ~bits : bits | kSign;  // as the numbers do
+  const std::uint64_t ascending = (bits & kSign) != 0 ? ~bits : bits | kSign;  // ordered like the numbers
   return ~ascending;
 }
 
@@ -31,7 +31,8 @@ constexpr std::size_t kValues = std::size_t{1} << kDigitBits;
 
 std::size_t digit_of(std::uint64_t key, int digit) { return key >> (kRest + digit * kDigitBits) & (kValues - 1); }
 
-// By all bits of the key but the last kRest: digit by digit, from the last one on, each time keeping the order so far.
+// A radix sort by all bits of the key except the last kRest: digit by digit from the least significant one, each pass
+// stable.
 void sort_by_digits(std::vector<Place>& places) {
   std::vector<std::array<std::size_t, kValues>> counts(kDigits);
   for (const Place& place : places) {
@@ -40,7 +41,7 @@ void sort_by_digits(std::vector<Place>& places) {
   std::vector<Place> sorted(places.size());
   for (int d = 0; d < kDigits; ++d) {
     auto& count = counts[static_cast<std::size_t>(d)];
-    if (*std::max_element(count.begin(), count.end()) == places.size()) continue;  // all have the same
+    if (*std::max_element(count.begin(), count.end()) == places.size()) continue;  // all keys have the same digit
     std::exclusive_scan(count.begin(), count.end(), count.begin(), std::size_t{0});
     for (const Place& place : places) sorted[count[digit_of(place.key, d)]++] = place;
     places.swap(sorted);

@@ -1,4 +1,4 @@
-// sort: particles in the order of drawing.
+// sort: puts particles into drawing order.
 #pragma once
 
 #include <cstdint>
@@ -9,9 +9,9 @@
 
 namespace motes::recording {
 
-/// Sorts the particles for which the action's condition holds by their distance from the eye along the look, far ones
-/// first, then by id; the others keep their places. NaN comes last. Returns where each particle came from: the one that
-/// was at place [i] is at place i now.
+/// Sorts the particles for which the action's condition holds by their distance from the eye along the look direction,
+/// far ones first, then by id; the others keep their places. NaN comes last. Returns where each particle came from: the
+/// particle that was at index [i] is now at index i.
 std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store);
 
 }  // namespace motes::recording

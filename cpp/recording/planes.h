@@ -1,4 +1,4 @@
-// The columns of a store as the kernels want them: a pointer a component.
+// The columns of a store in the form that kernels need: one pointer per component.
 #pragma once
 
 #include <cstdint>
@@ -9,8 +9,8 @@
 
 namespace motes::recording {
 
-/// The planes of some attributes (a bit each) at a block's first particle. A uniform attribute is a page of its value,
-/// which must not be written.
+/// The planes of some attributes (one bit each) at a block's first particle. A uniform attribute gives a page filled
+/// with its value, which must not be written to.
 class Planes {
  public:
   Planes(particles::Store& store, std::uint64_t attributes)

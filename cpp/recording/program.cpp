@@ -17,7 +17,7 @@ using particles::Store;
 
 constexpr std::uint64_t kTurning = 1u << particles::up | 1u << particles::rotational_velocity;
 
-// Whether a particle of this store may spin: it does, or an action of the list will make it.
+// Whether a particle of this store may spin: it already does, or an action of the list will make it.
 bool turns(const Store& store, const std::vector<actions::Action>& list) {
   const std::array<float, 3> spin = store.uniform_value(particles::rotational_velocity);
   if (!store.uniform(particles::rotational_velocity) || spin[0] != 0 || spin[1] != 0 || spin[2] != 0) return true;
@@ -26,7 +26,7 @@ bool turns(const Store& store, const std::vector<actions::Action>& list) {
   });
 }
 
-// Without spin, move leaves the orientations alone and they take no memory.
+// Without spin, move leaves the orientations unchanged and they take no memory.
 std::uint64_t untouched(const actions::Action& action, bool turns) {
   return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
@@ -57,7 +57,7 @@ std::vector<int> components_of(std::uint64_t attributes, const particles::Schema
   return components;
 }
 
-// Attributes as bits: what the actions up to and with each touch.
+// Attributes as bits: for each action, what all actions up to and including it touch.
 std::vector<std::uint64_t> touched_so_far(const std::vector<actions::Action>& list, const Store& store, bool turns) {
   std::vector<std::uint64_t> all;
   std::uint64_t so_far = 0;
@@ -68,7 +68,7 @@ std::vector<std::uint64_t> touched_so_far(const std::vector<actions::Action>& li
   return all;
 }
 
-// What to fetch while an action computes: of this block what only later actions touch, of the next one the rest.
+// What to prefetch while an action computes: of this block what only later actions touch, of the next block the rest.
 actions::Ahead ahead_of(std::uint64_t so_far, std::uint64_t in_all, const Store& store) {
   actions::Ahead ahead;
   for (int a = 0; a < store.schema().size(); ++a) {
@@ -128,7 +128,7 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
   std::uint64_t writes = 0;
   for (const actions::Action& action : list_) {
     reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
-    reads |= actions::named(action, store.schema());  // by an expression: whatever the kernel does
+    reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
     writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
   }
   for (int a = 0; a < store.schema().size(); ++a) {
@@ -170,7 +170,7 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
   }
 }
 
-// The action runs on the whole block; what it wrote is taken back where the condition does not hold.
+// The action runs on the whole block; its writes are undone where the condition does not hold.
 void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> dead;

@@ -1,4 +1,4 @@
-// A recorded list of actions, compiled: one pass over blocks that stay in the first cache.
+// A recorded list of actions, compiled: one pass over blocks that stay in the first-level cache.
 #pragma once
 
 #include <cstdint>
@@ -15,12 +15,12 @@ namespace motes::recording {
 struct Span {
   std::uint64_t frame = 0;
   int substeps = 1;
-  double dt = 0;  // seconds a frame
+  double dt = 0;  // seconds per frame
   int first = 0;
-  int last = 0;  // behind the last sub-step; 0: all
+  int last = 0;  // one past the last sub-step; 0: all
 };
 
-/// The part of space whose particles stay: low <= x < high along the axis (0..2).
+/// The slice of space whose particles stay: low <= x < high along the axis (0..2).
 struct Slice {
   int axis = 0;
   float low = -std::numeric_limits<float>::infinity();
@@ -43,12 +43,12 @@ struct Outcome {
 
 class Program {
  public:
-  /// `place`: where in the frame's list the first action stands (random streams are keyed by it).
+  /// `place`: the position of the first action in the frame's list (random streams are keyed by it).
   explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0);
 
-  /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first of them from action
-  /// `entry` on, the others whole. Adds the dead and those outside the slice to `outcome`; removes none.
-  /// An empty list does nothing, not even look for leavers.
+  /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
+  /// `entry` on, the others in full. Adds the dead and those outside the slice to `outcome`; removes none. An empty
+  /// list does nothing; it does not even look for leavers.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
            const Slice& slice, Outcome& outcome) const;
 

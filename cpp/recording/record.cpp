@@ -29,7 +29,7 @@ std::string list_difference(const std::string& system, const std::vector<Item>& 
     if (ours[i] == theirs[i]) continue;
     const std::string a = item_name(ours[i]);
     const std::string b = item_name(theirs[i]);
-    return place + (a == b ? a + " with other arguments" : a + " here, " + b + " there");
+    return place + (a == b ? a + " with different arguments" : a + " here, " + b + " there");
   }
   return {};
 }
@@ -66,24 +66,24 @@ std::string first_difference(const Record& ours, const Record& theirs) {
   if (ours.frame != theirs.frame) {
     return "frame " + std::to_string(ours.frame) + " here, " + std::to_string(theirs.frame) + " there";
   }
-  if (ours.seed != theirs.seed) return "another seed";
-  if (ours.dt != theirs.dt || ours.substeps != theirs.substeps) return "another dt or substeps";
+  if (ours.seed != theirs.seed) return "a different seed";
+  if (ours.dt != theirs.dt || ours.substeps != theirs.substeps) return "a different dt or substeps";
   if (ours.systems != theirs.systems) {
     if (ours.systems.size() != theirs.systems.size()) {
       return std::to_string(ours.systems.size()) + " systems here, " + std::to_string(theirs.systems.size()) + " there";
     }
     for (std::size_t i = 0; i < ours.systems.size(); ++i) {
-      if (ours.systems[i] != theirs.systems[i]) return "system '" + ours.systems[i].name + "' is defined otherwise";
+      if (ours.systems[i] != theirs.systems[i]) return "system '" + ours.systems[i].name + "' is defined differently";
     }
   }
   for (std::size_t i = 0; i < ours.lists.size() && i < theirs.lists.size(); ++i) {
     const std::string found = list_difference(ours.systems[i].name, ours.lists[i], theirs.lists[i]);
     if (!found.empty()) return found;
   }
-  if (ours.sprites != theirs.sprites) return "another sprite";
-  if (ours.view != theirs.view) return "another camera or renderer";
+  if (ours.sprites != theirs.sprites) return "a different sprite";
+  if (ours.view != theirs.view) return "a different camera or renderer";
   if (ours.argument != theirs.argument)
-    return "other arguments: " + ours.argument + " here, " + theirs.argument + " there";
+    return "different arguments: " + ours.argument + " here, " + theirs.argument + " there";
   return "no difference in value";
 }
 

@@ -1,5 +1,5 @@
-// What a script recorded in a frame: one plain value that serialises to bytes. All ranks hash it and agree; written
-// to a file it can be replayed without Python.
+// What a script recorded in a frame: one plain value that serialises to bytes. All ranks compare its hash; written to a
+// file it can be replayed without Python.
 #pragma once
 
 #include <array>
@@ -36,7 +36,7 @@ constexpr void fields(Visitor& visit, UserAttribute& attribute) {
 struct SystemDefinition {
   std::string name;
   std::uint64_t capacity = UINT64_MAX;  // most particles alive at once
-  int axis = 0;                         // 0..2: x, y, z
+  int axis = 0;  // 0..2: x, y, z
   domains::Space space;
   image::Sprite sprite;
   std::vector<UserAttribute> attributes;
@@ -49,7 +49,7 @@ constexpr void fields(Visitor& visit, SystemDefinition& system) {
   visit(system.name, system.capacity, system.axis, system.space, system.sprite, system.attributes);
 }
 
-/// The script read or wrote particles here: what stands before runs before what stands behind.
+/// The script read or wrote particles here: items before this one run before those after it.
 struct Read {
   bool operator==(const Read&) const = default;
 };
@@ -57,12 +57,13 @@ struct Read {
 template <class Visitor>
 constexpr void fields(Visitor&, Read&) {}
 
-/// A function of the script that acts on each particle alone: stored by name, the one thing that only Python replays.
+/// A function of the script that acts on each particle alone. It is stored by name and is the only item that needs
+/// Python to replay.
 struct Callback {
   std::string name;
-  std::int32_t number = 0;  // place among the callbacks of its system in this frame
-  actions::Expression where{};            // a truth; empty: all particles
-  std::vector<shapes::Shape> shapes{};  // that `where` names
+  std::int32_t number = 0;  // index among the callbacks of its system in this frame
+  actions::Expression where{};  // a truth value; empty: all particles
+  std::vector<shapes::Shape> shapes{};  // those that `where` uses
 
   bool operator==(const Callback&) const = default;
 };
@@ -85,11 +86,11 @@ struct Record {
   std::uint64_t seed = 0;
   double dt = 0;
   int substeps = 1;
-  std::vector<SystemDefinition> systems;  // all that the world has by now
-  std::vector<std::vector<Item>> lists;   // one a system
-  std::vector<image::Sprite> sprites;     // one a system
-  std::optional<image::View> view;        // verb render
-  std::string argument;                   // verb gather: the system and where to
+  std::vector<SystemDefinition> systems;  // all systems of the world so far
+  std::vector<std::vector<Item>> lists;  // one per system
+  std::vector<image::Sprite> sprites;  // one per system
+  std::optional<image::View> view;  // verb render
+  std::string argument;  // verb gather: the system and the destination
 
   bool operator==(const Record&) const = default;
 };
@@ -101,10 +102,10 @@ constexpr void fields(Visitor& visit, Record& record) {
 }
 
 void write(const Record& record, particles::Bytes& out);
-/// Throws std::runtime_error where the bytes are no record.
+/// Throws std::runtime_error where the bytes are not a record.
 Record read(particles::Reader& in);
 
-/// 128 bits that differ where two records differ.
+/// 128 bits; different records have different hashes.
 struct Hash {
   std::uint64_t low = 0;
   std::uint64_t high = 0;

@@ -12,7 +12,7 @@ namespace {
 using particles::Bytes;
 using particles::Reader;
 
-// As PNG's: a byte that is no text, then a line end that a transfer as text would change.
+// Like PNG's: a non-text byte, then a line end that a transfer in text mode would change.
 constexpr std::array<char, 8> kMagic = {'\x89', 'm', 'o', 't', 'e', 's', '\r', '\n'};
 constexpr std::uint32_t kSchema = 1;
 
@@ -21,7 +21,7 @@ struct Head {
   std::uint32_t schema = kSchema;
   std::uint32_t reserved = 0;
   std::uint64_t bytes = 0;  // of the whole file
-  Hash content;             // of all that follows
+  Hash content;             // of everything that follows
   Hash layout;
 };
 static_assert(sizeof(Head) == 56);
@@ -51,7 +51,7 @@ Record sample() {
   return record;
 }
 
-// Differs where another version writes a record otherwise or numbers its actions otherwise.
+// Differs where another version writes records differently or numbers its actions differently.
 Hash layout() {
   Bytes bytes;
   write(sample(), bytes);
@@ -73,9 +73,9 @@ Hash layout() {
 
 Head read_head(std::span<const std::byte> bytes) {
   if (bytes.size() < kMagic.size() || std::memcmp(bytes.data(), kMagic.data(), kMagic.size()) != 0) {
-    throw std::runtime_error("is no recorded scene");
+    throw std::runtime_error("is not a recorded scene");
   }
-  if (bytes.size() < sizeof(Head)) throw std::runtime_error("is cut off in its first bytes");
+  if (bytes.size() < sizeof(Head)) throw std::runtime_error("is cut off within its header");
   const Head head = Reader(bytes).get<Head>();
   if (head.schema != kSchema) {
     throw std::runtime_error("is a scene of schema " + std::to_string(head.schema) + "; this version reads schema " +
@@ -83,13 +83,13 @@ Head read_head(std::span<const std::byte> bytes) {
   }
   if (head.bytes > bytes.size()) {
     throw std::runtime_error("is cut off: " + std::to_string(bytes.size()) + " of " + std::to_string(head.bytes) +
-                             " bytes are there");
+                             " bytes are present");
   }
   if (head.bytes < bytes.size()) {
-    throw std::runtime_error("is damaged: " + std::to_string(bytes.size() - head.bytes) + " bytes too long");
+    throw std::runtime_error("is damaged: it is " + std::to_string(bytes.size() - head.bytes) + " bytes too long");
   }
   if (hash(bytes.subspan(sizeof(Head))) != head.content) {
-    throw std::runtime_error("is damaged: its bytes do not have the hash that they had");
+    throw std::runtime_error("is damaged: its content does not match its hash");
   }
   return head;
 }
@@ -98,7 +98,7 @@ void require(bool right, const std::string& what) {
   if (!right) throw std::runtime_error("not a recorded list: " + what);
 }
 
-constexpr int kMostSubsteps = 10000;  // as World's argument
+constexpr int kMostSubsteps = 10000;  // as in World's argument
 
 std::vector<particles::Schema> schemas_of(const Record& record) {
   std::vector<particles::Schema> schemas(record.systems.size());
@@ -110,7 +110,7 @@ std::vector<particles::Schema> schemas_of(const Record& record) {
   return schemas;
 }
 
-// What the engine checks again when it is told: here before any of it runs.
+// What the engine checks again when it gets the frames: checked here before any of them runs.
 void check_items(const Record& record) {
   const std::vector<particles::Schema> schemas = schemas_of(record);
   for (std::size_t i = 0; i < record.lists.size(); ++i) {
@@ -121,7 +121,7 @@ void check_items(const Record& record) {
         actions::check(*action, schemas[i]);
       }
       if (const auto* spawn = std::get_if<Spawn>(&item)) {
-        require(spawn->into >= 0 && static_cast<std::size_t>(spawn->into) < schemas.size(), "spawn names a system");
+        require(spawn->into >= 0 && static_cast<std::size_t>(spawn->into) < schemas.size(), "spawn must name a system");
         check(*spawn, schemas[i], schemas[static_cast<std::size_t>(spawn->into)]);
       }
       if (const auto* callback = std::get_if<Callback>(&item)) {
@@ -132,15 +132,15 @@ void check_items(const Record& record) {
 }
 
 void check(const Record& record) {
-  require(record.verb == Verb::render || record.verb == Verb::step, "a frame is rendered or stepped");
-  require(std::isfinite(record.dt) && record.dt > 0, "dt is a positive number");
-  require(record.substeps >= 1 && record.substeps <= kMostSubsteps, "there are 1..10000 sub-steps");
-  require(record.lists.size() == record.systems.size(), "a list for each system");
-  require(record.sprites.size() == record.systems.size(), "a sprite for each system");
+  require(record.verb == Verb::render || record.verb == Verb::step, "a frame must be rendered or stepped");
+  require(std::isfinite(record.dt) && record.dt > 0, "dt must be a positive number");
+  require(record.substeps >= 1 && record.substeps <= kMostSubsteps, "substeps must be 1..10000");
+  require(record.lists.size() == record.systems.size(), "there must be one list per system");
+  require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
   for (const SystemDefinition& system : record.systems) {
-    require(system.axis >= 0 && system.axis <= 2, "axis is 0, 1 or 2");
+    require(system.axis >= 0 && system.axis <= 2, "axis must be 0, 1 or 2");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
-    require(!finite || system.space.low < system.space.high, "space has its low end first");
+    require(!finite || system.space.low < system.space.high, "the low end of space must be below its high end");
   }
   for (const image::Sprite& sprite : record.sprites) image::check(sprite);
   if (record.view) image::check(*record.view);
@@ -191,14 +191,14 @@ Scene read_scene(std::span<const std::byte> bytes) {
     scene.facts.emplace_back(std::move(name), in.get_text());
   }
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
-  if (!in.done()) throw std::runtime_error("is damaged: there is something behind its last frame");
+  if (!in.done()) throw std::runtime_error("is damaged: there is data after its last frame");
   return scene;
 }
 
 Record read_frame(std::span<const std::byte> bytes) {
   Reader in(bytes);
   Record record = read(in);
-  require(in.done(), "there is something behind it");
+  require(in.done(), "there is data after it");
   check(record);
   return record;
 }

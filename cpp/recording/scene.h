@@ -14,21 +14,21 @@ namespace motes::recording {
 struct Scene {
   std::string version;                                     // of motes when it was recorded
   std::vector<std::pair<std::string, std::string>> facts;  // what changes no particle: script, roles, balancer, ...
-  std::vector<std::span<const std::byte>> frames;          // one record each, in order; the bytes are the caller's
+  std::vector<std::span<const std::byte>> frames;          // one record each, in order; the caller owns the bytes
 
-  /// The fact of that name, or an empty text.
+  /// The fact with that name, or an empty string.
   std::string fact(const std::string& name) const;
 };
 
-/// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene. Sets no version: the
-/// file says this one's.
+/// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene. The version of `scene` is
+/// ignored: the file gets the version of this build.
 void write(const Scene& scene, particles::Bytes& out);
 
-/// Throws std::runtime_error, saying what is wrong, where the bytes are no scene, cut off, damaged, or recorded by a
-/// version with other lists. The frames point into `bytes`.
+/// Throws std::runtime_error, saying what is wrong, where the bytes are not a scene, cut off, damaged, or recorded by a
+/// version with different lists. The frames point into `bytes`.
 Scene read_scene(std::span<const std::byte> bytes);
 
-/// One frame's record, held against what scripts may say. Throws std::runtime_error or std::invalid_argument.
+/// One frame's record, checked against what scripts may record. Throws std::runtime_error or std::invalid_argument.
 Record read_frame(std::span<const std::byte> bytes);
 
 /// Version of motes, as in pyproject.toml.

@@ -1,4 +1,4 @@
-// Which particles a condition holds for, where a whole store is looked at: callbacks, sort, the parents of children.
+// Which particles fulfil a condition, where a whole store is searched: callbacks, sort, the parents of children.
 #pragma once
 
 #include <cstdint>
@@ -10,7 +10,7 @@
 
 namespace motes::recording {
 
-/// Indices, ascending, of the particles begin.. for which `where` holds; an empty one holds for all. Changes nothing.
+/// Ascending indices of the particles begin.. for which `where` holds; an empty `where` holds for all. Changes nothing.
 std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
                                   particles::Store& store, std::size_t begin = 0);
 

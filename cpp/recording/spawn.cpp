@@ -68,7 +68,7 @@ std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std
           v != nullptr ? v[i] : chosen.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
     }
   }
-  // A child of what is nowhere would be nowhere too, and die at once, and bear again.
+  // A child of a parent that is not finite would not be finite either: it would die at once and create children again.
   std::erase_if(events, [](const Event& event) { return !finite(event); });
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
   return events;

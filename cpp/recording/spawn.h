@@ -1,4 +1,4 @@
-// Secondary births: events in the lives of some particles make others.
+// Secondary births: events in the lives of some particles create others.
 #pragma once
 
 #include <cstdint>
@@ -11,17 +11,17 @@
 
 namespace motes::recording {
 
-/// A rule for one frame: each event makes `count` particles of system `into`, at the frame's end, where the parent is
-/// then. A particle counts once per rule and frame.
+/// A rule for one frame: each event creates `count` particles of system `into` at the end of the frame, at the parent's
+/// position at that time. A particle counts once per rule and frame.
 struct Spawn {
   enum class On : std::uint8_t { birth, death, collision };
   std::int32_t into = 0;  // a system's index
   On on = On::death;
   std::uint32_t count = 1;
-  double inherit_velocity = 0;         // part of the parent's velocity that is added to the children's own
-  std::vector<Given> state;            // what the children get otherwise
+  double inherit_velocity = 0;         // fraction of the parent's velocity that is added to the children's own
+  std::vector<Given> state;            // the other attributes of the children
   actions::Expression where;           // which parents; empty: all
-  std::vector<shapes::Shape> shapes;   // that `where` names
+  std::vector<shapes::Shape> shapes;   // those that `where` uses
 
   bool operator==(const Spawn&) const = default;
 };
@@ -31,7 +31,7 @@ constexpr void fields(Visitor& visit, Spawn& spawn) {
   visit(spawn.into, spawn.on, spawn.count, spawn.inherit_velocity, spawn.state, spawn.where, spawn.shapes);
 }
 
-/// What is known of a parent.
+/// What is known about a parent.
 struct Event {
   std::uint64_t id = 0;
   float position[3] = {};
@@ -43,20 +43,21 @@ constexpr void fields(Visitor& visit, Event& event) {
   visit(event.id, event.position, event.velocity);
 }
 
-/// A child that an event makes. The event must outlive it.
+/// A child that an event creates. The event must outlive it.
 struct Child {
   std::uint64_t id = 0;
   const Event* event = nullptr;
 };
 
-/// Throws std::invalid_argument, naming argument, value and what is allowed.
+/// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children);
 
-/// Of the particles at these indices (ascending), those for which `where` holds, as events in the order of ids.
+/// Those of the particles at these indices (ascending) for which `where` holds, as events sorted by id.
 std::vector<Event> events_of(const Spawn& spawn, const particles::Store& parents,
                              const std::vector<std::uint32_t>& indices);
 
-/// Makes children where their parents are, with the rule's state and its part of the parent's velocity.
+/// Creates children at their parents' positions, with the rule's state and the inherited fraction of the parent's
+/// velocity.
 particles::Store make(const Spawn& rule, const std::vector<Child>& children, const particles::Schema& schema,
                       particles::Key key, bool keeps_copies);
 

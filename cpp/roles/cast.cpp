@@ -15,7 +15,7 @@ void check_rank(const std::string& role, int rank, int size) {
 }  // namespace
 
 int Cast::calculator_of(int rank) const {
-  // Mostly they follow each other: no search, with thousands of ranks.
+  // Usually calculators have consecutive ranks: no search is needed, even with thousands of ranks.
   const int guess = calculators.empty() ? -1 : rank - calculators.front();
   if (guess >= 0 && guess < static_cast<int>(calculators.size()) &&
       calculators[static_cast<std::size_t>(guess)] == rank) {
@@ -51,13 +51,13 @@ Cast cast_shared(int size) {
 void check(const Cast& cast, int size) {
   check_rank("manager", cast.manager, size);
   check_rank("image_generator", cast.image_generator, size);
-  if (cast.calculators.empty()) throw std::invalid_argument("roles: calculators must name one rank at least");
+  if (cast.calculators.empty()) throw std::invalid_argument("roles: calculators must name at least one rank");
   std::vector<int> sorted = cast.calculators;
   std::sort(sorted.begin(), sorted.end());
   for (std::size_t i = 0; i < sorted.size(); ++i) {
     check_rank("calculators", sorted[i], size);
     if (i > 0 && sorted[i] == sorted[i - 1]) {
-      throw std::invalid_argument("roles: calculators names rank " + std::to_string(sorted[i]) + " twice");
+      throw std::invalid_argument("roles: calculators lists rank " + std::to_string(sorted[i]) + " twice");
     }
   }
 }

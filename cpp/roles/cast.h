@@ -1,4 +1,4 @@
-// Who plays what (paper 3.1.1): N ranks become a manager, an image generator and calculators.
+// Which rank plays which role (paper 3.1.1): N ranks become a manager, an image generator and calculators.
 #pragma once
 
 #include <string>
@@ -11,7 +11,7 @@ struct Cast {
   int image_generator = 0;
   std::vector<int> calculators{0};  // rank of calculator 0, 1, ...: the order of the domains
 
-  /// The calculator's number that a rank plays, or -1.
+  /// The number of the calculator that a rank plays, or -1.
   int calculator_of(int rank) const;
 
   /// "calculator 0", "image generator, manager", or "spectator" for a rank without a role.
@@ -20,14 +20,14 @@ struct Cast {
   bool operator==(const Cast&) const = default;
 };
 
-/// One rank plays all; of two, rank 0 is image generator and manager, rank 1 calculates; of three or more, rank 0 is
-/// image generator, rank 1 manager, and the rest calculate, as in the paper.
+/// One rank plays all roles; of two, rank 0 is image generator and manager, rank 1 calculates; of three or more, rank 0
+/// is the image generator, rank 1 the manager, and the rest calculate, as in the paper.
 Cast cast_auto(int size);
 
-/// Every rank calculates; rank 0 is manager and image generator too.
+/// Every rank calculates; rank 0 is also the manager and the image generator.
 Cast cast_shared(int size);
 
-/// Throws std::invalid_argument where a rank does not exist, calculates twice, or nobody calculates.
+/// Throws std::invalid_argument where a rank does not exist or calculates twice, or where no rank calculates.
 void check(const Cast& cast, int size);
 
 }  // namespace motes::roles

@@ -5,30 +5,30 @@
 
 namespace motes::roles {
 
-/// Calculators 0, 1, ... on a ring: what c has for d lies (d - c) mod n ahead of it. In step s a calculator sends what
-/// has digit j there, in base 16, to the one that stands j * 16^s ahead; so each step settles a digit, and after the
-/// last one everything is where it belongs. At most 15 messages per step, log16(n) steps, for any n (Bruck et al. 1997,
-/// "Efficient algorithms for all-to-all communications in multiport message-passing systems"). Up to 16 calculators do
-/// it in one step: all messages are direct.
+/// Calculators 0, 1, ... on a ring: what c has for d must travel (d - c) mod n places ahead. In step s a calculator
+/// sends everything whose distance has the digit j at place s, in base 16, to the calculator j * 16^s ahead; so each
+/// step settles one digit, and after the last one everything is where it belongs. At most 15 messages per step,
+/// log16(n) steps, for any n (Bruck et al. 1997, "Efficient algorithms for all-to-all communications in multiport
+/// message-passing systems"). With up to 16 calculators one step suffices: all messages are direct.
 class Ring {
  public:
-  /// As calculator `self` sees it.
+  /// The ring as calculator `self` sees it.
   Ring(int calculators, int self);
 
   int steps() const { return steps_; }
-  /// Which of the step's messages takes what lies here to `owner`: 0 for none, it stays; 1 for the one to the first of
-  /// ahead(step).
+  /// Which of the step's messages takes what is now here to `owner`: 0 for none, it stays; 1 for the one to the first
+  /// of ahead(step).
   int digit(int owner, int step) const {
     const int distance = owner < self_ ? owner - self_ + calculators_ : owner - self_;
     return distance >> (kBits * step) & ((1 << kBits) - 1);
   }
-  /// The calculators that this one sends to in a step, those at digit 1, 2, ...
+  /// The calculators that this one sends to in a step: those for digit 1, 2, ...
   std::vector<int> ahead(int step) const;
-  /// Those that send to it in a step.
+  /// Those that send to this one in a step.
   std::vector<int> behind(int step) const;
 
  private:
-  static constexpr int kBits = 4;  // of a digit: more messages per step, but fewer steps, each of which packs anew
+  static constexpr int kBits = 4;  // per digit; with more bits there are fewer steps, each with more messages
 
   int calculators_;
   int self_;

@@ -8,7 +8,7 @@ namespace {
 
 using Range = Tree::Range;
 
-// Those below the head, in up to `fan_out` ranges that differ in size by one at most.
+// Splits the places below the head into up to `fan_out` ranges whose sizes differ by at most one.
 std::vector<Range> divided(const Range& range, int fan_out) {
   const int rest = range.size() - 1;
   const int parts = std::min(rest, fan_out);
@@ -22,7 +22,7 @@ std::vector<Range> divided(const Range& range, int fan_out) {
   return found;
 }
 
-// The first of the ranges below a head is never the smaller one.
+// The first of the ranges below a head is never smaller than the others.
 int height_of(Range range, int fan_out) {
   int height = 0;
   for (; range.size() > 1; ++height) range = divided(range, fan_out).front();

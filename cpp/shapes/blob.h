@@ -1,4 +1,4 @@
-// A cloud without border: three independent normal numbers around a centre. Contains what is within one sigma.
+// A cloud without a border: three independent normal numbers around a centre. It contains the points within one sigma.
 #pragma once
 
 #include "shapes/lanes.h"

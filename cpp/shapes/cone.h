@@ -1,5 +1,5 @@
-// The points between two cones that share an apex and end at a base: the radii are those at the base. With inner radius
-// 0: solid; with both radii equal: the side alone, without thickness, open at the base.
+// The points between two cones that share an apex and end at a base; the radii are those at the base. With inner radius
+// 0 it is solid; with equal radii it is the side only, without thickness, open at the base.
 #pragma once
 
 #include "shapes/shell.h"
@@ -20,7 +20,8 @@ struct ConeLanes {
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
     const Uints4 bits = draws.bits();
-    // Uniform by volume: cross-sections grow with the square of the distance from the apex, the side's rings with it.
+    // Uniform by volume: cross-sections grow with the square of the distance from the apex, and so do the rings of the
+    // side.
     const Floats u = unit(bits.a);
     const Floats along = inner == radius ? sqrt(u) : cube_root(u);
     const float inner2 = inner * inner;

@@ -1,5 +1,5 @@
-// The points around an axis from p0 to p1 between two distances. With inner radius 0: solid; with both radii equal: an
-// open tube without thickness; else a pipe with a bore.
+// The points whose distance from the axis p0 to p1 is between two radii. With inner radius 0 it is solid; with equal
+// radii it is an open tube without thickness; otherwise it is a pipe with a bore.
 #pragma once
 
 #include "shapes/shell.h"

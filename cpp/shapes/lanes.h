@@ -1,4 +1,5 @@
-// What every shape can do, a vector of particles at a time. One file per shape; this one holds what they share.
+// The interface of every shape, one vector of particles at a time. There is one file per shape; this one holds what
+// they share.
 #pragma once
 
 #include "particles/random.h"
@@ -8,8 +9,8 @@
 
 namespace motes::MOTES_ISA {
 
-/// Where a path meets a surface: lanes that do, the part (0..1) of the path before it, the unit normal that looks
-/// back along the path.
+/// Where a path meets a surface: the lanes that do, the fraction (0..1) of the path before the hit, and the unit normal
+/// that points back along the path.
 struct Hit {
   Mask mask;
   Floats part;

@@ -1,5 +1,5 @@
-// The plane through a point, with a normal: contains the half-space below it. Sampled as its point, since no
-// distribution is uniform over all of it.
+// The plane through a point, with a normal: contains the half-space below it. A sample is always the point itself,
+// since no distribution is uniform over an infinite plane.
 #pragma once
 
 #include "shapes/lanes.h"
@@ -15,7 +15,7 @@ struct PlaneLanes {
   MOTES_INLINE Mask contains(Floats3 p) const { return height(p) <= 0.0f; }
   MOTES_INLINE Floats3 sample(Draws&) const { return all3(point); }
 
-  /// One-sided: whatever would end below the plane meets it, at once if it is below already.
+  /// One-sided: every path that would end below the plane meets it, and meets it at once if it is already below.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Floats before = height(p);
     const Floats change = dot(path, all3(normal));
@@ -35,7 +35,7 @@ struct Crossing {
 MOTES_INLINE Crossing cross_plane(Float3 point, Float3 normal, Floats3 p, Floats3 path) {
   const Floats before = dot(p - all3(point), all3(normal));
   const Floats change = dot(path, all3(normal));
-  // The side on which the next step will see the particle, to the last bit: before + change may say another one.
+  // The side on which the next step will see the particle, to the last bit: before + change may give the other side.
   const Floats after = dot((p + path) - all3(point), all3(normal));
   const Mask mask = ((before > 0.0f) & (after <= 0.0f)) | ((before < 0.0f) & (after >= 0.0f));
   const Floats part = select(mask & (change != 0.0f), min(max(before / -change, Floats{}), all(1.0f)), Floats{});

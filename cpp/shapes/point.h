@@ -1,4 +1,4 @@
-// A point: sampled as itself, contains nothing.
+// A point: every sample is the point itself; it contains nothing.
 #pragma once
 
 #include "shapes/lanes.h"

@@ -1,5 +1,5 @@
-// The shapes that are called once per vector instead of being inlined into every loop: an action that visits shapes
-// grows by one of them, however many there are.
+// Shapes that are called once per vector instead of being inlined into every loop: however many there are, the code of
+// an action that visits shapes grows only by one call.
 #pragma once
 
 #include "shapes/all.h"  // written by CMake: all headers of shapes

@@ -60,7 +60,7 @@ Floats3 UnionLanes::sample(Draws& draws) const {
     const Mask chosen = (choice >= from) & (choice < part[i].upto);
     from = part[i].upto;
     if (!any(chosen)) continue;
-    Draws same = draws;  // every part starts at the same draw: what a lane gets does not depend on its neighbours
+    Draws same = draws;  // every part starts at the same draw: a lane's result does not depend on its neighbours
     visit(part[i],
           [&](const auto& lanes) __attribute__((always_inline)) { point = select(chosen, lanes.sample(same), point); });
   }

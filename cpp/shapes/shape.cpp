@@ -37,7 +37,7 @@ Vector between(const Shape& s, int from, int to) {
 }
 double length(Vector a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
 
-// What the kernels divide by is the float square of a length: it must be a normal number.
+// The kernels divide by the square of a length in float32: that square must be a normal number.
 bool direction(Vector a) {
   const double square = length(a) * length(a);
   return square > 1e-30 && square < 1e30;
@@ -54,7 +54,7 @@ void check_radii(const Shape& s, float radius, float inner) {
   }
 }
 
-// Of a cylinder or cone: a cone has a third of the cylinder's volume and half the product of slant and circumference.
+// For a cylinder or cone: a cone has a third of the cylinder's volume and half the product of slant and circumference.
 double shell_measure(const Shape& s) {
   const double height = length(between(s, 0, 3));
   const double radius = s.number[6], inner = s.number[7];
@@ -76,7 +76,7 @@ void share_out(std::vector<Shape>& parts) {
     sum += by_measure ? measure(parts[i]) : 1;
     parts[i].upto = static_cast<float>(sum / (by_measure ? total : static_cast<double>(parts.size())));
   }
-  parts.back().upto = 1;  // whatever the rounding of the sum: every number in [0, 1) picks a part
+  parts.back().upto = 1;  // whatever the rounding of the sum, every number in [0, 1) selects a part
 }
 
 }  // namespace

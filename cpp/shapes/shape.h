@@ -19,7 +19,7 @@ inline constexpr int kKinds = 0
 #include "shapes/list.inc"
     ;
 
-/// Most numbers that one shape has.
+/// The most numbers that one shape has.
 inline constexpr int kNumbers = std::max({
 #define MOTES_SHAPE(kind, Name, numbers, surface) numbers,
 #include "shapes/list.inc"
@@ -30,24 +30,24 @@ struct Shape {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
 
-  // A union's parts, none of them a union, as plain pointers: kernels call nothing of the standard library.
+  // A union's parts, none of them a union, as plain pointers: kernels call nothing from the standard library.
   const Shape* part = nullptr;
   int parts = 0;
-  float upto = 1;  // of a part: a number in 0..1 below this, and not below that of the part before, picks it
+  float upto = 1;  // of a part: a number in 0..1 selects the first part whose `upto` is above it
   std::shared_ptr<const std::vector<Shape>> owner = {};
 
-  /// Equal kind, numbers and parts.
+  /// Same kind, numbers and parts.
   bool operator==(const Shape& other) const;
 };
 
-/// The union of the shapes, in order; a union among them counts as its parts. Its measure is the sum of theirs, and it
-/// is drawn from a part that is picked by measure, where m, m^2 and m^3 count alike; by equal chances where all
-/// measures are 0 or one is infinite. Where parts overlap, points there count for each. Throws std::invalid_argument
-/// where there is no shape, or more than kMostParts.
+/// The union of the shapes, in order; a union among them is replaced by its parts. Its measure is the sum of the parts'
+/// measures, where m, m^2 and m^3 count alike. To sample it, a part is picked with a probability proportional to its
+/// measure, or with equal probability where all measures are 0 or one is infinite. Where parts overlap, points count
+/// once for each part. Throws std::invalid_argument where there is no shape, or more than kMostParts.
 Shape unite(const std::vector<Shape>& shapes);
 inline constexpr std::size_t kMostParts = 65536;
 
-/// A part of a union as bytes: its kind and numbers. All else follows from them.
+/// A part of a union as bytes: its kind and numbers. Everything else follows from them.
 struct Part {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
@@ -60,8 +60,8 @@ constexpr void fields(Visitor& visit, Part& part) {
 
 std::vector<Part> parts_of(const Shape& shape);
 
-/// Gives a shape that was read its parts: none unless it is a union. Throws std::runtime_error where a union cannot
-/// have them.
+/// Gives its parts to a shape that was read: none unless it is a union. Throws std::runtime_error where these parts
+/// cannot form a union.
 void set_parts(Shape& shape, const std::vector<Part>& parts);
 
 template <class Visitor>
@@ -79,7 +79,7 @@ void fields(Visitor& visit, Shape& shape) {
 void check(const Shape& shape);
 
 /// Length, area or volume in metres to the power of the shape's dimension; 0 for a point, infinite for a plane and a
-/// blob. A disc, cylinder, cone or sphere whose two radii are equal is a curve or surface, and measured as such.
+/// blob. A disc, cylinder, cone or sphere whose two radii are equal is a curve or a surface, and is measured as one.
 double measure(const Shape& shape);
 
 /// How many numbers a shape of this kind has.
@@ -88,7 +88,7 @@ int count(Kind kind);
 /// The name of the Python class.
 std::string name(Kind kind);
 
-/// Whether the shape has something that a particle can bounce off; a union has what its parts have.
+/// Whether a particle can bounce off the shape; for a union, whether it can bounce off its parts.
 bool has_surface(Kind kind);
 
 }  // namespace motes::shapes

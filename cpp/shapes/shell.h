@@ -1,8 +1,8 @@
-// What cylinders and cones share: the space between two walls around an axis, cut off by a plane at either end.
+// What cylinders and cones share: the space between two walls around an axis, closed by a plane at each end.
 //
 // Along a straight path each of the three regions (between the planes, within the outer wall, within the bore) is one
-// stretch of the path. The first end of a stretch of the material that lies ahead is the hit, so there is no seam
-// between wall and cap through which a fast particle could slip.
+// interval. The hit is the first interval end of the material that lies ahead, so there is no seam between wall and cap
+// through which a fast particle could slip.
 #pragma once
 
 #include "shapes/lanes.h"
@@ -14,7 +14,7 @@ struct Wall {
   float start, slope;
 };
 
-/// The parts of a path between `from` and `to`; none where from > to.
+/// The part of a path between `from` and `to`; empty where from > to.
 struct Stretch {
   Floats from, to;
 };
@@ -41,7 +41,7 @@ struct Shell {
   }
 
   MOTES_INLINE Mask contains(Floats3 p) const {
-    if (thin) return Mask{};  // a surface: which side of it a sample is on is a matter of rounding
+    if (thin) return Mask{};  // a surface: rounding decides on which side of it a sample is
     const Place at = place(p);
     const Floats most = outer.start + outer.slope * at.height;
     const Floats least = inner.start + inner.slope * at.height;
@@ -49,7 +49,8 @@ struct Shell {
     return (at.height >= 0.0f) & (at.height <= length) & (across2 <= most * most) & (across2 >= least * least);
   }
 
-  /// The point at the part `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn around it.
+  /// The point at the fraction `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn around
+  /// it.
   MOTES_INLINE Floats3 point(Floats along, Floats distance, Floats turn) const {
     Floats cosine, sine;
     cos_sin_turn(turn, cosine, sine);
@@ -64,8 +65,8 @@ struct Shell {
     const Stretch side = within(outer, at, by);
     const Stretch bore = bored ? within(inner, at, by) : nowhere();
     const Border border = first_border(caps, side, bore);
-    // A path may end so near to a border that only the rounding of its end decides; what counts is where the next step
-    // will see the particle.
+    // A path may end so close to a border that only the rounding of its end point decides; what counts is on which side
+    // the next step will see the particle.
     const Mask crosses = region(p) ^ region(p + path);
     const Mask mask = border.mask & ((border.part <= 1.0f) | (crosses & (border.part < 2.0f)));
     const Floats part = select(mask, min(border.part, all(1.0f)), Floats{});
@@ -77,7 +78,7 @@ struct Shell {
   }
 
  private:
-  /// A point, or a path, along the axis and across it.
+  /// A point, or a path, split into its components along the axis and across it.
   struct Place {
     Floats height;
     Floats3 across;
@@ -88,7 +89,7 @@ struct Shell {
   }
   MOTES_INLINE Place place(Floats3 p) const { return split(p - all3(start)); }
 
-  /// On which side of the surface a point is.
+  /// On which side of the surface a point lies.
   MOTES_INLINE Mask region(Floats3 p) const {
     if (!thin) return contains(p);
     const Place at = place(p);
@@ -106,8 +107,8 @@ struct Shell {
     return select(still, standing, {min(to_start, to_end), max(to_start, to_end)});
   }
 
-  /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the part s of the path. Where the path is steeper than a cone's
-  /// side (a < 0) it stays within the cone beyond one root, and within the cone's mirror image beyond the other.
+  /// Where |across| < radius: a s^2 + 2 b s + c < 0 for the fraction s of the path. Where the path is steeper than a
+  /// cone's side (a < 0), it is inside the cone beyond one root, and inside the cone's mirror image beyond the other.
   static MOTES_INLINE Stretch within(Wall wall, const Place& at, const Place& by) {
     const Floats radius = wall.start + wall.slope * at.height;
     const Floats growth = wall.slope * by.height;
@@ -128,15 +129,15 @@ struct Shell {
     return select(flat, still, met);
   }
 
-  /// An end of a stretch of the material.
+  /// An end of an interval of the material.
   struct Border {
     Mask mask;
     Floats part;
     Mask of_cap, of_bore;
-    Mask outward;  // the face that is hit looks away from the axis
+    Mask outward;  // the face that is hit points away from the axis
   };
 
-  /// The material is what lies between caps and side, without the bore: a stretch before the bore, one behind it.
+  /// The material lies between caps and side, without the bore: one interval before the bore, one after it.
   static MOTES_INLINE Border first_border(const Stretch& caps, const Stretch& side, const Stretch& bore) {
     const Stretch solid{max(caps.from, side.from), min(caps.to, side.to)};
     const Mask hollow = bore.from <= bore.to;
@@ -158,7 +159,7 @@ struct Shell {
             (of_bore & leaves) | (~of_bore & enters)};
   }
 
-  /// The outward normal of a wall where it is `across` from the axis.
+  /// The outward normal of a wall at offset `across` from the axis.
   MOTES_INLINE Floats3 wall_normal(Floats3 across, Floats slope) const {
     const Floats radius = sqrt(max(dot(across, across), all(1e-30f)));
     const Floats scale = all(1.0f) / sqrt(1.0f + slope * slope);

@@ -18,7 +18,7 @@ struct SphereLanes {
 
   MOTES_INLINE Floats3 sample(Draws& draws) const {
     const Uints4 bits = draws.bits();
-    // A direction by Archimedes: the height on a sphere is uniform.
+    // A random direction after Archimedes: the height on a sphere is uniform.
     const Floats z = 1.0f - 2.0f * unit(bits.a);
     Floats cosine, sine;
     cos_sin_turn(unit(bits.b), cosine, sine);

@@ -21,7 +21,7 @@ struct TriangleLanes {
   MOTES_INLINE Mask contains(Floats3) const { return Mask{}; }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
     const Uints4 bits = draws.bits();
-    // Uniform by area: the far half of the parallelogram is turned onto the near one.
+    // Uniform by area: the far half of the parallelogram is folded onto the near one.
     Floats a = unit(bits.a), b = unit(bits.b);
     const Mask far = a + b > 1.0f;
     a = select(far, 1.0f - a, a);

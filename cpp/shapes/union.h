@@ -1,4 +1,5 @@
-// Several shapes as one: contains what any part contains; drawn from a part picked by measure; hit at the nearest part.
+// Several shapes as one: it contains what any part contains; it samples a part picked by measure; a path hits its
+// nearest part.
 #pragma once
 
 #include "shapes/lanes.h"
@@ -10,7 +11,7 @@ struct UnionLanes {
   int parts;
 
   static MOTES_INLINE UnionLanes from(const shapes::Shape& s) { return {s.part, s.parts}; }
-  // In rare_lanes.cpp, where the parts' code is.
+  // In rare_lanes.cpp, where the code of the parts is.
   Mask contains(const Floats3& p) const;
   Floats3 sample(Draws& draws) const;
   Hit hit(const Floats3& p, const Floats3& path) const;

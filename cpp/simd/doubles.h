@@ -1,4 +1,4 @@
-// Half the lanes in double precision: for steps of a computation in which 24 bits are not enough.
+// Half the lanes in double precision: for steps of a computation where 24 bits are not enough.
 #pragma once
 
 #include "simd/simd.h"
@@ -83,7 +83,7 @@ MOTES_INLINE Doubles sqrt(Doubles v) {
 #endif
 }
 
-/// To the nearest whole number, for |v| < 2^51: added to this number, v loses its fraction.
+/// Rounds to the nearest integer, for |v| < 2^51: adding this number to v drops the fraction.
 inline constexpr double kWhole = 0x1.8p52;
 MOTES_INLINE Doubles round(Doubles v) { return (v + kWhole) - kWhole; }
 

@@ -1,4 +1,4 @@
-// Elementary functions of lanes, from + - * / and sqrt alone: the C library's differ between processors.
+// Elementary functions of lanes, built from + - * / and sqrt only: results of the C library differ between processors.
 //
 // Errors are in ulp, the distance between neighbouring floats at the exact result, as tests/cpp measures them.
 #pragma once
@@ -31,7 +31,7 @@ MOTES_INLINE void cos_sin_turn(Floats turn, Floats& cosine, Floats& sine) {
   sine = select((nearest & 2) != 0, -y, y);
 }
 
-// x less the nearest multiple of pi / 2, and which one it is, modulo 4: -2..2.
+// x minus the nearest multiple of pi / 2, and which multiple it is, modulo 4: -2..2.
 MOTES_INLINE Doubles from_quarter(Doubles x, Doubles& quarter) {
   constexpr double kFirst33 = 1.57079632673412561417e+00;  // pi / 2 = kFirst33 + kRest, 33 bits of it: products with
   constexpr double kRest = 6.07710050650619224932e-11;     // whole numbers below 2^20 are exact
@@ -40,7 +40,7 @@ MOTES_INLINE Doubles from_quarter(Doubles x, Doubles& quarter) {
   return (x - k * kFirst33) - k * kRest;
 }
 
-/// cos and sin of x radians: 2 ulp for |x| <= 1e6. Beyond, the absolute error stays below 3e-7 up to 1e9; larger
+/// cos and sin of x radians: 2 ulp for |x| <= 1e6. Beyond that the absolute error stays below 3e-7 up to 1e9; larger
 /// numbers count as 0. NaN for infinities.
 MOTES_INLINE void cos_sin(Floats x, Floats& cosine, Floats& sine) {
   const Floats known = select(abs(x) <= 1e9f, x, Floats{});
@@ -72,7 +72,7 @@ MOTES_INLINE Floats cos(Floats x) {
   return cosine;
 }
 
-/// Natural logarithm for normal positive numbers. Error below 2e-7 relative to max(1, |log|).
+/// Natural logarithm of normal positive numbers. Error below 2e-7 relative to max(1, |log|).
 MOTES_INLINE Floats log(Floats v) {
   const Ints bits = (Ints)v;
   Ints exponent = (bits >> 23) - 126;
@@ -102,8 +102,8 @@ MOTES_INLINE Floats cube_root(Floats v) {
   return select(v > 0.0f, y, Floats{});
 }
 
-// e^r 2^n for r within +- ln(2) / 2 and n in -152..129. The power comes as two factors: neither overflows, and a
-// result below the normal numbers is rounded once.
+// e^r 2^n for r within +- ln(2) / 2 and n in -152..129. The power of two is applied as two factors: neither overflows,
+// and a result below the normal numbers is rounded only once.
 MOTES_INLINE Floats scaled_exp(Floats r, Ints n) {
   Floats p = all(1.9875691500e-4f);  // coefficients as in the Cephes library
   p = p * r + 1.3981999507e-3f;
@@ -136,12 +136,12 @@ MOTES_INLINE Floats exp2(Floats x) {
   return select(x == x, scaled_exp(r, n), x);
 }
 
-// The logarithm to base 2 of x >= 0, to 40 bits; a float's denormal numbers are normal here.
+// The base-2 logarithm of x >= 0, to 40 bits; a float's denormal numbers are normal here.
 MOTES_INLINE Doubles log2_half(Doubles x) {
   const Longs bits = (Longs)x;
   const Longs one = (Longs)all_doubles(1.0);
   Doubles m = (Doubles)((bits & 0x000fffffffffffff) | one);  // in [1, 2)
-  // The exponent, written into the low bits of 2^52, becomes a number without a conversion.
+  // The exponent, written into the low bits of 2^52, becomes a number without a conversion instruction.
   Doubles exponent = (Doubles)((bits >> 52) | (Longs)all_doubles(0x1p52)) - (0x1p52 + 1023.0);
   const Longs large = m > 1.4142135623730951;
   m = select(large, m * 0.5, m);
@@ -164,7 +164,7 @@ MOTES_INLINE Doubles log2_half(Doubles x) {
 MOTES_INLINE Doubles exp2_half(Doubles t) {
   t = select(t < 200.0, t, all_doubles(200.0));
   t = select(t > -200.0, t, all_doubles(-200.0));
-  const Doubles shifted = t + kWhole;  // the low bits hold the nearest whole number
+  const Doubles shifted = t + kWhole;  // the low bits hold the nearest integer
   const Doubles f = (t - (shifted - kWhole)) * 0.69314718055994531;
   Doubles p = f * (1.0 / 40320) + 1.0 / 5040;
   p = p * f + 1.0 / 720;
@@ -187,7 +187,7 @@ MOTES_INLINE Floats pow(Floats x, Floats y) {
   return select((x == 1.0f) | (y == 0.0f), all(1.0f), select(unclear, all(__builtin_nanf("")), power));
 }
 
-// The angle of the direction (x, y). By the bits of the arguments' signs, so -0 counts as negative.
+// The angle of the direction (x, y). Signs are taken from the sign bits, so -0 counts as negative.
 MOTES_INLINE Doubles angle_half(Doubles y, Doubles x) {
   constexpr double kPi = 3.14159265358979323846;
   const Doubles a = abs(y), b = abs(x);
@@ -197,7 +197,7 @@ MOTES_INLINE Doubles angle_half(Doubles y, Doubles x) {
   const Longs diagonal = (small > large * 0.41421356237309503) | (small == __builtin_inf());  // above tan(pi / 8)
   Doubles above = select(diagonal, small - large, small);
   const Doubles below = select(diagonal, small + large, large);
-  above = select(small == __builtin_inf(), Doubles{}, above);  // both infinite: in the middle
+  above = select(small == __builtin_inf(), Doubles{}, above);  // both infinite: the diagonal
   const Doubles t = above / select(large == 0.0, all_doubles(1.0), below);
   const Doubles z = t * t;
   Doubles p = z * -0.0404303386674414 + 0.07135234752100453;
@@ -219,7 +219,7 @@ MOTES_INLINE Floats atan2(Floats y, Floats x) {
   return join(angle_half(low_half(y), low_half(x)), angle_half(high_half(y), high_half(x)));
 }
 
-// The other side of a right triangle with hypotenuse 1; NaN where |side| > 1.
+// The other leg of a right triangle with hypotenuse 1; NaN where |side| > 1.
 MOTES_INLINE Doubles other_side(Doubles side) { return sqrt((1.0 - side) * (1.0 + side)); }
 
 /// 1 ulp; NaN where |v| > 1.

@@ -1,5 +1,5 @@
-// The floating-point mode that equal bits need: a library built with -ffast-math, loaded into the same process, may
-// have switched denormal numbers off for everybody.
+// The floating-point mode that bit-identical results need: a library built with -ffast-math and loaded into the same
+// process may have switched denormal numbers off for everything in it.
 #pragma once
 
 #if defined(__x86_64__)
@@ -8,7 +8,7 @@
 
 namespace motes::simd {
 
-/// Rounds to nearest and keeps denormal numbers while it lives; then restores the caller's mode.
+/// While it lives, rounding is to nearest and denormal numbers are kept; then it restores the caller's mode.
 class FloatMode {
  public:
 #if defined(__x86_64__)

@@ -1,4 +1,4 @@
-// Vectors of three numbers: Floats3 holds one a lane, Float3 a single one.
+// Vectors of three numbers: Floats3 holds one per lane, Float3 a single one.
 #pragma once
 
 #include "simd/simd.h"
@@ -18,11 +18,11 @@ MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }
 MOTES_INLINE Floats3 only(Mask mask, Floats3 v) { return {only(mask, v.x), only(mask, v.y), only(mask, v.z)}; }
-/// Whether all three are numbers, and their sum not beyond float32.
+/// Whether all three are numbers whose sum is within the range of float32.
 MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= __FLT_MAX__; }
 MOTES_INLINE Floats3 all3(const float* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 
-/// One vector of three numbers, for what is computed once a block.
+/// One vector of three numbers, for values computed once per block.
 struct Float3 {
   float x, y, z;
 };

@@ -17,7 +17,7 @@ bool offers(Isa isa) {
     default: return true;
   }
 #else
-  return isa == Isa::sse2;  // the portable build of four lanes
+  return isa == Isa::sse2;  // the portable build, four lanes
 #endif
 }
 
@@ -28,8 +28,8 @@ Isa decide() {
   for (const Isa isa : {Isa::sse2, Isa::avx2, Isa::avx512}) {
     if (name(isa) != wish) continue;
     if (offers(isa)) return isa;
-    throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": this processor offers " +
-                                std::string(name(widest)) + " at most");
+    throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": this processor supports at most " +
+                                std::string(name(widest)));
   }
   throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": must be sse2, avx2 or avx512");
 }

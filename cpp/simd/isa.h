@@ -7,8 +7,8 @@ namespace motes::simd {
 
 enum class Isa { sse2, avx2, avx512 };
 
-/// The widest set that the processor and the operating system offer, or the one named by MOTES_SIMD.
-/// Decided once a process. Throws std::invalid_argument where MOTES_SIMD names none, or one this machine lacks.
+/// The widest set that the processor and the operating system support, or the one named by MOTES_SIMD. Decided once per
+/// process. Throws std::invalid_argument where MOTES_SIMD names no known set, or one that this machine lacks.
 Isa isa();
 
 std::string_view name(Isa isa);

@@ -1,10 +1,11 @@
 // Smooth random fields over space and time: gradient noise (K. Perlin 1985; quintic blend of 2002), and its curl.
 //
-// Space is divided into cells of edge 1. Each corner of a cell holds three random gradients, which a hash of its whole
-// coordinates and of the key gives; the corners' linear functions are blended by quintic weights, so the field and its
-// first two derivatives are continuous. Three such noises are a vector potential; the curl of a potential has no
-// divergence, and derivatives here are exact, not differences (R. Bridson et al., "Curl-noise for procedural fluid
-// flow", 2007). In time the potential blends from one whole time's noise to the next one's by the same weights.
+// Space is divided into cells of edge length 1. Each corner of a cell holds three random gradients, given by a hash of
+// its integer coordinates and the key; quintic weights blend the linear functions of the corners, so the field and its
+// first two derivatives are continuous. Three such noises form a vector potential. The curl of a potential has no
+// divergence, and the derivatives here are exact, not differences (R. Bridson et al., "Curl-noise for procedural fluid
+// flow", 2007). In time the potential blends from the noise of one integer time to that of the next with the same
+// weights.
 #pragma once
 
 #include "particles/streams.h"
@@ -16,14 +17,15 @@ struct Uints3 {
   Uints x, y, z;
 };
 
-/// The eight corners of a cell: the upper ones along x are every other one, along y two of four, along z the last four.
+/// The eight corners of a cell: the upper ones along x are every other one, along y two of every four, along z the last
+/// four.
 struct Corners {
   Uints3 at[8];
 };
 
 /// Hash of four integers: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
-/// increments are the key: another key is another field. All corners step by step, since each product waits for the
-/// one before it.
+/// increments are the key: a different key gives a different field. All corners advance together step by step, since
+/// each product waits for the one before it.
 MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, std::uint32_t w, const std::uint32_t key[4]) {
   const auto each = [](auto step) __attribute__((always_inline)) {
 #pragma GCC unroll 8
@@ -55,15 +57,15 @@ MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, std::uint32_t w, const s
   return corners;
 }
 
-/// Where a vector of points is in its cells, along one axis: the lower corner, the part of the edge behind it, the
-/// weight of the upper corner and the weight's derivative.
+/// Where a vector of points lies in its cells, along one axis: the lower corner, the fraction of the edge beyond it,
+/// the weight of the upper corner and the weight's derivative.
 struct CellAxis {
   Uints corner;
   Floats part, weight, change;
 };
 
 MOTES_INLINE CellAxis cell_axis(Floats v) {
-  v = min(max(v, all(-8388608.0f)), all(8388608.0f));  // beyond, floats have no fraction; also keeps NaN out
+  v = min(max(v, all(-8388608.0f)), all(8388608.0f));  // beyond, floats have no fraction; this also removes NaN
   Ints corner = to_ints(v);
   corner += to_floats(corner) > v;  // a true mask is -1: down, not towards zero
   const Floats f = v - to_floats(corner);
@@ -71,20 +73,21 @@ MOTES_INLINE CellAxis cell_axis(Floats v) {
   return {(Uints)corner, f, weight, f * f * (f * (f * 30.0f - 60.0f) + 30.0f)};
 }
 
-// A gradient in the cube -1..1 has ten bits a component. They are taken as the fraction of a float in 1..2, which needs
-// no conversion: gradient = (fraction - kMiddle) kGradient.
+// A gradient in the cube -1..1 has ten bits per component. They become the fraction of a float in 1..2, which needs no
+// conversion: gradient = (fraction - kMiddle) kGradient.
 inline constexpr float kMiddle = 1.0f + 511.5f / 1024, kGradient = 1024 / 511.5f;
 MOTES_INLINE Floats fraction(Uints word) { return (Floats)((word & (1023u << 13)) | 0x3f800000u); }
 MOTES_INLINE Floats3 fractions(Uints word) { return {fraction(word << 13), fraction(word << 3), fraction(word >> 7)}; }
 
-/// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise, by kGradient too small.
-/// What is left out, weight kMiddle, is the same for all components and all noises: the curl has none of it.
+/// Adds to `sum` the gradient of weight(p) g . (p - corner): one corner's part of one noise, too small by the factor
+/// kGradient. The term that is left out, weight kMiddle, is the same for all components and all noises, so the curl
+/// does not contain it.
 MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Floats middle, Floats weight,
                              Floats3 change) {
   sum = sum + g * weight + change * (dot(g, from_corner) - middle);
 }
 
-/// The curl of three noises at one whole time, by kGradient too small.
+/// The curl of three noises at one integer time, too small by the factor kGradient.
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
@@ -108,22 +111,23 @@ MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const Cell
   return {c.y - b.z, a.z - c.x, b.x - a.y};
 }
 
-/// What a curl noise is drawn from: a run's key, and which noise of the run it is (an action's stream).
+/// What selects a curl noise: the key of the run, and the number of the noise in it.
 struct NoiseKey {
   particles::Key key;
   std::uint32_t stream;
 };
 
-/// A velocity without divergence at the points `p`, of 1 in root mean square for one octave. Octave k has features
-/// of size 2^-k, and `gain`^k times the first one's speed. At whole `time`s the fields are independent of each other;
-/// in between the field changes smoothly. |p| 2^octaves should stay below 1e6: floats run out of fraction.
+/// A velocity without divergence at the points `p`, with a root mean square of 1 for one octave. Octave k has features
+/// of size 2^-k, and `gain`^k times the speed of the first one. At integer `time`s the fields are independent of each
+/// other; in between the field changes smoothly. |p| 2^octaves should stay below 1e6: beyond that floats run out of
+/// fraction bits.
 inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const NoiseKey& from) {
   constexpr float kUnit = kGradient / 1.2205f;  // measured: the root mean square of the curl
   const auto cut = static_cast<std::int64_t>(time);
   const std::int64_t floor = static_cast<double>(cut) > time ? cut - 1 : cut;
   const auto t = static_cast<float>(time - static_cast<double>(floor));
   const float later = t * t * t * (t * (t * 6.0f - 15.0f) + 10.0f), sooner = 1.0f - later;
-  // Two independent fields are weaker when blended: this keeps the mean speed.
+  // Blending two independent fields makes the result weaker: this keeps the mean speed.
   const float even = kUnit / __builtin_sqrtf(later * later + sooner * sooner);
   Floats3 sum{};
   float amplitude = even;

@@ -1,9 +1,9 @@
 // A vector of lanes: one source, compiled once for each instruction set.
 //
 // Files that include this header are compiled with MOTES_ISA = sse2 | avx2 | avx512 (see cpp/CMakeLists.txt).
-// Whatever depends on the width lives in namespace motes::MOTES_ISA, so the three builds never share a symbol.
-// Two rules keep the promise of equal bits and of running on old machines:
-//   - only lane-wise + - * / sqrt, comparisons, selects and integer operations: the width cannot show in a result;
+// Everything that depends on the width lives in namespace motes::MOTES_ISA, so the three builds never share a symbol.
+// Two rules ensure bit-identical results and that the library runs on old machines:
+//   - only lane-wise + - * / sqrt, comparisons, selects and integer operations: no result depends on the width;
 //   - no function of the standard library in these files: the linker keeps one copy of an inline function, and it
 //     might keep the one that was compiled for a newer processor.
 #pragma once
@@ -20,7 +20,7 @@
 #define MOTES_LANES 4
 #endif
 
-// Bits of the registers that the intrinsics below use; 0: the compiler's own lane-wise code.
+// Width in bits of the registers that the intrinsics below use; 0: the compiler's own lane-wise code.
 #if defined(MOTES_GENERIC)
 #define MOTES_WIDTH 0
 #elif defined(__AVX512F__) && MOTES_LANES == 16
@@ -66,7 +66,7 @@ MOTES_INLINE Floats load(const float* from) {
   __builtin_memcpy(&v, from, sizeof v);
   return v;
 }
-/// Stores are of floats, which cannot change a pointer or a count: the compiler need not load those anew after each.
+/// Stores are of floats, which cannot change a pointer or a count: the compiler need not reload those after each store.
 MOTES_INLINE void store(float* to, Floats v) {
   using Anywhere __attribute__((aligned(4))) = Floats;
   *reinterpret_cast<Anywhere*>(to) = v;
@@ -91,8 +91,8 @@ MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// Writes the chosen lanes one behind the other and returns how many; there is room for all lanes. Without a branch:
-/// who is chosen is nothing that a processor guesses well.
+/// Writes the selected lanes one after another and returns how many; there must be room for all lanes. Free of
+/// branches: processors cannot predict well which lanes are selected.
 MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
 #if MOTES_WIDTH == 512
   const __mmask16 bits = _mm512_movepi32_mask((__m512i)chosen);
@@ -145,7 +145,7 @@ MOTES_INLINE Floats sqrt(Floats v) {
 #endif
 }
 
-/// `v` where the mask is true, elsewhere 0: cheaper than a select, of which AVX2 processors make three operations.
+/// `v` where the mask is true, elsewhere 0: cheaper than a select, which takes three operations on AVX2 processors.
 MOTES_INLINE Floats only(Mask mask, Floats v) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_maskz_mov_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)v);
@@ -154,7 +154,7 @@ MOTES_INLINE Floats only(Mask mask, Floats v) {
 #endif
 }
 
-// a < b ? a : b, lane by lane; the second operand where either is NaN. The processors' instructions say the same.
+// a < b ? a : b, lane by lane; the second operand where either is NaN, as the processors' instructions do.
 MOTES_INLINE Floats min(Floats a, Floats b) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_min_ps((__m512)a, (__m512)b);
@@ -179,14 +179,14 @@ MOTES_INLINE Floats max(Floats a, Floats b) {
 }
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 
-/// How many floats `pick` looks up in one instruction; 0: there is none.
+/// How many floats `pick` looks up with one instruction; 0: there is no such instruction.
 #if MOTES_WIDTH >= 256
 inline constexpr int kTable = MOTES_LANES;
 #else
 inline constexpr int kTable = 0;
 #endif
 
-/// In each lane the entry of the table that `at` says there.
+/// In each lane, the table's entry at the index `at` of that lane.
 MOTES_INLINE Floats pick(Floats table, Ints at) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_permutexvar_ps((__m512i)at, (__m512)table);
@@ -200,7 +200,7 @@ MOTES_INLINE Floats pick(Floats table, Ints at) {
 }
 
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }
-/// Towards zero; the caller keeps lanes within the range of a 32-bit integer.
+/// Rounds towards zero; the caller keeps lanes within the range of a 32-bit integer.
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }
 
 }  // namespace motes::MOTES_ISA

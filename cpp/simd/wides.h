@@ -5,10 +5,10 @@
 
 namespace motes::MOTES_ISA {
 
-/// Half as many lanes as Uints has. What stands in the upper halves means nothing.
+/// Half as many lanes as Uints has. The upper halves have no meaning.
 using Wide = std::uint64_t __attribute__((vector_size(4 * MOTES_LANES)));
 
-/// All lanes: `join` knows which of them are in which of the two.
+/// All lanes, as two vectors: `join` knows which lanes are in which.
 struct Wides {
   Wide first, second;
 };
@@ -32,7 +32,7 @@ MOTES_INLINE Wide exclusive_or(Wide a, Wide b, Wide c) {
 #if MOTES_WIDTH == 512
   return (Wide)_mm512_ternarylogic_epi64((__m512i)a, (__m512i)b, (__m512i)c, 0x96);
 #else
-  return (a ^ b) ^ c;  // in this order: c comes last
+  return (a ^ b) ^ c;  // in this order: c is available last
 #endif
 }
 

@@ -1,4 +1,4 @@
-// The few words that the C++ unit tests need: TEST(name) { CHECK(x == y); CHECK_THROWS(f(), std::invalid_argument); }
+// The few macros that the C++ unit tests need: TEST(name) { CHECK(x == y); CHECK_THROWS(f(), std::invalid_argument); }
 #pragma once
 
 #include <cstdio>

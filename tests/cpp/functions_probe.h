@@ -1,4 +1,4 @@
-// What the tests call of functions and shapes that are compiled once for each instruction set.
+// The functions and shapes that the tests call in code compiled once for each instruction set.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ struct FunctionsProbe {
   void (*curl)(const float* const* p, std::size_t count, int octaves, double time, std::uint32_t seed,
                float* const* out);
 
-  /// Shape::hit of the paths from p to p + path: part is below 0 where there is none.
+  /// Shape::hit of the paths from p to p + path: part is below 0 where there is no hit.
   void (*hit)(const motes::shapes::Shape&, const float* const* p, const float* const* path, std::size_t count,
               float* part, float* const* normal);
 };

@@ -31,7 +31,7 @@ struct Build {
   const Probe& probe;
 };
 
-/// Those that this processor can run.
+/// The builds that this processor can run.
 inline std::vector<Build> builds() {
   std::vector<Build> all{{"sse2", motes::sse2::action_kernels, motes::sse2::probe}};
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)

@@ -26,7 +26,7 @@ std::uint64_t from(const std::vector<float>& xs, float cut) {
 
 float uniform(std::mt19937_64& random) { return static_cast<float>(random() % (1 << 24)) * 0x1p-24f; }
 
-// Several ways in which particles may lie.
+// Several ways in which particles may be distributed.
 std::vector<float> spread(int kind, std::size_t count, std::mt19937_64& random) {
   std::vector<float> xs(count);
   for (std::size_t i = 0; i < count; ++i) {
@@ -79,7 +79,7 @@ TEST(gifts_never_exceed_the_order_and_miss_only_ties) {
         CHECK(left.count <= wanted && below(xs, left.cut) == left.count);
         const Gift right = give_right(xs, wanted, -1, 2e6f);
         CHECK(right.count <= wanted && from(xs, right.cut) == right.count);
-        // One place more would be too many.
+        // One more place would be too many.
         float next = inf;
         float previous = -inf;
         for (const float x : xs) {
@@ -137,7 +137,7 @@ TEST(histograms_count_all_in_bins_of_about_equal_counts) {
       }
     }
   }
-  // A place that many share has a bin of its own.
+  // A place that many particles share has a bin of its own.
   std::vector<float> xs = spread(0, 1000, random);
   xs.insert(xs.end(), 1000, 0.25f);
   const Histogram h = histogram(xs, 16);
@@ -160,11 +160,11 @@ TEST(prefix_cuts_are_exact_on_what_is_spread_evenly) {
   const std::vector<float> before{10, 20, 30};
   CHECK(prefix_cuts(one, {}, std::vector<double>{1, 1, 1, 1}, before) == std::vector<float>({1, 2, 3}));
   CHECK(alike(prefix_cuts(one, {}, std::vector<double>{1, 2, 4, 1}, before), {0.5, 1.5, 3.5}));
-  // Cost belongs to the place: the second half costs three times as much.
+  // The cost depends on the place: the second half costs three times as much.
   const std::vector<Histogram> two{{{0, 2}, {100}}, {{2, 4}, {100}}};
   CHECK(prefix_cuts(two, std::vector<double>{1, 3}, std::vector<double>{1, 1}, std::vector<float>{2}) ==
         std::vector<float>({2 + 2.0f / 3}));
-  // The same when histograms overlap, as they do where particles wait for their owner.
+  // The same when histograms overlap, as they do where particles still wait for their owner.
   const std::vector<Histogram> over{{{0, 4}, {100}}, {{0, 2}, {100}}, {}};
   CHECK(alike(prefix_cuts(over, {}, std::vector<double>{3, 3, 2}, std::vector<float>{1, 2}), {1, 2}));
 }
@@ -175,7 +175,7 @@ TEST(prefix_cuts_leave_cuts_in_gaps_where_they_are) {
   CHECK(prefix_cuts(gap, {}, even, std::vector<float>{5})[0] == 5);
   CHECK(prefix_cuts(gap, {}, even, std::vector<float>{20})[0] == 8);
   CHECK(prefix_cuts(gap, {}, even, std::vector<float>{-3})[0] == std::nextafter(1.0f, inf));
-  // Calculators without a share get an empty domain, at the ends a wide one.
+  // Calculators without a share get an empty domain; at the ends it is wide.
   const std::vector<Histogram> three{{{0, 1}, {50}}, {{8, 9}, {50}}, {}};
   CHECK(prefix_cuts(three, {}, std::vector<double>{0, 1, 0}, std::vector<float>{-5, 20}) ==
         std::vector<float>({-5, 20}));
@@ -190,7 +190,7 @@ TEST(prefix_cuts_leave_cuts_in_gaps_where_they_are) {
 TEST(prefix_cuts_cannot_part_what_is_at_one_place) {
   const std::vector<Histogram> point{histogram(std::vector<float>(100, 5.0f), 8), {}, {}};
   const std::vector<float> cuts = prefix_cuts(point, {}, std::vector<double>{1, 1, 1}, std::vector<float>{0, 1});
-  CHECK(cuts == std::vector<float>({5, std::nextafter(5.0f, inf)}));  // all to the one in the middle
+  CHECK(cuts == std::vector<float>({5, std::nextafter(5.0f, inf)}));  // everything to the one in the middle
 }
 
 TEST(prefix_cuts_divide_particles_within_a_bin) {

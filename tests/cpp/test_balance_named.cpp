@@ -1,4 +1,4 @@
-// Policies by name: what a policy calls itself makes the same policy again.
+// Policies by name: the name that a policy gives itself creates the same policy again.
 #include <string>
 
 #include "balance/named.h"

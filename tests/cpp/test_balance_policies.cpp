@@ -40,7 +40,7 @@ std::vector<Load> half_fast(std::size_t calculators, std::uint64_t each) {
   return loads;
 }
 
-// Orders as if every donor could give exactly what it should.
+// Executes orders as if every donor could give exactly what was asked.
 void obey(std::vector<Load>& loads, const Plan& plan) {
   for (const Order& order : plan.orders) {
     loads[static_cast<std::size_t>(order.from)].particles -= order.count;
@@ -76,7 +76,7 @@ TEST(load_is_rescaled_and_small_samples_do_not_count) {
   speeds.add(0, 99, 1.0);                                      // too few
   speeds.add(0, 1000, 1e-4);                                   // too short
   speeds.add(0, 1000, 0);                                      // no time
-  speeds.add(0, 1000, std::numeric_limits<double>::quiet_NaN());  // no number
+  speeds.add(0, 1000, std::numeric_limits<double>::quiet_NaN());  // NaN
   CHECK(speeds.of(0) == 0);
   speeds.add(0, 1000, 0.1, 501);                               // mostly born in this frame
   CHECK(speeds.of(0) == 0);
@@ -86,7 +86,7 @@ TEST(load_is_rescaled_and_small_samples_do_not_count) {
   speeds.add(0, 1000, 1.0);
   CHECK(speeds.of(0) == 2000);  // the faster of the first two
   speeds.add(0, 1000, 0.8);
-  CHECK(speeds.of(0) == 1625);  // its mean with the middle one of three
+  CHECK(speeds.of(0) == 1625);  // its mean with the median of three
   CHECK(speeds.of(1) == 0);
 }
 
@@ -96,7 +96,7 @@ TEST(speeds_follow_a_step) {
     for (int i = 0; i < 20; ++i) speeds.add(0, 1000, 1.0);
     CHECK(speeds.of(0) == 1000);
     CHECK(speeds.error(0) == 0);
-    speeds.add(0, 2000, 1.0);  // the step itself looks like noise, so all that is known may still count
+    speeds.add(0, 2000, 1.0);  // the step itself looks like noise, so everything known so far may still count
     CHECK(speeds.of(0) <= smoothing * 1000 + (1 - smoothing) * 2000 + 1e-9);
     for (int i = 0; i < 60; ++i) speeds.add(0, 2000, 1.0);
     CHECK(std::abs(speeds.of(0) - 2000) < 20);
@@ -116,7 +116,7 @@ TEST(errors_are_those_of_the_noise) {
       squares += off * off;
       told += speeds.error(0) * speeds.error(0);
     }
-    CHECK(std::sqrt(squares / 400) < 0.36 * noise);  // one sample in two: 0.58, in eight: 0.26
+    CHECK(std::sqrt(squares / 400) < 0.36 * noise);  // 0.58 with weight 1/2 per sample, 0.26 with 1/8
     CHECK(std::sqrt(told / squares) > 0.75);
     CHECK(std::sqrt(told / squares) < 1.25);
   }
@@ -187,7 +187,7 @@ TEST(pairwise_begins_with_the_first_or_the_second_pair) {
   CHECK(policy.plan(table_of(loads, 0)).evaluated == std::vector<std::int32_t>({0, 2}));
   CHECK(policy.plan(table_of(loads, 1)).orders == std::vector<Order>({{2, 1, 500}, {4, 3, 500}}));
   CHECK(policy.plan(table_of(loads, 1)).evaluated == std::vector<std::int32_t>({1, 3}));
-  // Two calculators are one pair, and it is evaluated each time.
+  // Two calculators form one pair, which is evaluated every time.
   CHECK(policy.plan(table_of(loads_of({1000, 0}), 1)).orders.size() == 1);
 }
 
@@ -253,7 +253,7 @@ TEST(diffusive_neighbours_decide_as_all_together) {
     }
     const Plan plan = policy.plan(table);
     CHECK(plan.orders == orders);
-    CHECK(legal(plan, table, "").orders == orders);  // nobody gives more than it has
+    CHECK(legal(plan, table, "").orders == orders);  // no donor gives more than it has
   }
 }
 
@@ -268,7 +268,7 @@ TEST(prefix_cuts_asks_for_shares_above_its_threshold) {
   CHECK(PrefixCuts(0.1, {}, 1).plan(table_of(loads)).shares.empty());
   CHECK(PrefixCuts(0.04, {}, 1).plan(table_of(loads)).shares == std::vector<double>({3e6, 1e6}));
   CHECK(PrefixCuts(0.04, {}, 100).plan(table_of(loads)).shares.empty());
-  // With powers, a slow place is dear: calculator 1 has the same machine and takes three times as long a particle.
+  // With powers, the place is expensive: calculator 1 has the same machine and takes three times as long per particle.
   const Plan plan = PrefixCuts(0.04, {2, 2, 2}, 1).plan(table_of({{300, 0, 3e6}, {300, 0, 1e6}, {0, 0, 0}}));
   CHECK(plan.shares == std::vector<double>({2, 2, 2}));
   CHECK_NEAR(plan.costs[1] / plan.costs[0], 3, 1e-12);
@@ -314,7 +314,7 @@ TEST(legal_refuses_what_has_no_meaning) {
   const Table table = table_of(loads_of({100, 50, 10}));
   Plan plan;
   plan.shares = {1, 2};
-  CHECK(refusal(plan, table) == "Even(), frame 7: shares must be 3 numbers, one a calculator, got 2");
+  CHECK(refusal(plan, table) == "Even(), frame 7: shares must be 3 numbers, one per calculator, got 2");
   plan.shares = {1, -2, 1};
   CHECK(refusal(plan, table) == "Even(), frame 7: shares must be finite and >= 0, got -2");
   plan.shares = {1, std::nan(""), 1};

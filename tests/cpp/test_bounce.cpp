@@ -110,7 +110,7 @@ TEST(bounce_happens_at_the_true_place) {
   // Half of the step down, half of it up.
   ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.2, 1, 0.4}, {1, 10, 2}, __LINE__);
   ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.2, 0.5, 0.4}, {1, 5, 2}, __LINE__, 0.5);
-  // Friction slows from the hit on.
+  // Friction slows the particle from the hit on.
   ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, -10, 2}}), {0.175, 0.5, 0.35}, {0.75, 5, 1.5}, __LINE__, 0.5, 0.25);
   ONE_STEP(kFloor, (Particle{{0, 3, 0}, {1, -10, 2}}), {0.2, 1, 0.4}, {1, -10, 2}, __LINE__);
   ONE_STEP(kFloor, (Particle{{0, 1, 0}, {1, 10, 2}}), {0.2, 3, 0.4}, {1, 10, 2}, __LINE__);
@@ -135,9 +135,9 @@ TEST(bounce_from_both_sides_of_solids) {
     ONE_STEP(s, (Particle{{0.5, 0, 0}, {5, 0, 0}}), {0.5, 0, 0}, {-5, 0, 0}, __LINE__);
     ONE_STEP(s, (Particle{{3, 2, 0}, {-20, 0, 0}}), {-1, 2, 0}, {-20, 0, 0}, __LINE__);
   }
-  // Off the centre of a ball: met at height 0.6, where the normal is (0.8, 0.6, 0).
+  // Off the axis of a ball: hit at height 0.6, where the normal is (0.8, 0.6, 0).
   ONE_STEP(kBall, (Particle{{1.8, 0.6, 0}, {-10, 0, 0}}), {0.8 + 0.28, 0.6 + 0.96, 0}, {2.8, 9.6, 0}, __LINE__);
-  // A box is met at the face that comes first.
+  // A box is hit at the face that the path meets first.
   ONE_STEP(kBox, (Particle{{2, 0.5, 0}, {-10, 1, 0}}), {2, 0.7, 0}, {10, 1, 0}, __LINE__);
 }
 

@@ -23,7 +23,7 @@ Message number(std::uint64_t value) {
 
 std::uint64_t number_in(const Message& message) { return message.reader().get<std::uint64_t>(); }
 
-// Runs sender and receiver under several orders of events; the error that ended the run.
+// Runs sender and receiver under several orders of events; returns the error that ended the run.
 template <class Sender, class Receiver>
 std::string outcome(const Sender& sender, const Receiver& receiver) {
   std::string text = "none";
@@ -61,7 +61,7 @@ void expect_one(SimulatedRank& self) {
   comm.expect(0, Phase::report, {7, 3});
 }
 
-// A sender whose transport carries what no communicator would send.
+// A sender whose transport carries messages that no communicator would send.
 std::string forged(const std::function<void(Message&)>& forge) {
   return outcome(
       [&](SimulatedRank& self) {
@@ -155,7 +155,7 @@ TEST(communicator_keeps_messages_to_oneself) {
     CHECK(number_in(comm.expect(0, Phase::report, {0, 1})) == 6);
     CHECK(number_in(comm.expect(0, Phase::begin, {0, 1})) == 5);
     CHECK(number_in(comm.expect(0, Phase::begin, {0, 2})) == 7);
-    CHECK_THROWS(comm.expect(0, Phase::begin, {0, 3}), CommError);  // instead of waiting for ever
+    CHECK_THROWS(comm.expect(0, Phase::begin, {0, 3}), CommError);  // instead of waiting forever
     comm.post(0, Phase::begin, {1, 4}, number(8));
     CHECK_THROWS(comm.expect(0, Phase::begin, {1, 5}), CommError);
     comm.finish();

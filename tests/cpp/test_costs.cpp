@@ -1,4 +1,4 @@
-// Costs of work on a simulated machine, as files say them.
+// Costs of work on a simulated machine, as read from files.
 #include <string>
 
 #include "check.h"

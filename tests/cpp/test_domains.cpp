@@ -1,4 +1,4 @@
-// Where particles belong, and who plays what.
+// Where particles belong, and which rank plays which role.
 #include <algorithm>
 #include <cmath>
 #include <limits>

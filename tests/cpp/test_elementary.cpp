@@ -14,7 +14,7 @@ constexpr long double kTurn = 6.283185307179586476925286766559005768L;
 struct Worst {
   double error = 0;
   void see(double error_here) {
-    if (!(error_here <= error)) error = error_here;  // not a number counts as worst
+    if (!(error_here <= error)) error = error_here;  // NaN counts as worst
   }
 };
 
@@ -82,7 +82,7 @@ TEST(log_of_normal_numbers) {
 
 TEST(cube_root_of_normal_numbers) {
   std::vector<float> v = all_exponents(256);
-  std::erase_if(v, [](float x) { return x > 1e38f; });  // beyond, the cube of a first guess is infinite
+  std::erase_if(v, [](float x) { return x > 1e38f; });  // beyond that, the cube of a first guess is infinite
   while (v.size() % 16 != 0) v.pop_back();
   for (const test::Build& build : test::builds()) {
     std::vector<float> out(v.size());

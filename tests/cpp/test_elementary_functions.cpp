@@ -18,7 +18,7 @@ constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 constexpr float kDenormal = 1e-42f;
 
-// Half of them evenly spread, half by chance.
+// Half of them evenly spread, half random.
 Numbers numbers(std::size_t count, float low, float high) {
   test::Dice dice(11);
   Numbers v(count);
@@ -29,7 +29,7 @@ Numbers numbers(std::size_t count, float low, float high) {
   return v;
 }
 
-// Of every magnitude in 2^low .. 2^high, both signs where asked for.
+// Of every magnitude in 2^low .. 2^high, with both signs where asked for.
 Numbers magnitudes(std::size_t count, int low, int high, bool both_signs) {
   test::Dice dice(12);
   Numbers v(count);
@@ -53,7 +53,7 @@ double worst_of(const Numbers& values, const std::function<long double(std::size
   double worst = 0;
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double error = ulps(values[i], exact(i));
-    if (!(error <= worst)) worst = error;  // not a number counts as worst
+    if (!(error <= worst)) worst = error;  // NaN counts as worst
   }
   return worst;
 }
@@ -102,7 +102,8 @@ float two(FunctionsProbe::Two FunctionsProbe::* function, float a, float b) {
   return out[0];
 }
 
-// As two good implementations of the C library agree: not to the last bit, but in sign, also of zeros.
+// Agreement as between two good implementations of the C library: not to the last bit, but in sign, including the sign
+// of zeros.
 bool alike(float a, float b) {
   if (std::isnan(a) || std::isnan(b) || std::isinf(a) || std::isinf(b)) {
     return (std::isnan(a) && std::isnan(b)) || a == b;
@@ -128,7 +129,7 @@ TEST(sin_and_cos_of_radians) {
     check_one(kSin, std::sin, numbers(kMany, -most, most), 2);
     check_one(kCos, std::cos, numbers(kMany, -most, most), 2);
   }
-  // Next to multiples of pi / 2, where nothing but the reduction is left.
+  // Close to multiples of pi / 2, where only the error of the reduction is left.
   Numbers near(kMany);
   for (std::size_t i = 0; i < kMany; ++i) near[i] = static_cast<float>(static_cast<double>(i) * 1.5707963267948966);
   check_one(kSin, std::sin, near, 2);

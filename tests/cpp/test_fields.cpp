@@ -1,4 +1,4 @@
-// Structs as bytes by one description of their fields: no padding, memory used again, damage found.
+// Structs as bytes from one description of their fields: no padding, memory reused, damage detected.
 #include "particles/fields.h"
 
 #include <algorithm>
@@ -30,7 +30,7 @@ struct Nothing {
 template <class Visitor>
 constexpr void fields(Visitor&, Nothing&) {}
 
-// Padding behind the first and the last field.
+// Padding after the first and the last field.
 struct Padded {
   std::uint8_t small = 0;
   double large = 0;
@@ -128,7 +128,7 @@ TEST(fields_survive_their_bytes) {
   const Bytes bytes = bytes_of(all);
   CHECK(value_of<Everything>(bytes) == all);
   CHECK(value_of(bytes, all) == all);
-  CHECK(value_of(bytes_of(Everything{}), all) == Everything{});  // over a fuller one
+  CHECK(value_of(bytes_of(Everything{}), all) == Everything{});  // overwrites a fuller one
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     Reader part(bytes.view().first(length));
     Everything other;
@@ -172,9 +172,9 @@ TEST(fields_find_damage) {
   Everything all;
   const std::size_t size = bytes_of(all).size();
   refused(all, 0, 2);         // neither false nor true
-  refused(all, 1, 3);         // no colour
+  refused(all, 1, 3);         // no such colour
   refused(all, 2, 0x80);      // nor one below 0
-  refused(all, size - 2, 2);  // neither there nor not
+  refused(all, size - 2, 2);  // neither present nor absent
   refused(all, size - 1, 3);  // no such alternative
   refused(recording::Record{}, 0, particles::enumerators<recording::Verb>());
   frame::Orders orders;
@@ -198,7 +198,7 @@ TEST(what_bytes_are_moved_from_is_empty) {
   first.put_text("a text");
   Bytes second = std::move(first);
   CHECK(first.empty() && second.size() == 10);
-  first.put_text("another");  // into memory of its own
+  first.put_text("another");  // in memory of its own
   CHECK(first.size() == 11 && second.size() == 10);
   second = std::move(first);
   CHECK(first.empty() && second.size() == 11);

@@ -65,7 +65,7 @@ TEST(image_pixels_do_not_depend_on_order_grouping_or_isa) {
   }
 }
 
-// A golden digest: other compilers, optimisation levels and machines must agree on it too.
+// A golden digest: all compilers, optimisation levels and machines must agree on it.
 TEST(image_pixels_are_the_same_everywhere) {
   View view = small_view(197, 131);
   Solid ground;
@@ -170,7 +170,7 @@ TEST(image_solids_hide_what_is_behind_them) {
   CHECK(picture(view, {message(before, {}, view)}) != bare);
   CHECK(picture(view, {message(beside, {}, view)}) != bare);
   CHECK(picture(view, {message(resting, {}, view)}) != bare);
-  // By pixel: one that is half hidden loses a part of its light only.
+  // Per pixel: a particle that is half hidden loses only part of its light.
   const auto light = [&](float x) {
     Cloud edge(1);
     edge.place(0, x, 0, -3);

@@ -1,4 +1,4 @@
-// Scenes that the tests of images share.
+// Scenes that the image tests share.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@ namespace image_test {
 
 using namespace motes::image;
 
-/// Planes with the padding that Drawn asks for.
+/// Planes with the padding that Drawn requires.
 struct Cloud {
   std::vector<float> plane[3], color[3], alpha;
   std::size_t count = 0;
@@ -41,7 +41,7 @@ struct Cloud {
   }
 };
 
-/// Random particles that fill the view of `small_view` and more.
+/// Random particles that fill more than the view of `small_view`.
 Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored = true);
 
 /// From (0, 0, 10) towards the origin.

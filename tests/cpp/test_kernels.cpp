@@ -1,4 +1,4 @@
-// All kernels in all builds: the same bits from the same particles, whatever the numbers are.
+// All kernels in all builds: the same particles give the same bits, whatever the numbers are.
 #include <bit>
 #include <cmath>
 #include <cstring>
@@ -40,7 +40,7 @@ std::vector<Shape> all_shapes() {
           shapes::unite({shape(Kind::box, {-1, -1, -1, 0, 1, 1}), shape(Kind::disc, {1, 0, 0, 1, 2, 3, 2, 0.5f})})};
 }
 
-// A number that arithmetic may trip over, once in a while.
+// Now and then a number that arithmetic may trip over.
 float odd_number(test::Dice& dice) {
   constexpr float kInf = std::numeric_limits<float>::infinity();
   const float odd[] = {std::numeric_limits<float>::quiet_NaN(), kInf,  -kInf,  0.0f, -0.0f, 1e-40f, -3e-42f,
@@ -68,7 +68,7 @@ struct Particles {
   }
 };
 
-// Equal bits, but a NaN equals any NaN: x86 and other processors pick its payload by the order of operands.
+// Equal bits, except that a NaN equals any NaN: processors choose its payload by the order of operands.
 bool same(float a, float b) {
   return (std::isnan(a) && std::isnan(b)) || std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b);
 }
@@ -135,7 +135,7 @@ TEST(actions_give_the_same_bits_in_every_build) {
           build.kernels.action[k](parameters, other.block(components), step);
           if (!same(first, other)) check::fail(facts.name, static_cast<int>(count), "differs in " + build.name);
         }
-        if (facts.shapes == 0) break;  // one shape will do
+        if (facts.shapes == 0) break;  // one shape is enough
       }
     }
   }
@@ -207,7 +207,7 @@ TEST(contains_and_collect_agree_in_every_build) {
         const auto index = static_cast<std::uint32_t>(1000 + i);
         if (p.dead[i] != 0) {
           dead_wanted.push_back(index);
-        } else if (!(x[i] >= -1 && x[i] < 2)) {  // not a number stays in no domain
+        } else if (!(x[i] >= -1 && x[i] < 2)) {  // NaN stays in no domain
           left_wanted.push_back(index);
         }
       }
@@ -232,7 +232,7 @@ TEST(samples_lie_in_their_shapes) {
     std::vector<std::vector<float>> planes(3, std::vector<float>(count + 16));
     float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
     builds.back().kernels.draw(d, {0, 0, 1, {1, 2}}, ids.data(), count, into, 3);
-    // Grown by a few roundings: a sample may lie on the surface.
+    // Enlarged by a few rounding errors: a sample may lie on the surface.
     Shape grown = s;
     if (kind == Kind::sphere) {
       grown.number[3] *= 1.00001f;

@@ -1,4 +1,4 @@
-// What a process that crashes says last. Each test lets a child process crash.
+// What a crashing process reports. Each test makes a child process crash.
 #include "comm/last_words.h"
 
 #include <signal.h>
@@ -50,7 +50,7 @@ void prepare() {
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
 
-// Not a tail call, and more of the stack at each level than a compiler can keep in registers.
+// Not a tail call, and each level needs more of the stack than a compiler can keep in registers.
 [[gnu::noinline]] std::size_t deep(std::size_t level) {
   if (level == SIZE_MAX) return 0;
   volatile char room[512];
@@ -86,7 +86,7 @@ TEST(a_handler_that_was_there_before_runs_behind_the_last_words) {
     };
     sigaction(SIGBUS, &action, nullptr);
     prepare();
-    prepare();  // a second world: must not run itself in a circle
+    prepare();  // a second world: the handler must not call itself forever
     raise(SIGBUS);
   });
   CHECK(has(ended.said, "frame 7: bus error\nearlier handler"));

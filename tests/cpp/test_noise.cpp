@@ -124,7 +124,7 @@ TEST(curl_noise_is_smooth) {
     }
   }
   CHECK(jump < 12.0 / 4096);  // a bounded first derivative
-  CHECK(kink < 250.0 / 4096 / 4096);  // a bounded second one: a jump of the first by 0.06 would be seen
+  CHECK(kink < 250.0 / 4096 / 4096);  // a bounded second derivative: a jump of the first by 0.06 would show
   const Points now = curl(build, p, 2, 2.9999), then = curl(build, p, 2, 3.0001);
   for (std::size_t i = 0; i < kMany; ++i) CHECK_NEAR(now.plane[0][i], then.plane[0][i], 1e-5);
 }
@@ -145,7 +145,7 @@ TEST(curl_noise_depends_on_key_and_time_alone) {
       product += double{first.plane[0][i]} * other.plane[0][i];
       square += double{first.plane[0][i]} * first.plane[0][i];
     }
-    CHECK(std::fabs(product) < 0.1 * square);  // another field, not a shifted look at the same points
+    CHECK(std::fabs(product) < 0.1 * square);  // a different field, not a shifted view of the same one
   }
   const float strange[] = {__builtin_nanf(""), __builtin_inff(), -3e38f, 1e9f};
   Points far(16);

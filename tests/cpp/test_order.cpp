@@ -1,4 +1,4 @@
-// Order of drawing: by distance along the look, then by id; others stay; what is no number comes last.
+// Drawing order: by distance along the look direction, then by id; the others stay; NaN comes last.
 #include <cmath>
 #include <vector>
 
@@ -11,7 +11,7 @@ namespace {
 
 const particles::Schema kSchema;
 
-// Particles 0.. at these heights, with ids that fall; their mass tells them apart.
+// Particles 0.. at these heights, with descending ids; their mass tells them apart.
 particles::Store tower(const std::vector<float>& heights) {
   particles::Store store(kSchema);
   store.grow(heights.size());

@@ -1,5 +1,5 @@
 // Whole frames on simulated ranks: births, exchange, balance, spawn and pictures give the same bits for any number of
-// ranks and any order of events, and what balancing decides repeats with the simulated time. MOTES_TEST_ORDERS says how
+// ranks and any order of events, and balancing decisions repeat with the simulated time. MOTES_TEST_ORDERS says how
 // many orders are tried.
 #include <cstdlib>
 #include <memory>
@@ -27,10 +27,10 @@ struct Way {
   frame::Births births = frame::Births::manager;
   frame::Combine combine = frame::Combine::together;
   int fan_out = 8;
-  bool reads = false;  // in the middle of each frame
+  bool reads = false;  // reads particles in the middle of each frame
 };
 
-// What came out of each frame: digests of particles and picture, the parents' cuts, and the number of children.
+// The results of each frame: digests of particles and picture, the parents' cuts, and the number of children.
 struct Film {
   std::vector<std::string> frames;
   std::vector<std::vector<float>> cuts;
@@ -151,7 +151,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
     CHECK(film.frames == alone.frames && film.children == alone.children);
     cuts.insert(film.cuts.back());
   }
-  CHECK(cuts.size() > orders() / 3);  // balancing did move them, by the simulated time
+  CHECK(cuts.size() > orders() / 3);  // balancing moved them, by the simulated time
 }
 
 TEST(what_balancing_decides_repeats_with_the_simulated_time) {

@@ -1,4 +1,4 @@
-// The compiled list: sub-steps, newborns, the dead and those that leave; births by number and time.
+// The compiled list: sub-steps, newborns, the dead and the leavers; births by number and time.
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -92,7 +92,7 @@ TEST(program_frames_and_substeps_have_streams_of_their_own) {
     Program({shake()}).run(store, 0, 0, span, kKey, {}, outcome);
     seen.push_back(particles::digest(store).text());
   }
-  // Frame 0 of two sub-steps, the second of them, is step 1, as is frame 1 of one.
+  // Frame 0 with two sub-steps: the second sub-step is step 1, as is frame 1 with one sub-step.
   CHECK(seen[1] == seen[2]);
   CHECK(seen[0] != seen[1] && seen[1] != seen[3] && seen[0] != seen[3]);
 }
@@ -160,7 +160,7 @@ TEST(program_names_the_dead_and_those_that_leave) {
     Outcome wanted;
     const float* y = store.plane(particles::position, 1);
     for (std::uint32_t i = 0; i < count; ++i) {
-      if (i % 7 == 3 || i == 0) {  // the first is nowhere
+      if (i % 7 == 3 || i == 0) {  // the first position is NaN
         wanted.dead.push_back(i);
       } else if (!(y[i] >= -0.25f && y[i] < 0.5f)) {
         wanted.left.push_back(i);

@@ -29,7 +29,7 @@ constexpr Known kKnown[] = {
      {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
 };
 
-// The generator once more, in plain words.
+// The generator once more, written plainly.
 void plain_philox(std::uint32_t c[4], std::uint32_t low, std::uint32_t high, int rounds) {
   for (int round = 0; round < rounds; ++round, low += 0x9E3779B9u, high += 0xBB67AE85u) {
     const std::uint64_t first = std::uint64_t{0xD2511F53u} * c[0];
@@ -47,7 +47,7 @@ TEST(philox_gives_the_published_words) {
   for (const test::Build& build : test::builds()) {
     std::vector<std::uint32_t> out(4 * build.probe.lanes);
     for (const Known& known : kKnown) {
-      // Each lane's counter is one higher: the published vector shows in lane 0 and, shifted, in every other.
+      // Each lane's counter is one higher: the published vector appears in lane 0 and, shifted, in every other lane.
       for (std::size_t lane = 0; lane < build.probe.lanes; ++lane) {
         std::uint32_t counter[4] = {known.counter[0] - static_cast<std::uint32_t>(lane), known.counter[1],
                                     known.counter[2], known.counter[3]};

@@ -1,4 +1,4 @@
-// The recorded list as bytes: what is written is what is read, and every field shows in the hash.
+// The recorded list as bytes: what is read is what was written, and every field changes the hash.
 #include <functional>
 #include <string>
 #include <vector>
@@ -138,7 +138,7 @@ TEST(record_refuses_truncated_bytes) {
   }
 }
 
-// Garbage is refused, or read as a record that can be told about: never a crash, never an endless allocation.
+// Garbage is refused, or read as a record that can be described: never a crash, never an endless allocation.
 TEST(record_survives_garbage) {
   const Record good = rich_record();
   test::Dice dice(8);
@@ -157,7 +157,7 @@ TEST(record_survives_garbage) {
       ++refused;
     }
   }
-  CHECK(refused > 0 && refused < 20000);  // damage to a number makes another record, not a wrong one
+  CHECK(refused > 0 && refused < 20000);  // damage to a number gives another record, not an invalid one
 }
 
 TEST(record_hash_changes_with_every_field) {
@@ -194,9 +194,9 @@ TEST(first_difference_names_the_place) {
   CHECK(told([](Record& r) { r.verb = Verb::digest; }) == "digest here, render there");
   CHECK(told([](Record& r) { r.frame = 9; }) == "frame 9 here, 7 there");
   CHECK(told([](Record& r) { r.systems.pop_back(); }) == "1 systems here, 2 there");
-  CHECK(told([](Record& r) { r.systems[0].axis = 0; }) == "system 'snow' is defined otherwise");
+  CHECK(told([](Record& r) { r.systems[0].axis = 0; }) == "system 'snow' is defined differently");
   CHECK(told([](Record& r) { std::get<actions::Action>(r.lists[0][1]).numbers[0] = 1; }) ==
-        "system 'snow', call 2: gravity with other arguments");
+        "system 'snow', call 2: gravity with different arguments");
   CHECK(told([](Record& r) { r.lists[0].pop_back(); }) == "system 'snow', call 5: nothing here, move there");
   CHECK(told([](Record& r) { r.lists[0].erase(r.lists[0].begin()); }) ==
         "system 'snow', call 1: gravity here, source there");

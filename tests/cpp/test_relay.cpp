@@ -55,7 +55,7 @@ void listen(frame::Relay& relay, int size, Stamp stamp) {
   }
 }
 
-// What a frame's conversation is: the manager tells, all hear and answer, the manager listens. The first one is flat.
+// A frame's exchange with the manager: it tells, all receive and answer, it collects. The first one is flat.
 void converse(SimulatedRank& self, const roles::Cast& cast, int fan_out, std::uint32_t turns) {
   comm::Communicator comm(self.transport(), {});
   frame::Relay relay(comm, cast);

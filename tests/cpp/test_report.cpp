@@ -61,7 +61,7 @@ TEST(report_survives_its_bytes) {
   particles::Bytes bytes;
   write(report, bytes);
   particles::Reader in(bytes.view());
-  Report other = rich_report();  // over one with more in it than the bytes have
+  Report other = rich_report();  // overwrites one that holds more than the bytes do
   other.systems.resize(9);
   other.tail.density.resize(9);
   read(in, other);

@@ -1,4 +1,4 @@
-// Births that calculators pass to their owners along a ring, as messages: everything arrives once, where it belongs,
+// Births that calculators send to their owners along a ring, as messages: everything arrives once, at the right place,
 // under any order of events, also when calculators fail.
 #include <algorithm>
 #include <vector>
@@ -26,7 +26,7 @@ struct Item {
   auto operator<=>(const Item&) const = default;
 };
 
-// What calculator c makes in a turn: some for everybody, some for few, now and then nothing.
+// The births that calculator c creates in a turn: some for every owner, some for few, now and then none.
 std::vector<Item> made(int calculators, int c, std::uint32_t turn) {
   test::Dice dice(1000 * turn + static_cast<std::uint64_t>(c));
   std::vector<Item> items(dice.below(4) == 0 ? 0 : dice.below(60));
@@ -37,7 +37,7 @@ std::vector<Item> made(int calculators, int c, std::uint32_t turn) {
   return items;
 }
 
-// One step: posts what goes on, returns what stays and what comes.
+// One step: sends what must travel on, returns what stays and what arrives.
 std::vector<Item> pass_on(comm::Communicator& comm, const roles::Cast& cast, const roles::Ring& ring, int step,
                           Stamp stamp, const std::vector<Item>& items, bool failed) {
   const auto rank_of = [&](int c) { return cast.calculators[static_cast<std::size_t>(c)]; };
@@ -65,7 +65,7 @@ std::vector<Item> pass_on(comm::Communicator& comm, const roles::Cast& cast, con
   return here;
 }
 
-// `failing` makes nothing and passes nothing on, but takes part.
+// `failing` creates and relays nothing, but takes part.
 void births(SimulatedRank& self, const roles::Cast& cast, int failing, std::uint32_t turns) {
   comm::Communicator comm(self.transport(), {});
   const int calculators = static_cast<int>(cast.calculators.size());
@@ -90,7 +90,7 @@ void births(SimulatedRank& self, const roles::Cast& cast, int failing, std::uint
     std::sort(items.begin(), items.end());
     if (failing < 0) {
       CHECK(items == due);
-    } else {  // what went by the one that failed is missing, nothing else came
+    } else {  // what went through the failing one is missing, nothing else arrived
       CHECK(std::includes(due.begin(), due.end(), items.begin(), items.end()));
     }
   }

@@ -1,4 +1,4 @@
-// The scene file: what is written is what is read; nothing else is taken for a scene.
+// The scene file: what is read is what was written; nothing else is accepted as a scene.
 #include <algorithm>
 #include <climits>
 #include <cstdint>
@@ -72,7 +72,7 @@ Bytes copy_of(const Bytes& bytes) {
   return copy;
 }
 
-// As a file that was made so, not damaged later.
+// As a file that was created like this, not damaged later.
 void make_hash_right(Bytes& bytes) { bytes.set(24, hash(bytes.view().subspan(56))); }
 
 std::uint64_t next(std::uint64_t& state) {
@@ -80,7 +80,7 @@ std::uint64_t next(std::uint64_t& state) {
   return state >> 33;
 }
 
-// Runs what a frame says with few particles: what passed the checks must not crash.
+// Runs a frame with few particles: what passed the checks must not crash.
 void run(const Record& record) {
   for (std::size_t i = 0; i < record.systems.size(); ++i) {
     particles::Schema schema;
@@ -119,10 +119,10 @@ TEST(scene_comes_back) {
 
 TEST(scene_refuses_what_is_none) {
   const Bytes bytes = scene_of(2);
-  CHECK(has(complaint({}), "is no recorded scene"));
+  CHECK(has(complaint({}), "is not a recorded scene"));
   Bytes text;
   text.put_text("#!/usr/bin/env python3");
-  CHECK(has(complaint(text.view()), "is no recorded scene"));
+  CHECK(has(complaint(text.view()), "is not a recorded scene"));
   for (std::size_t size = 8; size < bytes.size(); ++size) {
     CHECK(has(complaint(bytes.view().first(size)), "is cut off"));
   }
@@ -147,7 +147,7 @@ TEST(scene_notices_each_flipped_bit) {
   }
 }
 
-// Made to deceive: the hash is right, the content is not. It is refused or read as other values, never a crash.
+// Crafted files: the hash is right, the content is not. They are refused or read as other values, never a crash.
 TEST(scene_survives_wrong_content_under_a_right_hash) {
   const Bytes bytes = scene_of(2);
   std::uint64_t state = 20261121;
@@ -157,7 +157,7 @@ TEST(scene_survives_wrong_content_under_a_right_hash) {
     Bytes other = copy_of(bytes);
     for (std::uint64_t changes = 1 + next(state) % 4; changes > 0; --changes) {
       const std::size_t at = 56 + next(state) % (other.size() - 56);
-      // Small numbers are what counts, kinds and attributes are made of.
+      // Counts, kinds and attributes are small numbers.
       const bool small = next(state) % 2 == 0;
       other.set(at, static_cast<unsigned char>(next(state) % (small ? 20 : 256)));
     }
@@ -208,7 +208,7 @@ TEST(scene_frame_holds_what_scripts_may_say) {
     CHECK(refused([&](Record& r) { emit(r).columns.push_back({attribute, {1, 2}}); }));
     CHECK(refused([&](Record& r) { spawn(r).state = {{attribute, {}}}; }));
   }
-  CHECK(!refused([&](Record& r) { emit(r).state = {{particles::builtin_count, {}}}; }));  // the user's own
+  CHECK(!refused([&](Record& r) { emit(r).state = {{particles::builtin_count, {}}}; }));  // a user attribute
   CHECK(refused([&](Record& r) { emit(r).columns.clear(); }));
   CHECK(refused([&](Record& r) { emit(r).columns[0].attribute = particles::velocity; }));
   CHECK(refused([&](Record& r) { emit(r).columns[0].values.pop_back(); }));

@@ -1,4 +1,4 @@
-// SHA-256 against the known answers of FIPS 180-4's examples and NIST's vectors, in one piece and in many.
+// SHA-256 against the known answers of the FIPS 180-4 examples and NIST's vectors, in one piece and in many.
 #include <algorithm>
 #include <string>
 #include <vector>

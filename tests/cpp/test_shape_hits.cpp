@@ -15,7 +15,7 @@ using motes::shapes::Shape;
 using Vector = std::array<double, 3>;
 
 struct Met {
-  double part;  // below 0: none
+  double part;  // below 0: no hit
   Vector normal;
 };
 
@@ -70,7 +70,7 @@ TEST(hit_a_cylinder_from_outside) {
   check_met(kCylinder, {0.5, -1, 0}, {0, 1e5, 0}, 1e-5, {0, -1, 0});
   check_met(kCylinder, {3, 2, 0}, {-4e6, 0, 0}, 5e-7, {1, 0, 0});
   check_met(kCylinder, {0.6, 2, 5}, {0, 0, -8.4}, 0.5, {0.6, 0, 0.8});
-  check_met(kCylinder, {2, 6, 0}, {-4, -4, 0}, 0.5, {0, 1, 0});  // over the rim's top, on the cap's middle
+  check_met(kCylinder, {2, 6, 0}, {-4, -4, 0}, 0.5, {0, 1, 0});  // over the top of the rim, onto the middle of the cap
   check_missed(kCylinder, {3, 5, 0}, {-8, 0, 0});
   check_missed(kCylinder, {3, 2, 1.1}, {-8, 0, 0});
   check_missed(kCylinder, {3, 2, 0}, {4, 0, 0});
@@ -88,13 +88,13 @@ TEST(hit_a_cylinder_from_inside) {
 }
 
 TEST(hit_a_pipe) {
-  check_met(kPipe, {4, 2, 0}, {-4, 0, 0}, 0.5, {1, 0, 0});          // its outside
-  check_met(kPipe, {0, 2, 0}, {2, 0, 0}, 0.5, {-1, 0, 0});          // the bore's wall
-  check_met(kPipe, {1.5, 2, 0}, {-1, 0, 0}, 0.5, {1, 0, 0});        // out of the material into the bore
-  check_met(kPipe, {1.5, 2, 0}, {1, 0, 0}, 0.5, {-1, 0, 0});        // out of the material
-  check_met(kPipe, {1.5, 6, 0}, {0, -4, 0}, 0.5, {0, 1, 0});        // the ring at the end
-  check_met(kPipe, {-1, 6, 0}, {4, -8, 0}, 0.5, {-1, 0, 0});        // through the open end onto the bore's wall
-  check_missed(kPipe, {0.5, 6, 0}, {0, -8, 0});                     // right through
+  check_met(kPipe, {4, 2, 0}, {-4, 0, 0}, 0.5, {1, 0, 0});  // its outside
+  check_met(kPipe, {0, 2, 0}, {2, 0, 0}, 0.5, {-1, 0, 0});  // the bore's wall
+  check_met(kPipe, {1.5, 2, 0}, {-1, 0, 0}, 0.5, {1, 0, 0});  // out of the material into the bore
+  check_met(kPipe, {1.5, 2, 0}, {1, 0, 0}, 0.5, {-1, 0, 0});  // out of the material
+  check_met(kPipe, {1.5, 6, 0}, {0, -4, 0}, 0.5, {0, 1, 0});  // the ring at the end
+  check_met(kPipe, {-1, 6, 0}, {4, -8, 0}, 0.5, {-1, 0, 0});  // through the open end onto the bore's wall
+  check_missed(kPipe, {0.5, 6, 0}, {0, -8, 0});  // right through
 }
 
 TEST(hit_an_open_tube) {
@@ -108,14 +108,14 @@ TEST(hit_an_open_tube) {
 TEST(hit_a_cone) {
   check_met(kCone, {4, 2, 0}, {-4, 0, 0}, 0.5, {kDiagonal, kDiagonal, 0});
   check_met(kCone, {0, 2, 0}, {4, 0, 0}, 0.5, {-kDiagonal, -kDiagonal, 0});
-  check_met(kCone, {1, -1, 0}, {0, 2, 0}, 0.5, {0, -1, 0});                   // the base
-  check_met(kCone, {1, 1, 0}, {0, -2, 0}, 0.5, {0, 1, 0});                    // the base, from inside
-  check_met(kCone, {1, 5, 0}, {0, -4, 0}, 0.5, {kDiagonal, kDiagonal, 0});    // steeper than the side
-  check_met(kCone, {1, 1, 0}, {0, 4, 0}, 0.5, {-kDiagonal, -kDiagonal, 0});   // the same from inside
-  check_met(kCone, {4, 4, 0}, {-4, -4, 0}, 0.5, {kDiagonal, kDiagonal, 0});   // along the other side's slope
+  check_met(kCone, {1, -1, 0}, {0, 2, 0}, 0.5, {0, -1, 0});  // the base
+  check_met(kCone, {1, 1, 0}, {0, -2, 0}, 0.5, {0, 1, 0});  // the base, from inside
+  check_met(kCone, {1, 5, 0}, {0, -4, 0}, 0.5, {kDiagonal, kDiagonal, 0});  // steeper than the side
+  check_met(kCone, {1, 1, 0}, {0, 4, 0}, 0.5, {-kDiagonal, -kDiagonal, 0});  // the same from inside
+  check_met(kCone, {4, 4, 0}, {-4, -4, 0}, 0.5, {kDiagonal, kDiagonal, 0});  // along the other side's slope
   check_met(kCone, {1, 9, 0}, {0, -1.2e6, 0}, 5e-6, {kDiagonal, kDiagonal, 0});
-  check_missed(kCone, {1, 5, 0}, {1, 0, 0});    // in the mirror image above the apex
-  check_missed(kCone, {2, 6, 0}, {-4, 0, 0});   // through the mirror image
+  check_missed(kCone, {1, 5, 0}, {1, 0, 0});  // in the mirror image above the apex
+  check_missed(kCone, {2, 6, 0}, {-4, 0, 0});  // through the mirror image
   check_missed(kCone, {5, 0.5, 0}, {-2, 2, 0});  // along a generator, outside
   check_missed(kCone, {1, 1, 0}, {0.5, 0.5, 0});
 }
@@ -194,6 +194,6 @@ TEST(no_particle_slips_through_a_surface) {
   check_no_leak({Kind::sphere, {0, 0, 0, 2, 0}}, 0.01f);
   check_no_leak({Kind::box, {-2, -2, -2, 2, 2, 2}}, 0.01f);
   check_no_leak(motes::shapes::unite({kCylinder, {Kind::sphere, {-3, -3, 0, 2, 0}}}), 0.01f);
-  check_no_leak({Kind::cylinder, {-1, -2, 0, 1, 2, 1, 2, 0}}, 0.5f);  // several hits a step
+  check_no_leak({Kind::cylinder, {-1, -2, 0, 1, 2, 1, 2, 0}}, 0.5f);  // several hits per step
   check_no_leak({Kind::cone, {0, 3, 0, 0, -2, 1, 4, 0}}, 0.5f);
 }

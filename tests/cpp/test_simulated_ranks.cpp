@@ -18,7 +18,7 @@ Message number(std::uint64_t value) {
   return message;
 }
 
-// All to all, `rounds` times; every rank holds what arrives against what was sent.
+// All to all, `rounds` times; every rank compares what arrives with what was sent.
 void all_to_all(SimulatedRank& self, std::uint32_t rounds) {
   Communicator comm(self.transport(), {});
   for (std::uint32_t turn = 0; turn < rounds; ++turn) {
@@ -150,7 +150,7 @@ TEST(a_deadlock_says_who_waits_for_whom_on_all_ranks) {
 }
 
 TEST(a_message_that_nobody_takes_may_keep_its_sender) {
-  // As under MPI, where a large message stays until its receiver asks for it: half of the timings show it.
+  // As under MPI, where a large message stays until its receiver asks for it: half of the timings show this.
   int kept = 0;
   Simulation simulation;
   for (simulation.seed = 0; simulation.seed < 40; ++simulation.seed) {
@@ -184,7 +184,7 @@ TEST(an_exception_on_one_rank_ends_the_run_everywhere) {
                                 comm.expect(8 - self.rank(), Phase::loads, {0, turn});
                               }
                             } catch (const std::exception&) {
-                              CHECK(false);  // the end is nothing that a rank's code catches by mistake
+                              CHECK(false);  // code of a rank must not catch the end by mistake
                             }
                           }),
                  std::out_of_range);
@@ -193,7 +193,7 @@ TEST(an_exception_on_one_rank_ends_the_run_everywhere) {
 }
 
 TEST(a_rank_that_dies_is_noticed) {
-  // The others wait for it, look whether it lives, and learn that it does not.
+  // The others wait for it, check whether it is alive, and learn that it is not.
   for (std::uint64_t point = 1; point < 60; ++point) {
     Simulation simulation;
     simulation.ranks = 4;

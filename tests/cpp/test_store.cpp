@@ -1,4 +1,4 @@
-// The store of particles against a plain model of it: a map from id to values.
+// The store of particles against a simple model of it: a map from id to values.
 #include <algorithm>
 #include <array>
 #include <map>
@@ -181,7 +181,7 @@ TEST(digest_knows_neither_order_nor_place) {
     std::uint64_t next_id = seed << 33;
     add(store, model, 1 + dice.below(1500), next_id, dice);
     const Digest whole = digest(store);
-    // Split into parts, in another order, with columns written or not.
+    // Split into parts, in another order, with written and unwritten columns.
     std::vector<Store> parts(3, Store(schema));
     std::vector<std::vector<std::uint32_t>> indices(3);
     for (auto i = static_cast<std::uint32_t>(store.size()); i-- > 0;) indices[dice.below(3)].push_back(i);
@@ -222,7 +222,7 @@ TEST(who_holds_planes_changes_no_particle_after_the_store_has_parted_from_them) 
   const std::shared_ptr<std::uint64_t[]> ids = store.shared_ids();
   store.part_from_holders();
   CHECK(digest(store) == before);
-  CHECK(store.plane(2, 0) == others);  // nobody held these
+  CHECK(store.plane(2, 0) == others);  // nobody else held these
   CHECK(store.plane(0, 0) != held.get());
   held[5] = 99;
   ids[5] = 99;

@@ -1,4 +1,4 @@
-// Trees and grids of ranks: everybody is reached, once, by few.
+// Trees and rings of ranks: every rank is reached, once, with few messages each.
 #include <algorithm>
 #include <map>
 #include <set>

@@ -1,4 +1,4 @@
-// When a wait warns and when it gives up, by a clock that the test moves.
+// When a wait warns and when it gives up, with a clock that the test controls.
 #include <string>
 #include <vector>
 
@@ -12,7 +12,7 @@ using namespace motes::comm;
 
 namespace {
 
-// A wait of rank 1 for rank 3, looked at in steps of a nap until it ends.
+// Rank 1 waits for rank 3; the clock moves one nap at a time until the wait ends.
 struct Waiting {
   explicit Waiting(double stall_s) {
     watch.stall_s = stall_s;
@@ -88,10 +88,10 @@ TEST(a_wait_ends_when_the_process_dies_after_the_warning) {
 
 TEST(a_suspended_process_does_not_count_the_time_as_a_stall) {
   Waiting waiting(60);
-  CHECK_NEAR(waiting.run(1, 1000, 0.01, 30, 3600), 59, 0.2);  // a second of the hour counts
+  CHECK_NEAR(waiting.run(1, 1000, 0.01, 30, 3600), 59, 0.2);  // of the hour, one second counts
   CHECK(waiting.run(1, 59, 0.01, 0.02, 1e7) == -1);
   CHECK(has((waiting.run(1, 1000, 0.01, 30, 3600), waiting.text), "waited 60 s"));
-  // Naps of seconds, on a machine that is overloaded beyond hope, still come to an end.
+  // Even naps of seconds, on a hopelessly overloaded machine, come to an end.
   Waiting slow(2);
   CHECK_NEAR(slow.run(1, 1000, 5), 25, 1);
 }

@@ -1,5 +1,5 @@
-// Two ranks give waits up while MPI is at work, then use their memory for something else: MPI must not touch it.
-// A program of its own, since only a real MPI writes by itself. Prints a line per check that failed; exit code 1 then.
+// Two ranks abandon waits while MPI is at work, then reuse their memory: MPI must not touch it. A separate program,
+// since only a real MPI writes asynchronously. Prints one line per failed check; then the exit code is 1.
 #include <time.h>
 
 #include <cstdio>
@@ -17,7 +17,7 @@ namespace {
 
 struct Abandoned : std::exception {};
 
-constexpr std::size_t kLarge = 8 << 20;  // MPI moves so much only while both ends call it
+constexpr std::size_t kLarge = 8 << 20;  // MPI moves this much only while both sides call it
 
 int failures = 0;
 
@@ -32,7 +32,7 @@ void sleep_s(double seconds) {
   nanosleep(&time, nullptr);
 }
 
-// Gives a wait up at its fourth look, after 0.2 s.
+// Abandons a wait at its fourth look, after 0.2 s.
 Watch impatient() {
   Watch watch;
   watch.while_waiting = [looks = 0](int) mutable {
@@ -47,7 +47,7 @@ Message large() {
   return message;
 }
 
-// Memory of many sizes, most likely that which was given back just now.
+// Memory of many sizes, most likely including what was freed a moment ago.
 class Scribble {
  public:
   Scribble() {
@@ -77,7 +77,7 @@ bool abandons(const auto& wait) {
   return false;
 }
 
-// Rank 1 gives up in the middle of a message.
+// Rank 1 abandons the wait in the middle of a message.
 void receive(const Environment& mpi) {
   if (mpi.rank() == 0) {
     Communicator comm(make_mpi(mpi.world()), {});
@@ -98,7 +98,7 @@ void receive(const Environment& mpi) {
   }
 }
 
-// Rank 0 gives up before its message has left; it must arrive as it was.
+// Rank 0 abandons the wait before its message has left; the message must arrive unchanged.
 void send(const Environment& mpi) {
   if (mpi.rank() == 0) {
     {
@@ -120,7 +120,7 @@ void send(const Environment& mpi) {
   mpi.first(false);
 }
 
-// Rank 0 gives up before rank 1 has come.
+// Rank 0 abandons the wait before rank 1 has come.
 void enter(const Environment& mpi) {
   if (mpi.rank() == 0) {
     check(abandons([&] { const Communicator comm(make_mpi(mpi.world()), impatient()); }), 0, "it entered alone");
@@ -136,7 +136,7 @@ void enter(const Environment& mpi) {
   mpi.first(false);
 }
 
-// Worlds one after another, each given back when all ranks have agreed that it is over.
+// Worlds one after another, each freed when all ranks have agreed that it is over.
 void finish(const Environment& mpi) {
   for (std::uint32_t i = 0; i < 200; ++i) {
     Communicator comm(make_mpi(mpi.world()), {});

@@ -25,7 +25,7 @@ options = {"log": sys.argv[1], "spans": True, "digest": True, "progress": "off"}
 world = motes.World(seed=3, space=(-1, 1), roles="shared", **options)
 systems = [world.system(f"s{i}") for i in range(4)]
 with world:
-    for frame in world.frames(10**9):
+    for frame in world.frames(20_000):
         for s in systems:
             s.configure(velocity=motes.Normal((0, 0, 0), (3, 3, 3)), lifetime=motes.Uniform(0.1, 0.4))
             s.source(shapes.Box((-1, -1, -1), (1, 1, 1)), rate=240)

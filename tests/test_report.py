@@ -365,7 +365,7 @@ def test_watch_of_a_killed_run_ends(tmp_path, capsys):
 
 
 def on_a_terminal(argv, *, interrupt_at=None, timeout=60):
-    """Run a command on a pseudo terminal; return exit code and output. Send Ctrl-C when the output matches."""
+    """Run a command on a pseudo terminal; return exit code and output. Send Ctrl-C when output matches."""
     master, slave = pty.openpty()
     env = {**os.environ, "TERM": "xterm", "COLUMNS": "90", "LINES": "30"}
     process = subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env=env, start_new_session=True)

@@ -27,7 +27,7 @@ SOLIDS = {
 def after(
     state: dict[str, Any], *recorded: actions.Action, dt: float = 0.1, frames: int = 1, substeps: int = 1
 ) -> motes.Particles:
-    """Give particles a state, let them act for some frames, and return them."""
+    """Give particles a state, run actions on them for some frames, and return them."""
     world = motes.World(seed=3, dt=dt, substeps=substeps, progress="off")
     system = world.system("all")
     with world:

@@ -28,7 +28,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marker; let jobs hear Ctrl-C, which a shell makes its background jobs ignore."""
+    """Declare the marker; let jobs receive Ctrl-C, which a shell makes its background jobs ignore."""
     # tests of single actions leave out what an animation needs
     config.addinivalue_line("filterwarnings", "ignore::motes.errors.MotesWarning")
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
@@ -47,13 +47,13 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
-    """Say what the jobs cost."""
+    """Print what the jobs cost."""
     if launches.jobs:
         terminalreporter.write_line(f"{launches.jobs} jobs started, {launches.seconds:.0f} s in them")
 
 
 def _tool(name: str) -> str:
-    """Find a program, first among the environment's own."""
+    """Find a program, first in this Python environment."""
     path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", "")])
     found = shutil.which(name, path=path)
     if found is None:
@@ -83,13 +83,13 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # of two sessions at once, one builds
-        for words in (*steps, [cmake, "--build", str(folder), "--target", target]):
+        fcntl.flock(lock, fcntl.LOCK_EX)  # if two sessions run at once, one builds
+        for argv in (*steps, [cmake, "--build", str(folder), "--target", target]):
             made = subprocess.run(
-                words, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
+                argv, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
             )
             if made.returncode != 0:
-                told = f"{' '.join(words)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}"
+                told = f"{' '.join(argv)}\n{made.stdout[-6000:]}\n{made.stderr[-6000:]}"
                 pytest.fail(told, pytrace=False)
     return folder
 

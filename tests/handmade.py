@@ -11,7 +11,7 @@ __all__ = ["load_row", "moving_spot", "rows", "write_log"]
 
 
 def rows(path: Path, table: Iterable[dict[str, Any]], *, mode: str = "w", pad: int = 256) -> None:
-    """Write rows as the engine does: one JSON object a line, padded."""
+    """Write rows as the engine does: one JSON object per line, padded."""
     with path.open(mode) as file:
         for row in table:
             text = json.dumps(row)
@@ -33,7 +33,7 @@ def load_row(frame: int, system: str, rank: int, **columns: Any) -> dict[str, An
 def write_log(
     folder: Path, load: list[dict[str, Any]], *, facts: dict[str, Any] | None = None, t_frame_s: float = 1.0
 ) -> Path:
-    """Write a log that came to its end, its frames made from the rows of load."""
+    """Write the log of a finished run, its frames made from the rows of load."""
     folder.mkdir(parents=True)
     told: dict[str, Any] = {
         "schema": 1,
@@ -84,9 +84,9 @@ def write_log(
 
 
 def moving_spot(folder: Path, *, frames: int = 40, calculators: int = 4, particles: int = 40_000) -> Path:
-    """Write a log in which a cloud of particles wanders and cuts follow it, half of the way a frame.
+    """Write a log in which a cloud of particles moves and cuts follow it, half of the way per frame.
 
-    The last calculator has half the speed, and all files that a log can have are there.
+    The last calculator has half the speed, and the log has all files that a log can have.
     """
     import numpy as np
 

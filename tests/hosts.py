@@ -17,12 +17,12 @@ from pathlib import Path
 
 __all__ = ["Hosts", "missing", "three_hosts"]
 
-PERIOD_US = 10_000  # of a quota: short, so that short work feels it too
+PERIOD_US = 10_000  # of a quota: short, so that short work is slowed down, too
 CONTROLLERS = ("/sys/fs/cgroup/cpu", "/sys/fs/cgroup")
 
 
 def missing() -> str:
-    """Say what this machine lacks, if anything."""
+    """Return what this machine lacks, if anything."""
     if os.name != "posix" or os.geteuid() != 0:
         return "network namespaces need root"
     for tool in ("ip", "unshare"):
@@ -37,23 +37,23 @@ def missing() -> str:
 
 @dataclass
 class Hosts:
-    """Hosts that are up."""
+    """The running hosts."""
 
     names: list[str]
     folder: Path
 
     @property
     def agent(self) -> Path:
-        """What the launcher calls where it would call ssh."""
+        """The program that the launcher calls instead of ssh."""
         return self.folder / "agent"
 
     def options(self) -> list[str]:
-        """Words for mpirun: start daemons through the agent; between hosts, TCP alone."""
-        words = ["--prtemca", "plm_ssh_agent", str(self.agent), "--prtemca", "prte_if_include", "eth0"]
-        return [*words, "--mca", "btl", "tcp,self,sm", "--mca", "btl_tcp_if_include", "eth0"]
+        """Arguments for mpirun: start daemons through the agent; between hosts, TCP alone."""
+        argv = ["--prtemca", "plm_ssh_agent", str(self.agent), "--prtemca", "prte_if_include", "eth0"]
+        return [*argv, "--mca", "btl", "tcp,self,sm", "--mca", "btl_tcp_if_include", "eth0"]
 
     def limit(self, name: str) -> bool:
-        """Let all that starts on a host from now on be slowed down; False where no control group can."""
+        """Let whatever starts on a host from now on be slowed down; False if no control group can do that."""
         group = _group(name)
         if group is None:
             return False
@@ -63,7 +63,7 @@ class Hosts:
         return True
 
     def slow_down(self, name: str, share: float) -> None:
-        """Give all processes of a host together this share of one core."""
+        """Give all processes of a host, together, this share of one core."""
         group, quota = self.folder / name, str(int(share * PERIOD_US))
         if (group / "cpu.max").exists():
             (group / "cpu.max").write_text(f"{quota} {PERIOD_US}")
@@ -153,9 +153,9 @@ def _forget(name: str, folder: Path) -> None:
             (root / f"motes-{name}").rmdir()
 
 
-def _ip(*words: str) -> None:
-    _run("ip", *words)
+def _ip(*argv: str) -> None:
+    _run("ip", *argv)
 
 
-def _run(*words: str) -> str:
-    return subprocess.run(words, check=True, capture_output=True, text=True).stdout
+def _run(*argv: str) -> str:
+    return subprocess.run(argv, check=True, capture_output=True, text=True).stdout

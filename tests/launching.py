@@ -1,4 +1,4 @@
-"""Real jobs for the tests: each in its own session, with a time limit, and gone with all its children."""
+"""Real jobs for the tests: each in its own session, with a time limit, and ended with all its children."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Hang(AssertionError):
 
 
 def said(text: str, opening: str) -> list[str]:
-    """What follows an opening, to the end of each line that has it.
+    """Return the text after an opening, to the end of the line, for each line that contains it.
 
     Not only at a line's start: mpirun may leave a stray byte between its notice of an abort and a line.
     """
@@ -41,16 +41,16 @@ class Result:
     err: str
     seconds: float
     trailer: str = ""
-    """What mpirun itself said of a failed run, which `motes run` puts into a file."""
+    """What mpirun itself printed about a failed run, which `motes run` puts into a file."""
 
     @property
     def text(self) -> str:
-        """All that it said, for messages of failed tests."""
+        """All of its output, for messages of failed tests."""
         return f"exit code {self.code} after {self.seconds:.1f} s\n--- out\n{self.out}\n--- err\n{self.err}"
 
     @property
     def lines(self) -> list[str]:
-        """Standard output by lines; the run must have ended well."""
+        """The lines of standard output; the run must have succeeded."""
         assert self.code == 0, self.text
         return self.out.splitlines()
 
@@ -86,7 +86,7 @@ def python(
 
 
 def _job(
-    words: list[str],
+    argv: list[str],
     script: str | Path,
     arguments: tuple[object, ...],
     timeout: float,
@@ -97,31 +97,31 @@ def _job(
         path = script if isinstance(script, Path) else Path(folder) / "script.py"
         if not isinstance(script, Path):
             path.write_text(script)
-        return command([sys.executable, *words, path, *arguments], timeout=timeout, env=env, watch=watch)
+        return command([sys.executable, *argv, path, *arguments], timeout=timeout, env=env, watch=watch)
 
 
 def command(
-    words: Sequence[object],
+    argv: Sequence[object],
     *,
     timeout: float = 60,
     env: dict[str, str] | None = None,
     watch: Callable[[int], None] | None = None,
 ) -> Result:
-    """Run any program with its arguments; once more where mpirun itself could not start."""
-    result = _once(words, timeout, env, watch)
+    """Run any program with its arguments; once more if mpirun itself could not start."""
+    result = _once(argv, timeout, env, watch)
     if result.code != 0 and NO_LAUNCHER in result.err:  # nothing of ours has run yet
-        result = _once(words, timeout, env, watch)
+        result = _once(argv, timeout, env, watch)
     return result
 
 
 def _once(
-    words: Sequence[object],
+    argv: Sequence[object],
     timeout: float,
     env: dict[str, str] | None,
     watch: Callable[[int], None] | None,
 ) -> Result:
     with tempfile.TemporaryDirectory(prefix="motes-test-") as folder:
-        texts = [str(word) for word in words]
+        texts = [str(argument) for argument in argv]
         out, err = Path(folder) / "out", Path(folder) / "err"
         start = time.monotonic()
         with out.open("wb") as out_file, err.open("wb") as err_file:

@@ -1,6 +1,6 @@
-"""Calls with any nonsense at all, over the whole public surface as Python itself describes it.
+"""Calls with any nonsense at all, over the whole public interface as Python itself describes it.
 
-Nothing is listed here by hand but values: what can be called, and by which names, comes from signatures.
+Only values are listed by hand: what can be called, and with which names, comes from signatures.
 """
 
 from __future__ import annotations
@@ -200,20 +200,20 @@ def drawn(dice: Dice, call: Callable[..., Any], system: motes.System) -> tuple[l
         return system if name == "into" else dice.choice(fitting[0] if fitting else NONSENSE)
 
     places: list[Any] = []
-    words: dict[str, Any] = {}
+    named: dict[str, Any] = {}
     for name, parameter in inspect.signature(call).parameters.items():
         annotation = str(parameter.annotation)
         if parameter.kind is parameter.VAR_POSITIONAL:
             places += [value(name, annotation) for _ in range(dice.randrange(3))]
         elif parameter.kind is parameter.VAR_KEYWORD:
-            words |= {attribute: value(name, "ArrayLike") for attribute in dice.sample(ATTRIBUTES, 2)}
+            named |= {attribute: value(name, "ArrayLike") for attribute in dice.sample(ATTRIBUTES, 2)}
         elif parameter.default is not parameter.empty and dice.random() < 0.5:
             continue
         elif parameter.kind is parameter.KEYWORD_ONLY:
-            words[name] = value(name, annotation)
+            named[name] = value(name, annotation)
         else:
             places.append(value(name, annotation))
-    return places, words
+    return places, named
 
 
 def methods(owner: Any, *without: str) -> list[Callable[..., Any]]:
@@ -239,7 +239,7 @@ def constructors() -> list[Callable[..., Any]]:
     return [*made, motes.World(seed=1, progress="off").system, nowhere.save, motes.Movie("x.mp4").write]
 
 
-def shown(places: list[Any], words: dict[str, Any]) -> str:
+def shown(places: list[Any], named: dict[str, Any]) -> str:
     """Show arguments, even those that cannot be shown."""
 
     def one(value: Any) -> str:
@@ -248,4 +248,4 @@ def shown(places: list[Any], words: dict[str, Any]) -> str:
         except Exception:
             return type(value).__name__
 
-    return f"({', '.join([one(v) for v in places] + [f'{k}={one(v)}' for k, v in words.items()])})"
+    return f"({', '.join([one(v) for v in places] + [f'{k}={one(v)}' for k, v in named.items()])})"

@@ -1,4 +1,4 @@
-"""Frames with particles one by one, no MPI, no clock: what a replay, which knows no particle, is held to."""
+"""Frames with single particles, no MPI, no clock: the reference for replays, which know no particles."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["play"]
 def play(balancer: Balancer, *, frames: int = 60, particles: int = 40_000, seed: int = 1) -> Run:
     """Run a cloud that spreads and drifts, with births at a point, over four machines of unlike speed.
 
-    In each frame, as in the engine: births are dealt by the new cuts, old particles act where they were,
+    In each frame, as in the engine: births go by the new cuts, old particles act where they were,
     all move, what is outside its domain goes to its owner, loads are reported, the balancer plans.
     """
     random = np.random.default_rng(seed)

@@ -1,6 +1,6 @@
 """Random scripts as hypothesis draws them: births and lists of 1 to 12 actions, as users write them.
 
-What an action is given follows from the fields of its class: a new action is drawn without a line here.
+The arguments of an action follow from the fields of its class: a new action is drawn without a line here.
 """
 
 from __future__ import annotations
@@ -215,16 +215,16 @@ def one_action(draw: st.DrawFn) -> str:
     where = st.just("None") | st.just("None") | conditions()
     if kind == "Set":
         return draw(sets(where))
-    words = []
+    arguments = []
     for part in dataclasses.fields(KINDS[kind]):
         if part.name == "where" or (part.default is not dataclasses.MISSING and draw(st.booleans())):
             continue
-        words.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
-    words.append(f"where={draw(where)}")
-    return f"{kind}({', '.join(words)})"
+        arguments.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
+    arguments.append(f"where={draw(where)}")
+    return f"{kind}({', '.join(arguments)})"
 
 
-# --- births, and what else a script says to a system
+# --- births, and the other calls of a system
 
 
 @cache
@@ -267,10 +267,10 @@ def configured() -> Text:
         "velocity_b": distribution(3, -1, 1),
     }
     chosen = st.lists(st.sampled_from(sorted(wishes)), min_size=1, max_size=4, unique=True)
-    words = chosen.flatmap(
+    arguments = chosen.flatmap(
         lambda names: st.tuples(*[wishes[n].map(lambda v, n=n: f"{n}={v}") for n in names])
     )
-    return words.map(lambda parts: f"@.configure({', '.join(parts)})")
+    return arguments.map(lambda parts: f"@.configure({', '.join(parts)})")
 
 
 @cache
@@ -278,18 +278,18 @@ def configured() -> Text:
 def emitted(draw: st.DrawFn) -> str:
     """Draw a call of `emit`."""
     rows = draw(st.integers(0, 5))
-    words = [
+    arguments = [
         f"position={[draw(triples(-3, 3)) for _ in range(rows)]}" if rows else "position=np.zeros((0, 3))"
     ]
     if rows and draw(st.booleans()):
-        words += [f"velocity={[draw(triples(-3, 3)) for _ in range(rows)]}"]
-        words += [f"heat={[draw(numbers(-1, 1)) for _ in range(rows)]}"]
-    return f"@.emit({', '.join(words)})"
+        arguments += [f"velocity={[draw(triples(-3, 3)) for _ in range(rows)]}"]
+        arguments += [f"heat={[draw(numbers(-1, 1)) for _ in range(rows)]}"]
+    return f"@.emit({', '.join(arguments)})"
 
 
 @cache
 def births() -> Text:
-    """Draw what bears particles, or says how."""
+    """Draw a call that emits particles, or sets how they are born."""
     source = st.tuples(shapes(), numbers(0, 1500), st.booleans())
     burst = st.tuples(shapes(), st.integers(0, 30) | st.integers(500, 1100))
     return st.one_of(
@@ -306,9 +306,9 @@ def births() -> Text:
 def spawns(draw: st.DrawFn) -> str:
     """Draw a call of `spawn`."""
     into, on = draw(st.sampled_from("ab")), draw(st.sampled_from(["birth", "death", "collision"]))
-    words = f"into={into}, on={on!r}, count={draw(st.integers(1, 3))}"
+    arguments = f"into={into}, on={on!r}, count={draw(st.integers(1, 3))}"
     part, where = draw(st.sampled_from([0, 0.5])), draw(st.just("None") | conditions())
-    return f"@.spawn({words}, inherit_velocity={part}, where={where})"
+    return f"@.spawn({arguments}, inherit_velocity={part}, where={where})"
 
 
 OTHERS = (
@@ -337,7 +337,7 @@ COMBINE = ("together", "one_by_one", "overlapped")
 
 @cache
 def balancers() -> list[str]:
-    """Name every balancer that needs no argument, as eager as it can be told to be."""
+    """Name every balancer that needs no argument, with options that make it balance as often as possible."""
     calls = ["None"]
     eager = {"threshold": 0.001, "min_particles": 1}
     for name in balance.__all__:
@@ -346,8 +346,8 @@ def balancers() -> list[str]:
             continue
         takes = inspect.signature(kind).parameters
         if all(parameter.default is not parameter.empty for parameter in takes.values()):
-            words = ", ".join(f"{word}={value}" for word, value in eager.items() if word in takes)
-            calls.append(f"motes.balance.{name}({words})")
+            arguments = ", ".join(f"{name}={value}" for name, value in eager.items() if name in takes)
+            calls.append(f"motes.balance.{name}({arguments})")
     return calls
 
 
@@ -355,7 +355,7 @@ def balancers() -> list[str]:
 def script(draw: st.DrawFn) -> str:
     """Draw a script of two systems, with a list for even and one for odd frames.
 
-    `note` takes what the frame is known by: the particles' digest and the picture.
+    `note` takes what identifies the frame: the particles' digest and the picture.
     """
     axes = st.sampled_from("xyz")
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
@@ -367,8 +367,10 @@ def script(draw: st.DrawFn) -> str:
         "world.renderer = motes.Renderer(32, 24, camera=motes.Camera((0, 1, 9), (0, 0, 0)))",
     ]
     for name in "ab":
-        words = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, axis={draw(axes)!r}, space={draw(space)}"
-        lines.append(f"{name} = world.system({name!r}, {words}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
+        options = (
+            f"capacity={draw(st.sampled_from([3000, 700, 40]))}, axis={draw(axes)!r}, space={draw(space)}"
+        )
+        lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]
     start.append("a.source(Box((-2, -2, -2), (2, 2, 2)), rate=1500, jitter=True)")

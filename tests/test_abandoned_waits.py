@@ -1,4 +1,4 @@
-"""MPI touches no memory that was given back when a wait was given up."""
+"""MPI does not touch memory that was freed when a wait was abandoned."""
 
 from __future__ import annotations
 

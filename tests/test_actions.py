@@ -84,7 +84,7 @@ def test_vortex_inside_outside_and_beyond():
     assert (v[2:] == 1).all()
 
 
-def test_wind_converges_to_the_air_and_does_not_mind_the_step():
+def test_wind_converges_to_the_air_whatever_the_step():
     state, air = cloud(100), np.array((3.0, -1.0, 2.0))
     start = np.float32(state["velocity"])
     wanted = air + (start - air) * math.exp(-0.7)
@@ -101,14 +101,14 @@ def test_wind_converges_to_the_air_and_does_not_mind_the_step():
 
 def test_dampings_are_alike():
     state = cloud(300)
-    words = {"damping": (0.1, 0.5, 1.2), "min_speed": 2, "max_speed": 6}
-    v = after(state, actions.Damping(**words)).velocity
+    options = {"damping": (0.1, 0.5, 1.2), "min_speed": 2, "max_speed": 6}
+    v = after(state, actions.Damping(**options)).velocity
     turned = {"position": state["position"], "rotational_velocity": state["velocity"]}
-    spin = after(turned, actions.RotationalDamping(**words)).rotational_velocity
+    spin = after(turned, actions.RotationalDamping(**options)).rotational_velocity
     np.testing.assert_array_equal(v, spin)
     start = np.float32(state["velocity"])
     hit = (length(start) >= 2) & (length(start) <= 6)
-    np.testing.assert_allclose(v[hit], start[hit] * (1 - (1 - np.array(words["damping"])) * 0.1), rtol=1e-5)
+    np.testing.assert_allclose(v[hit], start[hit] * (1 - (1 - np.array(options["damping"])) * 0.1), rtol=1e-5)
     np.testing.assert_array_equal(v[~hit], start[~hit])
 
 
@@ -125,7 +125,7 @@ def test_speed_clamp():
     np.testing.assert_array_equal(after(state, actions.SpeedClamp()).velocity, start)
 
 
-def test_targets_are_neared_by_the_same_part_of_the_way():
+def test_targets_are_approached_by_the_same_part_of_the_difference():
     n, scale, dt, frames = 50, 0.8, 0.25, 9
     dice = np.random.default_rng(1)
     state = {
@@ -181,7 +181,7 @@ def test_restore_arrives_and_rests():
     )
 
 
-def test_copies_bring_back_the_very_bits():
+def test_copies_restore_the_exact_bits():
     state = {**cloud(100), "up": cloud(100, seed=1)["position"]}
     swirl = [
         actions.RandomDisplacement(shape=shapes.Sphere((1, 0, 0), 30)),
@@ -209,7 +209,7 @@ def test_ramps_at_knots_between_and_outside():
         actions.ColorOverLife(ramp=colors),
         actions.SizeOverLife(ramp=ramp),
     )
-    #          -0.5  0    0.2  0.25 0.375 0.5: behind the jump, 0.75, 1, 1.5, lives for ever
+    #          -0.5  0    0.2  0.25 0.375 0.5: behind the jump, 0.75, 1, 1.5, lives forever
     wanted = np.array([5, 5, 5, 1, 2, 10, 0, 0, 0, 5], np.float32)
     np.testing.assert_array_equal(p.alpha, wanted)
     np.testing.assert_array_equal(p.color, np.stack([wanted, np.ones(10), -wanted], axis=1))
@@ -262,7 +262,7 @@ def test_sink_velocity_kills_by_speed_and_direction():
 
 
 def test_special_places_stay_finite():
-    """At the centre, on the axis, at rest, on a surface, straight at a shape: no direction is no disaster."""
+    """At the centre, on the axis, at rest, on a surface, straight at a shape: no direction does no harm."""
     places = [(0, 0, 0), (0, 1, 0), (1, 0, 0), (0, -1, 0), (0, 4, 0), (1e-20, 0, 0), (0, 3, 1e-25)]
     speeds = [(0, 0, 0), (0, -5, 0), (1e-20, 0, 0), (-3, 0, 0), (1e9, 0, 0)]
     state = {
@@ -376,7 +376,7 @@ def test_move_may_ask_for_the_columns_that_it_leaves_alone(name, rotational):
     assert moved.position.tolist() == ([[1, 1, 1]] if name == "up" else [[0, 0, 0]]) * 3
 
 
-def test_who_leaves_the_numbers_dies_where_it_was():
+def test_a_particle_beyond_the_range_of_float32_dies():
     state = {
         "position": [(0, 0, 0), (3e38, 0, 0), (1, 2, 3)],
         "velocity": [(1, 0, 0), (3e38, 0, 0), (0, -3e38, 0)],
@@ -390,7 +390,7 @@ def test_who_leaves_the_numbers_dies_where_it_was():
 @pytest.mark.parametrize(
     "value", [motes.column("zero") / 0, 1 / motes.column("zero"), motes.column("minus").sqrt()]
 )
-def test_what_is_no_finite_number_is_not_set(value):
+def test_values_that_are_not_finite_are_not_set(value):
     world = motes.World(seed=1, progress="off")
     s = world.system("a", attributes={"zero": 0.0, "minus": -1.0, "heat": 5.0, "wind": (1, 2, 3)})
     with world:

@@ -23,7 +23,7 @@ POLICIES = {
     "prefix-all": "balance.PrefixCuts(threshold=0.02, over='all')",
 }
 
-# Particles fly through the domains, die, are born of others; the script reads and moves some on the way.
+# Particles fly through the domains, die, have children; the script reads and moves some on the way.
 SCENE = """
 import json, sys
 from mpi4py import MPI
@@ -111,7 +111,7 @@ def variant(
 
 
 def play(ranks: int, *variants: dict[str, Any]) -> dict[str, list[str]]:
-    """Run variants of the scene, one after the other in one job; what each said, in an order of its own."""
+    """Run variants of the scene, one after the other in one job; return what each printed, sorted."""
     said: dict[str, list[str]] = {one["name"]: [] for one in variants}
     assert len(said) == len(variants)
     for line in mpirun(ranks, SCENE, json.dumps(variants), timeout=110).lines:
@@ -122,7 +122,7 @@ def play(ranks: int, *variants: dict[str, Any]) -> dict[str, list[str]]:
 
 @pytest.fixture(scope="module")
 def alone():
-    """Give what one rank says: the truth for all others."""
+    """Give what one rank prints: the reference for all others."""
     (said,) = play(1, variant("static")).values()
     assert len(said) == 20
     return said
@@ -199,9 +199,9 @@ def last_counts(log: Path) -> list[int]:
 
 
 def last_times(log: Path) -> list[float]:
-    """What each calculator's particles take at the end, by the speeds that the balancer was told.
+    """Each calculator's time for its particles at the end, by the speeds that the balancer knew.
 
-    They are all that it can go by: where nothing was measured, or alike for all, it is the counts.
+    It knows nothing else: if no speeds were measured, or all are equal, the counts decide.
     """
     rows = rows_of(log / "balance.jsonl")
     told = {row[f"{side}_rank"]: row[f"speed_{side}"] for row in rows for side in ("left", "right")}
@@ -285,7 +285,7 @@ def nearer_to_told(row: dict[str, Any]) -> bool:
     return apart(row["given"]) < apart(0)
 
 
-# --- what the log says of it
+# --- what the log says about it
 
 
 def test_rows_of_balance(tmp_path):
@@ -337,7 +337,7 @@ def test_densities_lie_inside_their_domains(tmp_path):
             assert quantiles == sorted(quantiles)
 
 
-# --- what cannot be
+# --- what is refused
 
 
 WRONG = """
@@ -447,7 +447,7 @@ for combine in ("together", "one_by_one", "overlapped"):
 
 
 def test_wrong_answers_of_a_policy_reach_all_ranks_and_odd_ones_become_legal():
-    """Also the next world in the same job lives: nobody is left waiting for a message of the last one."""
+    """The next world in the same job works, too: nobody is left waiting for a message of the last one."""
     lines = mpirun(4, ANSWERS, timeout=120).lines
     assert len(lines) == 4 * 3 * 2 * 18
     assert {line.partition(" ")[2] for line in lines} == {"as it should"}

@@ -17,9 +17,9 @@ from motes.cli import main
 ACTIONS = _core.action_names()
 
 
-def figures(capsys: pytest.CaptureFixture[str], *words: str) -> dict[str, Any]:
+def figures(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
     """Run a benchmark for its JSON object."""
-    assert main(["bench", *words, "--json"]) == 0
+    assert main(["bench", *argv, "--json"]) == 0
     result: dict[str, Any] = json.loads(capsys.readouterr().out)
     return result
 

@@ -1,4 +1,4 @@
-"""A rank that closes a movie for long is waited for; one that is stuck is not. Real jobs."""
+"""The others wait for a rank that takes long to close a movie, but not for one that is stuck. Real jobs."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ world.say(f"done {sparks.count}")
 
 @pytest.mark.parametrize("where", ["end", "middle"])
 @pytest.mark.parametrize(("ranks", "roles"), [(2, "auto"), (3, "auto"), (3, "shared")])
-def test_closing_a_movie_is_no_silence(tmp_path, ranks, roles, where):
+def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where):
     film = tmp_path / "a.mp4"
     # Closing syncs twice, the file and its directory: more than ten stall limits.
     result = mpirun(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "0.25"})

@@ -34,7 +34,7 @@ def test_the_oldest_dependencies_are_those_that_pyproject_allows():
 
 
 def test_requirements_of_an_extra():
-    words = [sys.executable, ROOT / ".ci" / "requirements", "video", "lint"]
-    lines = subprocess.run(words, capture_output=True, text=True, check=True).stdout.splitlines()
+    argv = [sys.executable, ROOT / ".ci" / "requirements", "video", "lint"]
+    lines = subprocess.run(argv, capture_output=True, text=True, check=True).stdout.splitlines()
     assert lines[0].startswith("av>=")
     assert any(line.startswith("ruff==") for line in lines)

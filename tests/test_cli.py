@@ -102,7 +102,7 @@ def test_usage_errors_exit_with_2(capsys, line, says):
     assert says in capsys.readouterr().err
 
 
-def test_figures_are_json_even_where_they_are_no_numbers():
+def test_figures_that_are_nan_or_infinite_are_null_in_json():
     assert plain({"a": float("nan"), "b": [float("inf"), 1.5], "c": (2,)}) == {
         "a": None,
         "b": [None, 1.5],
@@ -111,7 +111,7 @@ def test_figures_are_json_even_where_they_are_no_numbers():
 
 
 def test_each_command_that_prints_figures_takes_json():
-    for name, words in {
+    for name, argv in {
         "doctor": [],
         "watch": ["run"],
         "report": ["run"],
@@ -121,7 +121,7 @@ def test_each_command_that_prints_figures_takes_json():
     }.items():
         parser = Parser()
         importlib.import_module(f"motes.cli.{name}").configure(parser)
-        assert parser.parse_args([*words, "--json"]).json
+        assert parser.parse_args([*argv, "--json"]).json
 
 
 def test_a_reader_that_leaves_is_no_error(tmp_path):
@@ -160,7 +160,7 @@ def test_options_of_record_may_stand_at_the_end(script, tmp_path):
         (tmp_path / "a.motes").unlink()
 
 
-def test_behind_a_file_given_first_all_belongs_to_the_script(script, tmp_path):
+def test_after_a_file_given_first_all_arguments_belong_to_the_script(script, tmp_path):
     made = motes("record", "-o", "a.motes", script, "--json", "-o", "mine", cwd=tmp_path)
     assert made.returncode == 0, made.stderr
     arguments, facts = made.stdout.splitlines()

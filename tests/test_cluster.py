@@ -171,12 +171,12 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
     )
     (tmp_path / "costs").write_text("action = 100\nbirth = 300\nrecord = 50\ncollect = 50\ndraw = 80\n")
     env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
-    words = [sys.executable, "-m", "motes", "cluster", "run", "--json", "--costs", tmp_path / "costs"]
-    words += ["--scale", "100", "--log"]
+    argv = [sys.executable, "-m", "motes", "cluster", "run", "--json", "--costs", tmp_path / "costs"]
+    argv += ["--scale", "100", "--log"]
     script = [tmp_path / "cluster.py", SNOW, *SMALL, "--digest", "--out", tmp_path]
     logs = [tmp_path / "log-a", tmp_path / "log-b"]
     for log in logs:
-        made = command([str(word) for word in [*words, log, *script]], env=env)
+        made = command([str(word) for word in [*argv, log, *script]], env=env)
         facts = json.loads(made.lines[-1])
         assert (facts["ranks"], facts["hosts"], facts["frames"]) == (6, 4, 4)
     names = sorted(path.name for path in logs[0].iterdir())
@@ -184,7 +184,7 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
     for name in names:
         assert (logs[0] / name).read_bytes() == (logs[1] / name).read_bytes(), name
     rows = [json.loads(line) for line in (logs[0] / "load.jsonl").read_text().splitlines()]
-    # Particles really are computed, and time is the model's: 11 actions a particle.
+    # Particles really are computed, and time is the model's: 11 actions per particle.
     sums = Counter[int]()
     for row in rows:
         sums[row["frame"]] += row["n_end"]
@@ -199,7 +199,7 @@ def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_repl
 
 
 def test_no_command_but_build_compiles_anything(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
-    """Standing in a source tree, the current folder for one, is no request to run CMake on it."""
+    """A source tree as the current folder is no request to run CMake on it."""
     (tmp_path / "cpp" / "driver").mkdir(parents=True)
     (tmp_path / "cpp" / "driver" / "CMakeLists.txt").write_text("message(FATAL_ERROR here)")
     monkeypatch.chdir(tmp_path)
@@ -284,8 +284,8 @@ def test_cells_of_the_paper_are_run(simulated_replay: Path, monkeypatch: pytest.
 @pytest.mark.parametrize("table", [1, 2, 3])
 def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, table: int):
     env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
-    words = ["cluster", "paper", "--table", str(table), "--json", "--plot", str(tmp_path / "table.png")]
-    made = command([sys.executable, "-m", "motes", *words], env=env, timeout=1700)
+    argv = ["cluster", "paper", "--table", str(table), "--json", "--plot", str(tmp_path / "table.png")]
+    made = command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700)
     facts = json.loads(made.lines[-1])
     assert len(facts["rows"]) == len(cells(table))
     assert facts["near"] >= 0.75 * len(facts["rows"]), "as near as docs/paper.md says"

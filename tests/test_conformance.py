@@ -50,7 +50,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
 
 
 def close(got: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """Compare with a library that computes in float32 by other expressions."""
+    """Compare with a library that computes in float32 with other expressions."""
     return np.abs(got.astype(np.float64) - wanted) <= 1e-5 + 1e-4 * np.abs(wanted)
 
 

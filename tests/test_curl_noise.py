@@ -143,6 +143,6 @@ def test_wrong_arguments_are_named(given: dict[str, Any], message: str):
         noise(**given)
 
 
-def test_the_engine_itself_wants_whole_octaves():
+def test_the_engine_itself_requires_whole_octaves():
     with pytest.raises(ValueError, match="octaves must be a whole number, got 1.5"):
         motes._core.Action("curl_noise", [1, 1, 1.5, 0, 0], [])

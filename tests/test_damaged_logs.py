@@ -92,7 +92,7 @@ def damaged(log: Path, name: str, draw: Any) -> None:
 
 
 def read_all(log: Path, *, plots: bool) -> list[LogError]:
-    """Do all that can be done with a log; the LogErrors. Errors of another kind are not caught."""
+    """Do all that can be done with a log; return the LogErrors. Other errors are not caught."""
     run = motes.open_run(log)
     made = []
     for work in (

@@ -140,8 +140,8 @@ def job(tmp_path: Path):
     def run(script: str, *arguments: str) -> Job:
         path = tmp_path / "script.py"
         path.write_text(script)
-        words = launch.command(4, [sys.executable, str(path), *arguments])
-        answer = command(words, timeout=60, env={"MOTES_STALL_S": "600"})
+        argv = launch.command(4, [sys.executable, str(path), *arguments])
+        answer = command(argv, timeout=60, env={"MOTES_STALL_S": "600"})
         return Job(answer.code, answer.out + answer.err)
 
     return run
@@ -172,14 +172,14 @@ def test_one_failing_rank_ends_the_job_with_one_message(job, who, how, code, mes
     assert ended.code == code if code is not None else ended.code != 0
 
 
-def test_the_same_mistake_on_all_ranks_is_told_once(job):
+def test_the_same_mistake_on_all_ranks_is_reported_once(job):
     ended = job(SCRIPT, "exception", "0,1,2,3")
     assert len(ended.reports) == 1, ended.text
     assert ended.text.count("Traceback") == 1
     assert ended.code == 1
 
 
-def test_an_error_that_ranks_agreed_on_is_told_by_its_speaker(job):
+def test_an_error_that_ranks_agreed_on_is_printed_by_its_speaker(job):
     ended = job(SCRIPT, "agreed", "0,1,2,3")
     message = "rank 2 (calculator 0), frame 7: the mistake"
     assert ended.reports == [f"motes.errors.RankError: {message}"], ended.text
@@ -261,14 +261,14 @@ def test_a_single_rank_behaves_as_python_does():
 
 
 @pytest.mark.parametrize("means", ["directory", "socket"])
-def test_one_rank_of_a_host_gets_the_voice(monkeypatch, tmp_path, means):
+def test_one_rank_per_host_prints_the_report(monkeypatch, tmp_path, means):
     monkeypatch.setenv("PMIX_NAMESPACE", f"test {tmp_path}")
     monkeypatch.setenv("PMIX_SERVER_TMPDIR", str(tmp_path))
     if means == "socket":
         monkeypatch.delenv("PMIX_SERVER_TMPDIR")
-    assert [speaking.take_voice() for _ in range(3)] == [True, False, False]
+    assert [speaking.claim_report() for _ in range(3)] == [True, False, False]
     monkeypatch.setenv("PMIX_NAMESPACE", f"another job {tmp_path}")
-    assert speaking.take_voice()
+    assert speaking.claim_report()
 
 
 def test_exit_codes_are_never_zero():

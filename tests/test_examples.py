@@ -33,7 +33,7 @@ GALLERY = {
 
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
-    """Run an example; the words of each line: frame, particles' digest, picture's digest."""
+    """Run an example; return the fields of each line: frame, particles' digest, picture's digest."""
     lines = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
     frames = arguments[arguments.index("--frames") + 1] if "--frames" in arguments else FRAMES
     assert [line.split()[0] for line in lines] == [str(frame) for frame in range(int(str(frames)))]

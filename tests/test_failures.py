@@ -47,7 +47,7 @@ KINDS = (
     Kind("kill", r"its process is gone \(killed or crashed\)", code=None),
     Kind("another action", r"its script differs from the other ranks'.*gravity"),
     Kind("another parameter", r"its script differs from the other ranks'.*gravity with different arguments"),
-    Kind("another verb", r"its script differs from the other ranks'.*digest"),
+    Kind("another call", r"its script differs from the other ranks'.*digest"),
 )
 
 
@@ -88,9 +88,9 @@ def test_a_fault_on_one_rank(kind: Kind, rank: int):
     assert_told(kind, rank)
 
 
-@pytest.mark.parametrize("rank", [0, 2])  # 1, the manager, speaks to 2, that to 3, that to 0
-@pytest.mark.parametrize("kind", ["raise", "kill", "another action", "another verb"])
-def test_a_fault_where_ranks_pass_words_on(kind: str, rank: int):
+@pytest.mark.parametrize("rank", [0, 2])  # 1, the manager, sends to 2, which relays to 3, which relays to 0
+@pytest.mark.parametrize("kind", ["raise", "kill", "another action", "another call"])
+def test_a_fault_where_ranks_relay_messages(kind: str, rank: int):
     (found,) = (each for each in KINDS if each.name == kind)
     assert_told(found, rank, env={"MOTES_FAN_OUT": "1", "MOTES_BIRTHS": "calculators"})
 

@@ -36,7 +36,7 @@ def warnings_of(record: Record, frames: int = 3, **arguments: Any) -> list[str]:
 
 
 def complete(s: motes.System) -> None:
-    """Record what lacks nothing."""
+    """Record a complete list."""
     s.configure(velocity=(0, 1, 0), lifetime=2, color=(0.5, 0.7, 3), size=0.1)
     s.source(BOX, rate=100)
     s.gravity((0, -1, 0))
@@ -122,7 +122,7 @@ def negative_lifetime(s: motes.System) -> None:
         (negative_lifetime, "lifetime may be negative (-1)"),
     ],
 )
-def test_an_omission_is_told_once(record: Record, message: str):
+def test_an_oversight_is_reported_once(record: Record, message: str):
     (told,) = warnings_of(record)
     assert told.startswith("system 'rain': ")
     assert message in told
@@ -189,11 +189,11 @@ def rests(s: motes.System) -> None:
         rests,
     ],
 )
-def test_what_lacks_nothing_is_not_told(record: Record):
+def test_a_complete_system_gets_no_warning(record: Record):
     assert warnings_of(record) == []
 
 
-def test_a_system_is_looked_at_when_it_first_records():
+def test_a_system_is_checked_when_it_first_records():
     world = motes.World(seed=1, progress="off")
     early, late = world.system("early"), world.system("late")
     told = []
@@ -219,14 +219,14 @@ def test_a_system_is_looked_at_when_it_first_records():
         ((0, 0.5, 0), shapes.Sphere((0, 0, 0), 2, 1), False),
     ],
 )
-def test_a_camera_inside_a_solid_is_told_once(position, solid, inside):
+def test_a_camera_inside_a_solid_is_reported_once(position, solid, inside):
     camera = motes.Camera(position, (0, 0, -9))
     told = warnings_of(complete, renderer=motes.Renderer(16, 12, camera=camera, objects=[solid]))
     assert len(told) == (1 if inside else 0)
     assert all("is inside the solid" in one for one in told)
 
 
-def test_only_the_manager_tells():
+def test_only_the_manager_warns():
     script = """
 import motes
 world = motes.World(seed=1, space=(-1, 1), progress="off")
@@ -246,8 +246,8 @@ NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem != "hete
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_no_example_is_told_anything(name: str):
-    words = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
-    result = python(EXAMPLES / f"{name}.py", *words, timeout=60)
+def test_no_example_gets_a_warning(name: str):
+    argv = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
+    result = python(EXAMPLES / f"{name}.py", *argv, timeout=60)
     assert result.code == 0, result.text
     assert "MotesWarning" not in result.err, result.text

@@ -52,12 +52,12 @@ def hosts(tmp_path_factory):
 
 
 def run(hosts: Hosts, wish: str, script: Path, *arguments: object, watch: Any = None) -> Result:
-    """Start `motes run` on the first host; `wish` is of the form a:2,b:2,c."""
+    """Start `motes run` on the first host; `wish` has the form a:2,b:2,c."""
     at = dict(zip("abc", hosts.names, strict=True))
     where = ",".join(at[name[0]] + name[1:] for name in wish.split(","))
     ranks = sum(int(name[2:] or 1) for name in wish.split(","))
-    words = [sys.executable, "-m", "motes", "run", "-n", ranks, "--hosts", where, "--", *hosts.options()]
-    line = shlex.join(str(word) for word in (*words, script, *arguments))  # as a shell gets it from ssh
+    argv = [sys.executable, "-m", "motes", "run", "-n", ranks, "--hosts", where, "--", *hosts.options()]
+    line = shlex.join(str(word) for word in (*argv, script, *arguments))  # as a shell gets it from ssh
     return command([hosts.agent, hosts.names[0], line], timeout=120, watch=watch)
 
 

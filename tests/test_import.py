@@ -85,7 +85,7 @@ def test_mpi_starts_before_the_core_is_loaded(code):
 
 @pytest.mark.parametrize("variable", LAUNCHERS)
 def test_under_a_launcher_mpi_starts_at_once(variable):
-    # Told not to, since there is no launcher to talk to; a size of 1 says that nobody else waits.
+    # MPI must not start, since there is no launcher to talk to; a size of 1 says that nobody else waits.
     code = "import mpi4py; mpi4py.rc.initialize = mpi4py.rc.finalize = False; import motes"
     assert {"mpi4py.MPI"} <= loaded(code, **{variable: "1"})
 

@@ -1,4 +1,4 @@
-"""Finding the right mpirun and its flags; `run` and `doctor`, with real launches and with toy launchers."""
+"""Finding the right mpirun and its flags; `run` and `doctor`, with real launches and with fake launchers."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ FOUR = Mpirun("/opt/four/mpirun", Version("Open MPI", "4.1.4"))
 HYDRA = Mpirun("/opt/mpich/mpirun", Version("MPICH", "4.0.2"))
 
 
-def motes(*words: str, limit: float = 40, **changes: str) -> subprocess.CompletedProcess[str]:
-    """Run `python -m motes` as a user does; once more where mpirun itself could not start."""
-    job = [sys.executable, "-m", "motes", *words]
+def motes(*argv: str, limit: float = 40, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run `python -m motes` as a user does; once more if mpirun itself could not start."""
+    job = [sys.executable, "-m", "motes", *argv]
     env = {**os.environ, **changes}
     for _ in range(2):
         ended = subprocess.run(job, capture_output=True, errors="replace", timeout=limit, env=env)
@@ -75,8 +75,8 @@ def test_a_launcher_fits_its_own_library_only():
 
 def test_versions_are_compared_as_numbers():
     ten = Mpirun("/opt/ten/mpirun", Version("Open MPI", "10.0.1"))
-    words = launch.command(4, [], mpirun=ten, hosts="a,b:2")
-    assert words[-2:] == ["--map-by", "node:OVERSUBSCRIBE"], "10 comes after 5"
+    argv = launch.command(4, [], mpirun=ten, hosts="a,b:2")
+    assert argv[-2:] == ["--map-by", "node:OVERSUBSCRIBE"], "10 comes after 5"
     assert Version("Open MPI", "5.0rc1").fits(Version("Open MPI", "5.00.2"))
 
 
@@ -85,7 +85,7 @@ def test_the_launcher_found_is_of_the_library_in_use(monkeypatch):
     assert launch.find_mpirun().version.fits(launch.library())
 
 
-def test_a_launcher_can_be_told(monkeypatch, tmp_path):
+def test_a_launcher_can_be_named(monkeypatch, tmp_path):
     monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
     assert launch.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
     monkeypatch.setenv("MOTES_MPIRUN", "no/such/mpirun")
@@ -129,8 +129,8 @@ YIELD = "--mca mpi_yield_when_idle 1"
     ],
 )
 def test_flags(two_cores, mpirun, ranks, place, flags):
-    words = launch.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
-    assert words == [mpirun.path, "-n", str(ranks), *flags.split(), "--bind-to", "none", "python", "x.py"]
+    argv = launch.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
+    assert argv == [mpirun.path, "-n", str(ranks), *flags.split(), "--bind-to", "none", "python", "x.py"]
 
 
 @pytest.mark.parametrize(
@@ -144,8 +144,8 @@ def test_flags(two_cores, mpirun, ranks, place, flags):
 def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
     hosts = tmp_path / "hosts"
     hosts.write_text(lines)
-    words = launch.command(4, [], mpirun=FIVE, hostfile=str(hosts))
-    assert words[3:] == ["--hostfile", str(hosts), *flags.split()]
+    argv = launch.command(4, [], mpirun=FIVE, hostfile=str(hosts))
+    assert argv[3:] == ["--hostfile", str(hosts), *flags.split()]
 
 
 @pytest.mark.parametrize(("ranks", "flags"), [(6, ""), (7, f"{YIELD} --map-by node:OVERSUBSCRIBE")])
@@ -154,8 +154,8 @@ def test_a_scheduler_knows_the_places(two_cores, monkeypatch, tmp_path, ranks, f
         slurm.setenv("SLURM_JOB_ID", "7")
         slurm.setenv("SLURM_NTASKS", "6")
         assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
-        words = launch.command(2, [], mpirun=FIVE, hosts="a,b")
-        assert words[3:] == ["--host", "a:1,b:1"], "what is asked for counts"
+        argv = launch.command(2, [], mpirun=FIVE, hosts="a,b")
+        assert argv[3:] == ["--host", "a:1,b:1"], "what is asked for counts"
     (tmp_path / "nodes").write_text("a\na\na\nb\nb\nb\n")
     monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "nodes"))
     assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
@@ -202,7 +202,7 @@ def test_mpiruns_options_and_the_program_are_told_apart(line, parts):
         ("run -n 2 --hostfile a --hosts b -c pass", "either --hosts or --hostfile"),
     ],
 )
-def test_wrong_words_are_answered_in_a_sentence(capsys, line, message):
+def test_wrong_arguments_are_answered_in_a_sentence(capsys, line, message):
     assert main(line.split()) == 2
     assert message in capsys.readouterr().err
 
@@ -216,7 +216,7 @@ HELLO = "from mpi4py import MPI; import sys; print(MPI.COMM_WORLD.size, sys.argv
 
 
 @pytest.mark.parametrize("ranks", [1, 3])
-def test_run_starts_a_script_and_hands_on_its_exit_code(tmp_path, ranks):
+def test_run_starts_a_script_and_passes_on_its_exit_code(tmp_path, ranks):
     script = tmp_path / "hello.py"
     script.write_text(HELLO)
     ended = motes("run", "-n", str(ranks), str(script), "a", "-n", "9")
@@ -226,8 +226,8 @@ def test_run_starts_a_script_and_hands_on_its_exit_code(tmp_path, ranks):
 
 def test_an_interrupt_reaches_the_job(tmp_path):
     code = "import time; print('up', flush=True); time.sleep(600)"
-    words = [sys.executable, "-m", "motes", "run", "-n", "2", "-c", code]
-    job = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+    argv = [sys.executable, "-m", "motes", "run", "-n", "2", "-c", code]
+    job = subprocess.Popen(argv, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
     assert job.stdout is not None
     assert "up" in job.stdout.readline()  # of one rank, or of both
     job.send_signal(signal.SIGINT)
@@ -256,7 +256,7 @@ def test_doctor_sees_ranks_that_do_not_see_each_other(monkeypatch, tmp_path):
     assert any("is MPICH 4.0.2, but mpi4py uses" in problem for problem in report.problems)
 
 
-def test_doctor_waits_for_no_launcher_for_ever(monkeypatch, tmp_path):
+def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
     path = tmp_path / "mpirun"
     says = "mpirun (Open MPI) 5.0.1"
     path.write_text(f'#!/bin/sh\n[ "$1" = --version ] && echo "{says}" && exit\nexec sleep 30\n')
@@ -281,7 +281,7 @@ def test_doctor_waits_for_no_launcher_for_ever(monkeypatch, tmp_path):
         ("open_worlds.enter(0); os.kill(os.getpid(), 9)", 137),
     ],
 )
-def test_a_launcher_that_says_0_is_held_against_what_ranks_left_open(rank, code):
+def test_exit_code_0_of_a_launcher_is_checked_against_open_worlds(rank, code):
     launcher = [sys.executable, "-c", f"import os, sys; from motes._run import open_worlds; {rank}"]
     run = f"from motes._run.supervisor import supervise; raise SystemExit(supervise({launcher!r}))"
     ended = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, timeout=40)

@@ -12,7 +12,7 @@ import pytest
 import motes
 
 LINEAR = 6.0
-"""Most that four times as much may cost, in times: 4 where cost is linear, 16 where it is quadratic."""
+"""By which factor costs may grow if the work is four times as much: linear cost has 4, quadratic cost 16."""
 
 
 def calls_of(work: Callable[[], object]) -> int:

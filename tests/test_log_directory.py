@@ -158,7 +158,7 @@ def test_the_lock_ends_with_its_owner(tmp_path):
     LogDirectory.claim(tmp_path).release()
 
 
-def test_of_many_at_once_one_gets_it(tmp_path):
+def test_only_one_of_many_simultaneous_runs_gets_it(tmp_path):
     for turn in range(20):
         today = earlier_log(tmp_path / f"today-{turn}")
         won: list[LogDirectory] = []
@@ -184,7 +184,7 @@ def test_of_many_at_once_one_gets_it(tmp_path):
         won[0].release()
 
 
-def test_a_file_system_without_locks_is_told(tmp_path, monkeypatch, capsys):
+def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch, capsys):
     def no_locks(*_):
         raise OSError(37, "No locks available")
 
@@ -226,8 +226,8 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
         "import motes, os, sys\n"
         f"world = motes.World(seed=1, log={str(tmp_path)!r}, progress='off')\n"
         "meet = motes.world.handshake.meet\n"
-        "def told(*words):\n"
-        "    try: return meet(*words)\n"
+        "def told(*arguments):\n"
+        "    try: return meet(*arguments)\n"
         "    except motes.ArgumentError as error:\n"
         "        os.write(1, f'{world.rank}: {error}\\n'.encode()); raise\n"
         "motes.world.handshake.meet = told\n"

@@ -88,7 +88,7 @@ def test_options_of_balancers_are_suggested():
     assert "threshold=0.2" in repr(balancer)
 
 
-def test_attributes_that_do_not_exist_are_told_with_near_names():
+def test_unknown_attributes_are_reported_with_near_names():
     world = world_of()
     s = world.system("a")
     with pytest.raises(AttributeError, match="no attribute 'gravty'; did you mean 'gravity'"):
@@ -395,7 +395,7 @@ def test_open_and_close_do_what_with_does():
         world.open()
 
 
-def test_a_loop_without_frames_left_is_told():
+def test_a_loop_without_frames_left_is_reported():
     world = world_of()
     with world:
         for _ in world.frames(5):

@@ -188,8 +188,8 @@ if sys.argv[2] == "raise":
 
 @pytest.mark.parametrize(("end", "code"), [("fall off", 0), ("raise", 1)])
 def test_a_script_that_forgets_to_close_ends_and_keeps_its_movie(tmp_path, end, code):
-    words = [sys.executable, "-c", SCRIPT, str(tmp_path / "a.mp4"), end]
-    ended = subprocess.run(words, capture_output=True, text=True, timeout=60)
+    argv = [sys.executable, "-c", SCRIPT, str(tmp_path / "a.mp4"), end]
+    ended = subprocess.run(argv, capture_output=True, text=True, timeout=60)
     assert ended.returncode == code, ended.stderr
     assert len(read(tmp_path / "a.mp4")[0]) == 10
 
@@ -214,8 +214,8 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
         "while not [name for name in os.listdir(folder) if name.endswith('.tmp')]: pass\n"
         "os.kill(os.getpid(), 9)\n"
     )
-    words = [sys.executable, "-c", script, str(tmp_path / "a.mp4")]
-    assert subprocess.run(words, timeout=20).returncode == -9
+    argv = [sys.executable, "-c", script, str(tmp_path / "a.mp4")]
+    assert subprocess.run(argv, timeout=20).returncode == -9
     assert len(os.listdir(tmp_path)) == 1
     with Movie(tmp_path / "a.mp4") as movie:
         movie.write(frames(1)[0])

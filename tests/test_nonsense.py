@@ -34,18 +34,18 @@ class Fuzz:
     def make(self, calls: list[Callable[..., Any]], system: motes.System) -> Any:
         """Make one of the calls; its result, or None where it was refused."""
         call = self.dice.choice(calls)
-        places, words = drawn(self.dice, call, system)
+        places, named = drawn(self.dice, call, system)
         name = getattr(call, "__qualname__", str(call))
         try:
-            result = call(*places, **words)
+            result = call(*places, **named)
         except Exception as error:
             self.refused += 1
             known = isinstance(error, TypeError) and ("missing" in str(error) or "unsupported" in str(error))
             if not isinstance(error, MotesError) and not known:
-                self.wrong[f"{name}: {type(error).__name__}: {error}"] = shown(places, words)
+                self.wrong[f"{name}: {type(error).__name__}: {error}"] = shown(places, named)
             return None
         self.taken += 1
-        self.recorded.append(f"{name}{shown(places, words)}")
+        self.recorded.append(f"{name}{shown(places, named)}")
         return result
 
     def run(self, count: int) -> None:

@@ -170,9 +170,9 @@ def test_a_missing_extra_names_a_command_that_works():
     assert error.name == "av"
     command = re.search(r"`(.*?)`", str(error))
     assert command is not None
-    python, *words = shlex.split(command[1])
+    python, *argv = shlex.split(command[1])
     assert python == sys.executable
-    assert words == ["-m", "pip", "install", *EXTRAS["video"]]
+    assert argv == ["-m", "pip", "install", *EXTRAS["video"]]
     copy = pickle.loads(pickle.dumps(error))
     assert (str(copy), copy.name, copy.extra) == (str(error), "av", "video")
 

@@ -29,7 +29,7 @@ def spot(tmp_path_factory):
 
 @pytest.fixture
 def small(tmp_path):
-    """Two calculators, two frames, no optional file: rank 1 works three times as long, then as long."""
+    """Two calculators, two frames, no optional file: rank 1 works three times as long, then equally long."""
     load = [
         load_row(frame, "a", rank, n_end=n, t_compute_s=s, t_exchange_s=0.1, t_image_s=0.05, t_wait_s=0.4)
         for frame, slow in enumerate((0.6, 0.2))

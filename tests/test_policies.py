@@ -1,4 +1,4 @@
-"""Balancing policies as pure functions: each of the paper's rules (3.2.5) holds for any loads, and so on."""
+"""Balancing policies as pure functions: each of the paper's rules (3.2.5) holds for any loads."""
 
 from __future__ import annotations
 
@@ -195,7 +195,7 @@ def test_gifts_never_exceed_the_order_and_fall_short_only_by_ties(
     if len(np.unique(inside)) == len(inside):
         assert count == min(wanted, len(inside))
     rest = inside[inside >= cut] if to_left else inside[inside < cut]
-    if len(rest):  # the next place would be too many
+    if len(rest):  # the next position would move too many
         place = rest[0] if to_left else rest[-1]
         assert count + (rest == place).sum() > wanted
 

@@ -45,14 +45,14 @@ class Job:
                 raise Hang("cancelled")
 
         try:
-            words = (self.folder, self.name, self.first)
+            argv = (self.folder, self.name, self.first)
             env = {"MOTES_STALL_S": "30", **self.env}
-            self.ended.append(mpirun(self.size, PLAYER, *words, timeout=7200, env=env, watch=watch))
+            self.ended.append(mpirun(self.size, PLAYER, *argv, timeout=7200, env=env, watch=watch))
         except BaseException as error:
             self.ended.append(error)
 
     def answer(self, number: int) -> str:
-        """Wait for what it makes of a script."""
+        """Wait for its answer to a script."""
         path, limit = self.folder / f"{number}.{self.name}", time.monotonic() + LIMIT_S
         while not path.exists():
             if not self.thread.is_alive() and not path.exists():
@@ -91,7 +91,7 @@ class Jobs:
         return answers
 
     def compare(self, text: str) -> None:
-        """Fail where the jobs' answers differ, or are none."""
+        """Fail if the jobs' answers differ or are missing."""
         answers = self.ask(text)
         lines = answers[next(iter(answers))].splitlines()
         bad = [

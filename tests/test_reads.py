@@ -1,4 +1,4 @@
-"""Reading in the middle of a frame changes nothing that comes out; what is written there counts."""
+"""Reading in the middle of a frame changes no result; what is written there counts."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ def recorders() -> list[str]:
 @pytest.mark.parametrize("name", recorders())
 def test_parameters_of_a_call_are_the_actions_fields_in_order_with_their_defaults(name):
     parameters = list(inspect.signature(getattr(Recorder, name)).parameters.values())[1:]
-    kind = getattr(actions, "".join(word.capitalize() for word in name.split("_")))
+    kind = getattr(actions, "".join(part.capitalize() for part in name.split("_")))
     if name == "set":
         assert [p.name for p in parameters] == ["where", "attributes"]
         return
@@ -44,7 +44,7 @@ def test_the_file_of_the_calls_is_written_from_the_actions():
     assert writer["FILE"].read_text() == writer["page"](), "run `python .ci/recorder`"
 
 
-def test_a_misspelt_argument_is_told_with_the_near_name():
+def test_a_misspelt_argument_is_reported_with_the_near_name():
     world = motes.World(seed=1, progress="off")
     s = world.system("s")
     with world:

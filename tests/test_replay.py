@@ -1,4 +1,4 @@
-"""A replay says what another balancer would have done; made-up loads show what each balancer can do."""
+"""A replay predicts what another balancer would have done; synthetic loads show what each balancer can do."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def test_a_replay_is_a_run_and_can_be_replayed(runs: dict[str, motes.Run]) -> No
 
 
 class Halves(motes.Balancer):
-    """A student's own: everything to the two calculators in the middle."""
+    """A user's balancer: everything goes to the two calculators in the middle."""
 
     def decide(self, load: motes.LoadTable) -> motes.Targets:
         middle = len(load) // 2
@@ -178,7 +178,7 @@ def test_a_users_balancer_is_replayed(runs: dict[str, motes.Run]) -> None:
 
 def test_known_powers_make_the_rest_the_cost_of_places(runs: dict[str, motes.Run]) -> None:
     run = runs[repr(Static())]
-    # Equal machines: the cloud is dear where calculators were slow, whoever gets it.
+    # Equal machines: particles are expensive where calculators were slow, whoever gets them.
     predicted = run.replay(PrefixCuts(powers=[1, 1, 1, 1]), powers=[1, 1, 1, 1])
     same = run.replay(Static(), powers=[1, 1, 1, 1])
     np.testing.assert_allclose(same.by_rank().sum(axis=1), run.by_rank().sum(axis=1), rtol=1e-3)
@@ -208,7 +208,7 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
     assert len(torn.replay(Pairwise()).frames) == len(run.frames) - 1
 
 
-# --- made-up loads: what each balancer can do
+# --- synthetic loads: what each balancer can do
 
 
 def imbalances(load: str, balancer: motes.Balancer, **size: int) -> list[float]:
@@ -219,13 +219,13 @@ def imbalances(load: str, balancer: motes.Balancer, **size: int) -> list[float]:
 def test_prefix_cuts_need_one_evaluation_wherever_the_imbalance_is() -> None:
     worth = imbalances("halves", PrefixCuts(), frames=6)
     assert worth[0] == pytest.approx(4 / 3, rel=1e-3)
-    # Frame 0 bears all particles, frame 1 tells speeds; particles move in frame 2; frame 3 has the new cuts.
+    # Frame 0 emits all, frame 1 measures speeds; particles move in frame 2; frame 3 has the new cuts.
     assert max(worth[3:]) <= 1.03
     worth = imbalances("step", PrefixCuts(), frames=40)
     assert max(worth[8:]) <= 1.03
 
 
-def test_pairs_stall_on_a_slope_and_diffusion_goes_on() -> None:
+def test_pairs_stall_on_a_gradient_and_diffusion_goes_on() -> None:
     """Each pair is within the threshold of its neighbour, and still the ends are far apart."""
     stalled = list(simulate(synthetic("halves", frames=200), Pairwise(0.05)))
     seconds = stalled[-1].seconds
@@ -235,7 +235,7 @@ def test_pairs_stall_on_a_slope_and_diffusion_goes_on() -> None:
         assert abs(left - right) <= 0.05 * max(left, right) + 1e-9
     assert seconds[-1] > 1.4 * seconds[0]
     for balancer in (Pairwise(0.05), Pairwise(0.02), Diffusive()):
-        # The steepest slope on which nobody sees that its neighbour is too slow.
+        # The steepest gradient on which no pair sees that one neighbour is too slow.
         bound = 16 * balancer.threshold / (1 - (1 - balancer.threshold) ** 16)
         assert 1 + (bound - 1) / 3 < imbalances("halves", balancer, frames=300)[-1] <= bound
 
@@ -252,7 +252,7 @@ def test_alternating_machines_are_little_trouble_for_pairs() -> None:
 def test_two_machines_share_by_their_true_speeds(
     balancer: motes.Balancer, by_frame: int, noise: float
 ) -> None:
-    """Within a tenth, from even shares on, though the clock is off by some per cent in each frame."""
+    """Within a tenth, starting from equal shares, though the clock is off by some percent in each frame."""
     random = np.random.default_rng(5)
     speeds = [np.array([2e7, 1e7]) * np.exp(noise * random.standard_normal(2)) for _ in range(40)]
     even = Synthetic(40, lambda k: speeds[k], lambda _: np.ones(2), calculators=2, particles=400_000)
@@ -272,7 +272,7 @@ def noisy(true: Callable[[int], list[float]], noise: float) -> Synthetic:
 @pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
 @pytest.mark.parametrize("noise", [0.02, 0.1])
 def test_noise_alone_moves_nothing(balancer: motes.Balancer, noise: float) -> None:
-    """Equal machines: after the frames in which noise itself becomes known, next to no order."""
+    """Equal machines: after the frames in which the noise is estimated, hardly any order."""
     steps = list(simulate(noisy(lambda _: [1e7] * 4, noise), balancer))[10:]
     plans = [step.systems[0].plan for step in steps]
     assert sum(bool(plan.orders or len(plan.shares)) for plan in plans if plan is not None) <= 5
@@ -282,7 +282,7 @@ def test_noise_alone_moves_nothing(balancer: motes.Balancer, noise: float) -> No
 @pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
 @pytest.mark.parametrize("length", [1, 2, 3])
 def test_what_disturbs_a_machine_for_some_frames_moves_nothing(balancer: motes.Balancer, length: int) -> None:
-    """Other processes: for a few frames on end one of equal machines has 0.6 of its speed, now and then."""
+    """Other processes: now and then one of equal machines has 0.6 of its speed for a few frames in a row."""
     random = np.random.default_rng(3)
     speeds = 1e7 * np.exp(0.02 * random.standard_normal((400, 2)))
     frame = 30
@@ -314,7 +314,7 @@ def test_static_cuts_change_nothing() -> None:
 
 @pytest.mark.parametrize("calculators", [1, 2, 3, 500])
 @pytest.mark.parametrize("load", LOADS)
-def test_made_up_loads_of_any_size(load: str, calculators: int) -> None:
+def test_synthetic_loads_of_any_size(load: str, calculators: int) -> None:
     for balancer in (Pairwise(), Diffusive(), PrefixCuts(), Proportional([1.0] * calculators)):
         history = synthetic(load, calculators=calculators, particles=calculators * 3000, frames=4)
         steps = list(simulate(history, balancer))
@@ -330,14 +330,14 @@ def test_comparing_counts_evaluations_and_particles() -> None:
 
 
 def test_bench_prints_a_table_and_json(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["balance", "--frames", "6", "--calculators", "8"]
-    assert main(["bench", *words, "--json"]) == 0
+    argv = ["balance", "--frames", "6", "--calculators", "8"]
+    assert main(["bench", *argv, "--json"]) == 0
     figures = json.loads(capsys.readouterr().out)
     assert {row["load"] for row in figures["rows"]} == set(LOADS)
     assert figures["planning_calculators"] == 4096
     assert all(ms < 10 for ms in figures["planning_ms"].values()), figures["planning_ms"]
     assert {"PrefixCuts", "Pairwise", "Diffusive"} <= set(figures["planning_ms"])
-    assert main(["bench", *words]) == 0
+    assert main(["bench", *argv]) == 0
     text = capsys.readouterr().out
     assert "mean imbalance" in text and "planning for 4096" in text
 

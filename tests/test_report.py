@@ -1,4 +1,4 @@
-"""What runs show of themselves: summaries, reports, traces, the live view."""
+"""What is shown of a run: summaries, reports, traces, the live view."""
 
 from __future__ import annotations
 
@@ -364,13 +364,11 @@ def test_watch_of_a_killed_run_ends(tmp_path, capsys):
     assert "its process is gone" in capsys.readouterr().err
 
 
-def on_a_terminal(words, *, interrupt_at=None, timeout=60):
-    """Run a command on a pseudo terminal; its exit code and what it wrote. Ctrl-C at what matches."""
+def on_a_terminal(argv, *, interrupt_at=None, timeout=60):
+    """Run a command on a pseudo terminal; return exit code and output. Send Ctrl-C when output matches."""
     master, slave = pty.openpty()
     env = {**os.environ, "TERM": "xterm", "COLUMNS": "90", "LINES": "30"}
-    process = subprocess.Popen(
-        words, stdin=slave, stdout=slave, stderr=slave, env=env, start_new_session=True
-    )
+    process = subprocess.Popen(argv, stdin=slave, stdout=slave, stderr=slave, env=env, start_new_session=True)
     os.close(slave)
     said, limit = "", time.monotonic() + timeout
     try:
@@ -392,8 +390,8 @@ def on_a_terminal(words, *, interrupt_at=None, timeout=60):
 
 def test_a_terminal_is_redrawn_in_place_until_interrupted(tmp_path):
     log = unfinished(tmp_path / "run")
-    words = [sys.executable, "-m", "motes", "watch", str(log)]
-    code, said = on_a_terminal(words, interrupt_at=r"\x1b\[\d+F")
+    argv = [sys.executable, "-m", "motes", "watch", str(log)]
+    code, said = on_a_terminal(argv, interrupt_at=r"\x1b\[\d+F")
     assert code == 0, said
     assert "rank 3" in said
     assert "█" in said

@@ -1,4 +1,4 @@
-"""where=, set, spawn, callback: what they do, and that no rank shows in it."""
+"""where=, set, spawn, callback: what they do, and that results do not depend on ranks."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ DT = 0.125
 
 
 def run(record: Any, frames: int = 1, **attributes: Any) -> tuple[motes.Particles, motes.Particles]:
-    """Let `record(system, frame)` act on 400 particles; them before and after."""
+    """Let `record(system, frame)` act on 400 particles; return them before and after."""
     world = motes.World(seed=5, dt=DT, progress="off")
     system = world.system("only", attributes=attributes)
     with world:

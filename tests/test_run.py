@@ -1,4 +1,4 @@
-"""Logs as tables: `open_run` and `open_runs` held against logs written by hand, whole, torn and damaged."""
+"""Logs as tables: `open_run` and `open_runs` on logs written by hand, whole, torn and damaged."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ pandas = pytest.importorskip("pandas")
 
 @pytest.fixture
 def log(tmp_path):
-    """Two systems on ranks 2 and 3; rank 3 takes three times as long, then twice, then as long."""
+    """Two systems on ranks 2 and 3; rank 3 takes three times as long, then twice, then equally long."""
     load = [
         load_row(frame, system, rank, n_end=n, t_compute_s=seconds, t_wait_s=0.25, speed=n / seconds)
         for frame, slow in enumerate((0.75, 0.5, 0.25))
@@ -272,7 +272,7 @@ def test_speedup_in_the_papers_layout(runs):
     assert np.isnan(table["speedup"].loc[(1, 1), "FS-SLB"])
 
 
-def test_speedup_over_what_one_names(runs):
+def test_speedup_over_a_named_baseline(runs):
     opened = motes.open_runs(runs)
     assert len(opened) == 7
     cell = ((7, 5), ("speedup", "FS-SLB"))

@@ -32,7 +32,7 @@ def table(lines: list[str]) -> dict[tuple[int, int], list[str]]:
     """Read the scene's output."""
     rows = [line.split() for line in lines]
     found = {(int(row[0]), int(row[1])): row[2:] for row in rows}
-    assert len(found) == len(rows), "one line a frame"
+    assert len(found) == len(rows), "one line per frame"
     return found
 
 
@@ -43,11 +43,11 @@ def expected() -> list[list[str]]:
 
 
 def roles(size: int) -> list[Any]:
-    """Ordinary and odd casts for a number of ranks: [manager, image generator, calculators]."""
+    """Ordinary and unusual roles for a number of ranks: [manager, image generator, calculators]."""
     ranks = list(range(size))
     wishes: list[Any] = ["auto", "shared", [size - 1, size // 2, ranks[::-1]]]
     if size > 2:
-        wishes.append([2, 1, [2, 0]])  # the manager calculates, and there are spectators
+        wishes.append([2, 1, [2, 0]])  # the manager calculates, and some ranks have no role
     return wishes
 
 
@@ -123,8 +123,8 @@ def test_a_fast_math_library_in_the_process(tmp_path: Path):
         pytest.skip("needs a C compiler")
     source, library = tmp_path / "fast.c", tmp_path / "libfast.so"
     source.write_text("double fast(double x) { return x * 2; }\n")
-    words = [compiler, "-O2", "-ffast-math", "-shared", "-fPIC", str(source), "-o", str(library)]
-    subprocess.run(words, check=True, timeout=60)
+    argv = [compiler, "-O2", "-ffast-math", "-shared", "-fPIC", str(source), "-o", str(library)]
+    subprocess.run(argv, check=True, timeout=60)
     probe = "import ctypes, sys; ctypes.CDLL(sys.argv[1]); x = float('5e-324'); print(x * float('1') == 0)"
     if python(probe, library).out.strip() != "True":
         pytest.skip("this compiler's -ffast-math leaves denormal numbers alone")

@@ -46,8 +46,8 @@ class Recorded:
 
 def record(scene: Path, script: object, *arguments: object, own: tuple[str, ...] = ()) -> Result:
     """Run `motes record` on one rank."""
-    words = ["-m", "motes", "record", *own, "-o", scene]
-    return command([sys.executable, *words, script, *arguments], timeout=60)
+    argv = ["-m", "motes", "record", *own, "-o", scene]
+    return command([sys.executable, *argv, script, *arguments], timeout=60)
 
 
 def record_text(tmp_path: Path, text: str, *own: str) -> Result:
@@ -63,7 +63,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
     folder = tmp_path_factory.mktemp("scenes")
     found = {}
     for name, (script, *arguments) in SCRIPTS.items():
-        scene = folder / f"{name}.motes".replace(" ", "-")  # smpirun would take a blank for the end of a word
+        scene = folder / f"{name}.motes".replace(" ", "-")  # smpirun splits arguments at blanks
         assert isinstance(script, Path)
         out = [] if script == SAYINGS else ["--out", folder / "out"]
         said = record(scene, script, *arguments, *out)
@@ -75,8 +75,8 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
 
 def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | None = None) -> Result:
     """Run `motes_replay`, under mpirun where there are several ranks."""
-    words = [str(program), *map(str, arguments)]
-    return command(words if ranks == 1 else launch.command(ranks, words), timeout=60, env=env)
+    argv = [str(program), *map(str, arguments)]
+    return command(argv if ranks == 1 else launch.command(ranks, argv), timeout=60, env=env)
 
 
 def complaints(result: Result) -> list[str]:
@@ -107,8 +107,8 @@ def test_no_python_in_it(motes_replay: Path):
 
 
 def test_recording_on_any_number_of_ranks_gives_the_same_file(recorded: dict[str, Recorded], tmp_path: Path):
-    words = ["-m", "motes", "record", "--json", str(SAYINGS), "--read", "-o", str(tmp_path / "s.motes")]
-    made = command(launch.command(3, [sys.executable, *words]))
+    argv = ["-m", "motes", "record", "--json", str(SAYINGS), "--read", "-o", str(tmp_path / "s.motes")]
+    made = command(launch.command(3, [sys.executable, *argv]))
     wanted = recorded["sayings that read"].scene.read_bytes()
     said = json.loads(made.lines[-1])
     assert (said["frames"], said["systems"], said["bytes"]) == (7, 3, len(wanted))
@@ -129,8 +129,8 @@ def test_pictures_logs_and_parts_of_a_scene(
 ):
     scene, _, lines = recorded["sayings"].scene, "", recorded["sayings"].lines
     out, log = tmp_path / "out", tmp_path / "log"
-    words = (scene, "--digest", "--out", out, "--log", log, "--roles", "shared")
-    assert replay(motes_replay, 3, *words).lines == lines
+    argv = (scene, "--digest", "--out", out, "--log", log, "--roles", "shared")
+    assert replay(motes_replay, 3, *argv).lines == lines
     names = [f"frame-{i:05}.ppm" for i in range(7) if i != 4]
     assert sorted(path.name for path in out.iterdir()) == names
     for name in names:
@@ -151,8 +151,8 @@ def test_balancers_and_rounds_of_its_own_choice(
     motes_replay: Path, recorded: dict[str, Recorded], tmp_path: Path
 ):
     scene, lines = recorded["sayings that read"].scene, recorded["sayings that read"].lines
-    words = ("--digest", "--combine", "overlapped", "--log", tmp_path, "--spans")
-    assert replay(motes_replay, 5, scene, "--balancer", "PrefixCuts(min_particles=1)", *words).lines == lines
+    argv = ("--digest", "--combine", "overlapped", "--log", tmp_path, "--spans")
+    assert replay(motes_replay, 5, scene, "--balancer", "PrefixCuts(min_particles=1)", *argv).lines == lines
     assert motes.open_run(tmp_path).frames.exchanged.sum() > 0
     run = json.loads((tmp_path / "run.json").read_text())
     assert (run["balancer"], run["combine"]) == (repr(motes.PrefixCuts(min_particles=1)), "overlapped")
@@ -163,7 +163,7 @@ def test_balancers_and_rounds_of_its_own_choice(
         assert run["balancer"] == repr(getattr(motes, name)())
 
 
-def test_the_scene_s_own_balancer_is_used_where_it_is_one_of_ours(motes_replay: Path, tmp_path: Path):
+def test_the_scenes_own_balancer_is_used_if_it_is_built_in(motes_replay: Path, tmp_path: Path):
     body = "with world:\n    for frame in world.frames(2):\n        world.step()\n"
     scene, log = tmp_path / "x.motes", tmp_path / "log"
     kept = WORLD.replace("seed=1", "seed=1, balancer=motes.Pairwise(0.25), combine='one_by_one'")
@@ -199,8 +199,8 @@ def test_what_is_wrong_is_said_once(
         ((recorded["snow"].scene, "--fast"), "unknown option --fast"),
         ((recorded["snow"].scene, "--out"), "--out must be followed by a value"),
     ]
-    for words, text in cases if ranks == 1 else cases[:3]:
-        result = replay(motes_replay, ranks, *words)
+    for argv, text in cases if ranks == 1 else cases[:3]:
+        result = replay(motes_replay, ranks, *argv)
         assert result.code == 2, result.text
         assert len(complaints(result)) == 1 and text in complaints(result)[0], result.text
         assert not result.out
@@ -209,8 +209,8 @@ def test_what_is_wrong_is_said_once(
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_run_that_fails_ends_on_all_ranks(motes_replay: Path, recorded: dict[str, Recorded], ranks: int):
     scene = recorded["snow"].scene
-    for words in (("--log", "/dev/null/log"), ("--out", "/dev/null/out")):
-        result = replay(motes_replay, ranks, scene, *words)
+    for argv in (("--log", "/dev/null/log"), ("--out", "/dev/null/out")):
+        result = replay(motes_replay, ranks, scene, *argv)
         assert result.code == 1, result.text
         assert len(complaints(result)) == 1 and "/dev/null" in complaints(result)[0], result.text
     wrong = replay(motes_replay, ranks, scene, env={"MOTES_STALL_S": "soon"})
@@ -356,12 +356,12 @@ def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):
 
 
 def test_record_needs_a_script_and_a_name(tmp_path: Path):
-    for words, text in (
+    for argv, text in (
         ([], "no script given"),
         (["none.py", "-o", "x.motes"], "script none.py does not exist"),
         ([str(SAYINGS)], "no file given"),
     ):
-        result = command([sys.executable, "-m", "motes", "record", *words])
+        result = command([sys.executable, "-m", "motes", "record", *argv])
         assert result.code == 2 and text in result.err, result.text
 
 
@@ -391,8 +391,8 @@ def test_same_digests_and_equal_logs_on_a_simulated_cluster(
     for name in SCRIPTS:
         many = ["--births", "calculators", "--fan-out", "3"]  # 38 calculators: two steps along a ring
         for ranks, log, more in ((1, "a", []), (4, "b", []), (18, "c", []), (18, "d", []), (40, "e", many)):
-            words = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
-            played = command([*words, *more, "--digest", "--log", tmp_path / log])
+            argv = ["smpirun", "-np", ranks, *where, *flags, simulated_replay, recorded[name].scene]
+            played = command([*argv, *more, "--digest", "--log", tmp_path / log])
             assert played.lines == recorded[name].lines, f"{name} on {ranks} ranks"
         for table in ("frames.jsonl", "load.jsonl", "events.jsonl"):
             assert (tmp_path / "c" / table).read_bytes() == (tmp_path / "d" / table).read_bytes()

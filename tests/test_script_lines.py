@@ -78,7 +78,7 @@ with world:
         ),
     ],
 )
-def test_other_ranks_are_told_the_line_that_failed(how, ranks, roles, guilty, own, action, line, text):
+def test_other_ranks_name_the_line_that_failed(how, ranks, roles, guilty, own, action, line, text):
     result = mpirun(ranks, SCENE, how, f"[{guilty}]", roles, timeout=30)
     assert result.code == 1, result.text
     told = sorted(json.loads(line) for line in result.out.splitlines())

@@ -219,7 +219,7 @@ def test_a_sample_depends_on_seed_and_number_alone():
 
 
 @pytest.mark.parametrize(
-    ("make", "words"),
+    ("make", "message"),
     [
         (lambda: Triangle((0, 0, 0), (1, 1, 1), (2, 2, 2)), "must span an area"),
         (lambda: Cylinder((0, 0, 0), (0, 0, 0), 1), "p0 and p1 must differ"),
@@ -237,8 +237,8 @@ def test_a_sample_depends_on_seed_and_number_alone():
         ),
     ],
 )
-def test_refusals(make: Callable[[], object], words: str):
-    with pytest.raises(ArgumentError, match="(?s)" + words.replace(".", r"\.")):
+def test_refusals(make: Callable[[], object], message: str):
+    with pytest.raises(ArgumentError, match="(?s)" + message.replace(".", r"\.")):
         refused = make()
         motes.Renderer(8, 8, camera=motes.Camera((0, 0, 9), (0, 0, 0)), objects=[refused])
 

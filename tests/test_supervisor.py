@@ -89,9 +89,9 @@ def test_what_only_the_launcher_says_is_shown():
 
 def test_a_full_disk_behind_standard_error_loses_only_the_text():
     script = "import motes\nwith motes.World(progress='lines') as w:\n for _ in w.frames(3): w.step()\n"
-    for words in ([], ["-m", "motes", "run", "-n", "2"]):
+    for options in ([], ["-m", "motes", "run", "-n", "2"]):
         shell = 'exec "$0" "$@" 2>/dev/full'
-        result = command(["/bin/sh", "-c", shell, sys.executable, *words, "-c", script], timeout=30)
+        result = command(["/bin/sh", "-c", shell, sys.executable, *options, "-c", script], timeout=30)
         assert result.code == 0, result.text
 
 
@@ -99,9 +99,9 @@ def test_a_full_disk_behind_standard_error_loses_only_the_text():
 
 
 @contextmanager
-def job(*words: str) -> Iterator[subprocess.Popen[str]]:
+def job(*options: str) -> Iterator[subprocess.Popen[str]]:
     """Start `motes run` in a session of its own; nothing of it is left behind."""
-    argv = [sys.executable, "-m", "motes", "run", *words]
+    argv = [sys.executable, "-m", "motes", "run", *options]
     process = subprocess.Popen(
         argv, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, start_new_session=True
     )
@@ -143,9 +143,9 @@ def test_a_signal_before_the_launcher_is_up_ends_it_too():
         "import os, signal, sys\n"
         "from motes._run import supervisor\n"
         "popen = supervisor.subprocess.Popen\n"
-        "def early(*words, **options):\n"
+        "def early(*arguments, **options):\n"
         "    os.kill(os.getpid(), signal.SIGTERM)\n"
-        "    return popen(*words, **options)\n"
+        "    return popen(*arguments, **options)\n"
         "supervisor.subprocess.Popen = early\n"
         "raise SystemExit(supervisor.supervise(['sleep', '60']))\n"
     )
@@ -160,8 +160,8 @@ def test_the_launcher_does_not_outlive_an_error_of_ours(monkeypatch):
     popen = subprocess.Popen
 
     class Noted(popen):  # type: ignore[valid-type, misc]
-        def __init__(self, *words, **options):
-            super().__init__(*words, **options)
+        def __init__(self, *arguments, **options):
+            super().__init__(*arguments, **options)
             started.append(self)
 
     def broken(*_):

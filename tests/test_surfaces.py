@@ -55,7 +55,7 @@ def test_avoid_turns_away_without_changing_speed(name: str):
 
 
 @pytest.mark.parametrize("name", ["Sphere", "Box", "Cylinder", "Cone", "Union"])
-def test_who_avoids_does_not_run_into_it(name: str):
+def test_particles_that_avoid_a_shape_do_not_hit_it(name: str):
     dice = np.random.default_rng(2)
     n = 400
     start = np.stack([np.full(n, -6.0), dice.uniform(-0.8, 0.8, n), dice.uniform(-0.8, 0.8, n)], axis=1)
@@ -80,12 +80,12 @@ def test_who_avoids_does_not_run_into_it(name: str):
 
 def test_avoid_a_union_as_its_first_part():
     state = cloud(2000)
-    words = {"magnitude": 3, "epsilon": 0.2, "look_ahead": 0.8}
+    options = {"magnitude": 3, "epsilon": 0.2, "look_ahead": 0.8}
     for name in ("Rectangle", "Sphere", "Cone"):
-        alone = after(state, actions.Avoid(shape=SOLIDS[name], **words)).velocity
-        in_union = after(state, actions.Avoid(shape=shapes.Union(SOLIDS[name]), **words)).velocity
+        alone = after(state, actions.Avoid(shape=SOLIDS[name], **options)).velocity
+        in_union = after(state, actions.Avoid(shape=shapes.Union(SOLIDS[name]), **options)).velocity
         np.testing.assert_array_equal(alone, in_union)
     near, far = shapes.Rectangle((1, -9, -9), (0, 18, 0), (0, 0, 30)), shapes.Plane((2, 0, 0), (1, 1, 0))
     ahead = {"position": np.zeros((9, 3)), "velocity": np.tile((5.0, 1.0, 0.5), (9, 1))}
-    both = after(ahead, actions.Avoid(shape=far | near, **words)).velocity
-    np.testing.assert_array_equal(both, after(ahead, actions.Avoid(shape=near, **words)).velocity)
+    both = after(ahead, actions.Avoid(shape=far | near, **options)).velocity
+    np.testing.assert_array_equal(both, after(ahead, actions.Avoid(shape=near, **options)).velocity)

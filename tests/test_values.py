@@ -220,7 +220,7 @@ def test_names_of_modules_are_suggested(make, message):
         (lambda: motes.Sprite("dics"), "did you mean 'disc'"),
     ],
 )
-def test_words_are_suggested(make, message):
+def test_allowed_texts_are_suggested(make, message):
     with pytest.raises(motes.ArgumentError, match=message):
         make()
     with pytest.raises(TypeError, match="'radus'; did you mean 'radius'"):

@@ -48,7 +48,7 @@ def test_a_source_emits_by_the_formula(rate, substeps):
 
 @pytest.mark.parametrize("substeps", [1, 3])
 @pytest.mark.parametrize("dt", [1 / 24, 1 / 30, 0.1, 1 / 60, 0.04, 1 / 7])
-def test_a_source_of_the_frame_rate_emits_one_per_frame_for_ever(dt, substeps):
+def test_a_source_of_the_frame_rate_emits_one_per_frame_forever(dt, substeps):
     world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
     systems = [world.system(f"{k}") for k in (1, 2, 5)]
     with world:
@@ -350,7 +350,7 @@ def test_a_frame_with_a_picture_is_the_same_as_without():
     assert digests[0] == digests[1]
 
 
-def test_misuse_is_told(world):
+def test_misuse_is_reported(world):
     s = world.system("a")
     with pytest.raises(motes.MotesError, match="inside `with world:`"):
         s.gravity((0, 0, 0))

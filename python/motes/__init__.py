@@ -125,7 +125,7 @@ _LAUNCHED = (
     *("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"),
     *("MV2_COMM_WORLD_RANK", "FLUX_TASK_RANK", "JSM_NAMESPACE_RANK", "PALS_RANKID"),
 )
-"""Environment variables, one of which each MPI launcher sets in the processes that it starts."""
+"""Environment variables that reveal an MPI launcher: each sets one of them in the processes it starts."""
 
 
 if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name's type
@@ -163,7 +163,7 @@ def _near(name: str) -> str:
 
 
 def _start_mpi() -> None:
-    """Start MPI, unless mpi4py was told not to, and from then on end the job where this rank fails."""
+    """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
     from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
     from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
 

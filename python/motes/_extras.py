@@ -12,17 +12,17 @@ __all__ = ["matplotlib", "pandas", "require_av"]
 
 
 def pandas() -> Any:
-    """Import pandas. Raises MissingExtra where it is not installed."""
+    """Import pandas. Raises MissingExtra if it is not installed."""
     return _import("pandas", "a table of a run's log", "analysis")
 
 
 def matplotlib(module: str = "matplotlib") -> Any:
-    """Import matplotlib, or one of its modules. Raises MissingExtra where it is not installed."""
+    """Import matplotlib, or one of its modules. Raises MissingExtra if it is not installed."""
     return _import(module, "a plot of a run's log", "analysis")
 
 
 def require_av(need: str) -> None:
-    """Raise MissingExtra where PyAV is not installed; does not import it."""
+    """Raise MissingExtra if PyAV is not installed; does not import it."""
     if importlib.util.find_spec("av") is None:
         raise MissingExtra(need, extra="video", package="av")
 

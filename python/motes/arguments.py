@@ -1,4 +1,4 @@
-"""Checks of what users pass: a value that fits, or an ArgumentError naming argument, value and what fits."""
+"""Checks of arguments: a valid value, or an ArgumentError naming argument, value and what is allowed."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ __all__ = [
     "with_z",
 ]
 
-MOST = 1.7e308  # a larger int is no float
-NO_NUMBERS = (bool, np.timedelta64)  # although they are integers by their classes
+MOST = 1.7e308  # a larger int does not fit into a float
+NO_NUMBERS = (bool, np.timedelta64)  # although their classes are integers
 PLAIN = {float, int}
 PAIR = "2 numbers stand for (x, y, 0)"
 Triple = tuple[float, float, float]
@@ -39,7 +39,7 @@ def number(
 ) -> float:
     """Return `value` as a float in low..high."""
     if type(value) is float and low <= value <= high and (not finite or -math.inf < value < math.inf):
-        return value  # at once: scripts pass such numbers by the hundred in each frame
+        return value  # the fast path: scripts pass hundreds of such numbers in each frame
     if type(value) is int and low <= value <= high and -MOST < value < MOST:
         return float(value)
     if isinstance(value, NO_NUMBERS) or not isinstance(value, (int, float, np.integer, np.floating)):
@@ -77,16 +77,16 @@ def flag(argument: str, value: Any) -> bool:
 def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
     """Return `value`, which must be one of the allowed texts."""
     if not isinstance(value, str) or value not in allowed:
-        raise ArgumentError(argument, value, " or ".join(repr(word) for word in allowed), known=allowed)
+        raise ArgumentError(argument, value, " or ".join(repr(text) for text in allowed), known=allowed)
     return value
 
 
 def triple(argument: str, value: Any, *, low: float = -math.inf, pair: bool = True) -> Triple:
     """Return `value`, a vector, as a tuple of floats: 3 finite numbers, or 2, which stand for (x, y, 0).
 
-    `pair=False` wants 3.
+    `pair=False` requires 3.
     """
-    if type(value) is tuple and len(value) == 3:  # at once, as above
+    if type(value) is tuple and len(value) == 3:  # the fast path, as above
         x, y, z = value
         if (
             type(x) in PLAIN

@@ -1,4 +1,4 @@
-"""Load balancers (paper 3.2.5): how domains change so that all calculators need the same time.
+"""Load balancers (paper 3.2.5): they change domains so that all calculators need the same time.
 
 After each frame the manager has each calculator's load: particles, seconds, speed. A balancer turns loads
 into orders for neighbours, or into every calculator's share; donors then find the new cuts. Particles and
@@ -45,7 +45,7 @@ MOST = 2**64 - 1
 
 @dataclass(frozen=True)
 class Targets:
-    """Wanted parts of all particles, one per calculator in the order of their domains; any positive scale.
+    """Wanted shares of all particles, one per calculator in the order of their domains; any positive scale.
 
     The engine finds the cuts from histograms of all calculators, without gathering particles, and cuts all
     domains anew at once.
@@ -58,8 +58,8 @@ class Targets:
 class Orders:
     """Particles to move between neighbours: `(from, to, count)`, calculators numbered by their domains.
 
-    The engine makes them legal: orders over the same cut are added up with their signs, and no calculator
-    gives more particles than it has.
+    The engine makes them legal: orders over the same cut are added with their signs, and no calculator gives
+    more particles than it has.
     """
 
     moves: Iterable[tuple[int, int, int]]
@@ -70,8 +70,8 @@ class Balancer:
 
     Options of all balancers, attributes of the class or the object:
 
-    `smoothing`: weight in 0..1 of the known speed of a calculator against a new sample, while speeds change;
-    0 trusts the last frame alone. While samples differ by their noise only, the known speed weighs more.
+    `smoothing`: weight in 0..1 of a calculator's known speed against a new sample, while speeds change;
+    0 trusts only the last frame. While samples differ only by noise, the known speed has a larger weight.
     `over`: "system" balances each particle system by itself, "all" the sum over systems.
     """
 
@@ -84,7 +84,7 @@ class Balancer:
 
     @property
     def policy(self) -> _core.Policy:
-        """This balancer as the engine takes it. Raises ArgumentError where it has none of its own."""
+        """This balancer as the engine takes it. Raises ArgumentError if it has none of its own."""
         if type(self).decide is Balancer.decide:
             raise ArgumentError("balancer", self, "a subclass of Balancer with decide(load)")
         return _core.scripted_policy(self._name(), self._plan, *self._options())
@@ -119,14 +119,14 @@ class Balancer:
 
 
 class _Native(Balancer):
-    """A balancer whose policy is the core's."""
+    """A balancer whose policy is implemented in the core."""
 
     def __init__(self, smoothing: float, over: str) -> None:
         self.smoothing = smoothing
         self.over = over
 
     def __setattr__(self, name: str, given: Any) -> None:
-        """Set an option; refuse what is none, unless a user's subclass has it."""
+        """Set an option; refuse unknown ones, unless a user's subclass has them."""
         known = [*inspect.signature(type(self)).parameters, "smoothing", "over"]
         if name not in known and type(self).__module__ == __name__:
             raise NotAssignable(f"{type(self).__name__} has no option {name!r}{near(name, known)}")
@@ -138,7 +138,7 @@ class _Native(Balancer):
         return Targets(plan.shares) if len(plan.shares) else Orders(plan.orders)
 
     def _check(self) -> None:
-        """Check the options, which a script may have set since: `policy` is what the engine takes."""
+        """Check the options, which a script may have changed since: `policy` is what the engine takes."""
         self.smoothing, _ = self._options()
 
     def __repr__(self) -> str:
@@ -162,7 +162,7 @@ class Static(_Native):
 class Pairwise(_Native):
     """The paper's dynamic load balancing (3.2.5), by the manager, between neighbours.
 
-    Pairs of neighbours are compared from left to right, starting with the first and the second pair in turn.
+    Pairs of neighbours are compared from left to right, starting alternately with the first and second pair.
     A pair whose times differ by more than the threshold divides its particles by processing power, and the
     next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
     particles over measured speed; a difference that the noise of the measurement can explain does not count.
@@ -177,10 +177,10 @@ class Pairwise(_Native):
         smoothing: float = 0.5,
         over: str = "system",
     ) -> None:
-        """Fix the rules.
+        """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a part of the longer time. `min_particles`:
-        fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        `threshold`: smallest difference in time that counts, as a fraction of the longer time.
+        `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -218,11 +218,11 @@ class Diffusive(_Native):
         smoothing: float = 0.5,
         over: str = "system",
     ) -> None:
-        """Fix the rules.
+        """Set the options.
 
-        `threshold`: smallest difference in time that counts, as a part of the longer time. `rate`: part of
-        half the difference that flows, in 0..1; with 1 equal machines may oscillate.
-        `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        `threshold`: smallest difference in time that counts, as a fraction of the longer time. `rate`: part
+        of half the difference that flows, in 0..1; with 1 equal machines may oscillate. `min_particles`:
+        fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
@@ -244,10 +244,10 @@ class Diffusive(_Native):
 
 
 class PrefixCuts(_Native):
-    """All cuts at once, from global prefix sums along the axis; particles may jump over several domains.
+    """Moves all cuts at once, from global prefix sums along the axis; particles may skip several domains.
 
-    Each calculator counts its particles in bins; the manager adds the bins up, and cuts so that each
-    calculator gets its share. One evaluation is enough wherever the imbalance is.
+    Each calculator counts its particles in bins; the manager adds up the bins and places the cuts so that
+    each calculator gets its share. One evaluation is enough, wherever the imbalance is.
     """
 
     @says_near_names
@@ -260,11 +260,12 @@ class PrefixCuts(_Native):
         smoothing: float = 0.5,
         over: str = "system",
     ) -> None:
-        """Fix the rules.
+        """Set the options.
 
-        `threshold`: cuts move when the slowest calculator is this part above the mean. `powers`: None: shares
-        follow measured speeds, which suits machines that differ; or each machine's power, one per calculator:
-        what is measured beyond that is the cost of the place, which suits particles that differ in cost.
+        `threshold`: cuts move when the slowest calculator is this fraction above the mean. `powers`: None:
+        shares follow measured speeds, which suits machines that differ; or each machine's power, one per
+        calculator: the rest of the measured time is the cost of the place, which suits particles that differ
+        in cost.
         `min_particles`: cuts stay while no calculator is this many particles off its share. `smoothing`,
         `over`: see `Balancer`.
         """
@@ -301,10 +302,10 @@ class Proportional(_Native):
         min_particles: int = 64,
         over: str = "system",
     ) -> None:
-        """Fix the shares.
+        """Set the options.
 
         `powers`: each calculator's share, on any scale; 0 leaves a calculator idle. `threshold`: cuts move
-        when a calculator is off its share by more than this part of it, and by `min_particles` at least.
+        when a calculator is off its share by more than this fraction of it, and by at least `min_particles`.
         `over`: see `Balancer`.
         """
         super().__init__(Balancer.smoothing, over)

@@ -87,7 +87,7 @@ class Condition:
         return Condition(("invert", self._node), self._size + 1)
 
     def __bool__(self) -> bool:
-        """Refuse: a condition is true or false for each particle only. Write & | ~, not and, or, not."""
+        """Refuse: a condition is true or false per particle only. Write & | ~ instead of and, or, not."""
         raise ArgumentError(
             "condition", self, "combined with & | ~ and given to where=, not tested in Python"
         )
@@ -123,7 +123,7 @@ def as_condition(argument: str, value: Any) -> Condition:
 
 
 def checked(size: int) -> int:
-    """Return the number of operations, if an expression may have so many."""
+    """Return the number of operations, if an expression may have that many."""
     if size > MOST_STEPS:
         raise ArgumentError("expression", f"{size} operations", f"of at most {MOST_STEPS} operations")
     return size

@@ -17,12 +17,12 @@ __all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
 Drawn: TypeAlias = Union[ArrayLike, Shape, "Uniform", "Normal"]
 """A value, or what each particle's value is drawn from."""
 
-MOST = 1e37  # no draw leaves float32: neither a range of twice that, nor 7 sigma
+MOST = 1e37  # no draw leaves float32's range: neither a range of twice that, nor 7 sigma
 
 
 @value()
 class Uniform(Value):
-    """Drawn uniformly from lo..hi, each component by itself.
+    """Drawn uniformly from lo..hi, each component independently.
 
     The ends are numbers, or vectors for an attribute of three.
     """
@@ -37,7 +37,7 @@ class Uniform(Value):
 
 @value()
 class Normal(Value):
-    """Drawn from a normal distribution, each component by itself.
+    """Drawn from a normal distribution, each component independently.
 
     Mean and standard deviation are numbers, or vectors for an attribute of three.
     """
@@ -51,18 +51,18 @@ class Normal(Value):
 
 
 def _kept(value: Any) -> Any:
-    """Return the numbers of a value, so that what is done to an array afterwards changes nothing."""
+    """Return the numbers of a value, so that later changes of an array have no effect."""
     if isinstance(value, (np.ndarray, list, tuple)):
         try:
             numbers = arguments.floats("", value, np.float64, "")
         except ArgumentError:
-            return value  # refused where it is used, with the attribute's name
+            return value  # refused when it is used, with the attribute's name
         return tuple(numbers.tolist()) if numbers.ndim == 1 else value
     return float(value) if isinstance(value, (np.integer, np.floating)) else value
 
 
 class State(TypedDict, total=False):
-    """What newborn particles can get, besides a system's own attributes."""
+    """Attributes that newborn particles can get, besides a system's own."""
 
     velocity: Drawn
     velocity_b: Drawn

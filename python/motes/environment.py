@@ -28,17 +28,17 @@ class Variable:
     name: str
     meaning: str
     allowed: str
-    """What it may be, as an error says it: "a number of seconds > 0"."""
+    """What is allowed, as errors say it: "a number of seconds > 0"."""
     parse: Callable[[str], Any]
     """Read the text. Raises ValueError, or ArgumentError, for what is not allowed."""
     default: Any = None
-    """What `read` returns where it is not set; None leaves it to the script."""
+    """The value if it is not set; None leaves it to the script."""
     default_text: str = ""
-    """The default in words, where it is not a plain value."""
+    """The default as text, if it is not a plain value."""
 
 
 def read(name: str) -> Any:
-    """Return a variable's value, parsed, or its default where it is not set or empty.
+    """Return a variable's parsed value, or its default if it is not set or empty.
 
     Raises ArgumentError, naming the variable and what is allowed.
     """
@@ -71,7 +71,7 @@ def alone() -> bool:
 
 
 def births(given: Any) -> str:
-    """Return who makes births: MOTES_BIRTHS, or else World's `births`."""
+    """Return who creates births: MOTES_BIRTHS, or else World's `births`."""
     from . import arguments
 
     return read("MOTES_BIRTHS") or arguments.choice("births", given, BIRTHS)
@@ -154,7 +154,7 @@ TABLE = {
         ),
         Variable(
             "MOTES_BIRTHS",
-            "who makes births",
+            "who creates births",
             "manager or calculators",
             _one_of(*BIRTHS),
             default_text="what the script says: `World(births=...)`",

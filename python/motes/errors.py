@@ -40,15 +40,14 @@ def _rebuild(kind: type[MotesError], args: tuple[Any, ...], attributes: dict[str
 
 
 class ArgumentError(MotesError, ValueError):
-    """A call got a value it cannot use; names the argument, the value and what is allowed."""
+    """A call got a value that it cannot use; names the argument, the value and what is allowed."""
 
     def __init__(
         self, argument: str, value: object, allowed: str, *, known: Iterable[str] = (), hint: str = ""
     ) -> None:
         """Say that `argument` must be `allowed` and is `value` instead.
 
-        `known`: names of which one may be meant; the one nearest to `value` is suggested. `hint`: what else
-        helps.
+        `known`: names, of which the one nearest to `value` is suggested. `hint`: what else helps.
         """
         more = near(value, known) + (f"; {hint}" if hint else "")
         super().__init__(f"{argument} must be {allowed}, got {_short(value)}{more}")
@@ -88,10 +87,10 @@ class RankError(MotesError, RuntimeError):
 
 
 class ScriptMismatch(MotesError, RuntimeError):
-    """Ranks recorded different lists in the same frame: the script does not say the same on every rank."""
+    """Ranks recorded different lists in the same frame: the script does not do the same on every rank."""
 
     def __init__(self, text: str, *, frame: int, ranks: tuple[int, ...], speaker: int | None = None) -> None:
-        """`text` names the first of the `ranks` that differ from most, the frame and the first difference."""
+        """`text` names the first of the `ranks` that differ from most others, the frame and what differs."""
         super().__init__(text)
         self.text = text
         self.frame = frame
@@ -100,11 +99,11 @@ class ScriptMismatch(MotesError, RuntimeError):
 
 
 class NotHere(MotesError, AttributeError):
-    """What was asked for lives on another rank."""
+    """What was asked for is on another rank."""
 
 
 class NotAssignable(MotesError, AttributeError):
-    """An assignment to what cannot be assigned; says how the same is done."""
+    """An assignment to something that cannot be assigned; says what to do instead."""
 
 
 class CheckpointError(MotesError):
@@ -120,7 +119,7 @@ EXTRAS = {"video": ("av>=12.3",), "analysis": ("pandas>=2", "matplotlib>=3.8")}
 
 
 class MissingExtra(MotesError, ImportError):
-    """A package that motes needs for this alone is not installed; says how to install it."""
+    """A package that only this part of motes needs is not installed; says how to install it."""
 
     def __init__(self, need: str, *, extra: str, package: str, reason: object = None) -> None:
         """`need` says who needs the package, such as "Movie"; `extra` is a name of `EXTRAS`."""
@@ -163,7 +162,7 @@ def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:
 
 
 def argument_error(text: str) -> ArgumentError:
-    """Make the error of a sentence "x must be ..., got ..." that the engine wrote."""
+    """Make the error from the engine's sentence "x must be ..., got ..."."""
     head, _, value = text.rpartition(", got ")
     argument, _, allowed = (head or text).partition(" must ")
     error = ArgumentError.__new__(ArgumentError, text)

@@ -77,7 +77,7 @@ class Expression:
         return _one("square_root", self)
 
     def floor(self) -> Expression:
-        """Largest whole number that is not above."""
+        """The largest integer that is not above."""
         return _one("floor", self)
 
     def length(self) -> Expression:
@@ -120,7 +120,7 @@ class Expression:
     __hash__ = None  # type: ignore[assignment]
 
     def __bool__(self) -> bool:
-        """Refuse: an expression has a value for each particle only."""
+        """Refuse: an expression has one value per particle."""
         raise ArgumentError("expression", self, "compared and given to where=, not tested in Python")
 
     def __setattr__(self, name: str, _: object) -> None:
@@ -169,7 +169,7 @@ def as_expression(argument: str, value: Any) -> Expression:
 
 
 def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
-    """Return the number or vector that an expression is, or None where it depends on columns."""
+    """Return the number or vector that an expression is, or None if it depends on columns."""
     operation, *operands = expression._node
     if operation != "constant":
         return None

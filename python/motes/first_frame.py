@@ -1,4 +1,4 @@
-"""What a system's first frame probably lacks: one warning for what runs, but looks like an oversight."""
+"""Probable oversights in a system's first frame: one warning for what runs, but is probably not meant."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ LEAST_BYTE = (
 
 
 class Seen(Protocol):
-    """A system, as far as it is looked at."""
+    """A system, as far as it is checked."""
 
     name: str
     _first: FirstFrame | None
@@ -44,7 +44,7 @@ class Seen(Protocol):
 
 
 def remarks_on(systems: Iterable[Seen], renderer: Renderer | None) -> Iterator[str]:
-    """Yield what the systems lack whose first list with births has run, and what the first picture does."""
+    """Yield remarks on systems whose first list with births has run, and on the first picture."""
     for system in systems:
         if system._first is not None and system._has_births and system._list:
             first, system._first = system._first, None
@@ -55,7 +55,7 @@ def remarks_on(systems: Iterable[Seen], renderer: Renderer | None) -> Iterator[s
 
 
 class FirstFrame:
-    """Notes what the script gives a system until its first list has run."""
+    """Notes what the script sets for a system until its first list has run."""
 
     def __init__(self) -> None:
         """Nothing is known yet."""
@@ -126,7 +126,7 @@ class FirstFrame:
 
 
 def camera_inside(renderer: Renderer) -> list[str]:
-    """Return what is wrong with the place of the camera."""
+    """Return what is wrong with the camera's position."""
     position = renderer.camera.position
     for solid in renderer.solids:
         if bool(solid.shape.contains(position)):

@@ -1,4 +1,4 @@
-"""Frame: one finished picture, as a NumPy array on the image generator and as nothing elsewhere."""
+"""Frame: one finished picture, a NumPy array on the image generator and empty elsewhere."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Frame:
     """A picture of the animation.
 
     On the image generator it holds the pixels. On every other rank it is falsy, `save` does nothing, and
-    asking for pixels raises `NotHere`; so a script needs no test of its rank.
+    asking for pixels raises `NotHere`; so a script need not test its rank.
     """
 
     __slots__ = ("__weakref__", "_home", "_linear", "_missing", "_pixels", "_rank", "index", "time")
@@ -38,11 +38,11 @@ class Frame:
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
     ) -> None:
-        """Wrap `pixels`, uint8 (height, width, 3), without copying; None where the picture lives elsewhere.
+        """Wrap `pixels`, uint8 (height, width, 3), without copying; None if the picture lives elsewhere.
 
-        `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank, None
-        where no picture was made at all, `missing` says why not, and `rank` is this one; all only serve
-        messages.
+        `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank, None if
+        no picture was made at all; `missing` says why not; `rank` is this rank. These three are used in
+        messages only.
         """
         self.index = index
         self.time = time
@@ -150,7 +150,7 @@ def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
 
 
 def _exr(linear: NDArray[np.float32]) -> bytes:
-    """Encode as OpenEXR: float32, one part, scan lines, not compressed; written as the format's page says."""
+    """Encode as OpenEXR: float32, one part, scan lines, not compressed, by the format's specification."""
     height, width, _ = linear.shape
     float32, uncompressed, top_down = 2, 0, 0
     # A channel: name, pixel type, 4 bytes "linear" and reserved, sampling in x and y; in the order of the

@@ -1,4 +1,4 @@
-"""Starting a script on many ranks: the mpirun that fits Python's MPI library, with the flags it needs."""
+"""Starts a script on many ranks, by the mpirun that matches Python's MPI library, with the flags it needs."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Version(NamedTuple):
     number: str
 
     def fits(self, other: Version) -> bool:
-        """Whether a launcher of one starts ranks of the other: the same MPI, up to the last number."""
+        """Whether a launcher of one starts ranks of the other: the same MPI, but for the last number."""
         return self.family == other.family and self.parts[:2] == other.parts[:2]
 
     @property
@@ -94,8 +94,7 @@ def command(
 ) -> list[str]:
     """Compose the command line that starts `program` on `ranks` ranks.
 
-    `hosts` is "h1,h2:2" with the number of ranks each may take (1 where none is told); `options` go to
-    mpirun.
+    `hosts` is "h1,h2:2" with the number of ranks that each may take (default 1); `options` go to mpirun.
     """
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
@@ -107,14 +106,14 @@ def command(
     if hostfile is not None and not Path(hostfile).is_file():
         raise MotesError(f"hostfile {hostfile} does not exist")
     mpirun = mpirun or find_mpirun()
-    words = [mpirun.path, "-n", str(ranks)]
+    argv = [mpirun.path, "-n", str(ranks)]
     if mpirun.version.family == "Open MPI":
-        words += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
+        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
     elif hosts is not None:
-        words += ["-hosts", hosts]
+        argv += ["-hosts", hosts]
     elif hostfile is not None:
-        words += ["-f", hostfile]
-    return [*words, *options, *program]
+        argv += ["-f", hostfile]
+    return [*argv, *options, *program]
 
 
 def run(
@@ -131,22 +130,22 @@ def run(
     Otherwise it watches over the launcher (`_run/supervisor.py`).
     """
     _check_program(program)
-    words = [sys.executable, *program]
+    argv = [sys.executable, *program]
     alone = ranks == 1 and not hosts and not hostfile and not options
     if not alone:
-        words = command(ranks, words, hosts=hosts, hostfile=hostfile, options=options)
+        argv = command(ranks, argv, hosts=hosts, hostfile=hostfile, options=options)
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
     if not alone:
-        return supervise(words)
+        return supervise(argv)
     if os.name == "posix":
-        os.execve(words[0], words, os.environ)  # without what a started MPI added to the process's own
-    return subprocess.run(words).returncode
+        os.execve(argv[0], argv, os.environ)  # without what a started MPI added to the environment
+    return subprocess.run(argv).returncode
 
 
 def most_ranks() -> int:
-    """Return how many ranks this machine may take: its memory and its process numbers bound them."""
+    """Return how many ranks this machine may take: memory and the number of processes limit them."""
     memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
     numbers = 32768
     with contextlib.suppress(OSError, ValueError):
@@ -184,7 +183,7 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
 
 
 def _allocated() -> int | None:
-    """How many ranks a scheduler gave this job places for; Open MPI reads from it where these are."""
+    """For how many ranks a scheduler gave this job places; Open MPI asks it where they are."""
     tasks = os.environ.get("SLURM_NTASKS", "")
     if "SLURM_JOB_ID" in os.environ and tasks.isdigit():
         return int(tasks)
@@ -193,7 +192,7 @@ def _allocated() -> int | None:
 
 
 def _slots(numbers: Iterable[str]) -> int | None:
-    """Sum up how many ranks the hosts take; None when one does not tell (Open MPI then counts its cores)."""
+    """Sum up how many ranks the hosts take; None if one does not say (Open MPI then counts its cores)."""
     listed = list(numbers)
     return sum(map(int, listed)) if all(number.isdigit() for number in listed) else None
 
@@ -203,13 +202,13 @@ def _check_program(program: Sequence[str]) -> None:
         raise MotesError("no script given: python -m motes run -n 4 script.py")
     if program[0].startswith("-"):
         if len(program) < 2:
-            raise MotesError(f"{program[0]} needs a word after it")
+            raise MotesError(f"{program[0]} needs an argument after it")
     elif not Path(program[0]).is_file():
         raise MotesError(f"script {program[0]} does not exist")
 
 
 def _leave_mpi() -> None:
-    """Close MPI, if importing motes started it: the ranks to come must not inherit its session."""
+    """Finalize MPI, if importing motes started it: the new ranks must not inherit its session."""
     module = sys.modules.get("mpi4py.MPI")
     if module is not None and module.Is_initialized() and not module.Is_finalized():
         module.Finalize()
@@ -234,7 +233,7 @@ def _launcher_version(path: str) -> Version:
 
 
 def _version(text: str) -> Version:
-    """Read what a library or a launcher says of itself."""
+    """Parse the version text of a library or a launcher."""
     patterns = {
         "Open MPI": r"Open MPI\)? v?(\d[\w.]*)",  # "Open MPI v5.0.11, ..." and "mpirun (Open MPI) 5.0.11"
         "Intel MPI": r"Intel\(R\) MPI Library.*?(?:Version )?(\d{4}[\w.]*)",

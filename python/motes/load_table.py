@@ -1,4 +1,4 @@
-"""What a balancer knows: the loads of one particle system, or of all, after a frame."""
+"""What a balancer sees: the loads of one particle system, or of all, after a frame."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class LoadTable:
 
     @property
     def evaluation(self) -> int:
-        """How often the balancer was asked about this system before: 0, 1, ..."""
+        """How many times the balancer was asked about this system before: 0, 1, ..."""
         return self.table.evaluation
 
     @property
@@ -67,7 +67,7 @@ class LoadTable:
 
     @property
     def error(self) -> npt.NDArray[np.float64]:
-        """Standard error of `speed` as a part of it, by its samples, float64 (calculators,); 0: unknown."""
+        """Relative standard error of `speed`, from its samples, float64 (calculators,); 0: unknown."""
         return _kept(self.table.error)
 
     @property

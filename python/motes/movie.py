@@ -34,11 +34,10 @@ _ABANDON_S = 1.0  # how long leaving by an exception waits for the frame being e
 
 
 class Movie:
-    """A movie file that is whole or not there.
+    """A movie file that is complete or does not exist.
 
-    Construct it on every rank: where frames are falsy it touches no file, so a script needs no test of its
-    rank. Without a frame no file appears. Leaving the `with` block by an exception removes what was
-    written.
+    Construct it on every rank: where frames are falsy it touches no file, so a script need not test its rank.
+    Without a frame no file appears. Leaving the `with` block by an exception removes what was written.
     """
 
     def __init__(
@@ -51,7 +50,7 @@ class Movie:
         self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
         self.crf = arguments.number("crf", crf, low=0, high=51)
         self.preset = arguments.choice("preset", preset, _PRESETS)
-        # Looked for here, not where frames arrive, so that every rank gets the same error at the same line.
+        # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
         _extras.require_av("Movie")
         self.frames = 0
         self._shape: tuple[int, ...] | None = None
@@ -106,7 +105,7 @@ class Movie:
         self._raise_error()
 
     def __enter__(self) -> Self:
-        """Give the movie itself."""
+        """Return the movie itself."""
         return self
 
     def __exit__(
@@ -120,7 +119,7 @@ class Movie:
 
     def __repr__(self) -> str:
         """Name the file and what is in it."""
-        return f"<Movie {str(self.path)!r} {self.frames} frames at {self.fps:g} a second>"
+        return f"<Movie {str(self.path)!r} {self.frames} frames at {self.fps:g} per second>"
 
     def _start(self, shape: tuple[int, ...]) -> None:
         self._shape = shape
@@ -203,7 +202,7 @@ class Movie:
         stream.pix_fmt = "yuv420p"
         context = stream.codec_context
         context.time_base = 1 / rate
-        # Say which colours these are (BT.709, limited range), or each player guesses by the size of the
+        # Declare the colour space (BT.709, limited range); otherwise players guess it from the size of the
         # picture.
         context.colorspace = context.color_primaries = context.color_trc = context.color_range = 1
         return stream

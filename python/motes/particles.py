@@ -1,4 +1,4 @@
-"""Particles as NumPy arrays: views of this rank's, copies of everybody's."""
+"""Particles as NumPy arrays: views of this rank's particles, copies of all ranks' particles."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ class LocalParticles:
     """Views of this rank's particles of one system: `p.position` (n, 3), `p.age` (n,), `p.id` (n,), ...
 
     Writing into a view changes the particles: `p.velocity[:] = ...`; ids are read-only. An attribute that had
-    one value for all particles gets memory when it is asked for. The order of particles means nothing. When
-    the block ends, views become read-only, and arrays that were made from them lose touch with the particles.
+    one value for all particles gets memory when it is read. The order of particles has no meaning. When the
+    block ends, views become read-only, and writing into arrays made from them no longer changes particles.
     """
 
     __slots__ = (
@@ -56,10 +56,10 @@ class LocalParticles:
         refuse_writing: Callable[[], NoReturn] | None = None,
         preview: bool = False,
     ) -> None:
-        """Belong to `System.local`: see particles `begin`.. or those at the indices `chosen`.
+        """Made by `System.local`: shows particles from `begin` on, or those at the indices `chosen`.
 
-        `refuse_writing` makes the views read-only; it is called where the script writes, and raises.
-        `preview`: what is read is a copy that counts where it is written.
+        `refuse_writing` makes the views read-only; it is called when the script writes, and raises.
+        `preview`: views are of a copy, which counts only if the script writes into it.
         """
         self._engine = engine
         self._system = system
@@ -119,7 +119,7 @@ class LocalParticles:
         raise _unknown(name, self._names())
 
     def _write_back(self) -> None:
-        """Give the particles what was written to the copies of those chosen."""
+        """Copy what was written back to the chosen particles."""
         for name, copy in self._views.items() if self._chosen is not None else ():
             if name != "id":
                 self._column(name)[self._chosen] = copy
@@ -128,7 +128,7 @@ class LocalParticles:
         self._written = True
 
     def _keep_preview(self) -> None:
-        """End a preview: it counts where the script wrote into it."""
+        """End a preview: it counts if the script wrote into it."""
         if self._written:
             self._live().keep_preview(self._system)
             return
@@ -145,7 +145,7 @@ class LocalParticles:
         return self._engine
 
     def _close(self) -> bool:
-        """End the views; whether there were any of the particles themselves."""
+        """End the views; returns whether there were any of the particles themselves."""
         handed_out = bool(self._views) and self._chosen is None
         for view in self._views.values():
             view.flags.writeable = False
@@ -166,7 +166,7 @@ class Particles:
             self._columns = {name: column[order] for name, column in columns.items()}
 
     def __bool__(self) -> bool:
-        """Whether this rank got the particles, be there any or none."""
+        """Whether this rank got the particles, even if there are none."""
         return self._here
 
     def __len__(self) -> int:

@@ -34,7 +34,7 @@ class Camera(Settings):
     fov_deg: float
     """Vertical angle of view, degrees."""
     near: float
-    """What is nearer than this is not seen, m."""
+    """Nothing nearer than this is drawn, m."""
 
     _checks = {
         "position": arguments.triple,
@@ -53,7 +53,7 @@ class Camera(Settings):
         fov_deg: float = 40,
         near: float = 0.1,
     ) -> None:
-        """Take where it stands and looks (m), the vertical angle of view, and the nearest seen distance."""
+        """Take its position and target (m), the vertical angle of view, and the nearest visible distance."""
         given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
         for name, one in given.items():
             setattr(self, name, one)
@@ -68,22 +68,22 @@ class Camera(Settings):
 
     def __repr__(self) -> str:
         """Show the call that makes an equal camera."""
-        words = ", ".join(f"{name}={shown(self.__dict__[name])}" for name in self._checks)
-        return f"Camera({words})"
+        arguments = ", ".join(f"{name}={shown(self.__dict__[name])}" for name in self._checks)
+        return f"Camera({arguments})"
 
 
 @value(init=False)
 class Solid(Value):
-    """An external object (paper 3.2.4): a shape that has a surface, or a union of such, with a colour.
+    """An external object (paper 3.2.4): a shape with a surface, or a union of such shapes, and a colour.
 
-    It is drawn, lit, throws a shadow, and hides the particles behind it. Point, Line and Blob have none.
+    It is drawn, lit, casts a shadow, and hides the particles behind it. Point, Line and Blob have no surface.
     """
 
     shape: Shape
     color: Triple = (0.8, 0.8, 0.8)
 
     def __init__(self, shape: Shape, color: ArrayLike = (0.8, 0.8, 0.8)) -> None:
-        """Take the shape, and the colour in which it is drawn."""
+        """Take the shape and its colour."""
         if not isinstance(shape, Shape):
             raise ArgumentError("shape", shape, "a shape of motes.shapes")
         if any(isinstance(part, (Point, Line, Blob)) for part in _parts(shape)):
@@ -155,11 +155,11 @@ class Renderer(Settings):
         path: str = "auto",
         linear: bool = False,
     ) -> None:
-        """Take what makes the picture.
+        """Take the attributes.
 
         `objects`: solids, or shapes for solids of the default colour. `path`: how particles become one
-        picture: "gather" is the paper's, records to the image generator; "auto" chooses. `linear`: keep each
-        frame's light, so that `Frame.linear` can be asked for.
+        picture: "gather" is the paper's way, which sends records to the image generator; "auto" chooses.
+        `linear`: keep each frame's light for `Frame.linear`.
         """
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "path": path}

@@ -1,4 +1,4 @@
-"""Who plays what (paper 3.1.1)."""
+"""Which rank plays which roles (paper 3.1.1)."""
 
 from __future__ import annotations
 

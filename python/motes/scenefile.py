@@ -3,9 +3,9 @@
 A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
 Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
 nothing is computed, unless the script reads: `System.local`, `gather`, `World.digest`, `count`, `born`,
-`dropped` and `cuts` bring everything up to where the script stands, and from there on all is computed. (On
+`dropped` and `cuts` compute everything up to this point of the script, and from then on all is computed. (On
 several ranks all is computed from the start: a getter must not communicate.) Pictures are not made: frames
-are falsy, as they are off the image generator, and movies are empty. `--full` computes and draws as an
+are falsy, as on ranks other than the image generator, and movies are empty. `--full` computes and draws as an
 ordinary run does.
 
 What only the script itself can do cannot be in the file and is refused: callbacks, and writing particles in
@@ -41,11 +41,11 @@ class Recording:
     claimed: bool = False
     """A world is being recorded, or has been."""
     content: bytes | None = None
-    """The file to be, when the world has ended."""
+    """The content of the file, once the world has ended."""
     facts: dict[str, int] = field(default_factory=dict)
-    """What is said about it."""
+    """What is printed about it."""
     here: bool = False
-    """This rank writes and tells."""
+    """Whether this rank writes and reports."""
 
     def refuse(self, frame: int, what: str) -> NoReturn:
         """Say that the file cannot hold what the script did."""
@@ -83,7 +83,7 @@ def claim(engine: _core.Engine) -> Recording | None:
 def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recording | None:
     """Run `program`, a script and its arguments, in this process and write its scene to `path`.
 
-    Returns None where the script failed with an error of motes, which is then on standard error. Raises
+    Returns None if the script failed with an error of motes, which is then on standard error. Raises
     SystemExit where the script left with an exit code other than 0, MotesError where it ran no world.
     """
     global active
@@ -103,6 +103,6 @@ def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recordi
 
 
 def _texts(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """Pick what the lists themselves do not say; none of it changes a particle."""
+    """Return the facts that the lists do not contain; none of them changes a particle."""
     chosen = {name: facts[name] for name in ("axis", "space", "balancer", "combine")}
     return [("recorded_from", " ".join(sys.argv)), *((name, str(value)) for name, value in chosen.items())]

@@ -1,4 +1,4 @@
-"""What scripts that one runs by hand share: their options, and a frame's end as these say."""
+"""What scripts that are run by hand share: command-line options, and the end of a frame according to them."""
 
 from __future__ import annotations
 
@@ -88,14 +88,14 @@ def print_digest(world: World, picture: Frame) -> None:
         world.say(f"{picture.index} {particles} -")
 
 
-def _joined(words: Sequence[str]) -> list[str]:
-    """Write `--space -30,30` as `--space=-30,30`: argparse takes what begins with a minus for an option."""
+def _joined(argv: Sequence[str]) -> list[str]:
+    """Write `--space -30,30` as `--space=-30,30`: argparse would take the value for an option."""
     joined: list[str] = []
-    for word in words:
-        if joined and joined[-1] == "--space" and word[:1] == "-" and word[1:2].isdigit():
-            joined[-1] += "=" + word
+    for argument in argv:
+        if joined and joined[-1] == "--space" and argument[:1] == "-" and argument[1:2].isdigit():
+            joined[-1] += "=" + argument
         else:
-            joined.append(word)
+            joined.append(argument)
     return joined
 
 

@@ -1,4 +1,4 @@
-"""Regions of space as values: where particles are born, drawn from, killed, bounced.
+"""Regions of space as values: where particles are born, killed or bounced, and what is drawn from them.
 
 Units are metres. Points of sampled shapes are uniform by measure. A vector, 3 numbers or 2 for (x, y, 0),
 stands for a `Point` wherever a shape is asked for. Paper: section 4, after D. McAllister's Particle System
@@ -177,7 +177,7 @@ class Disc(Shape):
 
 @value(init=False)
 class Plane(Shape):
-    """The plane through `point`; it contains the half-space on the side away from `normal`."""
+    """The plane through `point`; it contains the half-space on the side opposite to `normal`."""
 
     point: Triple
     normal: Triple
@@ -262,7 +262,7 @@ class Sphere(Shape):
 
 @value(init=False)
 class Blob(Shape):
-    """A cloud without border: each coordinate is normal with deviation `sigma` around `center`.
+    """A cloud without border: each coordinate is normally distributed around `center` with deviation `sigma`.
 
     It holds what is within one sigma of its centre, and has no surface to bounce off.
     """
@@ -279,9 +279,10 @@ class Blob(Shape):
 class Union(Shape):
     """Several shapes as one, also written `a | b`; a union among them counts as its parts.
 
-    It holds what any part holds, and is bounced off at the part that is met first, inside other parts too.
-    Points are drawn from a part picked by measure, where m, m^2 and m^3 count alike, or with equal chances
-    where all measures are 0 or one is infinite. Where parts overlap, points there count for each.
+    It holds what any part holds; particles bounce off the part that is hit first, even inside other parts.
+    Points are drawn from a part chosen in proportion to its measure, where m, m^2 and m^3 count equally, or
+    with equal chances if all measures are 0 or one is infinite. Where parts overlap, points are drawn for
+    each.
     """
 
     shapes: tuple[Shape, ...]

@@ -1,4 +1,4 @@
-"""System: all particles that act by the same script lines (paper 3.1.3)."""
+"""System: all particles that follow the same lines of the script (paper 3.1.3)."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ __all__ = ["System"]
 
 
 class System(Recorder):
-    """A particle system; made by `World.system`. Calls record, and run when the frame ends.
+    """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
-    Every rank makes the same calls in the same order; each does its role's part of them. None of the
-    recording methods communicates. All of them raise MotesError outside `with world:`, inside a callback, and
-    while another thread uses the world.
+    Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
+    methods communicates. All of them raise MotesError outside `with world:`, inside a callback, and while
+    another thread uses the world.
     """
 
     world: World
@@ -42,7 +42,7 @@ class System(Recorder):
     name: str
 
     def __init__(self, world: World, index: int, name: str, definition: dict[str, Any]) -> None:
-        """Belong to a world; scripts call `World.system`."""
+        """Create a system of a world; scripts call `World.system`."""
         names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
         self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.__dict__.update(world=world, name=name)
@@ -68,7 +68,7 @@ class System(Recorder):
         """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
 
         Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
-        Calls add up.
+        Attributes set by earlier calls remain.
         """
         made = {}
         for attribute, value in state.items():
@@ -144,9 +144,9 @@ class System(Recorder):
         """Let events of this frame emit particles of system `into`: `count` for each parent.
 
         `on`: "birth", "death" or "collision" (with what it bounces off; once per frame). Children appear
-        where the parent is at the frame's end, when the next frame starts, with what `into.configure` says
-        now plus `inherit_velocity` times the parent's velocity. They are numbered in the order of the
-        parents' ids.
+        where the parent is at the frame's end, when the next frame starts, with the attributes that
+        `into.configure` has set so far plus `inherit_velocity` times the parent's velocity. They are numbered
+        in the order of the parents' ids.
         """
         world = self.world
         if not isinstance(into, System) or into.world is not world:
@@ -187,10 +187,10 @@ class System(Recorder):
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
         """Call `function(particles)` here in the list, on each calculator, with views of its particles.
 
-        It must act on each particle alone, and not look at how many there are: newborn particles may come in
-        a call of their own. With sub-steps it is called in each. It cannot record, step or read systems. With
+        It must treat each particle by itself, and not depend on how many there are: newborn particles may
+        come in a separate call. It is called in each sub-step. It cannot record, step or read systems. With
         `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
-        copies, which are written back afterwards, and there is no call where there are none.
+        copies, which are written back afterwards, and it is not called if there are none.
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
@@ -234,11 +234,11 @@ class System(Recorder):
 
     @contextmanager
     def local(self) -> Iterator[LocalParticles]:
-        """Give zero-copy views of this rank's particles, where the script stands; valid inside only.
+        """Give zero-copy views of this rank's particles at this point of the script, valid inside the block.
 
-        Does not communicate, but runs what was recorded so far; reading changes nothing that comes out. With
-        sub-steps one sees a preview, in which all of them have run; writing into it makes it count, and then
-        the rest of the list runs behind it. Positions that are written take their particles to their owners
+        Does not communicate, but runs what was recorded so far; reading does not change any result. With
+        sub-steps the views show a preview, in which all of them have run; writing into it makes it count, and
+        then the rest of the list runs after it. Particles whose positions were written go to their owners
         when the frame ends. The frame cannot end inside the block.
         """
         world = self.world
@@ -311,13 +311,13 @@ class System(Recorder):
 
     @property
     def cuts(self) -> NDArray[np.float32]:
-        """The numbers between the calculators' domains (m), as last agreed; one fewer than calculators."""
+        """The positions of the cuts between domains (m), as last agreed; one fewer than calculators."""
         if self.world._engine is None:
             raise MotesError("cuts exist inside `with world:` only")
         return np.asarray(self.world._engine.cuts(self._index), np.float32)
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """Refuse what is not an attribute of the system, and say how particles get theirs."""
+        """Refuse what is not an attribute of the system, and say how to set a particle's attribute."""
         if name.startswith("_") or name == "sprite":
             object.__setattr__(self, name, value)
         else:
@@ -335,7 +335,7 @@ class System(Recorder):
         raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
-        """Say what there is instead of an attribute that does not exist."""
+        """Raise the error for an attribute that does not exist, with what to use instead."""
         if name in self.__dict__.get("_attributes", ()):
             raise AttributeError(
                 f"{name} belongs to particles, not to a system: read it in `with system.local() as p:` or "

@@ -1,7 +1,7 @@
 """Who may use a world's engine now, and what the engine may call.
 
-One call at a time uses the engine, and none from inside what a call runs. The garbage collector cannot see
-what the engine holds, so that must not hold the world: it would never be collected.
+Only one call at a time uses the engine, and callbacks cannot call it. The garbage collector cannot see what
+the engine holds, so the engine must not hold the world, which would never be collected.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ __all__ = ["Usage", "Weakly", "describe"]
 
 
 class Usage:
-    """Lets one call at a time use the engine; every other raises at once, and says why."""
+    """Lets one call at a time use the engine; every other call raises at once and says why."""
 
     __slots__ = ("_call", "_callback", "_lock", "_thread")
 
     def __init__(self) -> None:
-        """Nobody uses it yet."""
+        """Start with no call in progress."""
         self._lock = threading.Lock()
         self._call = ""
         self._thread = 0
@@ -87,5 +87,5 @@ class Weakly:
 
 
 def describe(cast: roles.Core, rank: int) -> str:
-    """Name a rank and what it plays."""
+    """Name a rank and its roles."""
     return f"rank {rank} ({_core.describe_role(cast, rank)})"

@@ -1,4 +1,4 @@
-"""Values: what never changes once it is made, and equals whatever was made alike."""
+"""Values: objects that never change once made; those with equal fields are equal."""
 
 from __future__ import annotations
 
@@ -59,8 +59,8 @@ class Value:
         """Show the call that makes this value, without the arguments that have their defaults."""
         defaults = {field.name: field.default for field in fields(self)}  # type: ignore[arg-type]
         items = self._items().items()
-        words = [f"{name}={shown(v)}" for name, v in items if not _same(v, defaults[name])]
-        return f"{type(self).__name__}({', '.join(words)})"
+        arguments = [f"{name}={shown(v)}" for name, v in items if not _same(v, defaults[name])]
+        return f"{type(self).__name__}({', '.join(arguments)})"
 
     def __setattr__(self, name: str, _: object) -> NoReturn:
         """Refuse: values do not change."""
@@ -79,7 +79,7 @@ class Value:
 
 
 class Settings:
-    """Base of what has attributes that may change: each is checked when it is assigned, no other can be."""
+    """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
 
     _checks: ClassVar[Mapping[str, Callable[[str, Any], Any]]]
     """By name: the check that takes name and value, and returns the value to keep."""
@@ -115,7 +115,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
 
 
 def _constructor(kind: Any, kw_only: bool) -> Any:
-    """Return the constructor of a dataclass, in half the time: scripts make values by the hundred."""
+    """Return a constructor for a dataclass that takes half the time: scripts make values by the hundred."""
     names = [field.name for field in fields(kind)]
     defaults = {f"_{f.name}": f.default for f in fields(kind)}  # MISSING where there is none
     parameters = ", ".join(f"{name}=_{name}" for name in names)
@@ -168,7 +168,7 @@ def says_near_names(function: Function) -> Function:
 
 
 def shown(value: object) -> str:
-    """Show a field such that Python reads it back without any import."""
+    """Show a field so that Python reads it back without any import."""
     if isinstance(value, float) and not math.isfinite(value):
         return f"float({str(value)!r})"
     if isinstance(value, tuple):

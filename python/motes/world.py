@@ -50,7 +50,7 @@ class World(Settings):
         with world:
             for frame in world.frames(100):
                 ...                          # births and actions of the systems, recorded
-                world.render().save(...)     # the manager deals out births, calculators act and
+                world.render().save(...)     # the manager distributes births, calculators act and
                                              # move, particles go to their owners, a picture comes back
     """
 
@@ -82,21 +82,21 @@ class World(Settings):
         progress: str | Callable[[dict[str, Any]], None] = "lines",
         comm: MPI.Intracomm | None = None,
     ) -> None:
-        """Take the run's facts; nothing is started before `with world:`.
+        """Take the run's settings; nothing is started before `with world:`.
 
         `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
-        list runs `substeps` times. `axis` and `space`: what the domains cut, and the interval (m) they share
-        at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the first
-        births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance, or None: cuts stay.
-        `renderer`: what `render` draws. `combine`: how several systems share a frame (paper 3.3):
+        list runs `substeps` times. `axis` and `space`: the axis that domains cut, and the interval (m) that
+        they divide at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the
+        first births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance; None keeps
+        cuts. `renderer`: what `render` draws. `combine`: how several systems share a frame (paper 3.3):
         "one_by_one", "together" (one message per pair of ranks for all systems) or "overlapped" (the messages
-        of one travel while the next computes). `births`: who makes newborn particles: the "manager", which
-        deals them out, or the "calculators", each a part of them; they are the same. `fan_out`: each rank
-        relays the manager's messages to at most this many others (docs/growth.md tells what both are worth
-        with many ranks). `clock`: what a calculator's load is measured in: "cpu" (processor time of its
-        thread, which others on the same processor do not stretch) or "wall". `log`: a directory. `spans`:
-        also log a timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row
-        per frame. `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
+        of one travel while the next computes). `births`: who creates newborn particles: the "manager", which
+        distributes them, or the "calculators", each its part; the particles are the same. `fan_out`: each
+        rank relays the manager's messages to at most this many others (docs/growth.md measures the benefit of
+        both with many ranks). `clock`: the clock that measures a calculator's load: "cpu" (processor time of
+        its thread, which other processes do not lengthen) or "wall". `log`: a directory. `spans`: also log a
+        timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row per frame.
+        `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
         """
         self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
         self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)
@@ -156,7 +156,7 @@ class World(Settings):
 
     @property
     def role(self) -> set[str]:
-        """What this rank plays: of "manager", "image_generator" and "calculator"."""
+        """The roles of this rank: any of "manager", "image_generator" and "calculator"."""
         manager, image_generator, calculators = self._cast
         played = {"manager": [manager], "image_generator": [image_generator], "calculator": calculators}
         return {name for name, ranks in played.items() if self.rank in ranks}
@@ -188,7 +188,7 @@ class World(Settings):
 
     @property
     def systems(self) -> tuple[System, ...]:
-        """All systems in the order of their making."""
+        """All systems in order of creation."""
         return tuple(self._systems)
 
     @property
@@ -214,9 +214,9 @@ class World(Settings):
         space: tuple[float, float] | str | None = None,
         attributes: Mapping[str, Any] | None = None,
     ) -> System:
-        """Make a particle system; the same calls in the same order on every rank.
+        """Create a particle system; every rank makes the same calls in the same order.
 
-        `capacity`: most particles alive at once; births above it are dropped and counted. `attributes`:
+        `capacity`: most particles alive at once; births beyond it are dropped and counted. `attributes`:
         extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
         `space` override the world's.
         """
@@ -363,12 +363,12 @@ class World(Settings):
         return self.__enter__()
 
     def close(self) -> None:
-        """End the run, as leaving `with world:` does; nothing happens where it has ended. Collective."""
+        """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
         if not self._ended:
             self.__exit__(None, None, None)
 
     def frames(self, n: int) -> Iterator[int]:
-        """Yield the frame numbers still to do, of 0..n-1; each turn of the loop ends with `render` or `step`.
+        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
 
         Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7.
         """
@@ -458,7 +458,7 @@ class World(Settings):
     def digest(self) -> str:
         """Hash every particle of every system, all columns. Collective.
 
-        Equal particles give equal text, whatever the number of ranks and the order in memory.
+        Equal particles give equal digests, whatever the number of ranks and the order in memory.
         """
         engine = self._begin("digest()", reads=True)
         try:

@@ -1,4 +1,4 @@
-"""Checks of what `World` and `World.system` take, where it is more than a number or a word."""
+"""Checks of those arguments of `World` and `World.system` that are more than a number or a name."""
 
 from __future__ import annotations
 

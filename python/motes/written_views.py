@@ -1,8 +1,8 @@
 """Views that notice when a script writes into them, whatever it writes and however few particles there are.
 
-With sub-steps, what `System.local` shows in the middle of a frame is a preview: it counts only where the
-script writes into it, and that must not depend on which particles a rank has. So the call counts, not what it
-changes.
+With sub-steps, what `System.local` shows in the middle of a frame is a preview: it counts only if the script
+writes into it, and that must not depend on which particles a rank has. So what matters is that the script
+writes, not what it changes.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """One action on given particles, case by case: what the tests compare with the reference numbers.
 
-Arguments: the JSON file of cases; the file to write, a pickle: one dict a case with `columns` (those of the
-survivors, by id) or `error`.
+Arguments: the JSON file of cases; the file to write, a pickle: one dict per case with `columns` (those of
+the survivors, by id) or `error`.
 """
 
 from __future__ import annotations
@@ -27,19 +27,19 @@ def value_of(value: Any) -> Any:
     """Turn {"type": "sphere", ...} into the shape."""
     if not isinstance(value, dict):
         return value
-    words = {name: word for name, word in value.items() if name != "type"}
+    given = {name: part for name, part in value.items() if name != "type"}
     if value["type"] == "union":
-        return shapes.Union(*(value_of(shape) for shape in words["shapes"]))
-    return getattr(shapes, value["type"].capitalize())(**words)
+        return shapes.Union(*(value_of(shape) for shape in given["shapes"]))
+    return getattr(shapes, value["type"].capitalize())(**given)
 
 
 def run(case: dict[str, Any]) -> dict[str, Any]:
     """Record the action on the particles before, and return those after."""
-    words = {name: value_of(value) for name, value in case["params"].items()}
+    given = {name: value_of(value) for name, value in case["params"].items()}
     if case["action"] == "bounce":
-        words["exact_hit"] = False
+        given["exact_hit"] = False
     if case["action"] == "sink" and case["params"]["shape"]["type"] == "plane":
-        words["inside"] = not words["inside"]  # his planes hold the half-space above them, ours the one below
+        given["inside"] = not given["inside"]  # his planes hold the half-space above them, ours the one below
     world = motes.World(seed=1, dt=case["dt"], progress="off")
     system = world.system("all")
     before = {name: np.array(column, np.float32) for name, column in case["before"].items()}
@@ -48,7 +48,7 @@ def run(case: dict[str, Any]) -> dict[str, Any]:
         before.setdefault(name, np.full((len(before["position"]), 3)[:width], 0.75, np.float32))
     with world:
         system.emit(**before)
-        system.apply(getattr(motes.actions, "".join(w.title() for w in case["action"].split("_")))(**words))
+        system.apply(getattr(motes.actions, "".join(w.title() for w in case["action"].split("_")))(**given))
         world.step()
         after = system.gather()
         return {"id": np.array(after.id), **{name: np.array(getattr(after, name)) for name in COLUMNS}}

@@ -1,7 +1,7 @@
 """Every feature of the engine in one small scene; prints how it looks under variants of roles and space.
 
 Arguments: a JSON list of variants, each {"roles": ..., "space": ...}; optionally the path of a shared library
-to load first. One line a frame: variant, frame, digest of the particles, digest of the picture.
+to load first. One line per frame: variant, frame, digest of the particles, digest of the picture.
 """
 
 from __future__ import annotations

@@ -52,7 +52,7 @@ def fail(frame: int) -> bool:
         os.kill(os.getpid(), 9)
     if kind == "another action":
         system.gravity((0, 0, 1))
-    if kind == "another verb":
+    if kind == "another call":
         world.digest()
     if kind == "no memory":
         pages = int(Path("/proc/self/statm").read_text().split()[0])

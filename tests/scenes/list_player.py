@@ -1,4 +1,6 @@
-"""Plays the scripts that a folder gets: N.txt is one, N.NAME its answer, a line a frame; `stop` ends it.
+"""Plays the scripts that appear in a folder: N.txt is one, N.NAME its answer, one line per frame.
+
+`stop` ends it.
 
 Arguments: the folder, this job's name, the first N. Every rank reads for itself: waiting costs nothing.
 """
@@ -33,7 +35,7 @@ def answer_of(text: str) -> str:
 
 
 def main(folder: Path, name: str, number: int) -> None:
-    """Answer until told to stop, or forgotten."""
+    """Answer until `stop` appears, or nothing does for long."""
     last = time.monotonic()
     while time.monotonic() - last < PATIENCE_S and not (folder / "stop").exists():
         question = folder / f"{number}.txt"

@@ -1,4 +1,4 @@
-"""Plays scripts from a JSON file (see test_same_bits.random_scripts); a line each: its frames' digests."""
+"""Plays scripts from a JSON file (see test_same_bits.random_scripts); prints one line each, its digests."""
 
 from __future__ import annotations
 

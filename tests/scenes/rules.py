@@ -1,4 +1,4 @@
-"""Conditions, computed attributes, secondary births and callbacks in one scene; a line a frame."""
+"""Conditions, computed attributes, secondary births and callbacks in one scene; one line per frame."""
 
 import numpy as np
 

@@ -1,6 +1,6 @@
 """What a recorded scene can hold, in a small one: `--digest` prints as `motes_replay --digest` does.
 
-`--read` also reads particles, of which the script's words then depend.
+`--read` also reads particles, on which the script's calls then depend.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ smoke = world.system("smoke", axis="y", space=(0, 3), sprite=motes.Sprite("point
 
 
 def say(frame: int) -> None:
-    """One frame's words."""
+    """Make one frame's calls."""
     sparks.configure(
         velocity=shapes.Sphere((0, 4, 0), 2), lifetime=motes.Uniform(0.1, 0.6), heat=motes.Normal(0, 1)
     )
@@ -47,7 +47,7 @@ def say(frame: int) -> None:
 
 
 def look(frame: int) -> None:
-    """Words that depend on what there is."""
+    """Make calls that depend on the particles."""
     with smoke.local() as here:  # splits the list
         highest = float(here.position[:, 1].max()) if len(here) else 0.0
     assert np.isfinite(highest)

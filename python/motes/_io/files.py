@@ -24,11 +24,11 @@ _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 @contextmanager
 def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) -> Iterator[Path]:
-    """Lend a new, empty file in the same directory; on success it becomes `path`, on failure it goes away.
+    """Yield a new, empty file in the same directory; on success it becomes `path`, else it is removed.
 
-    The block opens the file by its name, writes and closes it. The name is random and the file is made here,
-    so nobody else's file or symbolic link is ever written to. `remove_abandoned`: first remove what killed
-    processes have left of the same `path`; it lists the directory.
+    The block opens the file by its name, writes and closes it. The name is random and the file is created
+    here, so nobody else's file or symbolic link is ever written to. `remove_abandoned`: first remove what
+    killed processes have left of the same `path`; this lists the directory.
     """
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
@@ -74,7 +74,7 @@ def _open_made(name: str, flags: int) -> int:
 
 
 def _make_draft(path: Path) -> tuple[Path, int]:
-    """Make a new file beside `path` and lock it: an unlocked one belongs to a process that is gone."""
+    """Create a file beside `path` and lock it: an unlocked one belongs to a process that is gone."""
     while True:
         draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_SUFFIX}")
         lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW, 0o666)
@@ -107,7 +107,7 @@ def _remove_if_unlocked(draft: Path) -> None:
 
 
 def _try_lock(file: int) -> bool:
-    """Lock an open file without waiting; False where another process has it or locks do not exist."""
+    """Lock an open file without waiting; False if another process has it or locks do not exist."""
     if fcntl is None:
         return False
     try:
@@ -118,7 +118,7 @@ def _try_lock(file: int) -> bool:
 
 
 def _sync(path: Path) -> None:
-    """Bring a file or a directory to the disk, where the system can do that."""
+    """Flush a file or a directory to the disk, where the system can do that."""
     try:
         handle = os.open(path, os.O_RDONLY)
         try:

@@ -1,4 +1,4 @@
-"""PNG pictures by the standard library alone: one pass, no filter, fastest compression."""
+"""PNG pictures with the standard library alone: one pass, no filter, fastest compression."""
 
 from __future__ import annotations
 

@@ -35,7 +35,7 @@ class Left(Exception):
 def begin(comm: MPI.Comm) -> None:
     """Wait until every rank of `comm` is about to run. Collective.
 
-    Raises Left where one of them has left the script, or leaves it meanwhile.
+    Raises Left if one of them has left the script, or leaves it meanwhile.
     """
     from mpi4py import MPI
 
@@ -79,7 +79,7 @@ def leave() -> None:
 
 
 def _check_notes(comm: MPI.Comm) -> None:
-    """Raise Left where a rank that `comm` needs has sent a note that it left."""
+    """Raise Left if a rank that `comm` needs has sent a note that it left."""
     from mpi4py import MPI
 
     status = MPI.Status()

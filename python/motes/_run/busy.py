@@ -1,7 +1,7 @@
-"""What keeps a rank from answering for long without being stuck: the other ranks wait for it without a limit.
+"""Long work that keeps a rank from answering although it is not stuck: the others wait without a limit.
 
-Closing a movie may take minutes: the rest of a slow disk's work. The rank says so to all others once it has
-taken a good part of the stall limit, and says when it is done. Meanwhile their waits do not count.
+Closing a movie may take minutes on a slow disk. The rank tells all others once it has used up a good part of
+the stall limit, and tells them again when it is done. In between, their waits do not count.
 """
 
 from __future__ import annotations
@@ -65,13 +65,13 @@ class Busy:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        """Tell the other ranks that it is done, where they were told that it goes on."""
+        """Tell the other ranks that it is done, if they were told that it goes on."""
         if self._announced:
             self._send("")
 
 
 def look_around(run: OpenRun) -> None:
-    """Do what is due while this rank waits for another, in the core or here.
+    """Do what must be done while this rank waits for another, in the core or here.
 
     Ends the job where the process of a rank is gone. Returns only when no rank is busy.
     """

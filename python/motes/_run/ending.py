@@ -1,9 +1,9 @@
 """What happens when a rank fails: one message, and the job ends everywhere.
 
 Left alone, a rank that fails waits in MPI_Finalize for the others, and the others wait for its messages:
-the job hangs for ever. So each way out of a script (an exception, sys.exit, Ctrl-C, a thread's exception,
+the job hangs forever. So each way out of a script (an exception, sys.exit, Ctrl-C, a thread's exception,
 the script's early end, the death of a process) leads here, to one report on standard error and MPI_Abort.
-With a single rank nothing can hang, and Python behaves as ever.
+With a single rank nothing can hang, and Python behaves as usual.
 """
 
 from __future__ import annotations
@@ -78,12 +78,12 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
 
 def end_left(rank: int) -> NoReturn:
     """End the whole job because a rank left the script before a run that needs it started."""
-    _end(f"{place(rank)} left the script before the run started; the others would wait for ever", "", 1)
+    _end(f"{place(rank)} left the script before the run started; the others would wait forever", "", 1)
 
 
 def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
     """End the whole job because the process of another rank (of COMM_WORLD) is gone."""
-    # The process may be gone because its own abort is under way and has spoken already: then this one ends
+    # The process may be gone because its own abort is under way and has reported already: then this one ends
     # here.
     time.sleep(TEARDOWN_S)
     _end(f"{place(rank, role=role, frame=frame)}: its process is gone (killed or crashed)", "", 1)
@@ -165,14 +165,14 @@ def _end(
             if may_speak(speaker):
                 _call_previous_hook(error)
                 print_report(headline, body)
-    else:  # another thread of this rank is at it
+    else:  # another thread of this rank is already aborting
         with contextlib.suppress(BaseException):
             time.sleep(SPEAKER_WAIT_S)
     abort(code)
 
 
 def abort(code: int) -> NoReturn:
-    """End every rank with this exit code; at the least this process, whatever state Python and MPI are in."""
+    """End every rank with this exit code; at least this process, whatever state Python and MPI are in."""
     from mpi4py import MPI
 
     with contextlib.suppress(BaseException):

@@ -1,7 +1,7 @@
 """The start of a run: every rank learns of every other, and all agree before anything can block.
 
-Collective, in this order: all are there (`attendance`), who is where, all were told the same, the manager may
-write the log. Whatever is wrong is raised on every rank.
+Collective, in this order: all ranks are there (`attendance`), each learns where the others run, all were
+given the same settings, the manager may write the log. Whatever is wrong is raised on every rank.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ if TYPE_CHECKING:
 
 __all__ = ["begin", "close", "meet"]
 
-_CARD = struct.Struct("<i64s64siqQ96sI16s")  # what each rank says of itself
+_CARD = struct.Struct("<i64s64siqQ96sI16s")  # what each rank reports about itself
 _VERDICT_BYTES = 4096
 
 
 def begin(comm: MPI.Intracomm) -> OpenRun:
-    """Open a run once every rank of `comm` is about to. Collective.
+    """Open a run once every rank of `comm` is about to start it. Collective.
 
     A rank whose script has ended is reported, which ends the job.
     """
@@ -48,8 +48,8 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on. Raises ScriptMismatch where ranks were told
-    different things, and what `LogDirectory.claim` raises on the manager: on every rank.
+    Returns the settings with the seed that all agreed on. Raises ScriptMismatch if ranks were given different
+    settings, and whatever `LogDirectory.claim` raises on the manager; every rank raises it.
     """
     from mpi4py import MPI
 
@@ -74,7 +74,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
 def close(run: OpenRun, *, well: bool) -> None:
     """End a run: after this the rank may leave the script, unless another run is open.
 
-    `well`: all ranks came to the end; otherwise nothing is freed that needs the others.
+    `well`: all ranks reached the end; otherwise nothing is freed that needs the others.
     """
     from . import busy
 
@@ -91,12 +91,12 @@ def close(run: OpenRun, *, well: bool) -> None:
 
 
 class _Card:
-    """What a rank said of itself."""
+    """What a rank reported about itself."""
 
     def __init__(self, content: Sequence[Any]) -> None:
         rank, role, host, pid, started, self.wish, space, self.length, self.digest = content
-        words = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
-        self.peer = Peer(rank, words[0], words[1], pid, started, words[2])
+        fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
+        self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2])
 
 
 def _exchange_cards(
@@ -121,7 +121,7 @@ def _exchange_cards(
 
 
 def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
-    """Raise ScriptMismatch where ranks were told different things, naming the ranks and the difference."""
+    """Raise ScriptMismatch if ranks were given different settings, naming the ranks and the difference."""
     digests = [card.digest for card in cards]
     model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
     different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
@@ -143,7 +143,7 @@ def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings:
 
 
 def _claim_log(run: OpenRun, settings: RunSettings) -> None:
-    """Let the manager claim the log's directory; raise on every rank what it raises there."""
+    """Let the manager claim the log's directory; if that raises, every rank raises the same."""
     if settings.log is None:
         return
     assert run.comm is not None
@@ -172,8 +172,8 @@ def _as_bytes(error: MotesError, where: str) -> bytes:
 
 
 def _from_bytes(told: bytes) -> MotesError:
-    kind, *words = json.loads(told)
-    return ArgumentError(*words) if kind == "ArgumentError" else LogError(*words)
+    kind, *arguments = json.loads(told)
+    return ArgumentError(*arguments) if kind == "ArgumentError" else LogError(*arguments)
 
 
 def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, settings: RunSettings) -> bytes:

@@ -1,4 +1,4 @@
-"""Whether a launcher started several processes that do not see each other: each would be rank 0 of 1."""
+"""Detects launchers that started several processes which do not see each other: each would be rank 0 of 1."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ class _Variables(NamedTuple):
 
 
 # Only variables of the processes that a launcher started, not of the shell in which it is called:
-# SLURM_NTASKS stands in any shell of an allocation. The first one that is there counts: launchers that start
-# others come last.
+# SLURM_NTASKS is set in any shell of an allocation. The first variable that is set counts: launchers that
+# start other launchers come last.
 _KNOWN = (
     _Variables("Open MPI's mpirun", "OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_RANK"),
     _Variables("MVAPICH's mpirun", "MV2_COMM_WORLD_SIZE", "MV2_COMM_WORLD_RANK"),
@@ -44,7 +44,7 @@ class Launcher(NamedTuple):
 
     name: str
     size: int | None
-    """How many processes there are; None where only the rank is known."""
+    """How many processes there are; None if only the rank is known."""
     variables: tuple[str, ...]
     """As "PMI_SIZE=4"."""
 
@@ -70,7 +70,7 @@ def launcher_of(variables: Mapping[str, str]) -> Launcher | None:
 
 
 def check_alone() -> None:
-    """Raise MotesError where MPI sees one process and the launcher's variables say that there are more.
+    """Raise MotesError if MPI sees one process and the launcher's variables say that there are more.
 
     `MOTES_ALONE=1` lets each process run by itself.
     """
@@ -85,7 +85,7 @@ def check_alone() -> None:
         seen = ", ".join(found.variables)
         raise MotesError(
             f"{found.name} seems to have started {processes} ({seen}), but MPI here sees only this one: "
-            "each would compute the whole animation and overwrite the others' files. "
+            "each would compute the whole animation and overwrite the files of the others. "
             f"The launcher does not belong to the MPI library in use, {library}. Start the script with "
             "`python -m motes run -n N script.py`, or set MOTES_ALONE=1 if each process is to run by itself"
         )

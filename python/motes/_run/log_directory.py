@@ -48,10 +48,10 @@ class LogDirectory:
 
     @classmethod
     def claim(cls, directory: str | os.PathLike[str]) -> Self:
-        """Make the directory, empty, for this run alone.
+        """Create the directory, empty, for this run alone.
 
-        Raises ArgumentError where it holds what no run has logged or where another run writes into it, before
-        anything is changed; LogError where it cannot be made.
+        Raises ArgumentError if it holds other files than a run's log or if another run writes into it, before
+        anything is changed; LogError if it cannot be created.
         """
         path = Path(directory).absolute()
         with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: symbolic links in a circle
@@ -97,7 +97,7 @@ class LogDirectory:
 
 
 def _check_content(path: Path, given: str) -> None:
-    """Raise ArgumentError where a directory that is not empty is no run's log."""
+    """Raise ArgumentError if a directory is neither empty nor a run's log."""
     names = [name for name in os.listdir(path) if name != LOCK]
     if names and not _is_log(path, names):
         strange = next((name for name in sorted(names) if not _OWN.fullmatch(name)), min(names))
@@ -122,9 +122,9 @@ def _own(path: Path) -> list[str]:
 
 
 def _lock(path: Path, given: str) -> int | None:
-    """Lock a directory: an open file, or None where it is no longer the one of that name.
+    """Lock a directory. Returns the open lock file, or None if the directory no longer has that name.
 
-    Raises ArgumentError where another run has the lock.
+    Raises ArgumentError if another run has the lock.
     """
     flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
     file = os.open(path / LOCK, flags, 0o666)

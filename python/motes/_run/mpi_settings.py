@@ -1,4 +1,4 @@
-"""What Open MPI is told before it starts; imported before mpi4py."""
+"""Settings that Open MPI gets before it starts; imported before mpi4py."""
 
 from __future__ import annotations
 
@@ -6,6 +6,6 @@ import os
 import sys
 
 # libfabric's module for one-sided messages, of which the engine sends none: looking for its network cards
-# takes a second of each start (Open MPI 5.0.11). Two-sided messages over libfabric are another module's.
+# adds a second to each start (Open MPI 5.0.11). Another module sends two-sided messages over libfabric.
 if "mpi4py.MPI" not in sys.modules:
     os.environ.setdefault("OMPI_MCA_btl", "^ofi")

@@ -1,7 +1,7 @@
-"""Open worlds as the launcher sees them: a file per open world of each rank, in the launcher's folder.
+"""Open worlds as the launcher sees them: one file per open world of each rank, in the launcher's folder.
 
 Open MPI 5 returns 0 from a run that lost a whole host. A rank on the launcher's host that entered a world and
-never left it tells that such a run did not end.
+never left it shows that such a run did not finish.
 """
 
 from __future__ import annotations

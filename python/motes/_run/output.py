@@ -10,7 +10,7 @@ __all__ = ["tell", "write_all"]
 
 
 def tell(text: str, *, end: str = "\n") -> None:
-    """Write a line to standard error, where that can be written."""
+    """Write a line to standard error, if that can be written."""
     stream, own = sys.stderr, sys.__stderr__
     with contextlib.suppress(OSError, ValueError, AttributeError):  # closed, or there is none
         if own is not None and stream is own:

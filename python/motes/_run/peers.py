@@ -1,4 +1,4 @@
-"""Whether the processes of the other ranks live, as far as this host can tell."""
+"""Whether the processes of the other ranks are alive, as far as this host can tell."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class Peer(NamedTuple):
     host: str
     pid: int
     started: int
-    """Start of the process in ticks since the host's start: the same number again is another process."""
+    """Start of the process in ticks since the host's start: it tells reused process numbers apart."""
     space: str
     """Where that number means something: the host's boot and its space of process numbers (containers)."""
 
@@ -40,7 +40,7 @@ class Peer(NamedTuple):
 
 
 class PeerWatch:
-    """Notices that a process on this host is gone. Watches by the system's own handles where it has them."""
+    """Notices that a process on this host is gone, by the system's process handles where it has them."""
 
     def __init__(self, peers: Sequence[Peer], *, rank: int) -> None:
         """Watch the peers that share the host of `rank`, this process."""
@@ -81,7 +81,7 @@ class PeerWatch:
         return None
 
     def alive(self, rank: int) -> bool | None:
-        """Tell whether the process of a rank lives; None where this host cannot tell."""
+        """Tell whether the process of a rank is alive; None if this host cannot tell."""
         if rank == self.rank:
             return True
         peer = self.peers.get(rank)

@@ -22,13 +22,13 @@ class OpenRun:
     """A world from its start to its end, as messages and the way out of the script need to know it."""
 
     role: str = ""
-    """In words, such as "calculator 0" or "image generator, manager"."""
+    """As text, such as "calculator 0" or "image generator, manager"."""
     frame: int | None = None
     ranks: list[int] = field(default_factory=list)
     """The rank in COMM_WORLD of each rank of the world; empty where they are the same."""
 
     comm: MPI.Intracomm | None = None
-    """A duplicate of the world's communicator, for what Python says beside the core."""
+    """A duplicate of the world's communicator, for messages that Python sends beside the core."""
     peers: list[Peer] = field(default_factory=list)
     """One per rank of the world."""
     watch: PeerWatch | None = None
@@ -38,7 +38,7 @@ class OpenRun:
     """The launcher's note that this run is open."""
     stall_s: float = 60.0
     busy: dict[int, str] = field(default_factory=dict)
-    """Ranks that said what keeps them from answering."""
+    """Ranks that reported long work, which keeps them from answering."""
 
     def world_rank(self, rank: int) -> int:
         """Return the rank in COMM_WORLD of a rank of this run."""
@@ -57,7 +57,7 @@ class Process:
 
     @property
     def running(self) -> bool:
-        """Whether a run is open: to leave the script now would hang the other ranks."""
+        """Whether a run is open: leaving the script now would make the other ranks hang."""
         return bool(self.runs)
 
     def open(self, run: OpenRun) -> OpenRun:

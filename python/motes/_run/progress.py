@@ -1,7 +1,6 @@
-"""What a run shows of itself: whole lines on the manager's standard error, at most one per second.
+"""The progress that a run shows: whole lines on the manager's standard error, at most one per second.
 
-Launchers forward output by whole lines and lie about terminals, so a line at a time is what arrives
-everywhere.
+Launchers forward whole lines and misreport terminals, so whole lines are what arrives everywhere.
 """
 
 from __future__ import annotations
@@ -17,29 +16,29 @@ from .output import tell
 __all__ = ["Progress", "line"]
 
 EVERY_S = 1.0
-WORDS = environment.PROGRESS
+CHOICES = environment.PROGRESS
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
-    """Describe a frame in a line.
+    """Describe a frame in one line.
 
     `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`
     """
     done = row["frame"] + 1
-    words = [f"frame {done}/{total}" if total else f"frame {done}"]
+    parts = [f"frame {done}/{total}" if total else f"frame {done}"]
     if total:
-        words.append(f"{100 * done // total}%")
-    words.append(f"{fps:.1f} fps")
+        parts.append(f"{100 * done // total}%")
+    parts.append(f"{fps:.1f} fps")
     if total and fps > 0:
         left = round((total - done) / fps)
-        words.append(f"eta {left // 60}:{left % 60:02d}")
-    words.append(f"{_count(row['particles'])} particles")
-    words.append(f"LB {1 / row['imbalance']:.2f}")
-    words.append(f"slowest r{row['slowest_rank']}" + (f"({host})" if host else ""))
-    words.append("moved " + f"{row['exchanged']:,}".replace(",", " "))
+        parts.append(f"eta {left // 60}:{left % 60:02d}")
+    parts.append(f"{_count(row['particles'])} particles")
+    parts.append(f"LB {1 / row['imbalance']:.2f}")
+    parts.append(f"slowest r{row['slowest_rank']}" + (f"({host})" if host else ""))
+    parts.append("moved " + f"{row['exchanged']:,}".replace(",", " "))
     if row["dropped"]:
-        words.append(f"dropped {row['dropped']}")
-    return "  ".join(words)
+        parts.append(f"dropped {row['dropped']}")
+    return "  ".join(parts)
 
 
 def _count(n: int) -> str:
@@ -50,7 +49,7 @@ class Progress:
     """Shows the manager's rows by the chosen way: "lines", "bar", "off" or the user's function(row)."""
 
     def __init__(self, way: str | Callable[[dict[str, Any]], None], hosts: Sequence[str] = ()) -> None:
-        """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a word."""
+        """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a way given by name."""
         self.way = check(way)
         self.hosts = hosts if len(set(hosts)) > 1 else ()
         self._shown = -EVERY_S
@@ -83,11 +82,11 @@ class Progress:
 
 
 def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
-    """Return the way to show progress, after the environment's wish."""
+    """Return the way to show progress; the environment takes precedence."""
     wish: str | None = environment.read("MOTES_PROGRESS")
     if wish is not None:
         return wish
-    if isinstance(way, str) and way in WORDS:
+    if isinstance(way, str) and way in CHOICES:
         return way
     if callable(way):
         told: Callable[[dict[str, Any]], None] = way

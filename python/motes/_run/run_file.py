@@ -1,4 +1,4 @@
-"""run.json: what was run, by whom and on what; written whole when the run starts."""
+"""run.json: what was run, by whom and on which machines; written whole when the run starts."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ SCHEMA = 1
 def write_run(
     directory: str | os.PathLike[str], facts: dict[str, Any], ranks: Sequence[dict[str, Any]]
 ) -> None:
-    """Write `directory`/run.json from the world's facts and a row a rank."""
+    """Write `directory`/run.json from the world's facts and one row per rank."""
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = script.read_text(errors="replace") if script is not None and script.is_file() else ""
     run = {

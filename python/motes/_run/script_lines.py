@@ -25,9 +25,9 @@ _CALLS_BACK = "_call_back"  # the method of System that calls a script's functio
 def rank_error(
     text: str, *, rank: int, role: str, frame: int, action: str, speaker: int | None = None
 ) -> RankError:
-    """Make the error of a failure on another rank, as the core describes it.
+    """Return the error for a failure on another rank, as the core describes it.
 
-    Where Python code of the script failed there, its line and what called it are in the description.
+    If Python code of the script failed there, the description holds its line and its callers.
     """
     message, _, shown = text.partition(_FRAMES)
     frames = [(file, int(line), function) for file, line, function in _FRAME.findall(shown)]
@@ -49,7 +49,7 @@ def rank_error(
 
 @contextmanager
 def located() -> Iterator[None]:
-    """Give a RankError that has no line of its own the script's line that is running here."""
+    """Give a RankError without a line the script's line that is running here."""
     try:
         yield
     except RankError as error:
@@ -78,7 +78,7 @@ def _running() -> str | None:
 
 
 def _innermost(frames: Sequence[tuple[str, int]]) -> str | None:
-    """Return the first of frames, innermost first, that is the script's, as "snow.py:21"."""
+    """Return the first frame, innermost first, that belongs to the script, as "snow.py:21"."""
     others = [(file, line) for file, line in frames if not _is_ours(file) and not file.startswith("<frozen")]
     script = [(file, line) for file, line in others if not file.startswith(_LIBRARIES)]
     for file, line in script or others:

@@ -1,4 +1,4 @@
-"""What a run was told: one frozen value, which all ranks compare, the core gets and the log keeps."""
+"""The settings of a run: one frozen value, which all ranks compare, the core gets and the log keeps."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NOT_COMPARED = ("speeds", "stall_s")  # of this machine
 
 @dataclass(frozen=True)
 class RunSettings:
-    """The arguments of a World, checked, with what the environment overrides."""
+    """The arguments of a World, checked; the environment has taken precedence."""
 
     seed: int | None
     """None before the ranks have agreed on the one that rank 0 draws."""
@@ -51,7 +51,7 @@ class RunSettings:
             values[name] = "not given" if values[name] is None else "given"
         values["roles"] = _roles(self.roles)
         kind = type(self.balancer)
-        # What a user's class says about itself may hold an address; its `decide` runs on the manager only.
+        # The repr of a user's class may hold an address; its `decide` runs on the manager only.
         ours = kind.__module__.partition(".")[0] == __package__.partition(".")[0]
         values["balancer"] = repr(self.balancer) if ours else kind.__qualname__
         return {name: str(value) for name, value in values.items()}

@@ -35,13 +35,13 @@ def free_reserve() -> None:
 
 
 def may_speak(speaker: int | None) -> bool:
-    """Decide whether this rank prints; a rank that must not waits here for the speaker's abort to end it.
+    """Decide whether this rank prints; a rank that must not waits here until the speaker's abort ends it.
 
     `speaker`: the one rank (of COMM_WORLD) that all ranks agreed on, if they did.
     """
     if speaker is not None and speaker != process.rank:
         time.sleep(SPEAKER_WAIT_S)  # should the speaker never speak, another rank must
-    if not take_voice():
+    if not claim_report():
         time.sleep(SPEAKER_WAIT_S)
         return False
     if speaker is None and not _one_host():
@@ -51,17 +51,17 @@ def may_speak(speaker: int | None) -> bool:
 
 
 def mark() -> str | None:
-    """Name the folder whose maker alone speaks for this host in this job, where there is a place for it.
+    """Name the folder that claims the report: the rank that creates it prints for this host.
 
-    It stands in the launcher's own directory, which lasts to the job's end, and so does the claim: even for a
-    rank that finds the speaker dead.
+    None without a launcher. It is in the launcher's own directory, which lasts until the job ends, and so
+    does the claim, even if a rank finds the speaker dead.
     """
     directory = os.environ.get("PMIX_SERVER_TMPDIR")
-    return None if directory is None else os.path.join(directory, f"motes-voice-{_key(_job())}")
+    return None if directory is None else os.path.join(directory, f"motes-speaker-{_key(_job())}")
 
 
-def take_voice() -> bool:
-    """Claim this host's only right to speak in this job; true for the first that asks."""
+def claim_report() -> bool:
+    """Claim the report of this host in this job; true for the first rank that asks."""
     made = mark()
     if made is not None:
         with contextlib.suppress(OSError):

@@ -1,7 +1,7 @@
-"""Watching over a launcher: its signals, its end with ours, what it prints, and whether all ranks ended.
+"""Supervises a launcher: passes signals on, ends it with this process, filters its output, checks all ranks.
 
-What mpirun says of a failed run would come after the message that tells why. So its own messages go to a
-file, and the first failing rank's message is said once more at the end.
+What mpirun prints about a failed run would follow the message that says why. So its own messages go to a
+file, and the first failing rank's message is repeated at the end.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ def supervise(argv: Sequence[str]) -> int:
 
 
 class _Signals:
-    """Hands signals on to a process; those that come before it is there, as soon as it is."""
+    """Passes signals on to a process; those that come before it has started, as soon as it has."""
 
     def __init__(self) -> None:
         self._process: subprocess.Popen[bytes] | None = None
@@ -103,7 +103,7 @@ class _Signals:
 
 
 def _tie_to_parent() -> Callable[[], None] | None:
-    """Return what a child does between fork and exec so that it is told to end when this process is gone."""
+    """Return what a child calls between fork and exec, to get a signal when this process dies."""
     if sys.platform != "linux":
         return None
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
@@ -131,9 +131,9 @@ def _end(process: subprocess.Popen[bytes]) -> None:
 
 
 class Relay:
-    """Passes on what a launcher writes to standard error, but for its own messages about a failed run.
+    """Passes on what a launcher writes to standard error, except its own messages about a failed run.
 
-    Those stand between lines of dashes (Open MPI) or equals signs (MPICH).
+    Those are enclosed by lines of dashes (Open MPI) or equals signs (MPICH).
     """
 
     _RULE = re.compile(rb"\s*(-{60,}|={60,})\s*")
@@ -157,7 +157,7 @@ class Relay:
 
     @property
     def message(self) -> str:
-        """What the first failing rank said, in a line."""
+        """What the first failing rank printed, in one line."""
         return (self._report or self._error).decode(errors="replace").strip()
 
     def run(self, file: int) -> None:

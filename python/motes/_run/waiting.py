@@ -1,4 +1,4 @@
-"""How long a rank has waited for another one, and when it warns and gives up, as in the core's own waits."""
+"""How long a rank has waited for another one, and when it warns and gives up; the core's own waits agree."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ WHILE_ALIVE = 10.0  # stall limits, after the warning, until a rank gives up
 
 
 class Wait:
-    """Seconds of one wait, without those in which this process was suspended (Ctrl-Z, a laptop's lid).
+    """Seconds of one wait, not counting those in which this process was suspended (Ctrl-Z, a laptop's lid).
 
     The processes waited for may have been suspended just as long.
     """
@@ -30,10 +30,10 @@ class Wait:
     def look(self) -> None:
         """Count the time since the last look; call this every few milliseconds.
 
-        Raises MotesError where the limit has passed for good.
+        Raises MotesError if the limit has passed for good.
         """
         now = time.monotonic()
-        # A longer gap means that this process did not run; on an overloaded machine such gaps are the rule,
+        # A longer gap means that this process did not run; on an overloaded machine such gaps are normal,
         # so each counts a little.
         self.waited_s += min(now - self._last, 1.0, self.limit_s / 4)
         self._last = now
@@ -49,7 +49,7 @@ class Wait:
 
 
 def poll(done: Callable[[], bool], wait: Wait) -> None:
-    """Call `done` until it says true, first in quick succession, then more and more politely."""
+    """Call `done` until it returns true, first in quick succession, then less and less often."""
     pause = 0.0
     while not done():
         wait.look()

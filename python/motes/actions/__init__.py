@@ -1,8 +1,8 @@
 """Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
 
-An action acts on each particle alone: v is its velocity in m/s, x its position in m, dt the (sub)step in
-seconds. What accelerates stands in `forces`, what leads to given values in `targets`, what moves, bounces and
-kills in `motion`; all are names of this package.
+An action treats each particle by itself: v is its velocity in m/s, x its position in m, dt the (sub)step in
+seconds. Actions that accelerate are in `forces`, those that set or approach given values in `targets`, those
+that move, bounce, sort and kill in `motion`; all are names of this package.
 """
 
 from __future__ import annotations

@@ -23,7 +23,7 @@ class Action(Value):
     where: Where = None
 
     def _set(self, name: str, **fields: Any) -> None:
-        """Keep the checked fields, and make the engine's value of them, in this order; it checks them too."""
+        """Keep the checked fields and make the engine's value from them, in this order; it checks too."""
         numbers: list[float] = []
         shapes: list[_core.Shape] = []
         for field in fields.values():

@@ -40,7 +40,7 @@ class Gravity(Action):
     acceleration: ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("gravity", acceleration=arguments.triple("acceleration", self.acceleration))
 
 
@@ -59,7 +59,7 @@ class RandomAcceleration(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("random_acceleration", shape=as_shape("shape", self.shape))
 
 
@@ -71,7 +71,7 @@ class Jet(Action):
 
     Attributes:
         shape: where it blows, m.
-        acceleration: a value, or a shape that a is drawn from anew in each step, m/s^2.
+        acceleration: a value, or a shape from which a is drawn anew in each step, m/s^2.
 
     Source: McAllister's Jet.
     """
@@ -80,7 +80,7 @@ class Jet(Action):
     acceleration: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "jet",
             shape=as_shape("shape", self.shape),
@@ -112,7 +112,7 @@ class Explosion(Action):
     epsilon: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "explosion",
             center=arguments.triple("center", self.center),
@@ -145,7 +145,7 @@ class OrbitPoint(Action):
     max_radius: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "orbit_point",
             center=arguments.triple("center", self.center),
@@ -179,7 +179,7 @@ class OrbitLine(Action):
     max_radius: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "orbit_line",
             point=arguments.triple("point", self.point),
@@ -220,7 +220,7 @@ class Vortex(Action):
     around_speed: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "vortex",
             tip=arguments.triple("tip", self.tip),
@@ -250,7 +250,7 @@ class Wind(Action):
     drag: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "wind",
             velocity=arguments.triple("velocity", self.velocity),
@@ -266,15 +266,15 @@ class CurlNoise(Action):
     fields of its own.
 
     Formula: v += strength n(x / scale, speed t) dt, with n the curl of gradient noise, 1 in root mean square;
-    of several octaves each has half the size and half the strength of the one before. t is the animation's
+    with several octaves, each has half the size and half the strength of the one before. t is the animation's
     time at the start of the (sub)step
 
     Attributes:
-        strength: root mean square of the acceleration, m/s^2. Together with `wind`, strength / drag is about
-            the speed that it stirs up.
+        strength: root mean square of the acceleration, m/s^2. Together with `wind`, particles reach speeds of
+            about strength / drag.
         scale: edge length of a cell of the noise, about the distance between eddies, m.
         octaves: 1 to 8; each adds smaller eddies, at the cost of one more evaluation of the noise.
-        speed: how often per second the field becomes another one, 1/s; 0: it never changes.
+        speed: how many times per second the field is replaced by another, smoothly, 1/s; 0: it never changes.
         field: which of the system's fields, 0 to 65535. The same number is the same field in every frame,
             wherever the action stands in the list; two actions with different fields need two numbers.
 
@@ -288,7 +288,7 @@ class CurlNoise(Action):
     field: int = 0
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "curl_noise",
             strength=arguments.number("strength", self.strength),
@@ -301,13 +301,13 @@ class CurlNoise(Action):
 
 @value(kw_only=True)
 class Avoid(Action):
-    """Turns particles that would meet a shape within `look_ahead`, without changing their speed.
+    """Turns particles that would hit a shape within `look_ahead`, without changing their speed.
 
-    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until they meet,
+    Formula: v = |v| unit(unit(v) + aside magnitude dt / (q^2 + epsilon)). With t the time until the hit,
     q = t and aside is the direction of v along the surface (Plane), from the place of the hit to the nearest
     edge (Rectangle, Triangle), from the centre to it (Disc). Sphere, from outside: q = |v| t, aside across v,
     away from the centre. Box, from outside: as the Rectangle that is hit. Cylinder and Cone, from outside:
-    walls as a Plane, flat ends as a Disc. Union: as the part that would be met first
+    walls as a Plane, flat ends as a Disc. Union: as the part that would be hit first
 
     Attributes:
         shape: what is avoided, m.
@@ -324,7 +324,7 @@ class Avoid(Action):
     look_ahead: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "avoid",
             shape=as_shape("shape", self.shape),

@@ -22,15 +22,15 @@ __all__ = [
 
 @value(kw_only=True)
 class Bounce(Action):
-    """Lets particles that meet the surface of a shape in this step leave it again: record it before `move`.
+    """Makes particles that hit the surface of a shape in this step rebound: record it before `move`.
 
-    With `exact_hit` the true place and time of the hit inside the step count, and the particle stays on its
-    side. Without it, as in McAllister's library, only the velocity changes where x + v dt is beyond the
-    surface; planes have two sides, and spheres the normal at the old place.
+    With `exact_hit`, the true place and time of the hit within the step count, and the particle stays on its
+    side. Without it, as in McAllister's library, only the velocity changes if x + v dt is beyond the surface;
+    planes have two sides, and spheres use the normal at the old position.
 
-    n is perpendicular to the surface where it is met: of a Cylinder's wall across the axis, of a Cone's
-    across its slope, of their flat ends along the axis; of a Triangle across its plane. Of a Union, the part
-    that is met first counts.
+    n is the normal of the surface at the hit: across the axis for a Cylinder's wall, across the slope for a
+    Cone's, along the axis for their flat ends, across its plane for a Triangle. For a Union, the part that is
+    hit first counts.
 
     Formula: with v split along (t) and across (n) the surface, v = (1 - friction) v_t - restitution v_n; no
     friction where |v_t| <= min_tangential_speed. exact_hit: x += (v before - v after) (time until the hit),
@@ -39,12 +39,12 @@ class Bounce(Action):
     Attributes:
         shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and Sphere
             (from outside and from inside), or a Union of them, m.
-        restitution: part of the speed across the surface that is left.
+        restitution: part of the speed across the surface that remains.
         friction: part of the speed along the surface that is lost, 0..1.
         min_tangential_speed: m/s.
         exact_hit: whether the true place and time of the hit count.
 
-    Source: McAllister's Bounce; the exact hit is our own.
+    Source: McAllister's Bounce; the exact hit is new here.
     """
 
     shape: Shape
@@ -54,7 +54,7 @@ class Bounce(Action):
     exact_hit: bool = True
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "bounce",
             shape=as_shape("shape", self.shape),
@@ -82,7 +82,7 @@ class Sink(Action):
     inside: bool = True
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("sink", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside))
 
 
@@ -103,7 +103,7 @@ class SinkVelocity(Action):
     inside: bool = True
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "sink_velocity", shape=as_shape("shape", self.shape), inside=arguments.flag("inside", self.inside)
         )
@@ -126,7 +126,7 @@ class KillOld(Action):
     younger: bool = False
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "kill_old",
             age_limit=arguments.number("age_limit", self.age_limit, finite=False),
@@ -140,24 +140,24 @@ class KillExpired(Action):
 
     Formula: dead where age >= lifetime
 
-    Source: our own; lifetimes are an attribute here.
+    Source: new here, where lifetimes are an attribute.
     """
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("kill_expired")
 
 
 @value(kw_only=True)
 class Move(Action):
-    """Moves particles by their velocity, turns them by their rotational velocity, and lets them age.
+    """Moves particles by their velocity, turns them by their rotational velocity, and increases their age.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
 
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
 
     Attributes:
-        rotational: whether they turn.
+        rotational: whether particles turn.
 
     Source: McAllister's Move.
     """
@@ -165,20 +165,20 @@ class Move(Action):
     rotational: bool = True
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("move", rotational=arguments.flag("rotational", self.rotational))
 
 
 @value(kw_only=True)
 class Sort(Action):
-    """Puts particles in the order of drawing: far ones first, so that nearer ones cover them.
+    """Sorts particles for drawing: far ones first, so that nearer ones cover them.
 
-    Each calculator sorts its particles when the list so far has run: before the picture, and before
-    `System.local` shows them, in that order. Births, deaths and changes of the calculator disturb it, so it
-    is recorded in each frame. Sprites of light add up in any order: their pictures do not need it, and it
-    changes no particle. `gather` sorts by id. With `where`, the others keep their places.
+    Each calculator sorts its particles once the list so far has run: before the picture, and before
+    `System.local` shows them, in that order. Births, deaths and changes of calculator disturb the order, so
+    record it in each frame. The light of sprites adds up in any order: their pictures do not need it, and it
+    changes no particle. `gather` sorts by id. With `where`, the other particles keep their places.
 
-    Formula: by (x - eye) . look, from the largest to the smallest; equal ones by id
+    Formula: by (x - eye) . look, from the largest to the smallest; ties by id
 
     Attributes:
         eye: the viewer's position, m.
@@ -191,5 +191,5 @@ class Sort(Action):
     look: ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("sort", eye=arguments.triple("eye", self.eye), look=arguments.triple("look", self.look))

@@ -1,4 +1,4 @@
-"""Actions that lead attributes to given values, at once or over time. Part of `motes.actions`."""
+"""Actions that set attributes to given values, at once or over time. Part of `motes.actions`."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ T = TypeVar("T")
 
 @value(kw_only=True)
 class Damping(Action):
-    """Slows particles down, axis by axis, as long as their speed is in a range.
+    """Slows particles down, axis by axis, while their speed is in a range.
 
     Formula: v *= 1 - (1 - damping) dt, each component, where min_speed <= |v| <= max_speed
 
     Attributes:
-        damping: the part of the velocity that is left after one second, along each axis.
+        damping: the part of the velocity that remains after one second, along each axis.
         min_speed: m/s.
         max_speed: m/s.
 
@@ -58,7 +58,7 @@ class Damping(Action):
     max_speed: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "damping",
             damping=arguments.triple("damping", self.damping, low=0),
@@ -69,13 +69,13 @@ class Damping(Action):
 
 @value(kw_only=True)
 class RotationalDamping(Action):
-    """Slows rotations down, axis by axis, as long as the rotational speed is in a range.
+    """Slows rotations down, axis by axis, while their rotational speed is in a range.
 
     Formula: rotational_velocity *= 1 - (1 - damping) dt, each component, where min_speed <=
     |rotational_velocity| <= max_speed
 
     Attributes:
-        damping: the part of the rotational velocity that is left after one second, along each axis.
+        damping: the part of the rotational velocity that remains after one second, along each axis.
         min_speed: 1/s.
         max_speed: 1/s.
 
@@ -87,7 +87,7 @@ class RotationalDamping(Action):
     max_speed: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "rotational_damping",
             damping=arguments.triple("damping", self.damping, low=0),
@@ -98,7 +98,7 @@ class RotationalDamping(Action):
 
 @value(kw_only=True)
 class SpeedClamp(Action):
-    """Brings speeds into a range; the direction stays, and so does whatever is at rest.
+    """Limits speeds to a range; directions do not change, and particles at rest stay at rest.
 
     Formula: v *= clamp(|v|, min_speed, max_speed) / |v|
 
@@ -113,7 +113,7 @@ class SpeedClamp(Action):
     max_speed: float = math.inf
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "speed_clamp",
             min_speed=arguments.number("min_speed", self.min_speed, low=0),
@@ -123,7 +123,7 @@ class SpeedClamp(Action):
 
 @value(kw_only=True)
 class RandomVelocity(Action):
-    """Gives each particle another velocity, drawn anew in each step.
+    """Gives each particle a new velocity, drawn anew in each step.
 
     Formula: v = sample, uniform in the shape
 
@@ -136,13 +136,13 @@ class RandomVelocity(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("random_velocity", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class RandomDisplacement(Action):
-    """Shifts each particle by a displacement of its own, drawn anew in each step; its velocity stays.
+    """Shifts each particle by its own displacement, drawn anew in each step; its velocity does not change.
 
     Formula: x += sample dt, uniform in the shape
 
@@ -155,13 +155,13 @@ class RandomDisplacement(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("random_displacement", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class RandomRotationalVelocity(Action):
-    """Gives each particle another rotational velocity, drawn anew in each step.
+    """Gives each particle a new rotational velocity, drawn anew in each step.
 
     Formula: rotational_velocity = sample, uniform in the shape
 
@@ -174,15 +174,15 @@ class RandomRotationalVelocity(Action):
     shape: Shape | ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("random_rotational_velocity", shape=as_shape("shape", self.shape))
 
 
 @value(kw_only=True)
 class TargetColor(Action):
-    """Leads color and alpha toward given ones, by the same part of the difference in each step.
+    """Moves color and alpha toward given values, by the same part of the difference in each step.
 
-    Formula: color += (target - color) scale dt; alpha alike
+    Formula: color += (target - color) scale dt; alpha likewise
 
     Attributes:
         color: linear RGB.
@@ -197,7 +197,7 @@ class TargetColor(Action):
     scale: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "target_color",
             color=arguments.color("color", self.color),
@@ -208,7 +208,7 @@ class TargetColor(Action):
 
 @value(kw_only=True)
 class TargetSize(Action):
-    """Leads the size toward a given one, each component by its own part of the difference in each step.
+    """Moves the size toward a given one, each component by its own part of the difference in each step.
 
     Formula: size += (target - size) scale dt, each component
 
@@ -223,7 +223,7 @@ class TargetSize(Action):
     scale: ArrayLike
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "target_size",
             size=arguments.triple("size", _thrice(self.size)),
@@ -233,7 +233,7 @@ class TargetSize(Action):
 
 @value(kw_only=True)
 class TargetVelocity(Action):
-    """Leads the velocity toward a given one, by the same part of the difference in each step.
+    """Moves the velocity toward a given one, by the same part of the difference in each step.
 
     Formula: v += (target - v) scale dt
 
@@ -248,7 +248,7 @@ class TargetVelocity(Action):
     scale: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "target_velocity",
             velocity=arguments.triple("velocity", self.velocity),
@@ -258,7 +258,7 @@ class TargetVelocity(Action):
 
 @value(kw_only=True)
 class TargetRotationalVelocity(Action):
-    """Leads the rotational velocity toward a given one, by the same part of the difference in each step.
+    """Moves the rotational velocity toward a given one, by the same part of the difference in each step.
 
     Formula: rotational_velocity += (target - rotational_velocity) scale dt
 
@@ -273,7 +273,7 @@ class TargetRotationalVelocity(Action):
     scale: float
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "target_rotational_velocity",
             rotational_velocity=arguments.triple("rotational_velocity", self.rotational_velocity),
@@ -283,14 +283,14 @@ class TargetRotationalVelocity(Action):
 
 @value(kw_only=True)
 class Restore(Action):
-    """Leads particles back, position to position_b and up to up_b; they come to rest there in time.
+    """Moves particles back, position to position_b and up to up_b, where they come to rest after `time_left`.
 
     The script lowers `time_left` by dt from frame to frame. position_b is where a particle was born, unless
     `copy_vertex_b`, `configure` or `emit(position_b=...)` changed it.
 
     Formula: v = v ((1 - q) (1 - 3 q) - 0.0002 q) + (position_b - x) 6 q (1 - q) / time_left, with q = dt /
-    time_left, at most 1: the cubic path that ends at rest (0.0002: his, it ends that much short). From
-    time_left <= 0 on: x = position_b, v = 0. up and rotational_velocity alike
+    time_left, at most 1: the cubic path that ends at rest (McAllister's 0.0002 ends it that much short). Once
+    time_left <= 0: x = position_b, v = 0. up and rotational_velocity likewise
 
     Attributes:
         time_left: s.
@@ -305,7 +305,7 @@ class Restore(Action):
     up: bool = True
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "restore",
             time_left=arguments.number("time_left", self.time_left),
@@ -316,7 +316,7 @@ class Restore(Action):
 
 @value(kw_only=True)
 class CopyVertexB(Action):
-    """Stores the current position, orientation or velocity as the target that `restore` leads back to.
+    """Stores the current position, orientation or velocity as the target to which `restore` returns.
 
     Formula: with `position`, position_b = position and up_b = up; with `velocity`, velocity_b = velocity
 
@@ -331,7 +331,7 @@ class CopyVertexB(Action):
     velocity: bool = False
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set(
             "copy_vertex_b",
             position=arguments.flag("position", self.position),
@@ -341,7 +341,7 @@ class CopyVertexB(Action):
 
 @value(kw_only=True)
 class ColorOverLife(Action):
-    """Sets the color by the part of its lifetime that a particle has lived.
+    """Sets the color from the part of its lifetime that a particle has lived.
 
     Formula: color = ramp(age / lifetime), linear between knots, constant before the first and after the
     last; two knots at one ratio make a jump; an infinite lifetime counts as ratio 0
@@ -355,13 +355,13 @@ class ColorOverLife(Action):
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("color_over_life", ramp=_knots(self.ramp, arguments.color))
 
 
 @value(kw_only=True)
 class AlphaOverLife(Action):
-    """Sets the alpha by the part of its lifetime that a particle has lived.
+    """Sets alpha from the part of its lifetime that a particle has lived.
 
     Formula: alpha = ramp(age / lifetime), as color_over_life
 
@@ -374,13 +374,13 @@ class AlphaOverLife(Action):
     ramp: Sequence[tuple[float, float]]
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("alpha_over_life", ramp=_knots(self.ramp, arguments.number))
 
 
 @value(kw_only=True)
 class SizeOverLife(Action):
-    """Sets the size by the part of its lifetime that a particle has lived.
+    """Sets the size from the part of its lifetime that a particle has lived.
 
     Formula: size = ramp(age / lifetime), as color_over_life
 
@@ -393,15 +393,15 @@ class SizeOverLife(Action):
     ramp: Sequence[tuple[float, ArrayLike]]
 
     def __post_init__(self) -> None:
-        """Check and hand to the engine."""
+        """Check the fields and make the engine's value."""
         self._set("size_over_life", ramp=_knots(self.ramp, _size))
 
 
 @value(kw_only=True)
 class Set(Action):
-    """Sets an attribute to a value, or to what an expression of columns gives for each particle.
+    """Sets an attribute to a value, or to an expression of columns that is computed for each particle.
 
-    Where that is not a finite number, as in a division by 0, the attribute stays as it was.
+    Where the result is not finite, as in a division by 0, the attribute does not change.
 
     Formula: attribute = value, computed from the particle as it was before the action
 
@@ -409,7 +409,7 @@ class Set(Action):
         attribute: its name; the method takes `attribute=value` instead.
         value: a number, a vector or an expression such as column("age") * 2.
 
-    Source: our own.
+    Source: new here.
     """
 
     attribute: str
@@ -439,7 +439,7 @@ class Set(Action):
 
 
 def _thrice(value: Any) -> Any:
-    """Make three numbers of one, as `configure` does for sizes."""
+    """Make three numbers from one, as `configure` does for sizes."""
     return (value, value, value) if isinstance(value, (int, float, np.integer, np.floating)) else value
 
 

@@ -1,8 +1,8 @@
-"""The analyst's side of a run's log: tables, measures, plots, traces, reports, the live view.
+"""Analysis of a run's log: tables, measures, plots, traces, reports, the live view.
 
-`open_run` reads one log, `open_runs` many. All of it is loaded when it is used, pandas and matplotlib (the
-extra
-`analysis`) when a table or a plot is asked for. Nothing here needs MPI; `Run.replay` alone needs the core.
+`open_run` reads one log, `open_runs` many. Everything is loaded when it is used; pandas and matplotlib (the
+extra `analysis`) are loaded for the first table or plot. Nothing here needs MPI; only `Run.replay` needs the
+core.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Whether what was read from a log is what logs hold: LogError, naming file and line, where it is not."""
+"""Checks of what was read from a log: LogError, naming file and line, for what no log can hold."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _ALLOWED = {int: "a whole number up to 2^53", float: "a number below 1e100", str
 
 
 def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
-    """Raise LogError where two rows are of the same frame, system, rank or whatever `names` say."""
+    """Raise LogError if two rows have the same key: frame, system, rank or whatever `names` say."""
     seen = set()
     for row in rows:
         key = tuple(row.get(name) for name in names)
@@ -31,7 +31,7 @@ def check_unique(rows: Sequence[Row], names: Sequence[str], path: Path) -> None:
 
 
 def check_rows(rows: Sequence[Row], columns: Sequence[Column], path: Path, lines: Sequence[int]) -> None:
-    """Raise LogError, naming the line, where a known column holds what it cannot hold.
+    """Raise LogError, naming the line, if a known column holds an impossible value.
 
     `lines`: the number of each row's line in the file. Columns that are not known may hold anything.
     """
@@ -49,7 +49,7 @@ def check_rows(rows: Sequence[Row], columns: Sequence[Column], path: Path, lines
 
 
 def _all_good(values: list[Any], column: Column) -> bool:
-    """Whether a column may hold these values: by their types first, which is quick for whole tables."""
+    """Whether a column may hold these values. Checks their types first, which is quick for whole tables."""
     kinds = set(map(type, values))
     if type(None) in kinds:
         if column.key:
@@ -75,7 +75,7 @@ def _is_unicode(text: str) -> bool:
 
 
 def check_facts(facts: Mapping[str, Any], path: Path) -> None:
-    """Raise LogError where run.json says what no run says. Facts that are not known may be anything."""
+    """Raise LogError if run.json holds what no run writes. Unknown facts may be anything."""
     for name, (allowed, is_good) in _FACTS.items():
         value = facts.get(name)
         if value is not None and not is_good(value):
@@ -140,6 +140,6 @@ _FACTS: dict[str, tuple[str, Callable[[Any], bool]]] = {
 def _short(value: object, limit: int = 60) -> str:
     try:
         text = repr(value)
-    except (ValueError, RecursionError):  # more digits, or deeper nested, than Python shows
+    except (ValueError, RecursionError):  # more digits, or deeper nesting, than Python shows
         text = f"a value of type {type(value).__name__}"
     return text if len(text) <= limit else text[: limit - 3] + "..."

@@ -24,7 +24,7 @@ __all__ = [
 ]
 
 RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s")
-"""Columns of load.jsonl that a rank has once, and that are repeated in each system's row."""
+"""Columns of load.jsonl that a rank has once per frame; each system's row repeats them."""
 
 
 def systems_of(load: DataFrame) -> list[str]:
@@ -33,7 +33,7 @@ def systems_of(load: DataFrame) -> list[str]:
 
 
 def of_system(table: DataFrame, system: str | None) -> DataFrame:
-    """Return the rows of one system, or all; ArgumentError for a name that is not in the table."""
+    """Return the rows of one system, or all rows; ArgumentError for a name that is not in the table."""
     if system is None:
         return table
     names = systems_of(table)
@@ -43,9 +43,9 @@ def of_system(table: DataFrame, system: str | None) -> DataFrame:
 
 
 def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
-    """Return a table frame x rank of one column of load.jsonl, summed over systems.
+    """Return one column of load.jsonl as a table frame x rank, summed over systems.
 
-    What a rank has once (`t_wait_s`, ...) and ends of domains are not summed: the largest is taken.
+    Columns that a rank has once (`t_wait_s`, ...) and ends of domains are not summed: the largest is taken.
     """
     if column not in load.columns or column in ("frame", "rank", "system", "host"):
         allowed = [name for name in load.columns if name not in ("frame", "rank", "system", "host")]

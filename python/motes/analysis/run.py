@@ -26,8 +26,8 @@ __all__ = ["Run", "open_run"]
 def open_run(path: str | os.PathLike[str]) -> Run:
     """Open the log of a run: a directory that `World(log=...)` wrote.
 
-    Also of a run that was killed or still goes on: all whole rows are read. Tables are read when they are
-    first asked for. Raises LogError, naming path and line, where files are missing or damaged.
+    The run may have been killed or may still go on: all whole rows are read. Tables are read when they are
+    first asked for. Raises LogError, naming path and line, if files are missing or damaged.
     """
     directory = arguments.file_path("path", path)
     return Run(read_facts(directory), {}, path=directory)
@@ -45,7 +45,7 @@ class Run:
         tables: Mapping[str, DataFrame],
         path: str | os.PathLike[str] | None = None,
     ) -> None:
-        """Take facts and tables ("load", "frames", ...); those not given are read from `path` when needed."""
+        """Take facts and tables ("load", "frames", ...); other tables are read from `path` when needed."""
         self.facts = dict(facts)
         self.path = None if path is None else Path(path)
         self._given = dict(tables)
@@ -77,7 +77,7 @@ class Run:
 
     @property
     def balance(self) -> DataFrame:
-        """One row per cut that a balancer evaluated; empty where there was none."""
+        """One row per cut that a balancer evaluated; empty if there was none."""
         return self._table("balance")
 
     @property
@@ -87,7 +87,7 @@ class Run:
 
     @property
     def events(self) -> DataFrame:
-        """Start, end, and what happened in between."""
+        """The events of the run: its start, its end, and what happened in between."""
         return self._table("events")
 
     @property
@@ -96,7 +96,7 @@ class Run:
         return self._table("spans")
 
     def reload(self) -> Run:
-        """Forget what was read, so that a run that goes on is read anew; returns itself."""
+        """Forget what was read, so that a run that still goes on is read again; returns itself."""
         self._read.clear()
         self._torn.clear()
         self.__dict__.pop("plot", None)
@@ -106,19 +106,19 @@ class Run:
 
     @property
     def finished(self) -> bool:
-        """Whether the run came to its end; False for one that was killed or still goes on."""
+        """Whether the run finished; False if it was killed or still goes on."""
         if self.path is None and "events" not in self._given:
             return True
         return bool((self.events["kind"] == "end").any())
 
     @property
     def torn(self) -> list[Path]:
-        """Files, of those read so far, whose last line was torn when the run was killed."""
+        """Files, among those read so far, whose last line was torn when the run was killed."""
         return list(self._torn)
 
     @property
     def name(self) -> str:
-        """The log's directory, or what a replay calls itself."""
+        """The log's directory, or the name of a replay."""
         if self.path is None:
             return str(self.facts.get("name", "replay"))
         return self.path.resolve().name
@@ -130,13 +130,13 @@ class Run:
 
     @property
     def space(self) -> tuple[float, float] | str | None:
-        """The interval that domains divided at the start; None is the paper's infinite space, or "fit"."""
+        """The interval that domains divided at the start; None (the paper's infinite space); or "fit"."""
         space = self.facts.get("space")
         return (float(space[0]), float(space[1])) if isinstance(space, (list, tuple)) else space
 
     @property
     def systems(self) -> list[str]:
-        """The particle systems' names, in the order of their making."""
+        """The particle systems' names, in order of creation."""
         return list(self.facts.get("systems") or measures.systems_of(self.load))
 
     def axis(self, system: str) -> str:
@@ -164,19 +164,19 @@ class Run:
 
     @property
     def speeds(self) -> dict[int, float]:
-        """Factors by which ranks were slowed down on purpose (MOTES_SPEEDS); empty where none was."""
+        """Factors by which ranks were slowed down on purpose (MOTES_SPEEDS); empty if none was."""
         return {int(rank): float(speed) for rank, speed in (self.facts.get("speeds") or {}).items()}
 
     # --- measures
 
     def by_rank(self, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
-        """Return a table frame x rank of one column of `load`, of one system or summed over all."""
+        """Return one column of `load` as a table frame x rank, of one system or summed over all."""
         return measures.by_rank(self.load, column, system)
 
     def imbalance(self, column: str = "t_compute_s", system: str | None = None) -> Series:
         """Return largest / mean over the calculators, per frame; 1 is perfect.
 
-        `column`: seconds as they were measured, or "n_end", particles, which have no noise.
+        `column`: seconds as they were measured, or "n_end", particle counts, which have no noise.
         """
         return measures.imbalance(self.load, column, system)
 
@@ -210,12 +210,12 @@ class Run:
         }
 
     def warnings(self) -> list[str]:
-        """Return sentences on what a reader of this run should know first."""
+        """Return sentences about what a reader of this run should know first."""
         from .summary import warnings
 
         return warnings(self)
 
-    # --- pictures and ways out
+    # --- plots and exports
 
     @cached_property
     def plot(self) -> Plots:
@@ -233,8 +233,8 @@ class Run:
     def replay(self, balancer: Balancer, *, powers: Sequence[float] | None = None) -> Run:
         """Return this run as it would have been under another balancer: the same tables and plots.
 
-        Raises LogError where the log has no densities. See `motes.replay.predict` for what is known, what is
-        estimated, and for `powers`.
+        Raises LogError if the log has no densities. `motes.replay.predict` explains what is known, what is
+        estimated, and `powers`.
         """
         from ..replay import predict  # needs the compiled core, unlike all else here
 

@@ -22,10 +22,10 @@ __all__ = ["Runs", "configuration", "open_runs"]
 
 
 def open_runs(pattern: str | os.PathLike[str] | Iterable[str | os.PathLike[str]]) -> Runs:
-    """Open all logs that a pattern names, such as "runs/*", in the order of their names; or a list of paths.
+    """Open all logs that match a pattern, such as "runs/*", in the order of their names; or a list of paths.
 
-    A directory that is no log itself stands for the logs in it. What is no log is passed over; raises
-    LogError where nothing is left.
+    A directory that is not a log itself stands for the logs in it. Everything else is skipped; raises
+    LogError if nothing is left.
     """
     if isinstance(pattern, (str, os.PathLike)):
         paths = [Path(name) for name in sorted(glob.glob(os.fspath(pattern)))]
@@ -104,9 +104,9 @@ class Runs(Sequence[Run]):
     ) -> DataFrame:
         """Return speed-up and efficiency over the baseline, from wall-clock seconds per frame.
 
-        `baseline`: a run, a log's path, facts that name one (`{"ranks": 1}`), seconds per frame, or None: the
-        run of the same scene on one rank, or where there is none the slowest of those with fewest
-        calculators. Frames are compared that both runs have. Efficiency is speed-up over calculators.
+        `baseline`: a run, a log's path, facts that identify one (`{"ranks": 1}`), seconds per frame, or None:
+        the run of the same scene on one rank, or if there is none the slowest of those with the fewest
+        calculators. Only frames that both runs have are compared. Efficiency is speed-up over calculators.
 
         `layout="paper"`: one row per number of calculators, the columns IS-SLB, FS-SLB, IS-DLB, FS-DLB as in
         the paper's Tables 1 and 3 (several runs of one kind: their median; several dynamic balancers: one

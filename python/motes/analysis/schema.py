@@ -19,7 +19,7 @@ class Column:
     unit: str
     meaning: str
     key: bool = False
-    """Whether each row must have it; a whole number is then 0 or more."""
+    """Whether each row must have it; an integer is then 0 or more."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,13 @@ class Table:
     row: str
     columns: tuple[Column, ...]
     required: bool = False
-    """Whether every log has the file; the others are there when there was something to write."""
+    """Whether every log has the file; the others exist if there was something to write."""
     unique: tuple[str, ...] = ()
-    """Columns that together name a row; none where rows may be alike."""
+    """Columns that together identify a row; none if rows may be equal."""
 
 
 def _columns(text: str) -> tuple[Column, ...]:
-    """Read lines "name kind unit meaning"; a unit of - is none, a kind ending in ! is a key."""
+    """Read lines "name kind unit meaning"; a unit of - means none, a kind ending in ! marks a key."""
     kinds = {"int": int, "float": float, "str": str}
     made = []
     for line in filter(str.strip, text.splitlines()):

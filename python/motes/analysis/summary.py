@@ -1,4 +1,4 @@
-"""What a run looks like at a glance: sentences that warn, and HTML for notebooks and reports."""
+"""A run at a glance: warnings as sentences, and HTML for notebooks and reports."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ STYLE = """
 
 
 def warnings(run: Run) -> list[str]:
-    """Return sentences on what a reader of this run should know first."""
+    """Return sentences about what a reader of this run should know first."""
     return [text for rule in _RULES for text in rule(run)]
 
 
@@ -82,7 +82,7 @@ _RULES = (_ending, _events, _machine, _balance)
 
 
 def html(run: Run) -> str:
-    """Return a summary for notebooks: figures in words, warnings, imbalance and domains as a picture."""
+    """Return a summary for notebooks: figures as text, warnings, imbalance and domains as a picture."""
     parts = [f"<style>{STYLE}</style><div class='motes'>", f"<b>Run {_escape(run.name)}</b>"]
     parts.append(summary_table(run))
     parts += [f"<div class='warning'>{_escape(text)}</div>" for text in warnings(run)]

@@ -22,7 +22,7 @@ Row = dict[str, Any]
 
 
 def read_facts(directory: Path) -> Row:
-    """Read run.json. Raises LogError where there is none, or where it is damaged."""
+    """Read run.json. Raises LogError if there is none or it is damaged."""
     path = directory / "run.json"
     if not directory.is_dir():
         raise LogError(f"{directory}: no such directory; a run's log is made by World(log=...)")
@@ -43,8 +43,8 @@ def read_facts(directory: Path) -> Row:
 def read_rows(path: Path, columns: Sequence[Column] = ()) -> tuple[list[Row], bool]:
     """Return the rows of a table, and whether a torn last line was left out.
 
-    A writer that is killed can leave the beginning of a row at the end: that is left out. Raises LogError,
-    naming the line, for a row that is damaged anywhere else, or that has what `columns` cannot hold.
+    A writer that is killed can leave the beginning of a row at the end, which is left out. Raises LogError,
+    naming the line, for a row that is damaged anywhere else, or that has values that `columns` cannot hold.
     """
     try:
         text = path.read_bytes()
@@ -56,19 +56,19 @@ def read_rows(path: Path, columns: Sequence[Column] = ()) -> tuple[list[Row], bo
 
 
 class Follower:
-    """Reads a table while it is written: each call returns the rows that became whole since the last."""
+    """Reads a table while it is being written: each call returns the rows completed since the last call."""
 
     def __init__(self, path: Path, columns: Sequence[Column] = ()) -> None:
-        """Take the file, which need not exist yet, and what it holds."""
+        """Take the file, which need not exist yet, and its columns."""
         self.path = path
         self.restarted = False
-        """Whether the file was begun anew before the last call: another run writes the same log."""
+        """Whether the file was started anew before the last call: another run writes the same log."""
         self._columns = columns
         self._offset = 0
         self._line = 0
 
     def new_rows(self) -> list[Row]:
-        """Return what is new; nothing where the file is not there yet. Raises LogError for damaged rows."""
+        """Return the new rows; none while the file does not exist. Raises LogError for damaged rows."""
         try:
             with self.path.open("rb") as file:
                 self.restarted = file.seek(0, 2) < self._offset
@@ -100,7 +100,7 @@ def _parse(
     text = text.rstrip(b"\0 \n\r\t")
     lines = text.split(b"\n") if text else []
     try:
-        # One call for all rows; an array of as many objects as there are lines is what whole rows give.
+        # One call for all rows; whole rows give an array of as many objects as there are lines.
         rows = _decode(b"[" + b",".join(lines) + b"]")
         if len(rows) == len(lines) and all(isinstance(row, dict) for row in rows):
             check_rows(rows, columns, path, range(first_line, first_line + len(rows)))
@@ -127,7 +127,7 @@ def _parse(
 
 
 def _decode(text: bytes) -> Any:
-    """Decode JSON in UTF-8. Raises ValueError, for NaN and Infinity, too; RecursionError."""
+    """Decode JSON in UTF-8. Raises ValueError (also for NaN and Infinity) or RecursionError."""
     return json.loads(text.decode(), parse_constant=_no_constant)
 
 
@@ -138,7 +138,7 @@ def _no_constant(name: str) -> Any:
 def read_table(directory: Path, table: Table) -> tuple[DataFrame, list[Path]]:
     """Return a table as a DataFrame, and the files whose last line was torn.
 
-    A table that logs need not have is empty where its file is missing; a required one raises LogError.
+    An optional table is empty if its file is missing; a required one raises LogError.
     """
     if "*" in table.file:
         return _read_per_rank(directory, table)

@@ -26,8 +26,8 @@ COLUMNS = ("frame", "rank", "phase", "system", "start_s", "end_s")
 def slices(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
     """Return one row per slice (frame, rank, phase, system, start_s, end_s), and whether they were measured.
 
-    Measured: the run's spans. Otherwise durations of phases are laid one after the other from each frame's
-    start: true in length, a guess in place.
+    Measured: the run's spans. Otherwise durations of phases are laid end to end from each frame's start: the
+    lengths are true, the positions are guessed.
     """
     chosen = None if frames is None else set(frames)
     spans = run.spans
@@ -104,7 +104,7 @@ def _calculator(load: list[Row], acting: float, together: float) -> list[Slice]:
 def phase_seconds(run: Run, frames: Iterable[int] | None = None) -> tuple[DataFrame, bool]:
     """Return mean seconds per frame, rank x phase, and whether they come from spans.
 
-    Without spans a calculator's frame is parted into compute, exchange and image (their waits included),
+    Without spans a calculator's frame is divided into compute, exchange and image (their waits included),
     other waiting, and the rest.
     """
     pd = _extras.pandas()

@@ -20,7 +20,7 @@ SPARKS = "▁▂▃▄▅▆▇█"
 
 
 class View:
-    """What is known of a run while it goes on."""
+    """What is known about a run while it goes on."""
 
     def __init__(self, path: Path, facts: Mapping[str, Any]) -> None:
         """Take the log's directory and the run's facts."""
@@ -41,7 +41,7 @@ class View:
         self.events: deque[str] = deque(maxlen=3)
 
     def read(self) -> bool:
-        """Read what the run wrote since the last call; whether there is a new frame."""
+        """Read what the run wrote since the last call; returns whether there is a new frame."""
         frames, load, events = (table.new_rows() for table in (self._frames, self._load, self._events))
         if self._frames.restarted or self._events.restarted:
             self._forget()
@@ -63,7 +63,7 @@ class View:
 
     @property
     def silent_s(self) -> float:
-        """Seconds since something was written, as far as this view has seen."""
+        """Seconds since the log last grew, as far as this view has seen."""
         return time.monotonic() - self._last_news
 
     @property
@@ -77,7 +77,7 @@ class View:
         return n / total if total > 0 else 0.0
 
     def process_is_gone(self) -> bool:
-        """Whether the manager ran on this host and its process is no more."""
+        """Whether the manager ran on this host and its process is gone."""
         pid = self.facts.get("pid")
         if not isinstance(pid, int) or self.facts.get("host") != socket.gethostname():
             return False
@@ -93,7 +93,7 @@ class View:
         return printable(progress.line(row, total=0, fps=self.fps))
 
     def figures(self) -> dict[str, Any]:
-        """Return what is seen, as plain values: of the last frame, and by rank."""
+        """Return the view as plain values: of the last frame, and by rank."""
         ranks = {rank: {"t_compute_s": 0.0, "particles": 0} for rank in self._ranks()}
         for (_, rank), row in self.load.items():
             ranks[rank]["t_compute_s"] += float(row.get("t_compute_s") or 0.0)
@@ -171,8 +171,8 @@ class View:
         for place in places:
             strip[min(max(place, 0), room - 1)] = "|" if plain else "│"
         ends = f"{low:.4g}", f"{high:.4g} m"
-        words = f"{ends[0]}  domains of {system}"
-        return ["", "".join(strip).rstrip(), (words + ends[1].rjust(max(room - len(words), 1)))[:width]]
+        label = f"{ends[0]}  domains of {system}"
+        return ["", "".join(strip).rstrip(), (label + ends[1].rjust(max(room - len(label), 1)))[:width]]
 
 
 def _extent(cuts: list[float], space: Any) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Balancers compared: on made-up or recorded loads, and by what they cost in a job."""
+"""Comparisons of balancers: on synthetic or recorded loads, and by what they cost in a job."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PLANNING_CALCULATORS = 4096
 
 
 def balance(*, calculators: int, particles: int, frames: int, run: str | None) -> dict[str, Any]:
-    """Compare balancers on made-up loads, or on those of `run`, the log of a run, which takes pandas."""
+    """Compare balancers on synthetic loads, or on those of `run`, the log of a run, which needs pandas."""
     from .. import replay
 
     histories: dict[str, replay.History] = {}

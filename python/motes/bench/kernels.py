@@ -1,7 +1,7 @@
 """Benchmarks of the core's own parts on one core: kernels, births, the picture. No MPI.
 
-Figures are medians, or the least of some repeats, of this thread's CPU time: what else runs on the machine
-counts as little as possible. Ratios compare one run with itself.
+Figures are the median or the minimum of several repeats, in CPU time of this thread: whatever else runs on
+the machine counts as little as possible. Ratios compare figures of one run.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ __all__ = ["actions", "births", "leavers", "lists", "render", "scale", "scene"]
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
-    """Time the list of "snow" or "fountain" and compare it with what memory allows."""
+    """Time the list of "snow" or "fountain" and compare it with the limit that memory sets."""
     figures = _core.act_bench(name, particles, steps)
     return {"scene": name, "particles": particles, "steps": steps, **_one_core(), **figures}
 
@@ -33,7 +33,7 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
 
 
 def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
-    """Time what a birth costs the calculators that make it and pass it on."""
+    """Time what a birth costs the calculators that create it and pass it on."""
     figures = _core.birth_bench(calculators, births, repeats)
     return {"calculators": calculators, "births": births, "repeats": repeats, **_one_core(), **figures}
 
@@ -49,9 +49,9 @@ def lists(*, particles: int, steps: int) -> dict[str, Any]:
 
 
 def scale(*, particles: int, steps: int) -> dict[str, Any]:
-    """Time snow on 1, 3, 10, 30, ... million particles, in turn: a slow moment does not hit one size alone.
+    """Time snow on 1, 3, 10, 30, ... million particles, in turn: a slow moment affects all sizes.
 
-    With what memory allows: loads and stores alone are faster where a cache holds the particles.
+    Beside the limit that memory sets: loads and stores alone are faster if a cache holds the particles.
     """
     sizes = sorted({min(n * 10**k, particles) for n in (1, 3) for k in range(6, 9)})
     cost: dict[int, list[float]] = {n: [] for n in sizes}

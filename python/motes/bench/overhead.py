@@ -1,9 +1,9 @@
-"""What balancing costs where there is nothing to balance: one rank of `python -m motes bench overhead`.
+"""What balancing costs if there is nothing to balance: one rank of `python -m motes bench overhead`.
 
-Worlds that differ only in their balancer run in one job, a few frames in turn: whatever else the machine
-does meanwhile, it does to all. All figures, of the frame, of its phases and in per cent, are of one kind: the
-median over the rounds of the world with static cuts, plus the median of the differences to it within a
-round. The row of a second world with static cuts shows how well they are known.
+Worlds that differ only in their balancer run in one job and take turns of a few frames: whatever else the
+machine does affects all of them. All figures, of the frame, of its phases and in percent, are computed the
+same way: the median over the rounds of the world with static cuts, plus the median of the differences to it
+within a round. The row of a second world with static cuts shows how accurate they are.
 """
 
 from __future__ import annotations
@@ -31,11 +31,11 @@ SNOW = Snow(
     gusts=Sphere((0, 0, 0), 1),
     obstacles=(Box((-4, 0, -3), (4, 3, 3)), Sphere((10, 1, 0), 1)),
 )
-WARM = 16  # frames before the first that counts: what the balancers learn of the machine
+WARM = 16  # frames before the first that counts, in which balancers learn about the machine
 
 
 class Lane:
-    """One world on its way, and what its frames took on this rank."""
+    """One running world, and how long its frames took on this rank."""
 
     def __init__(self, balancer: Balancer, systems: int, particles: int, frames: int) -> None:
         """Make the world of the paper's snow, on equal machines that share it evenly."""
@@ -138,7 +138,7 @@ def _beside(values: Sequence[float], static: Sequence[float]) -> float:
 
 
 def main(argv: Sequence[str] | None = None) -> None:
-    """Be one rank of the job."""
+    """Run one rank of the job."""
     parser = argparse.ArgumentParser(prog="python -m motes.bench.overhead")
     for name in ("systems", "particles", "rounds", "frames"):
         parser.add_argument(f"--{name}", type=int, required=True)

@@ -13,17 +13,17 @@ __all__ = ["Snow"]
 
 @dataclass(frozen=True)
 class Snow:
-    """Flakes that fall over the whole width and lie on the ground for the rest of their life.
+    """Flakes that fall over the whole width and lie on the ground for the rest of their lives.
 
-    The air is full from the start, with flakes of all ages, so that as many die in a frame as are born.
+    The air is full from the start, with flakes of all ages, so that in each frame as many die as are born.
     """
 
     width: float = 60.0
-    """Metres along x, about 0."""
+    """Metres along x, centred on 0."""
     top: float = 12.0
     """Metres from the ground to where flakes are born."""
     depth: float = 8.0
-    """Metres along z, about 0."""
+    """Metres along z, centred on 0."""
     life: float = 12.0
     """Seconds."""
     velocity: Shape = Box((-0.4, -1.4, -0.3), (0.4, -1.2, 0.3))
@@ -31,7 +31,7 @@ class Snow:
     gusts: Shape = Box((-1, -1, -1), (1, 1, 1))
     """Random accelerations, m/s^2."""
     obstacles: tuple[Shape, ...] = ()
-    """What flakes fall on beside the ground."""
+    """What flakes fall on besides the ground."""
 
     def record(self, system: System, frame: int, particles: int) -> None:
         """Record what a system of `particles` flakes does in a frame."""

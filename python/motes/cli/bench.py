@@ -1,7 +1,7 @@
 """Measure this machine.
 
-Figures are medians, or the least of some repeats, of CPU time of one thread: what else runs on the machine
-counts as little as possible. Ratios compare one run with itself.
+Figures are the median or the minimum of several repeats, in CPU time of one thread: whatever else runs on the
+machine counts as little as possible. Ratios compare figures of one run.
 """
 
 from __future__ import annotations
@@ -38,7 +38,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     leavers.add_argument("--particles", type=positive, default=3_200_000)
     leavers.add_argument("--steps", type=positive, default=10)
     leavers.add_argument("--bins", type=positive, default=64)
-    births = names.add_parser("births", help="what a birth costs the calculators that make it and pass it on")
+    births = names.add_parser(
+        "births", help="what a birth costs the calculators that create it and pass it on"
+    )
     births.add_argument("--calculators", type=positive, default=4094)
     births.add_argument("--births", type=positive, default=1389, help="per frame, of one calculator")
     births.add_argument("--repeats", type=positive, default=1000)
@@ -48,11 +50,11 @@ def configure(parser: argparse.ArgumentParser) -> None:
     render.add_argument("--pixels", type=positive, default=5, help="diameter of the discs")
     render.add_argument("--frames", type=positive, default=9)
     render.add_argument("--fountain", action="store_true", help="eight fountains instead of snow")
-    balance = names.add_parser("balance", help="balancers compared on made-up and recorded loads")
+    balance = names.add_parser("balance", help="balancers compared on synthetic and recorded loads")
     balance.add_argument("--calculators", type=positive, default=16)
     balance.add_argument("--particles", type=positive, default=3_200_000)
     balance.add_argument("--frames", type=positive, default=200)
-    balance.add_argument("--run", metavar="DIR", help="the log of a run, instead of made-up loads")
+    balance.add_argument("--run", metavar="DIR", help="the log of a run, instead of synthetic loads")
     overhead = names.add_parser("overhead", help="what balancers cost per frame with nothing to balance")
     overhead.add_argument("--ranks", type=positive, default=4)
     overhead.add_argument("--systems", type=positive, default=8)

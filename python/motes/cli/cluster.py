@@ -44,7 +44,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
         type=_ways,
         default=["calculators"],
         metavar="WHO,...",
-        help=f"who makes births: {', '.join(growth.WAYS)}",
+        help=f"who creates births: {', '.join(growth.WAYS)}",
     )
     many.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
     for command in (paper, many):
@@ -53,7 +53,10 @@ def configure(parser: argparse.ArgumentParser) -> None:
     make = commands.add_parser("build", help="compile motes_replay for the simulator from a clone of motes")
     make.add_argument("--source", type=Path, required=True, metavar="DIR", help="the clone")
     make.add_argument(
-        "--output", type=Path, metavar="FILE", help="the program (beside this Python, where it is looked for)"
+        "--output",
+        type=Path,
+        metavar="FILE",
+        help="where to put the program (beside this Python, where it is looked for)",
     )
 
 

@@ -1,4 +1,4 @@
-"""Examine this installation: what it is made of, and whether its parts fit.
+"""Examine this installation: what it consists of, and whether its parts fit together.
 
 Exit code 1 and one line per problem where something is wrong, such as a compiled core that does not load.
 """
@@ -144,7 +144,7 @@ def _mpi(report: Report) -> None:
 
 
 def _core(report: Report) -> None:
-    """Load the compiled core beside mpi4py and see which MPI library each of them brings."""
+    """Load the compiled core beside mpi4py and find out which MPI library each of them loads."""
     output, problem = _output([sys.executable, "-c", _CORE])
     match = re.search(r"motes-core (.*)", output)
     if match is None:
@@ -164,7 +164,7 @@ def _core(report: Report) -> None:
 
 
 def _output(argv: list[str]) -> tuple[str, str]:
-    """Run a program; returns its output and, where it failed, the reason that it gave."""
+    """Run a program; returns its output and, if it failed, the reason that it gave."""
     try:
         answer = subprocess.run(
             argv,
@@ -172,14 +172,14 @@ def _output(argv: list[str]) -> tuple[str, str]:
             text=True,
             timeout=HELLO_LIMIT_S,
             stdin=subprocess.DEVNULL,
-            env=os.environ,  # without what a started MPI added to the process's own
+            env=os.environ,  # without what a started MPI added to the environment
         )
     except subprocess.TimeoutExpired:
         return "", f"no end within {HELLO_LIMIT_S} s"
     except OSError as error:
         return "", str(error)
     lines = [line.strip() for line in answer.stderr.splitlines() if line.strip(" -\t")]
-    # Python's reason stands last, mpirun's first.
+    # Python prints the reason last, mpirun first.
     reason = "" if not lines else lines[-1] if "Traceback" in answer.stderr else lines[0]
     return answer.stdout, reason or f"exit code {answer.returncode}"
 

@@ -52,7 +52,7 @@ def print_figures(args: argparse.Namespace, figures: Mapping[str, Any], text: st
 
 
 def plain(value: Any) -> Any:
-    """Return the value with NaN and infinities as None: JSON has no such numbers."""
+    """Return the value with NaN and infinities as None, since JSON has neither."""
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, Mapping):

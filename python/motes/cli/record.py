@@ -3,7 +3,7 @@
   python -m motes record script.py [script's arguments] -o scene.motes
   python -m motes record -o scene.motes [--full] [--json] script.py [script's arguments]
 
-Where -o stands before the script, everything behind the script is the script's own. Otherwise -o, --full and
+If -o comes before the script, everything after the script belongs to the script. Otherwise -o, --full and
 --json are read from the end of the line.
 """
 
@@ -57,7 +57,7 @@ def _add_own(parser: argparse.ArgumentParser) -> None:
 
 
 def _take_from_the_end(program: list[str], args: argparse.Namespace) -> list[str]:
-    """Read our own options, -o among them, off the end of the script's arguments; return what is left."""
+    """Take our own options, -o among them, off the end of the script's arguments; return the rest."""
     end = len(program)
     found = False
     while end > 1:

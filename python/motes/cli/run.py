@@ -5,8 +5,8 @@
   python -m motes run -n 16 --hosts node1:8,node2:8 script.py
   python -m motes run -n 4 -- --bind-to core script.py [arguments]
 
-What stands between `--` and the script goes to mpirun. The script is the first word there that ends in .py or
-names a file, or -m, or -c; a second `--` says where mpirun's options end.
+Arguments between `--` and the script go to mpirun. The script is the first argument there that ends in .py or
+names a file, or -m, or -c; a second `--` marks the end of mpirun's options.
 """
 
 from __future__ import annotations
@@ -49,11 +49,11 @@ def split_program(args: argparse.Namespace) -> tuple[list[str], list[str]]:
     if argv[:1] != ["--"]:
         return [], argv
     argv = argv[1:]
-    scripts = [i for i, word in enumerate(argv) if word in ("-m", "-c") or word.endswith(".py")]
+    scripts = [i for i, argument in enumerate(argv) if argument in ("-m", "-c") or argument.endswith(".py")]
     start = min(scripts, default=len(argv))
     if "--" in argv[:start]:
         start = argv.index("--")
         return argv[:start], argv[start + 1 :]
-    if start == len(argv):  # a script by another name, or the value of an option that is a file
-        start = next((i for i, word in enumerate(argv) if Path(word).is_file()), start)
+    if start == len(argv):  # a script without .py, or an option's value that is a file
+        start = next((i for i, argument in enumerate(argv) if Path(argument).is_file()), start)
     return argv[:start], argv[start:]

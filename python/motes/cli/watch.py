@@ -1,6 +1,6 @@
 """Show a run while it goes on, in another terminal, from its log.
 
-Exit code 0 where the run came to its end, 1 where it was killed. Ctrl-C ends this command, not the run.
+Exit code 0 if the run finished, 1 if it was killed. Ctrl-C ends this command, not the run.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = ["configure", "run", "watch"]
 EVERY_S = 0.5
 LINE_EVERY_S = 1.0
 SILENT_S = 120.0
-"""A log in which nothing was written for so long belongs to a run that is dead."""
+"""A log in which nothing was written for this long belongs to a run that is dead."""
 
 
 def configure(parser: argparse.ArgumentParser) -> None:

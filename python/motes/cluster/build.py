@@ -18,7 +18,7 @@ PROGRAM = "motes_replay_smpi"
 
 
 def find_smpirun() -> str:
-    """Find SimGrid's launcher. Raises MotesError where it is absent."""
+    """Find SimGrid's launcher. Raises MotesError if it is absent."""
     found = shutil.which(str(environment.read("MOTES_SMPIRUN")))
     if found is None:
         raise MotesError(
@@ -30,7 +30,7 @@ def find_smpirun() -> str:
 def find_replay() -> Path:
     """Find `motes_replay` built for SMPI: `MOTES_SMPI_REPLAY`, or what `cluster build` has put beside Python.
 
-    Raises MotesError where there is neither. Nothing is compiled here.
+    Raises MotesError if neither exists. Nothing is compiled here.
     """
     named = environment.read("MOTES_SMPI_REPLAY")
     if named:
@@ -51,8 +51,8 @@ def build(source: Path, program: Path | None = None) -> Path:
     """Compile `motes_replay` for SMPI from a clone of motes and copy it to `program`; returns its path.
 
     The build folder is `source`/build/smpi, so that the next build compiles only what has changed. `program`:
-    None is where `find_replay` looks, beside this Python. Raises MotesError where `source` is no clone of
-    motes, where CMake is absent, or with what the compiler said.
+    None is where `find_replay` looks, beside this Python. Raises MotesError if `source` is not a clone of
+    motes, if CMake is absent, or with the compiler's errors.
     """
     find_smpirun()
     source = source.resolve()

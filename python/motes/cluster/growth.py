@@ -1,4 +1,4 @@
-"""How the engine grows: as many particles per rank on ever more virtual ranks (weak scaling), by phase."""
+"""Weak scaling of the engine, by phase: the same number of particles per rank on ever more virtual ranks."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 PARTICLES = 400_000
 """Per rank."""
 COMPUTED = 33_000_000
-"""Particles that are computed in all, at most; each stands for as many as are missing."""
+"""Most particles that are computed in all; each stands for several, so that their number is made up for."""
 METRES = 4.0
 """Width of a rank's domain."""
 FRAMES, MEASURED = 5, 3
@@ -29,7 +29,7 @@ WAYS = {
     "calculators": ("--births", "calculators"),
     "manager": ("--births", "manager", "--fan-out", "1000000"),
 }
-"""Calculators make births and messages go along a tree; or the manager makes them and talks to each rank."""
+"""Calculators create births, messages go along a tree; or the manager creates them and talks to each rank."""
 PHASES = {
     "create": ("create", "wait for births"),
     "act": ("act", "order"),
@@ -38,7 +38,7 @@ PHASES = {
     "balance": ("balance",),
     "render": ("project", "draw"),
 }
-"""Of a frame, with the spans (docs/analysis.md) that each is made of."""
+"""Phases of a frame, with the spans (docs/analysis.md) of which each consists."""
 FOLDER = Path(__file__).parent
 
 
@@ -46,15 +46,15 @@ def network() -> Network:
     """Describe InfiniBand HDR100: 100 Gb/s per node, 1.5 us, 0.3 us of a processor per message.
 
     The vendor's 100 Gb/s; latency and overhead as MPI benchmarks of such networks have them (OSU
-    microbenchmarks: 1 to 2 us between nodes, of which the processors have some 0.3 us each). All pairs have
-    the full bandwidth, as in a non-blocking fat tree.
+    microbenchmarks: 1 to 2 us between nodes, of which each processor takes about 0.3 us). All pairs have the
+    full bandwidth, as in a non-blocking fat tree.
     """
     return Network("HDR100", 100e9 / 8, 1.5e-6, overhead_s=0.3e-6, shared=False)
 
 
 @dataclass(frozen=True)
 class Row:
-    """One number of ranks."""
+    """The result for one number of ranks."""
 
     ranks: int
     way: str
@@ -70,7 +70,7 @@ class Row:
 
     @property
     def efficiency(self) -> float:
-        """Part of the frame that is work on particles."""
+        """Part of the frame that is spent on particles."""
         return self.ideal_s / self.frame_s
 
     @property
@@ -80,7 +80,7 @@ class Row:
 
 
 def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bool = False) -> list[Row]:
-    """Run snow on each number of calculators, with one rank more for pictures and one to manage."""
+    """Run snow on each number of calculators, with one more rank for pictures and one more to manage."""
     find_smpirun(), find_replay()  # say at once what is missing
     arguments.choice("way", way, tuple(WAYS))
     with tempfile.TemporaryDirectory(prefix="motes-growth-") as folder:
@@ -103,7 +103,7 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
         options=options,
     )
     found = {name: _seconds(run, spans) for name, spans in PHASES.items()}
-    found["agree"] -= _seconds(run, ("send leavers",))  # which the wait for the verdict holds
+    found["agree"] -= _seconds(run, ("send leavers",))  # which is part of the wait for the verdict
     frame_s = float(run.frames["t_frame_s"].iloc[-MEASURED:].mean())
     ideal_s = found["act"] + (_seconds(run, ("project",)) if pictures else 0.0)
     return Row(ranks, way, pictures, computed, frame_s, found, ideal_s)

@@ -13,7 +13,7 @@ __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node"]
 
 @dataclass(frozen=True)
 class Network:
-    """A switched network: each node has a link of its own, as fast in both directions at once."""
+    """A switched network: each node has its own link, which has full speed in both directions at once."""
 
     name: str
     bandwidth: float
@@ -21,12 +21,12 @@ class Network:
     latency_s: float
     """Seconds from one node to another."""
     overhead_s: float = 0.0
-    """Seconds that a message takes of the processor at each of its ends; the first network's counts."""
+    """Processor seconds that a message takes at each of its ends; the first network's value counts."""
     shared: bool = True
-    """Whether messages share their nodes' links as they travel. Where not, each crosses alone, and the
+    """Whether messages share their nodes' links as they travel. If not, each message travels alone, and the
     processors at its ends are busy with its bytes for as long as the link would be (the LogGP model,
-    Alexandrov et al. 1995): for thousands of ranks, among whose messages a simulator would share links for
-    hours. The first network's counts."""
+    Alexandrov et al. 1995). That suits thousands of ranks, for which a simulator would need hours to share
+    links among messages. The first network's value counts."""
 
     def __post_init__(self) -> None:
         """Check what was given."""
@@ -57,15 +57,15 @@ class Node:
 
     name: str
     speed: float = 1.0
-    """Against the machine that the costs of work were measured on."""
+    """Speed relative to the machine on which the costs of work were measured."""
     cores: int = 1
     count: int = 1
     ranks: int | None = None
     """Ranks started on each; None: one per core."""
     sharing: float = 1.0
-    """Part of its speed that each of several busy ranks has: they share memory and caches."""
+    """Part of its speed that each rank keeps while several are busy: they share memory and caches."""
     networks: tuple[str, ...] | None = None
-    """Names of the networks that it is on; None: all."""
+    """Names of the networks to which it is connected; None: all."""
     copy_bandwidth: float = 400e6
     """Bytes per second between two ranks of the node."""
 
@@ -96,7 +96,7 @@ class Cluster:
     """Nodes and the networks between them.
 
     Ranks go to nodes in their order: the first is the image generator's, the second the manager's
-    (`roles="auto"`). Where there are several networks, two nodes talk over the first that both are on.
+    (`roles="auto"`). If there are several networks, two nodes talk over the first one that connects both.
     """
 
     nodes: Sequence[Node]
@@ -108,7 +108,7 @@ class Cluster:
             raise ArgumentError("nodes", self.nodes, "one Node at least")
         names = [node.name for node in self.nodes]
         if len(set(names)) < len(names):
-            raise ArgumentError("nodes", names, "of different names, one a kind")
+            raise ArgumentError("nodes", names, "of different names, one per kind")
         known = {network.name for network in self.networks}
         for node in self.nodes:
             if node.networks is not None and not set(node.networks) <= known:
@@ -119,7 +119,7 @@ class Cluster:
 
     @property
     def networks(self) -> list[Network]:
-        """All of them, the preferred one first."""
+        """All networks, the preferred one first."""
         return [self.network] if isinstance(self.network, Network) else list(self.network)
 
     @property

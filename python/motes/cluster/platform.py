@@ -14,7 +14,7 @@ HEAD = """<?xml version="1.0"?>
 """
 
 OPERATIONS = 1e9
-"""A second on a machine of speed 1 for the simulator, so costs are nanoseconds."""
+"""Operations per second of a machine of speed 1 in the simulator, so that costs are nanoseconds."""
 
 
 def platform(cluster: Cluster) -> str:

@@ -22,7 +22,7 @@ __all__ = ["MEASURED_COSTS", "record", "simulate"]
 FLAGS = {
     "smpi/simulate-computation": "no",  # work takes what its costs say
     "smpi/test": "0",  # asking whether a message has left takes no time
-    "smpi/lat-factor": "0:1",  # networks are as the cluster says, not as SMPI's calibration to another
+    "smpi/lat-factor": "0:1",  # networks are as the cluster says, not as SMPI was calibrated for another one
     "smpi/bw-factor": "0:1",
     "smpi/privatization": "no",  # the engine has no global state
     "network/crosstraffic": "0",
@@ -30,14 +30,14 @@ FLAGS = {
     "smpi/send-is-detached-thresh": "65536",  # longer messages wait for their receiver
 }
 ALONE = {
-    "smpi/send-is-detached-thresh": "0",  # the simulator searches one list for each message that is nobody's
+    "smpi/send-is-detached-thresh": "0",  # the simulator searches one list for each unreceived message
 }
-"""Where messages do not share links."""
+"""For networks whose messages do not share links."""
 MEASURED_COSTS = Path(__file__).with_name("measured.costs")
 
 
 def record(scene: Path, script: Path, arguments: Sequence[object] = ()) -> None:
-    """Record a script's scene, in a process of its own. Raises MotesError with what the script said."""
+    """Record a script's scene, in a process of its own. Raises MotesError with the script's errors."""
     argv = [sys.executable, "-m", "motes", "record", "-o", scene, script, *arguments]
     made = subprocess.run([str(part) for part in argv], capture_output=True, text=True, check=False)
     if made.returncode != 0:
@@ -56,9 +56,9 @@ def simulate(
     """Replay a recorded scene on a virtual cluster; returns the run's log, in simulated seconds.
 
     `costs`: a file of what work costs, lines `name = nanoseconds` on a machine of speed 1; None is
-    `measured.costs` of this package: one core of a Xeon with AVX-512. `scale`: particles that each particle
-    of the scene stands for: work on particles, and messages that hold some, cost as many times more.
-    `options` go to `motes_replay`. Raises MotesError where the run fails, with what it said.
+    `measured.costs` of this package: one core of a Xeon with AVX-512. `scale`: how many particles each
+    particle of the scene stands for: work on particles, and messages that hold some, cost that many times
+    more. `options` go to `motes_replay`. Raises MotesError with the run's errors if it fails.
     """
     scale = arguments.number("scale", scale, low=1e-9)
     smpirun, replay = find_smpirun(), find_replay()
@@ -92,13 +92,13 @@ def _launcher(smpirun: str, cluster: Cluster) -> list[str]:
 
 
 def _replay_options(scale: float, options: Sequence[str]) -> list[str]:
-    """Compose the arguments of motes_replay; smpirun splits arguments at blanks, so none may have any."""
+    """Compose the arguments of motes_replay; smpirun splits arguments at blanks, so none may contain any."""
     own = ["scene.motes", "--log", "log", "--scale", repr(scale), "--costs", "costs"]
     return own + ["".join(option.split()) for option in options]
 
 
 def _costs(path: str | os.PathLike[str] | None, network: Network) -> str:
-    """Return what work costs, and what each message and its bytes take of the processors at its ends."""
+    """Return the costs of work, and those of each message and its bytes for the processors at its ends."""
     text = Path(MEASURED_COSTS if path is None else path).read_text()
     byte_s = 0.0 if network.shared else 1 / network.bandwidth
     return f"{text}\nmessage = {1e9 * network.overhead_s!r}\nbyte = {1e9 * byte_s!r}\n"

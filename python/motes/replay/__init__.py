@@ -1,7 +1,7 @@
 """What another balancer would have done with the loads of an earlier run: no MPI, the same policies.
 
 `predict` takes the tables of a recorded run; `Run.replay` calls it for a log. `synthetic` makes loads that
-show one thing each; `simulate` runs a history, recorded or made up, under a balancer, frame by frame;
+each show one effect; `simulate` runs a history, recorded or synthetic, under a balancer, frame by frame;
 `compare` puts several balancers side by side.
 """
 

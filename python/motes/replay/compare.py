@@ -20,7 +20,7 @@ GOAL = 1.05
 
 
 def candidates(speeds: Iterable[float]) -> list[Balancer]:
-    """Return the balancers that a comparison shows; `speeds` are what `Proportional` is told."""
+    """Return the balancers that a comparison shows; `speeds` go to `Proportional`."""
     return [Static(), Pairwise(), Pairwise(0.05), Diffusive(), PrefixCuts(), Proportional(list(speeds))]
 
 
@@ -29,7 +29,7 @@ def compare(history: History, balancers: Iterable[Balancer]) -> list[dict[str, A
 
     `mean_imbalance` and `last_imbalance` are slowest over mean of the calculators' seconds;
     `evaluations_to_goal` counts from the worst frame to the first at 1.05 or below (None: never);
-    `moved` is what all new cuts together gave to other calculators.
+    `moved` counts the particles that all new cuts together gave to other calculators.
     """
     rows = []
     for balancer in balancers:

@@ -1,4 +1,4 @@
-"""How particles lie along the axis: their number as a function of place, whatever the domains are."""
+"""The distribution of particles along the axis: their number as a function of place, for any domains."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Density:
         return float(self.below[-1]) if len(self.below) else 0.0
 
     def count_below(self, places: npt.ArrayLike) -> Floats:
-        """Particles with x < place, one number a place; places may be infinite."""
+        """Particles with x < place, one number per place; places may be infinite."""
         places = np.asarray(places, np.float64)
         if not len(self.x):
             return np.zeros(len(places))
@@ -39,7 +39,7 @@ class Density:
         return np.where(right == 0, 0.0, np.where(right == len(self.x), self.total, between))
 
     def place(self, counts: npt.ArrayLike) -> Floats:
-        """Where so many particles are on the left, the inverse of `count_below`; needs particles."""
+        """The place with this many particles on its left, the inverse of `count_below`; needs particles."""
         return np.interp(np.asarray(counts, np.float64), self.below, self.x)
 
     def around(self, cuts: npt.NDArray[np.float32]) -> float:
@@ -87,7 +87,7 @@ class Density:
 
     @staticmethod
     def of_quantiles(quantiles: Floats, counts: npt.ArrayLike) -> Density:
-        """Join what calculators say of their own particles: quantiles (n, q), NaN where none, counts (n,)."""
+        """Join calculators' reports on their own particles: quantiles (n, q), NaN if none, counts (n,)."""
         counts = np.asarray(counts, np.float64)
         known = ~np.isnan(quantiles).any(axis=1) & (counts > 0)
         x, n = quantiles[known], counts[known]
@@ -100,7 +100,7 @@ class Density:
 def overlaps(
     density: Density, ours: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]
 ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
-    """Particles by two ways to cut at once: our domain, their domain, particles in both; none that is 0."""
+    """Particles by two sets of cuts at once: our domain, their domain, particles in both; without zeros."""
     ends = np.sort(np.concatenate([ours, theirs]))
     below = np.concatenate([[0.0], density.count_below(ends), [density.total]])
     # A piece is owned like its left end; the first reaches from -infinity.
@@ -113,13 +113,13 @@ def overlaps(
 
 
 def crossing(density: Density, before: npt.NDArray[np.float32], after: npt.NDArray[np.float32]) -> float:
-    """Particles that change their owner with the cuts."""
+    """Particles whose owner changes with the cuts."""
     source, to, n = overlaps(density, before, after)
     return float(n[source != to].sum())
 
 
 def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
-    """What each calculator sends and gets at least: as much as where particles keep their order.
+    """The least that each calculator sends and receives: what it takes if particles keep their order.
 
     `before`: particles by calculator before they moved and cuts changed; `after`: at the frame's end.
     """

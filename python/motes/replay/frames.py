@@ -35,7 +35,7 @@ class SystemStep:
     sent: Floats
     received: Floats
     changing: float
-    """Particles that change places over a cut beside those that `sent` and `received` count."""
+    """Particles that swap sides of a cut, in addition to those that `sent` and `received` count."""
     density: Density
     killed: int
     plan: _core.BalancePlan | None = None
@@ -64,7 +64,7 @@ class Step:
 
 
 class _System:
-    """What a system's frames remember of those before."""
+    """What a system's frames remember of earlier ones."""
 
     def __init__(self, policy: _core.Policy, calculators: int) -> None:
         self.cuts: Cuts = np.zeros(0, np.float32)
@@ -76,7 +76,7 @@ class _System:
         self.evaluations = 0
 
     def act(self, moment: Moment, powers: Floats | None) -> SystemStep:
-        """One frame up to the report: births by the new cuts, the old act once more where they were."""
+        """One frame up to the report: births go by the new cuts, old ones act once more where they were."""
         if not self.began:
             self.cuts = self.cuts_before = moment.cuts  # nobody balances before there are particles
             self.began = moment.density.total > 0
@@ -119,9 +119,9 @@ class _System:
 def simulate(history: History, balancer: Balancer, powers: Floats | None = None) -> Iterator[Step]:
     """Run a history's frames under a balancer, as the engine would.
 
-    The balancer plans at a frame's end; births of the next frame are dealt by the new cuts, and particles
-    that are then outside their domain go to their owner in that frame's exchange. With `powers`, one a
-    calculator, what was measured beyond them is the cost of a place; without, it is the machine's.
+    The balancer plans at a frame's end; births of the next frame are distributed by the new cuts, and
+    particles that are then outside their domain go to their owner in that frame's exchange. With `powers`,
+    one per calculator, the rest of the measured time is the cost of a place; without, it is the machine's.
     """
     policy = balancer.policy
     policy.check(len(history.ranks))

@@ -1,4 +1,4 @@
-"""A run's loads without its balancer: how particles lay, how fast the machines were, frame by frame."""
+"""A run's loads without its balancer: where particles were, how fast the machines were, frame by frame."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ __all__ = ["FrameCosts", "History", "Moment", "Recorded", "Tables"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
-LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing of a machine
+LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing about a machine
 
 
 @dataclass(frozen=True)
@@ -35,9 +35,9 @@ class Moment:
     speeds: Floats
     """Particles per second of each calculator, (calculators,)."""
     overhead_s: Floats
-    """What a calculator with any particles takes beside, (calculators,)."""
+    """Fixed extra time of a calculator with any particles, (calculators,)."""
     changing: float = 0.0
-    """Particles that changed places over a cut: what was exchanged above the least there was."""
+    """Particles that swapped sides of a cut: those exchanged beyond the least necessary."""
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class FrameCosts:
 
 
 class Tables(Protocol):
-    """What is read of a recorded run; a `Run` has it all."""
+    """What is read from a recorded run; a `Run` has all of it."""
 
     @property
     def name(self) -> str:
-        """What errors call the run."""
+        """The run's name in errors."""
 
     @property
     def calculators(self) -> list[int]:
@@ -65,7 +65,7 @@ class Tables(Protocol):
 
     @property
     def speeds(self) -> Mapping[int, float]:
-        """Factors by which ranks were slowed down on purpose; empty where none was."""
+        """Factors by which ranks were slowed down on purpose; empty if none was."""
 
     @property
     def hosts(self) -> Mapping[int, str]:
@@ -99,7 +99,7 @@ class Recorded:
     """The history of a recorded run."""
 
     def __init__(self, run: Tables) -> None:
-        """Take the tables of a run; LogError where they do not suffice."""
+        """Take the tables of a run; LogError if they do not suffice."""
         self.ranks = run.calculators
         self.systems = run.systems
         self._factors = np.array([run.speeds.get(rank, 1.0) for rank in self.ranks])
@@ -150,7 +150,7 @@ class Recorded:
         self.frames = self.frames[:whole]
 
     def _speeds(self, grid: dict[str, Any], processed: Floats) -> Floats:
-        """Samples of each frame; where there is none: the last or first, or the mean of other machines."""
+        """Samples of each frame; for gaps: the last or first sample, or the mean of other machines."""
         speed = grid["speed"]
         good = (speed > 0) & (processed >= LEAST_PARTICLES) & (grid["t_compute_s"] >= LEAST_SECONDS)
         if not good.any():
@@ -195,7 +195,7 @@ class Recorded:
 
 
 def _somewhere(x: Floats, cuts: Cuts) -> Floats:
-    """Give calculators without particles a place for their births: inside the domain, near the others."""
+    """Give calculators without particles a place for their births: inside the domain, near other ones."""
     low = np.concatenate([[-np.inf], cuts])
     high = np.concatenate([cuts, [np.inf]])
     middle = np.where(np.isinf(low), high - 1, np.where(np.isinf(high), low + 1, (low + high) / 2))

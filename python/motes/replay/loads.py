@@ -1,4 +1,4 @@
-"""Made-up loads, for comparing balancers without a cluster: each shows one thing that real runs mix."""
+"""Synthetic loads, for comparing balancers without a cluster: each isolates one effect that real runs mix."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["LOADS", "Synthetic", "synthetic"]
 
 
 class Synthetic:
-    """A history that a formula makes: particles on the axis 0..1, one system, cut into equal domains."""
+    """A history made by a formula: particles on the axis 0..1, one system, cut into equal domains."""
 
     def __init__(
         self,
@@ -48,9 +48,9 @@ def synthetic(
 ) -> Synthetic:
     """Make a load by its name in `LOADS`: from 1 to thousands of calculators, any number of particles.
 
-    "halves": the first half of the machines is twice as fast as the second. "alternating": every other one
-    is. "step": equal machines; after a tenth of the frames, half of all particles stand within a fifth of the
-    axis. "hot_spot": equal machines; such a crowd wanders from end to end.
+    "halves": the first half of the machines is twice as fast as the second. "alternating": every other
+    machine is. "step": equal machines; after a tenth of the frames, half of all particles are within a fifth
+    of the axis. "hot_spot": equal machines; such a cluster moves from end to end.
     """
     return LOADS[load](calculators, particles, frames)
 
@@ -79,7 +79,7 @@ def _hot_spot(calculators: int, particles: int, frames: int) -> Synthetic:
 
 
 def _crowd(calculators: int, particles: int, frames: int, center: Callable[[int], float | None]) -> Synthetic:
-    """Make half of all particles stand around a place, 0.05 wide (sigma), the others evenly."""
+    """Put half of all particles around a place, 0.05 wide (sigma), and spread the others evenly."""
     x = np.linspace(0, 1, 4097)
 
     def shape(k: int) -> Floats:

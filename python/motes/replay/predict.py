@@ -24,14 +24,14 @@ def predict(
 
     Where particles were in each frame comes from the log (density.jsonl); it does not depend on who held
     them. Speeds are those that were measured, calculator by calculator, frame by frame: they belong to the
-    machines. With `powers`, one per calculator on any scale, machines are known, and what was measured beyond
-    that is the cost of a place, which the particles there keep when another calculator gets them.
+    machines. With `powers`, one per calculator on any scale, machines are known, and the rest of the measured
+    time is the cost of a place, which the particles there keep when another calculator gets them.
 
-    `sent` and `received` are the least that takes particles from calculator to calculator; those that
-    change places over a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the
-    particles near the cuts: the figure is right within a factor of about two.
+    `sent` and `received` are the least that brings the particles to their calculators; particles that swap
+    sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
+    near the cuts: the figure is right within a factor of about two.
 
-    Raises LogError where the log has no densities, ArgumentError for what is no balancer or does not fit.
+    Raises LogError if the log has no densities, ArgumentError for what is no balancer or does not fit.
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")

@@ -31,7 +31,7 @@ MOST_SYSTEMS = 4
 def write_report(run: Run, path: str | os.PathLike[str]) -> Path:
     """Write a run's summary and plots as one HTML file, whole or not at all; returns its path.
 
-    Raises LogError where the run has no frame yet or the file cannot be written, MissingExtra without
+    Raises LogError if the run has no frame yet or the file cannot be written, MissingExtra without
     pandas or matplotlib.
     """
     if run.frames.empty or run.load.empty:
@@ -65,8 +65,8 @@ def _figures(run: Run) -> Iterator[tuple[str, str, Any]]:
     plot = run.plot
     yield (
         "Balance",
-        "Imbalance is the slowest calculator's compute time over the mean; its inverse is the part of their "
-        "time in which calculators do not wait for the slowest.",
+        "Imbalance is the slowest calculator's compute time over the mean; its inverse is the part of the "
+        "time in which calculators do not wait for the slowest one.",
         _side_by_side(plot.imbalance, plot.efficiency),
     )
     for system in run.systems[:MOST_SYSTEMS]:

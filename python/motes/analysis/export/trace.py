@@ -25,9 +25,9 @@ __all__ = ["write_trace"]
 Event = dict[str, Any]
 Slice = tuple[int, int, str, dict[str, Any]]
 _MESSAGES = 100
-"""The first thread for messages under way; what a rank does meanwhile has other threads."""
+"""The first thread for messages under way; what the rank does meanwhile is in other threads."""
 _RUN = 1_000_000
-"""The process that stands for the whole run; a number that no rank has. Ranks are processes of their own."""
+"""The process that stands for the whole run; no rank has this number. Each rank is a process of its own."""
 
 
 def write_trace(run: Run, path: str | os.PathLike[str]) -> Path:

@@ -32,7 +32,7 @@ def draw_domains(
     low[:, 0] = np.where(np.isnan(low[:, 0]), -np.inf, low[:, 0])
     high[:, -1] = np.where(np.isnan(high[:, -1]), np.inf, high[:, -1])
     bottom, top = _limits(high[:, :-1], density, space)
-    # Bands reach far beyond what is seen, for one who then sets other limits.
+    # Bands reach far beyond the visible part, for users who then set other limits.
     reach = 20 * (top - bottom)
     # A frame's domain holds for the whole frame, so the last one gets its width too.
     at = np.append(frames, frames[-1] + 1)
@@ -71,10 +71,10 @@ def _particles(ax: Axes, density: DataFrame, color: str) -> None:
 
 
 def _limits(cuts: Array, density: DataFrame | None, space: Any) -> tuple[float, float]:
-    """Where to look: at the particles, and at cuts near them; the paper's infinite space is mostly empty."""
+    """The visible range: the particles, and cuts near them; the paper's infinite space is mostly empty."""
     seen: list[float] = []
     if density is not None and density["x_q00"].notna().any():
-        # Not the outermost particles: one stray would make all others a line.
+        # Not the outermost particles: one stray would squeeze all others into a line.
         seen = [float(density["x_q01"].min()), float(density["x_q15"].max())]
         reach = seen[1] - seen[0] or 1.0
         seen = [seen[0] - 0.1 * reach, seen[1] + 0.1 * reach]

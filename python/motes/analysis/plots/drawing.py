@@ -1,4 +1,4 @@
-"""How plots look: colours for colour-blind readers too, axes with units, nothing shown by itself."""
+"""How plots look: colours that colour-blind readers can tell apart, axes with units; no plot shows itself."""
 
 from __future__ import annotations
 
@@ -50,17 +50,17 @@ PHASES = {
     "draw": "#8FD3BC",
     "rest": "#F7F3E3",
 }
-"""Colours of the frame's phases in their order; what only waits is grey, as is the manager, who mostly
-waits for reports."""
+"""Colours of the frame's phases in their order; phases that only wait are grey, as is the manager, which
+mostly waits for reports."""
 
 UNDER_WAY = "messages"
-"""The span that is no work: from a report to the last message of its round, while other systems compute."""
+"""A span without work: from a report to the last message of its round, while other systems compute."""
 
 _INK = "#333333"
 
 
 def of_phase(phase: str) -> str:
-    """Return a phase's colour; one that has none of its own gets one by its name."""
+    """Return a phase's colour; an unknown phase gets one derived from its name."""
     if phase in PHASES:
         return PHASES[phase]
     return PALETTE[sum(phase.encode()) % len(PALETTE)]
@@ -72,7 +72,7 @@ def of_rank(position: int) -> str:
 
 
 def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
-    """Return the axes to draw on, new ones where the user gave none."""
+    """Return the axes to draw on, new ones if the user gave none."""
     if ax is not None:
         return ax
     pyplot = _extras.matplotlib("matplotlib.pyplot")
@@ -81,7 +81,7 @@ def axes(ax: Axes | None, size: tuple[float, float] = (7.0, 3.2)) -> Axes:
 
 
 def new_axes(rows: int, columns: int, size: tuple[float, float], **options: Any) -> tuple[Any, list[Axes]]:
-    """Make a figure that pyplot does not know of, and its axes; for pages that embed it."""
+    """Make a figure that pyplot does not know about, and its axes; for pages that embed it."""
     figure = _extras.matplotlib("matplotlib.figure").Figure(figsize=size, layout="constrained")
     made = figure.subplots(rows, columns, squeeze=False, **options)
     return figure, list(made.ravel())
@@ -96,7 +96,7 @@ def finish(
     grid: Literal["x", "y", ""] = "y",
     legend: Any = None,
 ) -> Axes:
-    """Label the axes and take away what is no data."""
+    """Label the axes and remove what is not data."""
     ax.set_xlabel(x)
     ax.set_ylabel(y)
     if title:
@@ -113,7 +113,7 @@ def finish(
 
 
 def integer_frames(ax: Axes) -> None:
-    """Have ticks at whole frames only."""
+    """Put ticks at whole frames only."""
     ax.xaxis.set_major_locator(_extras.matplotlib("matplotlib.ticker").MaxNLocator(integer=True))
 
 
@@ -125,7 +125,7 @@ def note(ax: Axes, text: str) -> None:
 
 
 def cells(ax: Axes, table: Any, *, label: str, names: Sequence[str], signed: bool = False) -> None:
-    """Draw a table of frames x things as coloured cells with their scale; one row of cells a thing.
+    """Draw a table of frames x things as coloured cells with their scale; one row of cells per thing.
 
     The scale ends where all but the largest half percent of the values end, if those stand far out: one
     interrupted frame would otherwise darken all others.

@@ -1,4 +1,4 @@
-"""Plots of many runs: `runs.plot.speedup()` and its like."""
+"""Plots of many runs: `runs.plot.speedup()` and so on."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ class RunsPlots:
         smooth: int = 1,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance of all runs over frames, each named by what it differs in."""
+        """Imbalance of all runs over frames, each named by what distinguishes it."""
         ax = drawing.axes(ax)
         for run, label in zip(self._runs, self.labels(), strict=True):
             run.plot.imbalance(column=column, system=system, smooth=smooth, label=label, ax=ax)
@@ -78,12 +78,12 @@ class RunsPlots:
         return ax
 
     def labels(self) -> list[str]:
-        """Return a short name per run: what tells it from the others, else its directory."""
+        """Return a short name per run: what distinguishes it from the others, else its directory."""
         parts = [
             [run.balancer for run in self._runs],
             ["infinite" if run.space is None else str(run.space) for run in self._runs],
             [f"{len(run.calculators)} calculators" for run in self._runs],
         ]
         telling = [part for part in parts if len(set(part)) > 1]
-        names = [", ".join(words) for words in zip(*telling, strict=True)] if telling else []
+        names = [", ".join(parts) for parts in zip(*telling, strict=True)] if telling else []
         return names if len(set(names)) == len(self._runs) else [run.name for run in self._runs]

@@ -1,4 +1,4 @@
-"""Plots of one run: `run.plot.imbalance()` and its like."""
+"""Plots of one run: `run.plot.imbalance()` and so on."""
 
 from __future__ import annotations
 
@@ -70,8 +70,8 @@ class Plots:
     ) -> Axes:
         """Load-balance efficiency, mean / largest over the calculators: 1 means that nobody waits.
 
-        `column`: what is balanced, seconds of compute or "n_end", particles. `smooth`: mean over so many
-        frames. The dashed line at 0.8 is what the POP centre calls acceptable
+        `column`: what is balanced, seconds of compute or "n_end", particles. `smooth`: average over this
+        many frames. The dashed line at 0.8 is what the POP centre calls acceptable
         (co-design.pop-coe.eu/metrics).
         """
         values = measures.efficiency(self._load(), column, system)
@@ -93,7 +93,7 @@ class Plots:
         label: str | None = None,
         ax: Axes | None = None,
     ) -> Axes:
-        """Imbalance, largest / mean over the calculators, per frame: 1 is perfect, their number is the worst.
+        """Imbalance, largest / mean over the calculators, per frame: from 1, perfect, to their number.
 
         `label` names the line, to put several runs on the same `ax`.
         """
@@ -172,7 +172,7 @@ class Plots:
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Each calculator's part of all particles, or of another column, stacked to 1.
 
-        Where ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the parts that are fair.
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the fair parts.
         """
         ranks = self._run.calculators
         table = measures.shares(self._load(), column, system).reindex(columns=ranks)
@@ -208,7 +208,7 @@ class Plots:
     def speeds(self, *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Particles per second of compute, one line per calculator.
 
-        Where ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show what their factors say.
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the speeds by their factors.
         """
         ranks = self._run.calculators
         table = measures.speeds(self._load(), system).reindex(columns=ranks)
@@ -229,7 +229,7 @@ class Plots:
         legend = {"ncols": 4, "loc": "lower left"} if len(table.columns) <= 12 else None
         return finish(ax, title=title, y="million particles/s", legend=legend)
 
-    # --- what goes between ranks
+    # --- what ranks send each other
 
     def exchange(self, *, ax: Axes | None = None) -> Axes:
         """Particles that changed their calculator by moving (bars) and their bytes (line), per frame."""
@@ -252,8 +252,8 @@ class Plots:
     def given(self, system: str | None = None, *, ax: Axes | None = None) -> Axes:
         """What balancing moved over each cut: + from left to right, - from right to left.
 
-        Where a balancer cuts all domains anew nobody gives: then how far each cut went, in m. Raises LogError
-        for a run whose balancer looked at no cut.
+        If the balancer cuts all domains anew, no calculator gives particles: then it shows how far each cut
+        moved, in m. Raises LogError for a run whose balancer evaluated no cut.
         """
         balance = self._run.balance
         if balance.empty:
@@ -280,7 +280,7 @@ class Plots:
         """Mean seconds per frame that each rank spent in each phase, stacked.
 
         Of all ranks with `World(spans=True)`, else of the calculators; their exchange and image then include
-        the waits in them, and "rest" is what no clock covers: talking, the script's own work.
+        the waits in them, and "rest" is what no clock covers: communication, the script's own work.
         """
         self._load()
         table, _ = timeline.phase_seconds(self._run, frames)
@@ -308,10 +308,10 @@ class Plots:
         return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
 
     def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
-        """What each rank did when, of some frames; None is the last three.
+        """What each rank did when, for some frames; None means the last three.
 
-        From spans where the run has them (`World(spans=True)`); else the phases' durations are laid one after
-        the other from each frame's start, and the plot says so.
+        From spans if the run has them (`World(spans=True)`); else the phases' durations are laid end to end
+        from each frame's start, and the plot says so.
         """
         starts = timeline.frame_starts(self._run)
         chosen = sorted(starts)[-3:] if frames is None else [f for f in frames if f in starts]

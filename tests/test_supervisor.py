@@ -112,7 +112,7 @@ def job(*options: str) -> Iterator[subprocess.Popen[str]]:
         process.communicate(timeout=10)
 
 
-RANKS = "import os, time; print('up', os.getpid(), os.getppid(), flush=True); time.sleep(60)"
+RANKS = "import os, time, motes; print('up', os.getpid(), os.getppid(), flush=True); time.sleep(60)"
 
 
 @pytest.mark.parametrize("hosts", [[], ["--hosts", f"{socket.gethostname()}:2"]], ids=["here", "hosts"])

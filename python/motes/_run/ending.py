@@ -10,8 +10,10 @@ from __future__ import annotations
 
 import atexit
 import contextlib
+import ctypes
 import faulthandler
 import os
+import signal
 import sys
 import threading
 import time
@@ -35,6 +37,8 @@ _ending = threading.Lock()
 _previous_hook = sys.excepthook
 _previous_thread_hook = threading.excepthook
 
+_PR_SET_PDEATHSIG = 1
+
 
 def install() -> None:
     """Take over the ways out of the script; called once, after mpi4py.MPI is imported."""
@@ -51,10 +55,22 @@ def install() -> None:
     if process.size == 1:
         return
     reserve()
+    _end_with_parent()
     _previous_hook, sys.excepthook = sys.excepthook, _on_exception
     _previous_thread_hook, threading.excepthook = threading.excepthook, _on_thread_exception
     # The last registered runs first: mpi4py was imported before, so this runs before its MPI_Finalize.
     atexit.register(_on_exit)
+
+
+def _end_with_parent() -> None:
+    """End this rank when the daemon that started it is gone: a job without a launcher would run on (Linux)."""
+    if sys.platform != "linux":
+        return
+    parent = os.getppid()
+    with contextlib.suppress(AttributeError, OSError):
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, int(signal.SIGKILL), 0, 0, 0)
+    if os.getppid() != parent:  # it was gone before
+        os._exit(1)
 
 
 # --- the ways out

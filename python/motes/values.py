@@ -163,7 +163,7 @@ def says_near_names(function: Function) -> Function:
                     error.args = (str(error).partition(". Did you mean")[0] + near(name, known),)
             raise
 
-    checked.__kwdefaults__ = function.__kwdefaults__  # for readers: the call above applies them
+    setattr(checked, "__kwdefaults__", function.__kwdefaults__)  # noqa: B010 (for readers; the call applies them)
     return checked  # type: ignore[return-value]
 
 

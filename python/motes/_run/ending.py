@@ -63,7 +63,7 @@ def install() -> None:
 
 
 def _end_with_parent() -> None:
-    """End this rank when the daemon that started it is gone: a job without a launcher would run on (Linux)."""
+    """End this rank when the daemon that started it is gone: without it the job would run on (Linux)."""
     if sys.platform != "linux":
         return
     parent = os.getppid()

@@ -109,8 +109,8 @@ def _tie_to_parent() -> Callable[[], None] | None:
     parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
 
     def tie() -> None:
-        # When this process is gone, so is the reader of the launcher's messages: what it says while it ends its
-        # ranks must not end it before.
+        # When this process is gone, so is the reader of the launcher's messages: writing them while it ends
+        # its ranks must not end it before.
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
         prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
         if os.getppid() != parent:  # it was gone before

@@ -143,8 +143,8 @@ class System(Recorder):
     ) -> None:
         """Let events of this frame emit particles of system `into`: `count` for each parent.
 
-        `on`: "birth", "death" or "collision" (with what it bounces off; once per frame). Children appear
-        where the parent is at the frame's end, when the next frame starts, with the attributes that
+        `on`: "birth", "death" or "collision" (with what it bounces off); a particle counts once per rule and
+        frame. Children are born at the end of this frame, where the parent is then, with the attributes that
         `into.configure` has set so far plus `inherit_velocity` times the parent's velocity. They are numbered
         in the order of the parents' ids.
         """

@@ -67,9 +67,12 @@ class LogDirectory:
         moved: Path | None = None
         for _ in range(_ATTEMPTS):
             path.mkdir(parents=True, exist_ok=True)
-            _check_content(path, given)  # before anything is changed here
-            lock = _lock(path, given)
-            if lock is None:  # it was moved aside by another run meanwhile
+            try:
+                _check_content(path, given)  # before anything is changed here
+                lock = _lock(path, given)
+            except FileNotFoundError:
+                continue  # another run has moved the directory aside meanwhile
+            if lock is None:  # the same, a moment later
                 continue
             try:
                 if not _own(path):

@@ -175,10 +175,76 @@ py::bytes scene_bytes(const Engine& engine, const Facts& facts) {
 
 std::string combined(const std::vector<particles::Digest>& systems) { return particles::combine(systems).text(); }
 
+// What reads show of this rank's particles, and what all ranks know of a system.
+void bind_reading(py::class_<Engine>& engine) {
+  engine
+      .def(
+          "local_column",
+          [](Engine& e, int system, int attribute, std::size_t begin) {
+            const frame::Seen seen = e.seen(system);
+            return column_view(*seen.store, attribute, begin, seen.count);
+          },
+          py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
+      .def(
+          "local_ids",
+          [](Engine& e, int system, std::size_t begin) {
+            const frame::Seen seen = e.seen(system);
+            return id_view(*seen.store, begin, seen.count);
+          },
+          py::arg("system"), py::arg("begin") = 0)
+      .def("local_size", [](Engine& e, int system) { return e.seen(system).count; })
+      .def("memory_bytes", [](Engine& e, int system) { return e.seen(system).store->memory_bytes(); })
+      .def("count", [](Engine& e, int system) { return computed(e, system).counts.alive; })
+      .def("born", [](Engine& e, int system) { return computed(e, system).counts.born; })
+      .def("dropped", [](Engine& e, int system) { return computed(e, system).counts.dropped; })
+      .def("cuts", [](Engine& e, int system) { return computed(e, system).domains.cuts(); });
+}
+
+// The picture of the last frame, on the image generator.
+void bind_pictures(py::class_<Engine>& engine) {
+  engine
+      .def("take_pixels",
+           [](Engine& e, int width, int height) {
+             return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
+           })
+      .def("set_image_sha256", &Engine::set_image_sha256)
+      .def("linear",
+           [](Engine& e) {
+             std::vector<float> light = e.painter().linear();
+             const auto n = static_cast<py::ssize_t>(light.size());
+             return owned_array(std::move(light), {n});
+           })
+      .def_property(
+          "keep_linear", [](Engine& e) { return e.painter().keep_linear; },
+          [](Engine& e, bool keep) { e.painter().keep_linear = keep; });
+}
+
+// What needs no engine: columns of every system, roles, the MPI library.
+void bind_facts(py::module_& m) {
+  m.def("builtin_attributes", [] {
+    std::vector<std::pair<std::string, int>> names;
+    const particles::Schema schema;
+    for (const particles::Attribute& a : schema.attributes()) names.emplace_back(a.name, a.width);
+    return names;
+  });
+  m.def("cast", [](const std::string& kind, int size) {
+    const roles::Cast cast = kind == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
+    return std::make_tuple(cast.manager, cast.image_generator, cast.calculators);
+  });
+  m.def("check_roles", [](const std::tuple<int, int, std::vector<int>>& roles, int size) {
+    roles::check({std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}, size);
+  });
+  m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
+    return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
+  });
+  m.def("mpi_version", &comm::library_version);
+}
+
 }  // namespace
 
 void bind_engine(py::module_& m) {
-  py::class_<Engine>(m, "Engine")
+  py::class_<Engine> engine(m, "Engine");
+  engine
       .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("facts"), py::arg("while_waiting"),
            py::arg("describe"), py::arg("stall_s"), py::arg("alive") = py::none(), py::arg("warn") = py::none())
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
@@ -201,64 +267,16 @@ void bind_engine(py::module_& m) {
            [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); })
       .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })
       .def("on_callback", &on_callback)
-      .def(
-          "local_column",
-          [](Engine& e, int system, int attribute, std::size_t begin) {
-            const frame::Seen seen = e.seen(system);
-            return column_view(*seen.store, attribute, begin, seen.count);
-          },
-          py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
-      .def(
-          "local_ids",
-          [](Engine& e, int system, std::size_t begin) {
-            const frame::Seen seen = e.seen(system);
-            return id_view(*seen.store, begin, seen.count);
-          },
-          py::arg("system"), py::arg("begin") = 0)
-      .def("local_size", [](Engine& e, int system) { return e.seen(system).count; })
-      .def("memory_bytes", [](Engine& e, int system) { return e.seen(system).store->memory_bytes(); })
-      .def("count", [](Engine& e, int system) { return computed(e, system).counts.alive; })
-      .def("born", [](Engine& e, int system) { return computed(e, system).counts.born; })
-      .def("dropped", [](Engine& e, int system) { return computed(e, system).counts.dropped; })
-      .def("cuts", [](Engine& e, int system) { return computed(e, system).domains.cuts(); })
       .def("keep_lists", &Engine::keep_lists, py::arg("compute"))
       .def_property_readonly("kept", [](const Engine& e) { return e.kept_lists().size(); })
       .def("scene_bytes", &scene_bytes, py::arg("facts"))
-      .def("take_pixels",
-           [](Engine& e, int width, int height) {
-             return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
-           })
-      .def("set_image_sha256", &Engine::set_image_sha256)
-      .def("linear",
-           [](Engine& e) {
-             std::vector<float> light = e.painter().linear();
-             const auto n = static_cast<py::ssize_t>(light.size());
-             return owned_array(std::move(light), {n});
-           })
-      .def_property(
-          "keep_linear", [](Engine& e) { return e.painter().keep_linear; },
-          [](Engine& e, bool keep) { e.painter().keep_linear = keep; })
       .def_property_readonly("frame", &Engine::frame)
       .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def_property_readonly("last_row", &last_row);
-  m.def("builtin_attributes", [] {
-    std::vector<std::pair<std::string, int>> names;
-    const particles::Schema schema;
-    for (const particles::Attribute& a : schema.attributes()) names.emplace_back(a.name, a.width);
-    return names;
-  });
-  m.def("cast", [](const std::string& kind, int size) {
-    const roles::Cast cast = kind == "shared" ? roles::cast_shared(size) : roles::cast_auto(size);
-    return std::make_tuple(cast.manager, cast.image_generator, cast.calculators);
-  });
-  m.def("check_roles", [](const std::tuple<int, int, std::vector<int>>& roles, int size) {
-    roles::check({std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}, size);
-  });
-  m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
-    return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
-  });
-  m.def("mpi_version", &comm::library_version);
+  bind_reading(engine);
+  bind_pictures(engine);
+  bind_facts(m);
 }
 
 }  // namespace motes::bindings

@@ -15,12 +15,12 @@ std::size_t most_bytes(const Script& script) {
 
 }  // namespace
 
-void ask_for_oldest(Script& script) {
+void ask_for_oldest(const Script& script) {
   const std::size_t most = most_bytes(script);
   for (const auto& system : script.systems) system->asks_oldest = system->history.wants_pruning(most);
 }
 
-void bound_histories(Script& script, Calculator& calculator) {
+void bound_histories(const Script& script, const Calculator& calculator) {
   const std::size_t most = most_bytes(script);
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
     System& system = *script.systems[i];

@@ -9,9 +9,9 @@ namespace motes::frame {
 
 /// Before the reports of a frame: the systems whose history has grown ask for the oldest particle. All ranks note the
 /// same births, so they agree on which.
-void ask_for_oldest(Script& script);
+void ask_for_oldest(const Script& script);
 
 /// At the frame's end, after the verdict has told which particles are dead.
-void bound_histories(Script& script, Calculator& calculator);
+void bound_histories(const Script& script, const Calculator& calculator);
 
 }  // namespace motes::frame

@@ -131,7 +131,7 @@ void enter(const Environment& mpi) {
   }
   sleep_s(0.6);
   {
-    Communicator comm(make_mpi(mpi.world()), {});
+    const Communicator comm(make_mpi(mpi.world()), {});
   }
   mpi.first(false);
 }

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 from launching import mpirun
-from test_balance import POLICIES
+from test_balance import MIDDLE, POLICIES
 
 WRONG = """
 import sys

@@ -80,6 +80,7 @@ def test_everything_is_the_same_on_three_hosts(hosts):
     assert sorted(run(hosts, "c,a,b", EVERYTHING, VARIANTS).lines) == sorted(wanted)
 
 
+@pytest.mark.slow  # what a host with a quota gets depends on measured seconds
 def test_the_log_names_the_hosts_and_a_slow_one_gets_less_work(hosts, scene, tmp_path):
     a, b, c = hosts.names
     if not hosts.limit(c):

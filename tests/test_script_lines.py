@@ -13,7 +13,7 @@ from motes import RankError
 from motes._run.script_lines import located, rank_error
 
 SCENE = """
-import json, os, sys
+import json, os, sys, mpi4py.MPI
 import motes
 import numpy as np
 from motes import shapes
@@ -52,9 +52,11 @@ with world:
         except motes.RankError as error:
             told = [rank, error.rank, error.frame, error.action, error.line, error.text, str(error)]
             os.write(1, (json.dumps(told) + chr(10)).encode())
+            mpi4py.MPI.COMM_WORLD.Barrier()  # the first to raise ends the job
             raise
         except Exception as error:
             os.write(1, (json.dumps([rank, type(error).__name__]) + chr(10)).encode())
+            mpi4py.MPI.COMM_WORLD.Barrier()
             raise
 """
 

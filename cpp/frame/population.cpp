@@ -6,15 +6,17 @@
 
 namespace motes::frame {
 
-particles::Store copy_of(const particles::Store& store) {
-  std::vector<std::uint32_t> everyone(store.size());
-  std::iota(everyone.begin(), everyone.end(), 0u);
+std::vector<std::uint32_t> first_indices(std::size_t count) {
+  std::vector<std::uint32_t> indices(count);
+  std::iota(indices.begin(), indices.end(), 0u);
+  return indices;
+}
+
+void append(const particles::Store& from, const std::vector<std::uint32_t>& indices, particles::Store& to) {
   particles::Bytes bytes;
-  store.pack(everyone, bytes);
-  particles::Store copy(store.schema());
+  from.pack(indices, bytes);
   particles::Reader in(bytes.view());
-  copy.unpack(in);
-  return copy;
+  to.unpack(in);
 }
 
 void start_frame(Population& here) {

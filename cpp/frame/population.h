@@ -57,8 +57,11 @@ struct Calculator {
   Tail tail;  // what the next report tells of the last frame
 };
 
-/// A store with the same particles.
-particles::Store copy_of(const particles::Store& store);
+/// 0, 1, ... count - 1.
+std::vector<std::uint32_t> first_indices(std::size_t count);
+
+/// Appends the particles at `indices` of one store to another of the same schema.
+void append(const particles::Store& from, const std::vector<std::uint32_t>& indices, particles::Store& to);
 
 /// Starts a frame: nothing has happened yet.
 void start_frame(Population& here);

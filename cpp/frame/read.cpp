@@ -85,7 +85,8 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
   const BirthHistory history = system.history;
   const Tally tally = here.tally;
   const recording::Outcome outcome = here.outcome;
-  Store before = copy_of(here.store);
+  Store before(system.schema);
+  append(here.store, first_indices(here.store.size()), before);
   const auto restore = [&] {
     here.preview = std::make_unique<Preview>(
         Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});
@@ -108,10 +109,8 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
 }
 
 Message packed(const Seen& seen) {
-  std::vector<std::uint32_t> everyone(seen.count);
-  std::iota(everyone.begin(), everyone.end(), 0u);
   Message message;
-  seen.store->pack(everyone, message.bytes());
+  seen.store->pack(first_indices(seen.count), message.bytes());
   return message;
 }
 

@@ -15,8 +15,8 @@ using CallBack = std::function<void(const recording::Callback&, std::size_t begi
 
 /// Runs the items that have not run yet. Old particles run all of them; newborn ones enter the list behind the call
 /// that made them. What happened adds to `here.outcome`: the dead stay where they are, and keep moving, until the frame
-/// ends, so a list that runs in parts comes to the same. `keep_hits`: whoever bounced is noted, whatever the rules say
-/// so far.
+/// ends, so a list that runs in parts comes to the same. `keep_hits`: all that bounced are noted, whatever the rules
+/// say so far.
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits);
 

@@ -1,7 +1,6 @@
 #include "frame/spawn.h"
 
 #include <algorithm>
-#include <numeric>
 
 namespace motes::frame {
 
@@ -51,13 +50,8 @@ void make_children(const Script& script, Calculator& calculator, const std::vect
     }
   }
   const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
-  std::vector<std::uint32_t> everyone(made.size());
-  std::iota(everyone.begin(), everyone.end(), 0u);
-  particles::Bytes bytes;
-  made.pack(everyone, bytes);
-  particles::Reader in(bytes.view());
   Population& here = *calculator.populations[into];
-  here.store.unpack(in);
+  append(made, first_indices(made.size()), here.store);
   here.tally.created += made.size();
   if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(made);
 }

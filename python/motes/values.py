@@ -52,7 +52,7 @@ class Value:
         return self
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Pickle by the fields: whoever unpickles checks them again."""
+        """Pickle by the fields: unpickling checks them again."""
         return _made, (type(self), self._items())
 
     def __repr__(self) -> str:

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import hashlib
+import pathlib
 import struct
 import zlib
 
 import numpy as np
 import pytest
 
+from motes import _core
 from motes._io import png
-from motes.errors import ArgumentError, MotesError, NotHere
+from motes.errors import ArgumentError, MissingExtra, MotesError, NotHere
 from motes.frame import Frame
 
 
@@ -30,7 +32,7 @@ def elsewhere():
 
 
 def decoded(data: bytes) -> np.ndarray:
-    """Read a PNG of the one kind we write, by the format's own page."""
+    """Read a PNG of the two kinds we write, by the format's own page."""
     assert data[:8] == b"\x89PNG\r\n\x1a\n"
     position, chunks = 8, []
     while position < len(data):
@@ -42,10 +44,11 @@ def decoded(data: bytes) -> np.ndarray:
         position += 12 + length
     assert [name for name, _ in chunks] == [b"IHDR", b"sRGB", b"IDAT", b"IEND"]
     width, height, *kind = struct.unpack(">2I5B", chunks[0][1])
-    assert kind == [8, 2, 0, 0, 0]
-    rows = np.frombuffer(zlib.decompress(chunks[2][1]), np.uint8).reshape(height, 1 + 3 * width)
+    assert kind in ([8, 2, 0, 0, 0], [16, 2, 0, 0, 0])
+    rows = np.frombuffer(zlib.decompress(chunks[2][1]), np.uint8).reshape(height, -1)
     assert not rows[:, 0].any()
-    return rows[:, 1:].reshape(height, width, 3)
+    samples = np.ascontiguousarray(rows[:, 1:]).view(np.uint8 if kind[0] == 8 else ">u2")
+    return samples.reshape(height, width, 3)
 
 
 def test_pixels_are_the_array_given_and_cannot_be_changed(frame, pixels):
@@ -142,14 +145,169 @@ def test_npy(tmp_path, frame):
     assert np.array_equal(np.load(tmp_path / "a.npy"), frame.pixels)
 
 
+# --- 16 bits
+
+
+@pytest.fixture
+def light():
+    """Linear light from the darkest that 16 bits show to far above white."""
+    return np.geomspace(1e-7, 1e3, 64 * 33 * 3, dtype=np.float32).reshape(64, 33, 3)
+
+
+def shown(light: np.ndarray) -> np.ndarray:
+    """What a screen shows of light, 0..1: the tone curve and sRGB, in double precision."""
+    over = np.maximum(light - 0.5, 0) / 0.5
+    rolled = np.where(light <= 0.5, light, 0.5 + 0.5 * (1 - 1 / np.sqrt(1 + 2 * over)))
+    return np.where(rolled <= 0.0031308, 12.92 * rolled, 1.055 * rolled ** (1 / 2.4) - 0.055)
+
+
+@pytest.mark.parametrize("exposure", [1, 0.25, 8])
+def test_png_with_16_bits_has_the_curve_and_not_the_8_bits(tmp_path, light, exposure):
+    pixels = np.zeros(light.shape, np.uint8)
+    frame = Frame(0, 0.0, pixels, linear=lambda: light, exposure=exposure)
+    frame.save(tmp_path / "a.png", bits=16)
+    read = decoded((tmp_path / "a.png").read_bytes()).astype(int)
+    assert np.abs(read - shown(light.astype(float) * exposure) * 65535).max() <= 1
+    assert len(np.unique(read)) > 3000
+    frame.save(tmp_path / "b.png")
+    assert not decoded((tmp_path / "b.png").read_bytes()).any()
+
+
+def test_png_with_16_bits_is_read_by_others(tmp_path, light):
+    av = pytest.importorskip("av")
+    Frame(0, 0.0, np.zeros(light.shape, np.uint8), linear=lambda: light).save(tmp_path / "a.png", bits=16)
+    with av.open(str(tmp_path / "a.png")) as container:
+        read = next(container.decode(video=0))
+        assert read.format.name == "rgb48be"
+        assert np.array_equal(read.to_ndarray(), _core.tone_16_bits(light, 1))
+
+
+def test_16_bits_need_the_linear_picture(tmp_path, frame):
+    with pytest.raises(MotesError, match=r"no linear picture.*Renderer\(linear=True\)"):
+        frame.save(tmp_path / "a.png", bits=16)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(("name", "bits"), [("a.png", 12), ("a.npy", 16), ("a.exr", 16), ("a.png", 8.0)])
+def test_other_bits_are_refused_on_every_rank(tmp_path, frame, elsewhere, name, bits):
+    for one in (frame, elsewhere):
+        with pytest.raises(ArgumentError, match="bits must be"):
+            one.save(tmp_path / name, bits=bits)
+
+
+# --- layers, and the files that hold them
+
+
+@pytest.fixture
+def layered(light):
+    height, width, _ = light.shape
+    depth = np.full((height, width), np.inf)
+    depth[10:20] = 12.3456
+    layers = {
+        "depth": lambda: depth,
+        "alpha": lambda: np.full((height, width), 0.25),
+        "velocity": lambda: np.broadcast_to([1.5, -2, 0], light.shape),
+    }
+    return Frame(7, 0.0, np.zeros(light.shape, np.uint8), linear=lambda: light, layers=layers)
+
+
+def test_a_layer_is_made_once_and_on_request(layered):
+    assert layered.layer("depth").shape == (64, 33)
+    assert layered.layer("depth").dtype == np.float32
+    assert layered.layer("depth") is layered.layer("depth")
+    assert layered.layer("velocity")[3, 4].tolist() == [1.5, -2, 0]
+
+
+def test_an_unknown_layer_is_refused_and_the_message_says_which_there_are(layered, frame):
+    with pytest.raises(
+        ArgumentError, match=r"'depth', 'alpha', 'velocity', got 'dept'; did you mean 'depth'"
+    ):
+        layered.layer("dept")
+    with pytest.raises(ArgumentError, match=r"which has none: ask for them with Renderer\(layers=...\)"):
+        frame.layer("depth")
+    with pytest.raises(ArgumentError, match="name must be"):
+        layered.layer(None)
+
+
+def test_elsewhere_a_layer_is_not_here():
+    elsewhere = Frame(120, 5.0, None, layers={"depth": lambda: []}, home=0, rank=2)
+    with pytest.raises(NotHere, match="live on rank 0"):
+        elsewhere.layer("depth")
+    with pytest.raises(ArgumentError, match="one of the renderer's layers: 'depth'"):
+        elsewhere.layer("alpha")
+
+
+def test_a_layer_of_another_size_is_an_error(pixels):
+    with pytest.raises(MotesError, match=r"layer 'depth' of frame 0 is \(2, 2\), not \(5, 7\)"):
+        Frame(0, 0.0, pixels, layers={"depth": lambda: np.zeros((2, 2))}).layer("depth")
+
+
 def test_exr_is_read_by_others(tmp_path, pixels):
     av = pytest.importorskip("av")
     linear = np.random.default_rng(3).random((5, 7, 3), np.float32) * 100
     Frame(0, 0.0, pixels, linear=lambda: linear).save(tmp_path / "a.exr")
     with av.open(str(tmp_path / "a.exr")) as container:
-        read = next(container.decode(video=0))
-        assert read.format.name == "gbrpf32le"
-        assert np.array_equal(read.to_ndarray(), linear)
+        picture = next(container.decode(video=0))
+        green, blue, red = (np.frombuffer(plane, np.uint16) for plane in picture.planes)
+        row = picture.planes[0].line_size // 2
+    assert picture.format.name == "gbrpf16le"
+    for read, i in ((red, 0), (green, 1), (blue, 2)):
+        lines = read.view(np.float16).reshape(5, row)[:, :7]
+        assert np.array_equal(lines, linear[:, :, i].astype(np.float16))
+
+
+def test_exr_has_half_floats_and_all_layers_and_is_compressed(tmp_path, layered, light):
+    library = pytest.importorskip("OpenEXR")
+    layered.save(tmp_path / "a.exr")
+    with library.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        assert file.header()["compression"] == library.ZIP_COMPRESSION
+        read = {name: channel.pixels for name, channel in file.channels().items()}
+    floats = {name: pixels.dtype.itemsize for name, pixels in read.items()}
+    velocity = {f"velocity.{axis}": 2 for axis in "XYZ"}
+    assert floats == {"R": 2, "G": 2, "B": 2, "depth.Z": 4, "alpha.A": 2, **velocity}
+    for i, name in enumerate("RGB"):
+        assert np.array_equal(read[name], light[:, :, i].astype(np.float16))
+    assert np.array_equal(read["depth.Z"], layered.layer("depth"))
+    assert (read["velocity.Y"] == -2).all()
+    assert (tmp_path / "a.exr").stat().st_size < 64 * 33 * 6 * 2
+    assert [path.name for path in tmp_path.iterdir()] == ["a.exr"]
+
+
+def test_exr_shows_what_is_brighter_than_a_half_float_as_the_brightest(tmp_path):
+    library = pytest.importorskip("OpenEXR")
+    light = np.full((2, 2, 3), 1e6, np.float32)
+    Frame(0, 0.0, np.zeros((2, 2, 3), np.uint8), linear=lambda: light).save(tmp_path / "a.exr")
+    with library.File(str(tmp_path / "a.exr")) as file:
+        assert (file.channels()["RGB"].pixels == 65504).all()
+
+
+def test_an_exr_that_cannot_be_written_leaves_the_old_one(tmp_path, layered, monkeypatch):
+    library = pytest.importorskip("OpenEXR")
+    layered.save(tmp_path / "a.exr")
+    before = (tmp_path / "a.exr").read_bytes()
+
+    class Full:
+        def __init__(self, header, channels): ...
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_): ...
+        def write(self, path):
+            pathlib.Path(path).write_bytes(b"half a picture")
+            raise RuntimeError("disk full")
+
+    monkeypatch.setattr(library, "File", Full)
+    with pytest.raises(RuntimeError, match="disk full"):
+        layered.save(tmp_path / "a.exr")
+    assert (tmp_path / "a.exr").read_bytes() == before
+    assert [path.name for path in tmp_path.iterdir()] == ["a.exr"]
+
+
+def test_exr_without_its_library_says_how_to_install_it_on_every_rank(layered, elsewhere, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda _: None)
+    for one in (layered, elsewhere):
+        with pytest.raises(MissingExtra, match=r"saved as .exr needs OpenEXR.*\.\[exr\]"):
+            one.save("a.exr")
 
 
 def test_an_unknown_suffix_is_refused_on_every_rank(tmp_path, frame, elsewhere):

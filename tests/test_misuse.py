@@ -7,6 +7,7 @@ import gc
 import threading
 import time
 import weakref
+import zlib
 from collections.abc import Callable
 from typing import Any
 
@@ -423,6 +424,21 @@ def test_a_linear_picture_is_its_own_frames():
         second = world.render()
         assert first.linear.max() > 0
         assert second.linear.max() == 0
+
+
+def test_a_png_with_16_bits_has_the_exposure_of_its_frame(tmp_path):
+    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    world = world_of(renderer=motes.Renderer(16, 12, camera=camera, linear=True, exposure=3))
+    s = world.system("a", sprite=motes.Sprite(pixels=9))
+    with world:
+        s.burst((0, 0, 0), count=1)
+        picture = world.render()
+    world.renderer.exposure = 1
+    picture.save(tmp_path / "a.png", bits=16)
+    row = zlib.decompress((tmp_path / "a.png").read_bytes().partition(b"IDAT")[2])
+    fine = np.frombuffer(row, np.uint8).reshape(12, -1)[:, 1:].copy().view(">u2").reshape(12, 16, 3)
+    assert picture.pixels.max() > 200
+    assert np.abs(fine / 257 - picture.pixels).max() < 1.5
 
 
 def test_ten_thousand_systems_have_names_of_their_own():

@@ -3,6 +3,7 @@
 #include "image/footprint.h"
 #include "image/scene.h"
 #include "image/scenery.h"
+#include "image/tone.h"
 
 namespace motes::bindings {
 namespace {
@@ -37,6 +38,13 @@ void bind_image(py::module_& m) {
   py::class_<image::View>(m, "View").def(py::init(&make_view), py::arg("width"), py::arg("height"), py::arg("camera"),
                                          py::arg("fov_deg"), py::arg("near"), py::arg("background"),
                                          py::arg("exposure"), py::arg("objects"));
+  m.def(
+      "tone_16_bits",
+      [](const FloatArray& light, double exposure) {
+        const std::span<const float> values(light.data(), static_cast<std::size_t>(light.size()));
+        return owned_array(image::tone_16_bits(values, exposure), {light.shape(), light.shape() + light.ndim()});
+      },
+      py::arg("light"), py::arg("exposure"));
 }
 
 }  // namespace motes::bindings

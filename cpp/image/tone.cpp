@@ -1,5 +1,7 @@
 #include "image/tone.h"
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "image/curves.h"
@@ -9,6 +11,25 @@ namespace motes::image {
 namespace {
 
 constexpr double kKnee = 0.5;
+
+// The curve with 16 bits is a table that is linear between its entries: 256 for each octave of the light, which is
+// dense enough for an error below one step. Light below the first octave is black in 16 bits, too.
+constexpr int kFirstOctave = -24;
+constexpr int kLastOctave = 40;
+constexpr int kStepBits = 8;
+constexpr int kMantissaBits = 23;
+
+std::vector<float> fine_table() {
+  std::vector<float> table;
+  for (int octave = kFirstOctave; octave < kLastOctave; ++octave) {
+    for (int step = 0; step < 1 << kStepBits; ++step) {
+      const double light = std::ldexp(1 + step / double{1 << kStepBits}, octave);
+      table.push_back(static_cast<float>(srgb(roll_off(light)) * 65535));
+    }
+  }
+  table.push_back(65535);
+  return table;
+}
 
 }  // namespace
 
@@ -31,6 +52,26 @@ std::vector<std::uint8_t> tone_table(double exposure) {
   }
   table[0] = 0;  // also where there is no light at all
   return table;
+}
+
+std::vector<std::uint16_t> tone_16_bits(std::span<const float> light, double exposure) {
+  static const std::vector<float> table = fine_table();
+  constexpr std::uint32_t kFirst = (127 + kFirstOctave) << kMantissaBits;
+  constexpr std::uint32_t kEnd = (127 + kLastOctave) << kMantissaBits;
+  constexpr int kRest = kMantissaBits - kStepBits;
+  std::vector<std::uint16_t> shown;
+  shown.reserve(light.size());
+  for (const float one : light) {
+    const auto exposed = static_cast<float>(one * exposure);
+    // The bits of a positive float are its logarithm in steps; of NaN they are those of a large number.
+    const std::uint32_t bits =
+        exposed > 0 ? std::clamp(std::bit_cast<std::uint32_t>(exposed), kFirst, kEnd - 1) : kFirst;
+    const std::size_t entry = (bits - kFirst) >> kRest;
+    const float between = static_cast<float>(bits & ((1u << kRest) - 1)) / (1u << kRest);
+    const float value = table[entry] + (table[entry + 1] - table[entry]) * between;
+    shown.push_back(bits == kFirst ? 0 : static_cast<std::uint16_t>(value + 0.5f));
+  }
+  return shown;
 }
 
 }  // namespace motes::image

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace motes::image {
@@ -12,5 +13,9 @@ double roll_off(double light);
 
 /// sRGB bytes, indexed by SplatLanes::tone, for the whole range of a sum.
 std::vector<std::uint8_t> tone_table(double exposure);
+
+/// The same curve with 16 bits: linear light before exposure to sRGB in 0..65535, within one step. What is not above 0,
+/// NaN too, is black.
+std::vector<std::uint16_t> tone_16_bits(std::span<const float> light, double exposure);
 
 }  // namespace motes::image

@@ -8,7 +8,9 @@ from typing import Any
 
 from .errors import MissingExtra
 
-__all__ = ["matplotlib", "pandas", "require_av"]
+__all__ = ["matplotlib", "openexr", "pandas", "require_av", "require_openexr"]
+
+_EXR = "a picture saved as .exr"
 
 
 def pandas() -> Any:
@@ -25,6 +27,17 @@ def require_av(need: str) -> None:
     """Raise MissingExtra if PyAV is not installed; does not import it."""
     if importlib.util.find_spec("av") is None:
         raise MissingExtra(need, extra="video", package="av")
+
+
+def openexr() -> Any:
+    """Import OpenEXR. Raises MissingExtra if it is not installed."""
+    return _import("OpenEXR", _EXR, "exr")
+
+
+def require_openexr() -> None:
+    """Raise MissingExtra if OpenEXR is not installed; does not import it."""
+    if importlib.util.find_spec("OpenEXR") is None:
+        raise MissingExtra(_EXR, extra="exr", package="OpenEXR")
 
 
 def _import(module: str, need: str, extra: str) -> Any:

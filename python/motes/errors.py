@@ -114,7 +114,11 @@ class LogError(MotesError):
     """A run's log cannot be written or read."""
 
 
-EXTRAS = {"video": ("av>=12.3",), "analysis": ("pandas>=2", "matplotlib>=3.8")}
+EXTRAS = {
+    "video": ("av>=12.3",),
+    "analysis": ("pandas>=2", "matplotlib>=3.8"),
+    "exr": ("OpenEXR>=3.3",),
+}
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 
 

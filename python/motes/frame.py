@@ -4,18 +4,23 @@ from __future__ import annotations
 
 import hashlib
 import os
-import struct
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 
-from . import arguments
-from ._io import files, png
+from . import _core, _extras, arguments
+from ._io import exr, files, png
 from .errors import ArgumentError, MotesError, NotHere
 
 __all__ = ["Frame"]
+
+Late = Callable[[], ArrayLike] | NDArray[np.float32]
+"""A float32 array, or the function that makes it when it is asked for."""
+
+NONE: Mapping[str, Callable[[], ArrayLike]] = MappingProxyType({})
 
 
 class Frame:
@@ -25,7 +30,10 @@ class Frame:
     asking for pixels raises `NotHere`; so a script need not test its rank.
     """
 
-    __slots__ = ("__weakref__", "_home", "_linear", "_missing", "_pixels", "_rank", "index", "time")
+    __slots__ = (
+        *("__weakref__", "_exposure", "_home", "_layers", "_linear", "_missing", "_pixels", "_rank"),
+        *("index", "time"),
+    )
 
     def __init__(
         self,
@@ -34,20 +42,25 @@ class Frame:
         pixels: NDArray[np.uint8] | None,
         *,
         linear: Callable[[], ArrayLike] | None = None,
+        exposure: float = 1,
+        layers: Mapping[str, Callable[[], ArrayLike]] = NONE,
         home: int | None = 0,
         rank: int = 0,
         missing: str = "it was stepped, not rendered",
     ) -> None:
         """Wrap `pixels`, uint8 (height, width, 3), without copying; None if the picture lives elsewhere.
 
-        `linear` makes the float32 picture when it is asked for. `home` is the image generator's rank, None if
-        no picture was made at all; `missing` says why not; `rank` is this rank. These three are used in
-        messages only.
+        `linear` makes the float32 picture when it is asked for; `exposure` is what it was multiplied by to
+        become `pixels`. `layers` makes each layer by its name; off the image generator only the names count.
+        `home` is the image generator's rank, None if no picture was made at all; `missing` says why not;
+        `rank` is this rank. These three are used in messages only.
         """
         self.index = index
         self.time = time
         self._pixels = None if pixels is None else _view(pixels)
-        self._linear: Callable[[], ArrayLike] | NDArray[np.float32] | None = linear
+        self._linear: Late | None = linear
+        self._exposure = exposure
+        self._layers: dict[str, Late] = dict(layers)
         self._home = home
         self._rank = rank
         self._missing = missing
@@ -74,36 +87,71 @@ class Frame:
         """The picture before exposure to 8 bits: linear RGB, float32 (height, width, 3), made on request."""
         shape = self.pixels.shape
         if self._linear is None:
-            raise MotesError(f"frame {self.index} has no linear picture: only the 8-bit one was kept")
-        if callable(self._linear):
-            made = np.asarray(self._linear(), np.float32)
-            if made.shape != shape:
-                raise MotesError(f"the linear picture of frame {self.index} is {made.shape}, not {shape}")
-            self._linear = made
+            raise MotesError(
+                f"frame {self.index} has no linear picture: only the 8-bit one was kept; "
+                "ask for it with Renderer(linear=True)"
+            )
+        self._linear = _made("linear picture", self.index, self._linear, shape)
         return self._linear
 
-    def _keep_linear(self) -> None:
-        """Fetch the linear picture while the engine still has it."""
-        if callable(self._linear):
+    def layer(self, name: str) -> NDArray[np.float32]:
+        """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
+
+        "depth": metres from the camera's plane to the nearest opaque surface, infinite where there is none.
+        "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s of the nearest
+        opaque particle, 0 where there is none.
+        """
+        if not isinstance(name, str) or name not in self._layers:
+            raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
+        height, width, _ = self.pixels.shape
+        shape = (height, width, 3) if name == "velocity" else (height, width)
+        made = _made(f"layer {name!r}", self.index, self._layers[name], shape)
+        self._layers[name] = made
+        return made
+
+    def _allowed_layers(self) -> str:
+        if not self._layers:
+            return "one of the renderer's layers, which has none: ask for them with Renderer(layers=...)"
+        return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
+
+    def _keep_all(self) -> None:
+        """Fetch the linear picture and the layers while the engine still has them."""
+        if self._pixels is None:
+            return
+        if self._linear is not None:
             self.linear  # noqa: B018
+        for name in self._layers:
+            self.layer(name)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Write the picture whole or not at all: `.png` and `.npy` hold `pixels`, `.exr` holds `linear`.
+    def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
+        """Write the picture whole or not at all; the suffix says as what.
 
-        Does nothing off the image generator, except to refuse a suffix it does not know.
+        `.png`: sRGB with 8 bits, the same as `pixels`, or with `bits=16`, from the linear picture. `.npy`:
+        `pixels`. `.exr`: the linear picture as half floats, and all layers (`depth.Z`, `alpha.A`,
+        `velocity.X` and so on), compressed without loss; needs the extra `[exr]`. Does nothing off the image
+        generator, except to refuse what it could not write.
         """
         suffix = arguments.file_path("path", path).suffix.lower()
         if suffix not in (".png", ".npy", ".exr"):
             raise ArgumentError("path", os.fspath(path), "a name ending in .png, .npy or .exr")
+        if arguments.integer("bits", bits) not in ((8, 16) if suffix == ".png" else (8,)):
+            raise ArgumentError("bits", bits, "8 or 16, and 16 only for a name ending in .png")
+        if suffix == ".exr":
+            _extras.require_openexr()
         if self._pixels is None:
             return
         pixels = self._pixels
         if suffix == ".png":
-            files.write_whole(path, png.encode(pixels))
+            files.write_whole(path, png.encode(self._pixels_16() if bits == 16 else pixels))
         elif suffix == ".npy":
             files.write_whole(path, lambda file: np.save(file, pixels))
         else:
-            files.write_whole(path, _exr(self.linear))
+            linear, layers = self.linear, {name: self.layer(name) for name in self._layers}
+            with files.whole_path(path) as draft:
+                exr.write(draft, linear, layers)
+
+    def _pixels_16(self) -> NDArray[np.uint16]:
+        return _core.tone_16_bits(self.linear, self._exposure)
 
     def digest(self) -> str:
         """SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows."""
@@ -149,33 +197,10 @@ def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
     return view
 
 
-def _exr(linear: NDArray[np.float32]) -> bytes:
-    """Encode as OpenEXR: float32, one part, scan lines, not compressed, by the format's specification."""
-    height, width, _ = linear.shape
-    float32, uncompressed, top_down = 2, 0, 0
-    # A channel: name, pixel type, 4 bytes "linear" and reserved, sampling in x and y; in the order of the
-    # alphabet.
-    channels = b"".join(name + b"\0" + struct.pack("<4i", float32, 0, 1, 1) for name in (b"B", b"G", b"R"))
-    window = struct.pack("<4i", 0, 0, width - 1, height - 1)
-    attributes = (
-        (b"channels", b"chlist", channels + b"\0"),
-        (b"compression", b"compression", bytes([uncompressed])),
-        (b"dataWindow", b"box2i", window),
-        (b"displayWindow", b"box2i", window),
-        (b"lineOrder", b"lineOrder", bytes([top_down])),
-        (b"pixelAspectRatio", b"float", struct.pack("<f", 1)),
-        (b"screenWindowCenter", b"v2f", struct.pack("<2f", 0, 0)),
-        (b"screenWindowWidth", b"float", struct.pack("<f", 1)),
-    )
-    magic, version = 20000630, 2
-    header = struct.pack("<2i", magic, version)
-    for name, kind, value in attributes:
-        header += name + b"\0" + kind + b"\0" + struct.pack("<i", len(value)) + value
-    header += b"\0"
-    lines = np.empty(height, [("y", "<i4"), ("bytes", "<i4"), ("channels", "<f4", (3, width))])
-    lines["y"] = np.arange(height)
-    lines["bytes"] = 3 * 4 * width
-    lines["channels"] = linear[:, :, ::-1].transpose(0, 2, 1)  # each line holds all blue, all green, all red
-    first = len(header) + 8 * height
-    offsets = first + lines.itemsize * np.arange(height, dtype="<u8")
-    return b"".join((header, offsets.tobytes(), lines.tobytes()))
+def _made(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    if not callable(late):
+        return late
+    made = np.asarray(late(), np.float32)
+    if made.shape != shape:
+        raise MotesError(f"the {what} of frame {index} is {made.shape}, not {shape}")
+    return made

@@ -403,7 +403,8 @@ class World(Settings):
         pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
         size = (self.renderer.height, self.renderer.width, 3)
         linear = (lambda: engine.linear().reshape(size)) if self.renderer.linear else None
-        frame = Frame(index, time, pixels, linear=linear, home=home, rank=self.rank)
+        exposure = self.renderer.exposure
+        frame = Frame(index, time, pixels, linear=linear, exposure=exposure, home=home, rank=self.rank)
         self._last_picture = weakref.ref(frame)
         if self._digest:
             engine.set_image_sha256(frame.digest())
@@ -423,7 +424,7 @@ class World(Settings):
                 raise MotesError(f"{call} inside `with` {name!r}`.local()`: leave the block first")
             picture = self._last_picture()
             if picture is not None:
-                picture._keep_linear()  # the engine forgets it
+                picture._keep_all()  # the engine forgets it
             with script_lines.located():
                 engine.run_frame(view)
         finally:

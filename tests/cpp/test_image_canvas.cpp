@@ -214,6 +214,22 @@ TEST(image_particles_on_the_edge_light_what_is_inside) {
   CHECK(linear[63 * 3] > 0 && linear[0] == 0);
 }
 
+TEST(image_tone_with_16_bits_is_within_a_step_of_the_curve) {
+  std::vector<float> light;
+  for (double x = 1e-9; x < 1e5; x *= 1.00137) light.push_back(static_cast<float>(x));
+  for (const double exposure : {0.25, 1.0, 7.0}) {
+    const std::vector<std::uint16_t> shown = tone_16_bits(light, exposure);
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      CHECK_NEAR(shown[i], srgb(roll_off(light[i] * exposure)) * 65535, 1.0);
+      CHECK(i == 0 || shown[i] >= shown[i - 1]);
+    }
+  }
+  const float infinite = std::numeric_limits<float>::infinity();
+  const std::vector<float> odd = {0, -1, -infinite, std::numeric_limits<float>::quiet_NaN(), infinite};
+  const std::vector<std::uint16_t> shown = tone_16_bits(odd, 1);
+  CHECK(shown == std::vector<std::uint16_t>({0, 0, 0, 0, 65535}));
+}
+
 TEST(image_tone_is_smooth_and_within_half_a_step) {
   const auto table = tone_table(1);
   const auto shown = [&](std::uint32_t sum) {

@@ -24,11 +24,6 @@ constexpr std::uint32_t kWorthCounting = 256;
 // How many records can be added before a sum may overflow, where the greatest is now `brightest`.
 std::uint32_t room(std::uint32_t brightest) { return (std::numeric_limits<std::uint32_t>::max() - brightest) / kUnit; }
 
-bool same_scenery(const View& a, const View& b) {
-  return a.width == b.width && a.height == b.height && a.camera == b.camera && a.background == b.background &&
-         a.objects == b.objects;
-}
-
 void prefetch(const RecordsView::Piece& piece, std::size_t record_bytes) {
   const std::size_t bytes = std::min<std::size_t>(piece.count * record_bytes, 4096);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
@@ -58,7 +53,8 @@ void Canvas::begin(const View& view, bool keep_linear) {
     scenery_current_ = false;
     view_ = view;
     grid_ = {view.width, view.height};
-    if (!same) scenery_.render(view);
+    scenery_.prepare(view);
+    scenery_.render_all();
     tone_ = tone_table(view.exposure);
     render_scenery();
     scenery_current_ = true;

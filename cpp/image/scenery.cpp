@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <bit>
 #include <limits>
+#include <numeric>
+#include <stdexcept>
+#include <string>
 
 #include "image/camera.h"
 #include "image/caster.h"
@@ -11,6 +14,11 @@
 
 namespace motes::image {
 namespace {
+
+// What the pixels of a tile and those next to it belong to: an edge may run along the tile's own.
+constexpr int kBordered = kTile + 2;
+using Surfaces = std::array<std::uint32_t, static_cast<std::size_t>(kBordered) * kBordered>;
+constexpr std::size_t bordered(int x, int y) { return static_cast<std::size_t>((y + 1) * kBordered + x + 1); }
 
 std::uint16_t to_scenery(double linear) {
   const double scaled = linear * (static_cast<double>(kUnit) / (1 << kSceneryShift)) + 0.5;
@@ -27,13 +35,6 @@ std::uint32_t depth_bits(double depth) {
   return depth < kLargest ? std::bit_cast<std::uint32_t>(static_cast<float>(depth)) : Scenery::kNothing;
 }
 
-// True where an edge runs between the pixel and one of its four neighbours.
-bool on_edge(const std::uint32_t* surface, const Grid& grid, int x, int y) {
-  const std::uint32_t* here = surface + static_cast<std::ptrdiff_t>(y) * grid.width + x;
-  return (x > 0 && here[-1] != *here) || (x + 1 < grid.width && here[1] != *here) ||
-         (y > 0 && here[-grid.width] != *here) || (y + 1 < grid.height && here[grid.width] != *here);
-}
-
 // The mean of four samples on a rotated grid: nearly vertical or horizontal edges get four steps.
 Vector smooth(const Caster& caster, int x, int y) {
   return (caster.cast(x + 0.375, y + 0.125).light + caster.cast(x + 0.875, y + 0.375).light +
@@ -43,63 +44,68 @@ Vector smooth(const Caster& caster, int x, int y) {
 
 }  // namespace
 
-void Scenery::render(const View& view) {
+bool same_scenery(const View& a, const View& b) {
+  return a.width == b.width && a.height == b.height && a.camera == b.camera && a.background == b.background &&
+         a.objects == b.objects;
+}
+
+void Scenery::prepare(const View& view) {
   check(view);
+  if (version_ != 0 && same_scenery(view, view_)) return;
+  view_ = view;
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_scenery(view.background[c]);
-  ranges_.clear();
-  if (view.objects.empty()) return;
-
-  const std::size_t pixels = index(grid_.width) * index(grid_.height);
-  light_.resize(3 * pixels);
-  depth_.resize(pixels);
-  surface_.resize(pixels);
-  Caster caster(view);
-  for_each_tile([&](int left, int top, int right, int bottom) {
-    const bool seen = caster.aim(left, top, right, bottom);
-    for (int y = top; y < bottom; ++y) {
-      for (int x = left; x < right; ++x) set(x, y, seen ? caster.cast(x + 0.5, y + 0.5) : Sample{});
-    }
-  });
-  for_each_tile([&](int left, int top, int right, int bottom) {
-    caster.aim(left, top, right, bottom);
-    for (int y = top; y < bottom; ++y) {
-      for (int x = left; x < right; ++x) {
-        if (on_edge(surface_.data(), grid_, x, y)) store(smooth(caster, x, y), light_.data() + 3 * at(x, y));
-      }
-    }
-  });
-  find_ranges();
+  tiles_.resize(index(grid_.tiles()));
+  ++version_;
 }
 
-template <class Use>
-void Scenery::for_each_tile(const Use& use) const {
-  for (int y = 0; y < grid_.height; y += kTile) {
-    for (int x = 0; x < grid_.width; x += kTile) {
-      use(x, y, std::min(x + kTile, grid_.width), std::min(y + kTile, grid_.height));
-    }
+void Scenery::render(std::span<const int> tiles) {
+  Caster caster(view_);
+  for (const int tile : tiles) {
+    if (tile < 0 || tile >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(tile));
+    if (!rendered(tile)) render_tile(caster, tile);
   }
 }
 
-void Scenery::set(int x, int y, const Sample& sample) {
-  std::uint16_t* light = light_.data() + 3 * at(x, y);
-  if (sample.surface == 0) {
-    std::copy(background_.begin(), background_.end(), light);
-  } else {
-    store(sample.light, light);
-  }
-  depth_.data()[at(x, y)] = depth_bits(sample.depth);
-  surface_.data()[at(x, y)] = sample.surface;
+void Scenery::render_all() {
+  std::vector<int> all(index(grid_.tiles()));
+  std::iota(all.begin(), all.end(), 0);
+  render(all);
 }
 
-void Scenery::find_ranges() {
-  ranges_.assign(index(grid_.tiles()), Range{});
-  for (int y = 0; y < grid_.height; ++y) {
-    for (int x = 0; x < grid_.width; ++x) {
-      Range& range = ranges_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
-      const std::uint32_t depth = depth_.data()[at(x, y)];
-      range.nearest = std::min(range.nearest, depth);
-      range.farthest = std::max(range.farthest, depth);
+void Scenery::render_tile(Caster& caster, int number) {
+  Tile& tile = tiles_[index(number)];
+  const int left = number % grid_.columns() * kTile, top = number / grid_.columns() * kTile;
+  const int width = std::min(kTile, grid_.width - left), height = std::min(kTile, grid_.height - top);
+  tile.nearest = kNothing;
+  tile.farthest = 0;
+  tile.version = version_;
+  if (!caster.aim(left - 1, top - 1, left + width + 1, top + height + 1)) return;
+
+  tile.light.resize(index(3 * kTile * kTile));
+  tile.depth.resize(index(kTile * kTile));
+  Surfaces surfaces;
+  const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < width && y < height; };
+  for (int y = -1; y <= height; ++y) {
+    for (int x = -1; x <= width; ++x) {
+      const Sample sample = caster.cast(left + x + 0.5, top + y + 0.5);
+      surfaces[bordered(x, y)] = sample.surface;
+      if (!inside(x, y)) continue;
+      std::uint16_t* light = tile.light.data() + 3 * within(x, y);
+      sample.surface == 0 ? void(std::copy(background_.begin(), background_.end(), light)) : store(sample.light, light);
+      const std::uint32_t depth = depth_bits(sample.depth);
+      tile.depth.data()[within(x, y)] = depth;
+      tile.nearest = std::min(tile.nearest, depth);
+      tile.farthest = std::max(tile.farthest, depth);
+    }
+  }
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; ++x) {
+      const std::uint32_t* here = surfaces.data() + bordered(x, y);
+      const bool last_x = left + x + 1 == grid_.width, last_y = top + y + 1 == grid_.height;
+      const bool edge = (left + x > 0 && here[-1] != *here) || (!last_x && here[1] != *here) ||
+                        (top + y > 0 && here[-kBordered] != *here) || (!last_y && here[kBordered] != *here);
+      if (edge) store(smooth(caster, left + x, top + y), tile.light.data() + 3 * within(x, y));
     }
   }
 }

@@ -3,6 +3,7 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "image/buffer.h"
@@ -11,10 +12,14 @@
 
 namespace motes::image {
 
-struct Sample;
+/// Whether both views have the same scenery: everything but the exposure and what concerns particles alone.
+bool same_scenery(const View& a, const View& b);
 
 /// Ray-cast objects, lit by one sun and a hemisphere of sky, with shadows of the sun and anti-aliased edges; far away
-/// they fade into the background. A pure function of the view, independent of its exposure.
+/// they fade into the background. A pure function of the view, independent of its exposure; each tile of it is computed
+/// alone, so that a rank renders only the tiles that it draws.
+///
+/// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame.
 class Scenery {
  public:
   /// The depth of a pixel where there is no object: the bits of infinity.
@@ -22,44 +27,56 @@ class Scenery {
 
   Scenery() = default;
 
-  /// Renders the view's scenery. Throws std::invalid_argument where the view is not valid.
-  void render(const View& view);
+  /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
+  /// std::invalid_argument where the view is not valid.
+  void prepare(const View& view);
+
+  /// Renders those of these tiles that are not rendered yet. Throws std::invalid_argument where there is no such tile.
+  void render(std::span<const int> tiles);
+  void render_all();
+
+  /// Changes whenever the scenery does: what was made from a tile with an equal version is still right.
+  std::uint64_t version() const { return version_; }
+  bool rendered(int tile) const { return tiles_[index(tile)].version == version_; }
 
   /// False: no object is visible in this tile, its pixels are background.
-  bool occupied(int tile) const { return !ranges_.empty() && ranges_[index(tile)].nearest != kNothing; }
+  bool occupied(int tile) const { return tiles_[index(tile)].nearest != kNothing; }
 
   /// The least and greatest depth in an occupied tile.
-  std::uint32_t nearest(int tile) const { return ranges_[index(tile)].nearest; }
-  std::uint32_t farthest(int tile) const { return ranges_[index(tile)].farthest; }
+  std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
+  std::uint32_t farthest(int tile) const { return tiles_[index(tile)].farthest; }
 
-  /// Light in units of 2^kSceneryShift sums (see splat_lanes.h): three numbers per pixel, from (x, y) to the end of the
-  /// row. Only in occupied tiles.
-  const std::uint16_t* light(int x, int y) const { return light_.data() + 3 * at(x, y); }
+  /// Light in units of 2^kSceneryShift sums (see splat_lanes.h): three numbers per pixel, from (x, y) to the end of its
+  /// tile's row. The next row is 3 * kTile numbers further on. Only in occupied tiles.
+  const std::uint16_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
   const std::array<std::uint16_t, 3>& background() const { return background_; }
 
   /// Float bits of the view depth beyond which a particle is hidden: the depth of the surface plus a small bias, so
-  /// that particles resting on a surface are fully visible. Only in occupied tiles.
-  const std::uint32_t* depth(int x, int y) const { return depth_.data() + at(x, y); }
+  /// that particles resting on a surface are fully visible. The next row is kTile numbers further on. Only in occupied
+  /// tiles.
+  const std::uint32_t* depth(int x, int y) const { return tile_of(x, y).depth.data() + within(x, y); }
 
  private:
-  struct Range {
+  struct Tile {
+    std::uint64_t version = 0;
     std::uint32_t nearest = kNothing;
     std::uint32_t farthest = 0;
+    BufferOf<std::uint16_t> light;  // kTile rows of 3 * kTile numbers
+    BufferOf<std::uint32_t> depth;  // kTile rows of kTile numbers
   };
 
   static std::size_t index(int i) { return static_cast<std::size_t>(i); }
-  std::size_t at(int x, int y) const { return index(y) * index(grid_.width) + index(x); }
-  template <class Use>
-  void for_each_tile(const Use& use) const;
-  void set(int x, int y, const Sample& sample);
-  void find_ranges();
+  static std::size_t within(int x, int y) { return index((y & (kTile - 1)) * kTile + (x & (kTile - 1))); }
+  const Tile& tile_of(int x, int y) const {
+    return tiles_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
+  }
+  void render_tile(class Caster& caster, int number);
 
+  View view_;
   Grid grid_;
+  std::uint64_t version_ = 0;
   std::array<std::uint16_t, 3> background_{};
-  BufferOf<std::uint16_t> light_;
-  BufferOf<std::uint32_t> depth_;
-  BufferOf<std::uint32_t> surface_;
-  std::vector<Range> ranges_;
+  std::vector<Tile> tiles_;
 };
 
 }  // namespace motes::image

@@ -1,3 +1,5 @@
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <limits>
@@ -142,14 +144,45 @@ TEST(image_scenery_has_depth_where_solids_are) {
   View view = small_view(200, 150);
   view.objects = {{shape(Kind::sphere, {0, 0, 0, 1, 0}), {1, 0.5f, 0.25f}}};
   Scenery scenery;
-  scenery.render(view);
+  scenery.prepare(view);
+  scenery.render_all();
   const float depth = std::bit_cast<float>(scenery.depth(100, 75)[0]);
   CHECK(depth >= 9 && depth < 9 * 1.021);
-  CHECK(scenery.depth(3, 3)[0] == Scenery::kNothing);
+  CHECK(scenery.depth(126, 126)[0] == Scenery::kNothing);
   CHECK(!scenery.occupied(3) && scenery.occupied(5));
-  CHECK(scenery.light(3, 3)[1] == scenery.background()[1]);
+  CHECK(scenery.light(126, 126)[1] == scenery.background()[1]);
   const std::uint16_t* light = scenery.light(100, 75);
   CHECK(light[0] > light[1] && light[1] > light[2]);
+}
+
+TEST(image_scenery_is_rendered_tile_by_tile) {
+  View view = small_view(200, 150);
+  view.objects = {{shape(Kind::sphere, {0, 0, 0, 1, 0}), {1, 0.5f, 0.25f}},
+                  {shape(Kind::plane, {0, -1, 0, 0, 1, 0}), {1, 1, 1}}};
+  Scenery all, some;
+  all.prepare(view);
+  all.render_all();
+  some.prepare(view);
+  for (const int tile : {5, 2, 9}) {
+    CHECK(!some.rendered(tile));
+    some.render(std::array{tile});
+    CHECK(some.rendered(tile));
+    CHECK(some.occupied(tile) == all.occupied(tile) && some.nearest(tile) == all.nearest(tile));
+    for (int y = tile / 4 * 64; some.occupied(tile) && y < std::min(tile / 4 * 64 + 64, 150); ++y) {
+      for (int x = tile % 4 * 64; x < std::min(tile % 4 * 64 + 64, 200); ++x) {
+        CHECK(*some.depth(x, y) == *all.depth(x, y));
+        CHECK(std::equal(some.light(x, y), some.light(x, y) + 3, all.light(x, y)));
+      }
+    }
+  }
+  CHECK(!some.rendered(0));
+  CHECK_THROWS(some.render(std::array{12}), std::invalid_argument);
+  view.exposure = 2;
+  some.prepare(view);
+  CHECK(some.rendered(5) && some.version() == 1);
+  view.camera.position[0] += 0.01;
+  some.prepare(view);
+  CHECK(!some.rendered(5) && some.version() == 2);
 }
 
 TEST(image_the_sun_throws_a_shadow) {
@@ -157,9 +190,11 @@ TEST(image_the_sun_throws_a_shadow) {
   view.camera.position = {0, 6, 10};
   view.objects = {{shape(Kind::plane, {0, 0, 0, 0, 1, 0}), {1, 1, 1}}};
   Scenery without, with;
-  without.render(view);
+  without.prepare(view);
+  without.render_all();
   view.objects.push_back({shape(Kind::sphere, {0, 2, 0, 1, 0}), {1, 1, 1}});
-  with.render(view);
+  with.prepare(view);
+  with.render_all();
   const auto darker = [&](int x, int y) { return *with.light(x, y) + 4000 < *without.light(x, y); };
   int shadow = 0;
   for (int y = 0; y < 150; ++y) {
@@ -175,7 +210,8 @@ TEST(image_a_plane_fades_into_the_background) {
   view.camera.look_at = {0, 1, 0};
   view.objects = {{shape(Kind::plane, {0, 0, 0, 0, 1, 0}), {1, 1, 1}}};
   Scenery scenery;
-  scenery.render(view);
+  scenery.prepare(view);
+  scenery.render_all();
   CHECK(std::abs(*scenery.light(32, 150) - scenery.background()[0]) < 400);
   int before = *scenery.light(32, 299);
   for (int y = 299; y > 150; --y) {

@@ -15,6 +15,13 @@ inline constexpr int kMaxSize = 16384;
 /// Largest footprint of a particle in pixels, so that it touches at most 2x2 tiles.
 inline constexpr int kMaxFootprint = 15;
 
+/// A tile's number and its pixels; tiles at the right and lower edge of the image may be smaller than kTile.
+struct Area {
+  int tile = 0;
+  int x = 0, y = 0;  // its first pixel, from the top left corner of the image
+  int width = 0, height = 0;
+};
+
 struct Grid {
   int width = 0;
   int height = 0;
@@ -22,6 +29,11 @@ struct Grid {
   constexpr int columns() const { return (width + kTile - 1) >> kTileBits; }
   constexpr int rows() const { return (height + kTile - 1) >> kTileBits; }
   constexpr int tiles() const { return columns() * rows(); }
+
+  constexpr Area area(int tile) const {
+    const int x = tile % columns() * kTile, y = tile / columns() * kTile;
+    return {tile, x, y, width - x < kTile ? width - x : kTile, height - y < kTile ? height - y : kTile};
+  }
 
   /// Positions are 16-bit integers in units of 2^-sub_bits pixels, relative to the centre of the image: 1/16 px up to
   /// 4064 pixels, 1/8 px up to 8160, and so on; a margin of 16 px holds the footprints that extend into the image.

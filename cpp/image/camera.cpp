@@ -8,6 +8,7 @@
 #include "image/grid.h"
 #include "image/solids.h"
 #include "image/vectors.h"
+#include "particles/enumerators.h"
 
 namespace motes::image {
 namespace {
@@ -50,6 +51,10 @@ void check_color(const std::string& argument, const Color& c) {
   }
 }
 
+void check_number(const std::string& argument, double x, double low, double high) {
+  if (!(x >= low && x <= high)) refuse(argument, text(low) + ".." + text(high), text(x));
+}
+
 void check(const Camera& camera) {
   check_vector("camera.position", camera.position);
   check_vector("camera.look_at", camera.look_at);
@@ -83,21 +88,62 @@ void check(const View& view) {
   check_size("width", view.width);
   check_size("height", view.height);
   check(view.camera);
+  if (view.before) check(*view.before);
   check_color("background", view.background);
   if (!(view.exposure > 0 && view.exposure <= 1e15f)) refuse("exposure", "finite and above 0", text(view.exposure));
+  check_vector("sun", view.sun);
+  if (!(length(view.sun) > 1e-9)) refuse("sun", "longer than 0", text(view.sun));
+  check_number("shutter", view.shutter, 0, 1);
+  check_number("bloom", view.bloom, 0, 1);
+  if (static_cast<int>(view.path) >= particles::enumerators<View::Path>()) {
+    refuse("path", "automatic, gather, tiles or composite", std::to_string(static_cast<int>(view.path)));
+  }
+  if (view.layers > kAllLayers) refuse("layers", "0..7", std::to_string(view.layers));
   for (std::size_t i = 0; i < view.objects.size(); ++i) {
     const std::string argument = "objects[" + std::to_string(i) + "]";
     check_color(argument + ".color", view.objects[i].color);
-    check_solid(argument, view.objects[i]);
+    check_number(argument + ".light", view.objects[i].light, 0, kFarthest);
+    if (view.objects[i].mesh == 0) check_solid(argument, view.objects[i]);
+  }
+  for (std::size_t i = 0; i < view.lights.size(); ++i) {
+    const std::string argument = "lights[" + std::to_string(i) + "]";
+    check_vector((argument + ".position").c_str(), view.lights[i].position);
+    check_color(argument + ".color", view.lights[i].color);
+    check_number(argument + ".power", view.lights[i].power, 0, kFarthest);
   }
 }
 
 void check(const Sprite& sprite) {
-  if (sprite.kind != Sprite::Kind::point && sprite.kind != Sprite::Kind::disc) {
-    refuse("sprite.kind", "point or disc", std::to_string(static_cast<int>(sprite.kind)));
+  if (static_cast<int>(sprite.kind) >= particles::enumerators<Sprite::Kind>()) {
+    refuse("sprite.kind", "point, disc, sphere or image", std::to_string(static_cast<int>(sprite.kind)));
   }
-  if (sprite.kind == Sprite::Kind::disc && (sprite.pixels < 1 || sprite.pixels > kMaxFootprint)) {
-    refuse("sprite.pixels", "1.." + std::to_string(kMaxFootprint), std::to_string(sprite.pixels));
+  if (static_cast<int>(sprite.blend) >= particles::enumerators<Sprite::Blend>()) {
+    refuse("sprite.blend", "add, alpha or opaque", std::to_string(static_cast<int>(sprite.blend)));
+  }
+  check_number("sprite.of_height", sprite.of_height, 0, 1);
+  check_number("sprite.softness", sprite.softness, 0, kFarthest);
+  const bool counted_in_pixels = sprite.kind != Sprite::Kind::point && !(sprite.of_height > 0);
+  if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
+    refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
+  }
+  if ((sprite.kind == Sprite::Kind::image) != (sprite.picture != 0)) {
+    refuse("sprite.picture", "given for kind image and for no other", std::to_string(sprite.picture));
+  }
+}
+
+void check_drawn(const View& view) {
+  const View plain;
+  const auto refuse_drawing = [](const char* what) {
+    throw std::invalid_argument(std::string(what) + " cannot be drawn by this version");
+  };
+  if (view.sun != plain.sun) refuse_drawing("sun: another direction to the sun");
+  if (!view.lights.empty()) refuse_drawing("lights: point lights");
+  if (view.bloom != plain.bloom) refuse_drawing("bloom: light that spreads");
+  if (view.smooth != plain.smooth) refuse_drawing("smooth: edges that are not smooth");
+  if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
+  for (const Solid& solid : view.objects) {
+    if (solid.mesh != 0) refuse_drawing("objects: meshes");
+    if (solid.light != 0) refuse_drawing("objects: objects that emit light");
   }
 }
 

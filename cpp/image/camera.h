@@ -18,4 +18,7 @@ Lens lens(const View& view);
 void check(const View& view);
 void check(const Sprite& sprite);
 
+/// The same where a view asks for something that nobody draws yet: a line here goes when its drawing comes.
+void check_drawn(const View& view);
+
 }  // namespace motes::image

@@ -12,8 +12,11 @@ inline constexpr int kTileBits = 6;
 /// Largest width and height: the tile's number and two flags share one uint32, coordinates have 16 bits.
 inline constexpr int kMaxSize = 16384;
 
-/// Largest footprint of a particle in pixels, so that it touches at most 2x2 tiles.
+/// Largest footprint of a particle of fixed size in pixels, so that it touches at most 2x2 tiles.
 inline constexpr int kMaxFootprint = 15;
+
+/// Largest diameter of any particle in pixels.
+inline constexpr int kMaxDiameter = 512;
 
 /// A tile's number and its pixels; tiles at the right and lower edge of the image may be smaller than kTile.
 struct Area {

@@ -1,10 +1,12 @@
 #include "image/prepared_scene.h"
 
+#include "image/camera.h"
 #include "image/tone.h"
 
 namespace motes::image {
 
 void PreparedScene::prepare(const View& view) {
+  check_drawn(view);
   const std::uint64_t before = scenery_.version();
   scenery_.prepare(view);
   if (!prepared_ || scenery_.version() != before || view.exposure != view_.exposure) {

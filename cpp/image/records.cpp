@@ -8,6 +8,7 @@
 
 #include "image/camera.h"
 #include "image/footprint.h"
+#include "image/layout.h"
 #include "particles/enumerators.h"
 
 namespace motes::image {
@@ -174,8 +175,12 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   for (const float* plane : particles.position) {
     if (plane == nullptr && particles.count != 0) throw std::invalid_argument("position must have three planes");
   }
-  const Grid grid{view.width, view.height};
   const bool with_depth = !view.objects.empty();
+  if (layout(sprite, view, with_depth) > (with_depth ? Layout::deep : Layout::plain) ||
+      (sprite.kind != Sprite::Kind::point && sprite.kind != Sprite::Kind::disc)) {
+    throw std::invalid_argument("sprite: this kind, size or blend cannot be drawn by this version");
+  }
+  const Grid grid{view.width, view.height};
   Header header;
   header.kind = static_cast<std::uint8_t>(sprite.kind);
   header.pixels = sprite.kind == Sprite::Kind::disc ? static_cast<std::uint8_t>(sprite.pixels) : std::uint8_t{1};
@@ -205,7 +210,8 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
       header.with_depth > 1) {
     throw std::runtime_error("image records: unknown sprite");
   }
-  sprite_ = {static_cast<Sprite::Kind>(header.kind), header.pixels};
+  sprite_.kind = static_cast<Sprite::Kind>(header.kind);
+  sprite_.pixels = header.pixels;
   grid_ = {header.width, header.height};
   with_depth_ = header.with_depth != 0;
   std::span<const std::byte> rest = bytes.subspan(sizeof header);

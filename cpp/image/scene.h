@@ -2,9 +2,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
+#include "image/assets.h"
 #include "shapes/shape.h"
 
 namespace motes::image {
@@ -32,43 +35,82 @@ constexpr void fields(Visitor& visit, Camera& camera) {
 struct Solid {
   shapes::Shape shape;
   Color color{1, 1, 1};
+  AssetKey mesh = 0;  // not 0: this mesh instead of the shape
+  float light = 0;    // how much of its colour it emits
 
   bool operator==(const Solid&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Solid& solid) {
-  visit(solid.shape, solid.color);
+  visit(solid.shape, solid.color, solid.mesh, solid.light);
 }
 
+/// A point that lights the external objects: `power` is the light on a surface that faces it from 1 m.
+struct Light {
+  Vector position{};
+  Color color{1, 1, 1};
+  float power = 1;
+
+  bool operator==(const Light&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Light& light) {
+  visit(light.position, light.color, light.power);
+}
+
+/// Bits of View::layers: pictures that are kept beside the frame.
+inline constexpr std::uint8_t kDepthLayer = 1;
+inline constexpr std::uint8_t kAlphaLayer = 2;
+inline constexpr std::uint8_t kVelocityLayer = 4;
+inline constexpr std::uint8_t kAllLayers = 7;
+
 struct View {
+  enum class Path : std::uint8_t { automatic, gather, tiles, composite };
+
   int width = 0;   // pixels
   int height = 0;  // pixels
   Camera camera;
   Color background{0, 0, 0};
   float exposure = 1;
   std::vector<Solid> objects;
+  Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length
+  std::vector<Light> lights;
+  Path path = Path::automatic;   // who draws; changes no pixel
+  float shutter = 0;             // part of the frame's time that it is open, 0..1: particles are drawn as streaks
+  float bloom = 0;               // part of the light that spreads around what is bright, 0..1
+  bool smooth = true;            // edges of objects are anti-aliased
+  std::uint8_t layers = 0;       // kDepthLayer | kAlphaLayer | kVelocityLayer
+  std::optional<Camera> before;  // the last frame's camera, where that frame was drawn; the engine fills it in
 
   bool operator==(const View&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
-  visit(view.width, view.height, view.camera, view.background, view.exposure, view.objects);
+  visit(view.width, view.height, view.camera, view.background, view.exposure, view.objects, view.sun, view.lights,
+        view.path, view.shutter, view.bloom, view.smooth, view.layers, view.before);
 }
 
 /// How the particles of one system are drawn.
 struct Sprite {
-  enum class Kind : std::uint8_t { point, disc };
+  enum class Kind : std::uint8_t { point, disc, sphere, image };
+  enum class Blend : std::uint8_t { add, alpha, opaque };
+
   Kind kind = Kind::disc;
-  int pixels = 5;  // diameter of a disc, 1..15
+  int pixels = 5;  // diameter, 1..512; 0: as wide as the particle's size[0], m. Points have no diameter
+  Blend blend = Blend::add;
+  float of_height = 0;   // above 0: the diameter as a part of the picture's height, instead of `pixels`
+  float softness = 0;    // m over which a particle fades where it touches an object
+  AssetKey picture = 0;  // kind image
 
   bool operator==(const Sprite&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sprite& sprite) {
-  visit(sprite.kind, sprite.pixels);
+  visit(sprite.kind, sprite.pixels, sprite.blend, sprite.of_height, sprite.softness, sprite.picture);
 }
 
 /// The columns that drawing needs, as planes of `count` floats. A null plane means that all particles have the value
@@ -80,6 +122,12 @@ struct Drawn {
   Color color_of_all{1, 1, 1};
   const float* alpha = nullptr;
   float alpha_of_all = 1;
+  const float* size = nullptr;  // diameters, m
+  float size_of_all = 1;
+  std::array<const float*, 3> up{};
+  std::array<float, 3> up_of_all{0, 1, 0};
+  std::array<const float*, 3> velocity{};  // m/s
+  std::array<float, 3> velocity_of_all{};
 };
 
 }  // namespace motes::image

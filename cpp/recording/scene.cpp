@@ -48,6 +48,8 @@ Record sample() {
   record.sprites = {{}};
   record.view.emplace();
   record.view->objects = {{both, {}}};
+  record.view->lights = {{}};
+  record.view->before.emplace();
   return record;
 }
 

@@ -8,6 +8,7 @@
 #include "image/camera.h"
 #include "image/curves.h"
 #include "image/footprint.h"
+#include "image/layout.h"
 #include "image/vectors.h"
 #include "test_image_scene.h"
 
@@ -227,7 +228,61 @@ TEST(image_views_and_sprites_are_checked) {
   refused([](View& v) { v.exposure = NAN; });
   refused([](View& v) { v.background[2] = -0.1f; });
   refused([](View& v) { v.objects.push_back({}); });  // a point is not drawn
-  CHECK_THROWS(motes::image::check(Sprite{Sprite::Kind::disc, 0}), std::invalid_argument);
-  CHECK_THROWS(motes::image::check(Sprite{Sprite::Kind::disc, 16}), std::invalid_argument);
-  CHECK_THROWS(motes::image::check(Sprite{static_cast<Sprite::Kind>(9), 5}), std::invalid_argument);
+  refused([](View& v) { v.sun = {0, 0, 0}; });
+  refused([](View& v) { v.sun[1] = INFINITY; });
+  refused([](View& v) { v.shutter = 1.1f; });
+  refused([](View& v) { v.shutter = NAN; });
+  refused([](View& v) { v.bloom = -0.1f; });
+  refused([](View& v) { v.layers = 8; });
+  refused([](View& v) { v.path = static_cast<View::Path>(4); });
+  refused([](View& v) { v.lights = {{{0, NAN, 0}, {1, 1, 1}, 1}}; });
+  refused([](View& v) { v.lights = {{{0, 0, 0}, {1, -1, 1}, 1}}; });
+  refused([](View& v) { v.lights = {{{0, 0, 0}, {1, 1, 1}, -1}}; });
+  refused([](View& v) {
+    v.before = v.camera;
+    v.before->fov_deg = 181;
+  });
+}
+
+TEST(image_sprites_are_checked) {
+  const auto refused = [](auto change) {
+    Sprite sprite;
+    change(sprite);
+    CHECK_THROWS(motes::image::check(sprite), std::invalid_argument);
+  };
+  motes::image::check(Sprite{});
+  motes::image::check(Sprite{Sprite::Kind::sphere, 0});
+  motes::image::check(Sprite{Sprite::Kind::disc, 512});
+  refused([](Sprite& s) { s.pixels = -1; });
+  refused([](Sprite& s) { s.pixels = 513; });
+  refused([](Sprite& s) { s.kind = static_cast<Sprite::Kind>(9); });
+  refused([](Sprite& s) { s.blend = static_cast<Sprite::Blend>(3); });
+  refused([](Sprite& s) { s.of_height = -0.1f; });
+  refused([](Sprite& s) { s.of_height = NAN; });
+  refused([](Sprite& s) { s.softness = -1; });
+  refused([](Sprite& s) { s.softness = INFINITY; });
+  refused([](Sprite& s) { s.kind = Sprite::Kind::image; });  // without a picture
+  refused([](Sprite& s) { s.picture = 7; });                 // which a disc has no use for
+}
+
+TEST(image_layout_follows_from_sprite_and_view) {
+  const View view = small_view();
+  View open = view;
+  open.shutter = 0.5f;
+  const Sprite disc, point{Sprite::Kind::point, 99}, in_metres{Sprite::Kind::disc, 0}, large{Sprite::Kind::disc, 16};
+  const Sprite sphere{Sprite::Kind::sphere, 5};
+  Sprite smoke, part, leaf;
+  smoke.blend = Sprite::Blend::alpha;
+  part.of_height = 0.01f;
+  leaf.kind = Sprite::Kind::image;
+  for (const Sprite& sprite : {disc, point}) {
+    CHECK(layout(sprite, view, false) == Layout::plain);
+    CHECK(layout(sprite, view, true) == Layout::deep);
+    CHECK(layout(sprite, with_object(view), false) == Layout::deep);
+    CHECK(layout(sprite, open, false) == Layout::wide);
+  }
+  for (const Sprite& sprite : {smoke, sphere}) CHECK(layout(sprite, view, false) == Layout::deep);
+  for (const Sprite& sprite : {in_metres, large, part, leaf}) CHECK(layout(sprite, view, false) == Layout::wide);
+  CHECK(!anything_hides(view, std::vector<Sprite>{disc, sphere}));
+  CHECK(anything_hides(view, std::vector<Sprite>{disc, smoke}) && anything_hides(with_object(view), {}));
 }

@@ -199,7 +199,7 @@ TEST(scene_frame_holds_what_scripts_may_say) {
   CHECK(refused([](Record& r) { r.systems[0].space = {domains::Space::Kind::finite, 1, 1}; }));
   CHECK(refused([](Record& r) { r.lists.clear(); }));
   CHECK(refused([](Record& r) { r.sprites.clear(); }));
-  CHECK(refused([](Record& r) { r.sprites[0].pixels = 99; }));
+  CHECK(refused([](Record& r) { r.sprites[0].pixels = 513; }));
   CHECK(refused([](Record& r) { r.view->width = 0; }));
   const auto emit = [](Record& r) -> Birth& { return std::get<Birth>(r.lists[0][0]); };
   const auto spawn = [](Record& r) -> Spawn& { return std::get<Spawn>(r.lists[0][3]); };

@@ -208,15 +208,11 @@ void bind_pictures(py::class_<Engine>& engine) {
              return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
-      .def("linear",
-           [](Engine& e) {
-             std::vector<float> light = e.painter().linear();
-             const auto n = static_cast<py::ssize_t>(light.size());
-             return owned_array(std::move(light), {n});
-           })
-      .def_property(
-          "keep_linear", [](Engine& e) { return e.painter().keep_linear; },
-          [](Engine& e, bool keep) { e.painter().keep_linear = keep; });
+      .def("linear", [](Engine& e) {
+        std::vector<float> light = e.painter().linear();
+        const auto n = static_cast<py::ssize_t>(light.size());
+        return owned_array(std::move(light), {n});
+      });
 }
 
 // What needs no engine: columns of every system, roles, the MPI library.

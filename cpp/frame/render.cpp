@@ -72,7 +72,7 @@ void draw(Rank& rank, const Script& script, Painter& painter) {
   double particles = 0;
   const std::vector<comm::Message> messages = receive_records(rank, particles);
   rank.talk.work("render", [&] {
-    painter.canvas.begin(*script.record.view, painter.keep_linear);
+    painter.canvas.begin(*script.record.view, script.record.view->linear);
     for (const comm::Message& message : messages) {
       for (particles::Reader in = message.reader(); !in.done();) painter.canvas.add(in.take(in.get<std::uint64_t>()));
     }

@@ -18,12 +18,11 @@ struct Painter {
   image::Projector projector;
   image::Records records;
   image::Canvas canvas;
-  bool keep_linear = false;  // pictures keep their light
   std::vector<std::uint8_t> pixels;
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   std::vector<std::uint8_t> take_pixels() { return std::move(pixels); }
-  /// Its light, where it was kept: linear RGB, height * width * 3.
+  /// Its light, where the view keeps it: linear RGB, height * width * 3.
   std::vector<float> linear() const { return canvas.linear(); }
 };
 

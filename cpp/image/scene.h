@@ -67,6 +67,9 @@ inline constexpr std::uint8_t kVelocityLayer = 4;
 inline constexpr std::uint8_t kAllLayers = 7;
 
 struct View {
+  /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
+  /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
+  /// calculator draws its own particles, and each rank adds up a part of the picture.
   enum class Path : std::uint8_t { automatic, gather, tiles, composite };
 
   int width = 0;   // pixels
@@ -81,6 +84,7 @@ struct View {
   float shutter = 0;             // part of the frame's time that it is open, 0..1: particles are drawn as streaks
   float bloom = 0;               // part of the light that spreads around what is bright, 0..1
   bool smooth = true;            // edges of objects are anti-aliased
+  bool linear = false;           // the picture's light is kept beside its pixels
   std::uint8_t layers = 0;       // kDepthLayer | kAlphaLayer | kVelocityLayer
   std::optional<Camera> before;  // the last frame's camera, where that frame was drawn; the engine fills it in
 
@@ -90,7 +94,7 @@ struct View {
 template <class Visitor>
 constexpr void fields(Visitor& visit, View& view) {
   visit(view.width, view.height, view.camera, view.background, view.exposure, view.objects, view.sun, view.lights,
-        view.path, view.shutter, view.bloom, view.smooth, view.layers, view.before);
+        view.path, view.shutter, view.bloom, view.smooth, view.linear, view.layers, view.before);
 }
 
 /// How the particles of one system are drawn.

@@ -154,6 +154,8 @@ class View:
         background: collections.abc.Sequence[float],
         exposure: float,
         objects: collections.abc.Sequence[tuple[Shape, collections.abc.Sequence[float]]],
+        path: str = ...,
+        linear: bool = ...,
     ) -> None: ...
 
 class BalanceTable:
@@ -226,7 +228,6 @@ class Policy:
     def smoothing(self) -> float: ...
 
 class Engine:
-    keep_linear: bool
     def __init__(
         self,
         comm: int,

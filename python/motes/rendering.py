@@ -180,6 +180,8 @@ class Renderer(Settings):
             background=self.background,
             exposure=self.exposure,
             objects=[(part.core, solid.color) for solid in self.solids for part in _parts(solid.shape)],
+            path=self.path,
+            linear=self.linear,
         )
 
     @property

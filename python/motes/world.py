@@ -286,7 +286,6 @@ class World(Settings):
             self._define(system)
         self._engine.on_callback(Weakly(self._call_back))
         self._recording = scenefile.claim(self._engine)
-        self._engine.keep_linear = self.renderer is not None and self.renderer.linear
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
         if announce:  # whatever `progress` is: without it the run cannot be repeated

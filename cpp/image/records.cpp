@@ -24,10 +24,11 @@ struct Header {
   std::uint8_t pixels = 0;
   std::uint8_t with_depth = 0;
   std::uint8_t zero = 0;
-  std::int32_t width = 0;
-  std::int32_t height = 0;
+  std::uint16_t width = 0;
+  std::uint16_t height = 0;
+  std::uint32_t first = 0;
+  std::uint32_t tiles = 0;
   std::uint32_t batches = 0;
-  std::uint32_t zero_too = 0;
   std::uint64_t records = 0;
 };
 static_assert(sizeof(Header) == 32);
@@ -185,8 +186,9 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   header.kind = static_cast<std::uint8_t>(sprite.kind);
   header.pixels = sprite.kind == Sprite::Kind::disc ? static_cast<std::uint8_t>(sprite.pixels) : std::uint8_t{1};
   header.with_depth = with_depth;
-  header.width = view.width;
-  header.height = view.height;
+  header.width = static_cast<std::uint16_t>(view.width);
+  header.height = static_cast<std::uint16_t>(view.height);
+  header.tiles = static_cast<std::uint32_t>(grid.tiles());
   records.buffer_.resize(sizeof header);
   std::memcpy(records.buffer_.data(), &header, sizeof header);
 
@@ -201,6 +203,7 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
   Header header;
   if (bytes.size() < sizeof header) throw std::runtime_error("image records: message is too short");
   std::memcpy(&header, bytes.data(), sizeof header);
+  header_ = bytes.data();
   if (header.magic != kMagic) throw std::runtime_error("image records: not a message of records");
   if (header.width < 1 || header.width > kMaxSize || header.height < 1 || header.height > kMaxSize) {
     throw std::runtime_error("image records: impossible image size " + std::to_string(header.width) + "x" +
@@ -213,6 +216,12 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
   sprite_.kind = static_cast<Sprite::Kind>(header.kind);
   sprite_.pixels = header.pixels;
   grid_ = {header.width, header.height};
+  const auto tiles = static_cast<std::uint32_t>(grid_.tiles());
+  if (header.first > tiles || header.tiles > tiles - header.first) {
+    throw std::runtime_error("image records: tiles outside the image");
+  }
+  first_ = static_cast<int>(header.first);
+  tiles_ = static_cast<int>(header.tiles);
   with_depth_ = header.with_depth != 0;
   std::span<const std::byte> rest = bytes.subspan(sizeof header);
   if (header.batches > rest.size() / 4) throw std::runtime_error("image records: message ends too early");
@@ -222,7 +231,7 @@ RecordsView::RecordsView(std::span<const std::byte> bytes) {
 }
 
 RecordsView::Batch RecordsView::take_batch(std::span<const std::byte>& rest) {
-  const auto tiles = static_cast<std::size_t>(grid_.tiles());
+  const auto tiles = static_cast<std::size_t>(tiles_);
   const std::size_t offset_bytes = 4 * (tiles + 1);
   if (rest.size() < offset_bytes) throw std::runtime_error("image records: message ends too early");
   const Batch batch{rest.data(), rest.data() + offset_bytes};
@@ -242,9 +251,50 @@ RecordsView::Batch RecordsView::take_batch(std::span<const std::byte>& rest) {
 }
 
 RecordsView::Piece RecordsView::piece(const Batch& batch, int tile) const {
-  const auto t = static_cast<std::size_t>(tile);
+  if (tile < first_ || tile - first_ >= tiles_) return {batch.records, 0};
+  const auto t = static_cast<std::size_t>(tile - first_);
   const std::uint32_t first = word_at(batch.offsets, t);
   return {batch.records + first * record_bytes(), word_at(batch.offsets, t + 1) - first};
+}
+
+std::size_t RecordsView::count(int first, int end) const {
+  std::size_t count = 0;
+  for (const Batch& batch : batches_) {
+    count += word_at(batch.offsets, static_cast<std::size_t>(end - first_)) -
+             word_at(batch.offsets, static_cast<std::size_t>(first - first_));
+  }
+  return count;
+}
+
+void RecordsView::append_part(int first, int end, particles::Bytes& out) const {
+  if (first < first_ || end < first || end > first_ + tiles_) {
+    throw std::invalid_argument("image records: a part of tiles that are not in the message");
+  }
+  const std::size_t total = count(first, end);
+  Header header;
+  std::memcpy(&header, header_, sizeof header);
+  header.first = static_cast<std::uint32_t>(first);
+  header.tiles = static_cast<std::uint32_t>(end - first);
+  header.batches = 0;
+  header.records = total;
+  const auto from = static_cast<std::size_t>(first - first_), to = static_cast<std::size_t>(end - first_);
+  const std::size_t offset_bytes = 4 * (to - from + 1);
+  const std::size_t at = out.size();
+  out.reserve(at + sizeof header + batches_.size() * offset_bytes + total * record_bytes());
+  out.put_raw(&header, sizeof header);
+  for (const Batch& batch : batches_) {
+    const std::uint32_t before = word_at(batch.offsets, from);
+    const std::size_t records = word_at(batch.offsets, to) - before;
+    if (records == 0) continue;
+    std::byte* offsets = out.extend(offset_bytes);
+    for (std::size_t t = from; t <= to; ++t, offsets += 4) {
+      const std::uint32_t offset = word_at(batch.offsets, t) - before;
+      std::memcpy(offsets, &offset, 4);
+    }
+    out.put_raw(batch.records + before * record_bytes(), records * record_bytes());
+    ++header.batches;
+  }
+  out.set(at, header);
 }
 
 }  // namespace motes::image

@@ -10,13 +10,15 @@
 #include "image/grid.h"
 #include "image/project_lanes.h"
 #include "image/scene.h"
+#include "particles/bytes.h"
 
 namespace motes::image {
 
 /// A message. Little-endian, without pointers: it can be sent, kept or written to a file as it is.
-///   header  magic u32, sprite kind u8, sprite pixels u8, with_depth u8, zero u8, width i32, height i32,
-///           batches u32, zero u32, records u64
-///   batch   offsets u32[tiles + 1], then offsets[tiles] records: those of tile t are offsets[t] .. offsets[t+1]-1
+///   header  magic u32, sprite kind u8, sprite pixels u8, with_depth u8, zero u8, width u16, height u16,
+///           first u32, tiles u32, batches u32, records u64: it holds tiles first .. first + tiles - 1
+///   batch   offsets u32[tiles + 1], then offsets[tiles] records: those of tile first + t are offsets[t] ..
+///           offsets[t+1]-1
 ///   record  x i16, y i16 (see Grid::sub_bits), r g b alpha u8; with_depth: bits of the positive float view depth u32
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
 /// their order, and the order of records within a tile, has no meaning.
@@ -72,8 +74,14 @@ class RecordsView {
 
   /// Records in all batches; a particle on a tile's edge counts once per tile.
   std::size_t count() const { return count_; }
+  /// The same in tiles first .. end - 1, which must be in the message.
+  std::size_t count(int first, int end) const;
+
+  /// Appends a message of tiles first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
+  void append_part(int first, int end, particles::Bytes& out) const;
 
   const std::vector<Batch>& batches() const { return batches_; }
+  /// Empty where the tile is not in the message.
   Piece piece(const Batch& batch, int tile) const;
 
  private:
@@ -81,6 +89,8 @@ class RecordsView {
 
   Sprite sprite_;
   Grid grid_;
+  const std::byte* header_ = nullptr;
+  int first_ = 0, tiles_ = 0;
   bool with_depth_ = false;
   std::size_t count_ = 0;
   std::vector<Batch> batches_;

@@ -173,6 +173,40 @@ TEST(image_empty_systems_give_empty_messages) {
   CHECK_THROWS(Projector().project(nowhere, {}, small_view(), records), std::invalid_argument);
 }
 
+TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
+  for (const View& view : {small_view(), with_object(small_view())}) {
+    const auto all = message(random_cloud(40000, 5), {}, view);
+    const RecordsView whole(all);
+    CHECK(whole.batches().size() == 2);
+    const std::vector<int> ends{0, 0, 1, 5, 5, 11, 12};
+    std::size_t count = 0;
+    for (std::size_t i = 1; i < ends.size(); ++i) {
+      motes::particles::Bytes bytes;
+      bytes.put(std::uint8_t{1});  // parts may start anywhere
+      whole.append_part(ends[i - 1], ends[i], bytes);
+      const RecordsView part(bytes.view().subspan(1));
+      CHECK(part.count() == whole.count(ends[i - 1], ends[i]));
+      count += part.count();
+      for (int tile = 0; tile < 12; ++tile) {
+        const bool inside = tile >= ends[i - 1] && tile < ends[i];
+        std::vector<std::byte> here, there;
+        for (const auto& batch : part.batches()) {
+          const auto piece = part.piece(batch, tile);
+          here.insert(here.end(), piece.records, piece.records + piece.count * part.record_bytes());
+        }
+        for (const auto& batch : whole.batches()) {
+          const auto piece = whole.piece(batch, tile);
+          there.insert(there.end(), piece.records, piece.records + piece.count * whole.record_bytes());
+        }
+        CHECK(here == (inside ? there : std::vector<std::byte>{}));
+      }
+      motes::particles::Bytes nothing;
+      CHECK_THROWS(part.append_part(0, 12, nothing), std::invalid_argument);
+    }
+    CHECK(count == whole.count());
+  }
+}
+
 TEST(image_malformed_records_are_refused) {
   const View view = small_view();
   const auto good = message(random_cloud(1000, 5), {}, view);

@@ -1,9 +1,12 @@
 // Selects the build of the lanes that this process runs.
+#include "image/bloom_lanes.h"
 #include "image/project_lanes.h"
 #include "image/splat_lanes.h"
 #include "simd/isa.h"
 
 namespace motes::image {
+
+const BloomLanes& bloom_lanes() { return simd::choose(sse2::bloom_lanes, avx2::bloom_lanes, avx512::bloom_lanes); }
 
 const ProjectLanes& project_lanes() {
   return simd::choose(sse2::project_lanes, avx2::project_lanes, avx512::project_lanes);

@@ -1,0 +1,42 @@
+// Light around what is bright: the inner loops, on rows of lanes (three per pixel).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+namespace motes::image {
+
+/// A symmetric filter of integers: taps[0] * lane + taps[k] * (the two lanes at distance k), divided by 2^16.
+struct Taps {
+  static constexpr int kMost = 12;
+  static constexpr int kShift = 16;
+  int reach = 0;  // the last k
+  std::uint64_t taps[kMost + 1] = {};
+};
+
+struct BloomLanes {
+  /// sums[i] += light[i] * weight.
+  void (*add)(std::uint64_t* sums, const std::uint32_t* light, std::uint32_t weight, std::size_t count);
+
+  /// to[i] = the filter across rows[-reach] .. rows[reach], each of `count` lanes.
+  void (*filter)(std::uint64_t* to, const std::uint64_t* const* rows, const Taps& taps, std::size_t count);
+
+  /// light[i] = light[i] * (1 - part / 2^16) + glow[i] / 2^shift, rounded, at most 2^32 - 1; then glow[i] += step[i].
+  void (*mix)(std::uint32_t* light, std::uint64_t* glow, const std::uint64_t* step, std::uint32_t part, int shift,
+              std::size_t count);
+};
+
+/// The build that suits this processor.
+const BloomLanes& bloom_lanes();
+
+}  // namespace motes::image
+
+namespace motes::sse2 {
+extern const image::BloomLanes bloom_lanes;
+}
+namespace motes::avx2 {
+extern const image::BloomLanes bloom_lanes;
+}
+namespace motes::avx512 {
+extern const image::BloomLanes bloom_lanes;
+}

@@ -25,31 +25,40 @@ image::View::Path path_of(const std::string& name) {
   throw std::invalid_argument("path must be auto, gather, tiles or composite, got '" + name + "'");
 }
 
-image::View make_view(int width, int height, const std::vector<image::Vector>& camera, double fov_deg, double near,
-                      image::Color background, float exposure,
-                      const std::vector<std::pair<shapes::Shape, image::Color>>& objects, const std::string& path,
-                      bool linear) {
-  image::View view;
-  view.width = width;
-  view.height = height;
-  view.camera = {camera.at(0), camera.at(1), camera.at(2), fov_deg, near};
-  view.background = background;
-  view.exposure = exposure;
-  for (const auto& [shape, color] : objects) view.objects.push_back({shape, color});
-  view.path = path_of(path);
-  view.linear = linear;
-  image::check(view);
-  return view;
+// A view is made step by step: what is not set keeps its default.
+void bind_view(py::module_& m) {
+  using image::View;
+  py::class_<View> view(m, "View");
+  view.def(py::init([](int width, int height) {
+             View made;
+             made.width = width;
+             made.height = height;
+             return made;
+           }),
+           py::arg("width"), py::arg("height"));
+  view.def(
+      "set_camera",
+      [](View& v, image::Vector position, image::Vector look_at, image::Vector up, double fov_deg, double near) {
+        v.camera = {position, look_at, up, fov_deg, near};
+      },
+      py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"));
+  view.def(
+      "add_object",
+      [](View& v, const shapes::Shape& shape, image::Color color) { v.objects.push_back({shape, color}); },
+      py::arg("shape"), py::arg("color"));
+  view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
+  view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
+  view.def("set_path", [](View& v, const std::string& name) { v.path = path_of(name); }, py::arg("name"));
+  view.def("set_bloom", [](View& v, float part) { v.bloom = part; }, py::arg("part"));
+  view.def("set_linear", [](View& v, bool keep) { v.linear = keep; }, py::arg("keep"));
+  view.def("check", [](const View& v) { image::check(v); });
 }
 
 }  // namespace
 
 void bind_image(py::module_& m) {
   py::class_<image::Sprite>(m, "Sprite").def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"));
-  py::class_<image::View>(m, "View").def(py::init(&make_view), py::arg("width"), py::arg("height"), py::arg("camera"),
-                                         py::arg("fov_deg"), py::arg("near"), py::arg("background"),
-                                         py::arg("exposure"), py::arg("objects"), py::arg("path") = "auto",
-                                         py::arg("linear") = false);
+  bind_view(m);
   m.def(
       "tone_16_bits",
       [](const FloatArray& light, double exposure) {

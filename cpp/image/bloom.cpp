@@ -1,7 +1,6 @@
 #include "image/bloom.h"
 
 #include <algorithm>
-#include <cmath>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -33,7 +32,7 @@ Taps gauss(double variance) {
   Taps taps;
   std::array<double, Taps::kMost + 1> weights{1};
   double sum = 1;
-  for (int k = 1; k <= Taps::kMost && k * k <= 12 * variance; ++k) {
+  for (int k = 1; k <= Taps::kMost && k * k <= 16 * variance; ++k) {
     taps.reach = k;
     weights[static_cast<std::size_t>(k)] = decay(k * k / (2 * variance));
     sum += 2 * weights[static_cast<std::size_t>(k)];
@@ -67,13 +66,13 @@ std::uint64_t Bloom::Axis::beyond(int i) const {
   return static_cast<std::uint64_t>((place % (2 * std::int64_t{fine}) << kBetweenBits) / (2 * std::int64_t{fine}));
 }
 
-// The cells of a level whose curve has this radius in pixels. `widened`: the variance, in pixels, that averaging and
-// enlarging add between the picture and this level; the filter adds the rest.
-Bloom::Axis Bloom::divided(int pixels, int fine, double radius, double& widened) {
+// The cells, of about `cell` pixels, of a level whose curve has this radius in pixels. `widened`: the variance, in
+// pixels, that averaging and enlarging add between the picture and this level; the filter adds the rest.
+Bloom::Axis Bloom::divided(int pixels, int fine, double cell, double radius, double& widened) {
   Axis axis;
   axis.fine = fine;
-  axis.cells = std::min(fine, static_cast<int>(std::ceil(pixels / radius)));
-  if (2 * axis.cells > fine) axis.cells = fine;
+  axis.cells = std::clamp(static_cast<int>(pixels / cell), 1, fine);
+  if (2 * axis.cells > fine) axis.cells = fine;  // averages of less than two weigh them unevenly
   const double side = static_cast<double>(pixels) / axis.cells, part = static_cast<double>(pixels) / fine;
   if (axis.cells != fine) widened += 2 * (side * side / 6 + part * part / 12);
   axis.taps = gauss(std::max(0.0, radius * radius - widened) / (side * side));
@@ -117,8 +116,9 @@ void Bloom::plan(int width, int height, float part) {
   for (std::size_t i = 0; i < levels_.size(); ++i) {
     Level& level = levels_[i];
     const double radius = kGlow[i].radius * height;
-    level.across = divided(width, i == 0 ? width : levels_[i - 1].across.cells, radius, widened_across);
-    level.down = divided(height, i == 0 ? height : levels_[i - 1].down.cells, radius, widened_down);
+    const double cell = i == 0 ? radius : radius / 2;  // a wide glow would show that it is linear between cells
+    level.across = divided(width, i == 0 ? width : levels_[i - 1].across.cells, cell, radius, widened_across);
+    level.down = divided(height, i == 0 ? height : levels_[i - 1].down.cells, cell, radius, widened_down);
     level.share = i + 1 == levels_.size() ? left : static_cast<std::uint32_t>(parts(part) * kGlow[i].share);
     left -= level.share;
     level.light.resize(level.lanes() * static_cast<std::size_t>(level.down.cells));

@@ -49,7 +49,7 @@ class Bloom {
   };
 
   void plan(int width, int height, float part);
-  static Axis divided(int pixels, int fine, double radius, double& widened);
+  static Axis divided(int pixels, int fine, double cell, double radius, double& widened);
   void average(const std::uint32_t* light, Level& level);
   void average(Level& fine, Level& coarse);
   void average_row(Level& level, int row, int shift);

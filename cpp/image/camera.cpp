@@ -138,7 +138,6 @@ void check_drawn(const View& view) {
   };
   if (view.sun != plain.sun) refuse_drawing("sun: another direction to the sun");
   if (!view.lights.empty()) refuse_drawing("lights: point lights");
-  if (view.bloom != plain.bloom) refuse_drawing("bloom: light that spreads");
   if (view.smooth != plain.smooth) refuse_drawing("smooth: edges that are not smooth");
   if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
   for (const Solid& solid : view.objects) {

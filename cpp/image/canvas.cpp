@@ -16,7 +16,7 @@ void Canvas::begin(const View& view, bool keep_linear) {
   if (shown_version_ != scene_.version()) render_scenery();
   messages_.begin(view);
   keep_linear_ = keep_linear;
-  linear_.clear();
+  light_kept_ = false;
 }
 
 std::vector<std::uint8_t> Canvas::finish() {
@@ -28,19 +28,38 @@ std::vector<std::uint8_t> Canvas::finish() {
 void Canvas::finish(std::span<std::uint8_t> pixels) {
   if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
   if (pixels.size() != size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
-  if (keep_linear_) linear_.resize(pixels.size());
+  if (PictureLight::needed(scene_.view(), keep_linear_)) {
+    finish_as_a_whole(pixels);
+  } else {
+    finish_by_tiles(pixels);
+  }
+  messages_.begin(scene_.view());
+}
+
+void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
   for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
     const Area area = scene_.grid().area(tile);
-    if (messages_.collect(tile, pieces_) == 0 && !keep_linear_) {
+    if (messages_.collect(tile, pieces_) == 0) {
       copy_scenery(area, pixels.data());
       continue;
     }
     painter_.start(area);
     painter_.paint(pieces_);
     painter_.show(pixels.data() + at(area), row_lanes());
-    if (keep_linear_) painter_.light(linear_.data() + at(area), row_lanes());
   }
-  messages_.begin(scene_.view());
+}
+
+void Canvas::finish_as_a_whole(std::span<std::uint8_t> pixels) {
+  light_.begin(scene_.grid());
+  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
+    const Area area = scene_.grid().area(tile);
+    messages_.collect(tile, pieces_);
+    painter_.start(area);
+    painter_.paint(pieces_);
+    painter_.sums(light_.at(area), light_.row_lanes());
+  }
+  light_.finish(scene_, pixels);
+  light_kept_ = keep_linear_;
 }
 
 void Canvas::render_scenery() {
@@ -61,8 +80,8 @@ void Canvas::copy_scenery(const Area& area, std::uint8_t* pixels) const {
 }
 
 std::vector<float> Canvas::linear() const {
-  if (linear_.empty()) throw std::logic_error("Canvas::linear: the frame was begun without keep_linear");
-  return linear_;
+  if (!light_kept_) throw std::logic_error("Canvas::linear: the frame was begun without keep_linear");
+  return light_.linear();
 }
 
 }  // namespace motes::image

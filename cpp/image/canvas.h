@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "image/picture_light.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
 #include "image/tile_painter.h"
@@ -16,7 +17,7 @@ namespace motes::image {
 /// on the order, number or grouping of messages. Working memory and scenery are kept from frame to frame.
 class Canvas {
  public:
-  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : painter_(lanes) {}
+  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : painter_(lanes), light_(lanes) {}
 
   /// `keep_linear`: finish() also keeps the light for linear(). Throws std::invalid_argument where the view is not
   /// valid.
@@ -36,6 +37,8 @@ class Canvas {
   std::vector<float> linear() const;
 
  private:
+  void finish_by_tiles(std::span<std::uint8_t> pixels);
+  void finish_as_a_whole(std::span<std::uint8_t> pixels);
   void render_scenery();
   void copy_scenery(const Area& area, std::uint8_t* pixels) const;
   std::size_t row_lanes() const { return static_cast<std::size_t>(scene_.grid().width) * 3; }
@@ -45,11 +48,11 @@ class Canvas {
   PreparedScene scene_;
   std::vector<std::uint8_t> scenery_pixels_;  // tone-mapped: what a tile without records shows
   std::uint64_t shown_version_ = 0;           // of the scene that they show
-  bool keep_linear_ = false;
+  bool keep_linear_ = false, light_kept_ = false;
   Pieces messages_;
   std::vector<Piece> pieces_;  // of the current tile
   TilePainter painter_;
-  std::vector<float> linear_;
+  PictureLight light_;  // where the frame needs it
 };
 
 }  // namespace motes::image

@@ -130,6 +130,10 @@ void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   }
 }
 
+void TilePainter::sums(std::uint32_t* to, std::size_t row_lanes) const {
+  for (int y = 0; y < area_.height; ++y, to += row_lanes) std::copy_n(row(y), 3 * area_.width, to);
+}
+
 void TilePainter::light(float* linear, std::size_t row_floats) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
   for (int y = 0; y < area_.height; ++y, linear += row_floats) {

@@ -13,9 +13,9 @@
 namespace motes::image {
 
 /// Usage: begin for each frame; then for each tile start or start_bare, merge for each partial tile, paint once, and
-/// any of show, light and save_partial. Pixels depend only on the set of particles, not on the order or grouping of
-/// their records, nor on how many partial tiles they were first added up in. It holds the working memory of one tile;
-/// there may be several, one per thread.
+/// any of show, sums, light and save_partial. Pixels depend only on the set of particles, not on the order or grouping
+/// of their records, nor on how many partial tiles they were first added up in. It holds the working memory of one
+/// tile; there may be several, one per thread.
 class TilePainter {
  public:
   explicit TilePainter(const SplatLanes& lanes = splat_lanes());
@@ -41,6 +41,9 @@ class TilePainter {
 
   /// Writes sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has `row_bytes`.
   void show(std::uint8_t* pixels, std::size_t row_bytes) const;
+
+  /// Writes the sums of light, three per pixel (see PictureLight); a row of the picture has `row_lanes`.
+  void sums(std::uint32_t* to, std::size_t row_lanes) const;
 
   /// Writes linear RGB before exposure and roll-off, three floats per pixel; a row of the picture has `row_floats`.
   void light(float* linear, std::size_t row_floats) const;

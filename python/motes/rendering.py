@@ -130,6 +130,7 @@ class Renderer(Settings):
     exposure: float
     objects: tuple[Solid | Shape, ...]
     path: str
+    bloom: float
     linear: bool
 
     _checks = {
@@ -140,6 +141,7 @@ class Renderer(Settings):
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather")),
+        "bloom": partial(arguments.number, low=0, high=1),
     }
 
     @says_near_names
@@ -153,16 +155,18 @@ class Renderer(Settings):
         exposure: float = 1,
         objects: Iterable[Solid | Shape] = (),
         path: str = "auto",
+        bloom: float = 0,
         linear: bool = False,
     ) -> None:
         """Take the attributes.
 
         `objects`: solids, or shapes for solids of the default colour. `path`: how particles become one
         picture: "gather" is the paper's way, which sends records to the image generator; "auto" chooses.
-        `linear`: keep each frame's light for `Frame.linear`.
+        `bloom`: the part of the light that spreads around what is bright, 0..1. `linear`: keep each frame's
+        light for `Frame.linear`.
         """
         given = {"width": width, "height": height, "camera": camera, "background": background}
-        given |= {"exposure": exposure, "objects": objects, "path": path}
+        given |= {"exposure": exposure, "objects": objects, "path": path, "bloom": bloom}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -170,19 +174,18 @@ class Renderer(Settings):
 
     def view(self) -> _core.View:
         """Check how the attributes fit together, and return the engine's value."""
-        camera = self.camera
-        return _core.View(
-            width=self.width,
-            height=self.height,
-            camera=[camera.position, camera.look_at, camera.up],
-            fov_deg=camera.fov_deg,
-            near=camera.near,
-            background=self.background,
-            exposure=self.exposure,
-            objects=[(part.core, solid.color) for solid in self.solids for part in _parts(solid.shape)],
-            path=self.path,
-            linear=self.linear,
-        )
+        view, camera = _core.View(self.width, self.height), self.camera
+        view.set_camera(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near)
+        view.set_background(self.background)
+        view.set_exposure(self.exposure)
+        for solid in self.solids:
+            for part in _parts(solid.shape):
+                view.add_object(part.core, solid.color)
+        view.set_path(self.path)
+        view.set_bloom(self.bloom)
+        view.set_linear(self.linear)
+        view.check()
+        return view
 
     @property
     def solids(self) -> list[Solid]:

@@ -1,0 +1,28 @@
+#include "image/picture_light.h"
+
+#include <stdexcept>
+
+namespace motes::image {
+
+void PictureLight::begin(const Grid& grid) {
+  grid_ = grid;
+  light_.resize(row_lanes() * static_cast<std::size_t>(grid.height));
+}
+
+std::uint32_t* PictureLight::at(const Area& area) {
+  return light_.data() + static_cast<std::size_t>(area.y) * row_lanes() + static_cast<std::size_t>(area.x) * 3;
+}
+
+void PictureLight::finish(const PreparedScene& scene, std::span<std::uint8_t> pixels) {
+  if (pixels.size() != light_.size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
+  bloom_.spread({light_.data(), light_.size()}, grid_.width, grid_.height, scene.view().bloom);
+  lanes_->tone(light_.data(), light_.size(), scene.tone().data(), pixels.data());
+}
+
+std::vector<float> PictureLight::linear() const {
+  std::vector<float> linear(light_.size());
+  for (std::size_t i = 0; i < linear.size(); ++i) linear[i] = static_cast<float>(light_.data()[i] / double{kUnit});
+  return linear;
+}
+
+}  // namespace motes::image

@@ -29,19 +29,32 @@ constexpr void fields(Visitor& visit, PhaseTimes& times) {
   visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.wait, times.frame);
 }
 
+/// An item of a list: of which system, and how many calls of the script came before it in the list; -1 where it is not
+/// known.
+struct ItemPlace {
+  std::int32_t system = -1;
+  std::int32_t item = -1;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, ItemPlace& place) {
+  visit(place.system, place.item);
+}
+
 /// Why a rank could not compute its part.
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
   Kind kind = Kind::none;
   std::string action;  // what it was doing
   std::string text;
+  ItemPlace place;  // the item that it was doing it for
 
   bool failed() const { return kind != Kind::none; }
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Failure& failure) {
-  visit(failure.kind, failure.action, failure.text);
+  visit(failure.kind, failure.action, failure.text, failure.place);
 }
 
 /// Particles on their way to one domain.

@@ -5,15 +5,18 @@ from __future__ import annotations
 import json
 import pickle
 import re
+from pathlib import Path
 
 import pytest
 from launching import mpirun
 
+import motes
 from motes import RankError
+from motes._run import script_lines
 from motes._run.script_lines import located, rank_error
 
 SCENE = """
-import json, os, sys, mpi4py.MPI
+import json, os, resource, sys, mpi4py.MPI
 import motes
 import numpy as np
 from motes import shapes
@@ -46,6 +49,14 @@ with world:
             system.callback(act)
         if how == "lambda" and frame == 1:
             system.callback(lambda p: 1 / 0 if rank in guilty else None)  # line 34
+        if how == "births" and frame == 1:
+            if rank in guilty:  # has no memory for them
+                now = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+                resource.setrlimit(resource.RLIMIT_AS, (now + 300_000_000, resource.RLIM_INFINITY))
+            with system.local():  # counts as no call
+                pass
+            system.burst(shapes.Point((0, 0, 0)), 3)
+            system.burst(shapes.Box((-1, 0, 0), (1, 1, 1)), 30_000_000)  # line 42
         system.move()
         try:
             world.step()
@@ -55,7 +66,8 @@ with world:
             mpi4py.MPI.COMM_WORLD.Barrier()  # the first to raise ends the job
             raise
         except Exception as error:
-            os.write(1, (json.dumps([rank, type(error).__name__]) + chr(10)).encode())
+            notes = getattr(error, "__notes__", [])
+            os.write(1, (json.dumps([rank, type(error).__name__, notes]) + chr(10)).encode())
             mpi4py.MPI.COMM_WORLD.Barrier()
             raise
 """
@@ -96,12 +108,56 @@ def test_other_ranks_name_the_line_that_failed(how, ranks, roles, guilty, own, a
         assert "At:" not in row[6], "no frames of the package"
 
 
+@pytest.mark.parametrize(("ranks", "roles", "guilty"), [(3, "auto", 1), (2, "shared", 0)])
+def test_births_that_fail_name_the_line_that_recorded_them(ranks, roles, guilty):
+    result = mpirun(ranks, SCENE, "births", f"[{guilty}]", roles, timeout=60)
+    assert result.code == 1, result.text
+    told = sorted(json.loads(line) for line in result.out.splitlines())
+    assert [row[0] for row in told] == list(range(ranks)), result.text
+    for row in told:
+        if row[0] == guilty:
+            assert row[1] == "MemoryError"
+            assert row[2] == ["recorded at script.py:42"]
+        else:
+            assert row[1] == guilty
+            assert row[3:5] == ["burst", "script.py:42"]
+
+
+def inside(system, function):
+    """Call from a function of the script, whose own line counts."""
+    function(system)
+
+
+def test_each_call_knows_the_line_that_recorded_it():
+    world = motes.World(seed=1, progress="off")
+    system, other = world.system("a"), world.system("b")
+    calls = [
+        lambda s: s.source((0, 0, 0), 24),
+        lambda s: s.burst((0, 0, 0), 1),
+        lambda s: s.vertex((0, 0, 0)),
+        lambda s: s.emit(position=[(0, 0, 0)]),
+        lambda s: s.spawn(into=other, count=1),
+        lambda s: s.callback(print),
+        lambda s: s.gravity((0, -9.81, 0)),
+        lambda s: s.set(alpha=0.5),
+        lambda s: s.apply(motes.actions.Move()),
+        lambda s: s.apply([motes.actions.Move()]),
+        lambda s: s.move(),
+    ]
+    with world:
+        for call in calls:
+            inside(system, call)
+        lines = [script_lines._shown(line) for line in system._lines]
+        system._list.clear()  # nothing runs
+        assert lines == [f"{Path(__file__).name}:{call.__code__.co_firstlineno}" for call in calls]
+
+
 def failure(text: str) -> RankError:
     return rank_error(text, rank=1, role="manager", frame=7, action="create", speaker=1)
 
 
 def test_a_failure_without_a_line_gets_the_one_that_runs():
-    with pytest.raises(RankError) as caught, located():
+    with pytest.raises(RankError) as caught, located(lambda place: None, lambda: (-1, -1)):
         raise failure("std::bad_alloc")
     error = caught.value
     assert error.line is not None

@@ -267,6 +267,9 @@ void bind_engine(py::module_& m) {
       .def_property_readonly("kept", [](const Engine& e) { return e.kept_lists().size(); })
       .def("scene_bytes", &scene_bytes, py::arg("facts"))
       .def_property_readonly("frame", &Engine::frame)
+      .def_property_readonly(
+          "failed_at",
+          [](const Engine& e) { return std::pair(e.talk().failed_at().system, e.talk().failed_at().item); })
       .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def_property_readonly("last_row", &last_row);

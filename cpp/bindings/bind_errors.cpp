@@ -22,6 +22,7 @@ void raise_agreed(const frame::Agreed& error) {
   keywords["rank"] = verdict.failed_rank;
   keywords["action"] = verdict.failure.action;
   keywords["role"] = error.role();
+  keywords["place"] = std::pair(verdict.failure.place.system, verdict.failure.place.item);
   const py::object make = py::module_::import("motes._run.script_lines").attr("rank_error");
   raise(make(verdict.failure.text, **keywords));
 }
@@ -35,6 +36,8 @@ void bind_errors(py::module_&) {
       if (thrown) std::rethrow_exception(thrown);
     } catch (const frame::Agreed& error) {
       raise_agreed(error);
+    } catch (const frame::ItemFailure& error) {
+      std::rethrow_exception(error.original());  // for the other translators
     } catch (const std::invalid_argument& error) {
       raise(errors("argument_error")(error.what()));
     } catch (const comm::CommError& error) {

@@ -21,7 +21,8 @@ double patience(Phase phase, int hops) {
     case Phase::report:
     case Phase::proposals: return 1.25 + longer;
     case Phase::begin:
-    case Phase::verdict: return 1.5 + longer;
+    case Phase::verdict:
+    case Phase::plan: return 1.5 + longer;
     default: return 1 + longer;
   }
 }
@@ -33,8 +34,8 @@ std::string where(const Stamp& stamp, Phase phase) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict",   "exchange", "records",
-                                           "gather", "loads",  "proposals", "births"};
+  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records",
+                                           "gather", "plan",   "loads",   "proposals", "births"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 
+#include "frame/item_failure.h"
 #include "frame/run_list.h"
 #include "frame/spawn.h"
 #include "recording/select.h"
@@ -26,14 +27,17 @@ std::uint64_t lowest_id(const Store& store) {
   return store.size() == 0 ? UINT64_MAX : *std::min_element(ids, ids + store.size());
 }
 
-void act_on(Rank& rank, const System& system, Population& here, Newborn& newborn, const CallBack& call_back) {
+void act_on(Rank& rank, const System& system, std::size_t index, Population& here, Newborn& newborn,
+            const CallBack& call_back) {
   const double start = rank.machine.compute_seconds();
   const auto append = [&](const BirthGroup& group) {
-    if (rank.creates_in_place()) {
-      create_own(rank, system, group, here.store);
-    } else {
-      take_births(group, newborn, here.store);
-    }
+    of_item(system.list, index, group.item, [&] {
+      if (rank.creates_in_place()) {
+        create_own(rank, system, group, here.store);
+      } else {
+        take_births(group, newborn, here.store);
+      }
+    });
   };
   run_list(rank, system, here, append, call_back, false);
   if (here.moved && here.outcome.left.empty())
@@ -92,7 +96,7 @@ void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, 
   for (std::size_t i = round.first; i < round.last; ++i) {
     Population& here = *calculator.populations[i];
     const std::uint64_t before = here.tally.created;
-    act_on(rank, *script.systems[i], here, newborn,
+    act_on(rank, *script.systems[i], i, here, newborn,
            [&](const recording::Callback& callback, std::size_t begin) { call_back(calculator, i, callback, begin); });
     pack_leavers(rank, *script.systems[i], here, round, static_cast<std::uint32_t>(i));
     received += here.tally.created - before;

@@ -128,7 +128,7 @@ std::vector<Report>& hear_reports(Rank& rank, Manager& manager, const Round& rou
   return manager.reports;
 }
 
-// What all ranks did well: counts, children, the account, new cuts.
+// What all ranks did well: counts, children, the account, the loads that the plan will follow from.
 void settle_well(Rank& rank, const Script& script, Manager& manager, const Round& round, Verdict& verdict) {
   if (round.first == 0) manager.account.note_tails(manager.reports, rank.talk.cast());
   sum_up(rank, script, round, manager.reports, verdict, manager.orders);
@@ -137,13 +137,6 @@ void settle_well(Rank& rank, const Script& script, Manager& manager, const Round
     manager.account.note_round(script, round, manager.reports, verdict, rank.talk.cast());
     if (round.last == script.systems.size()) count_children(script, manager, round, verdict);
     if (balances(rank, script)) note_loads(rank, script, manager, round);
-  }
-  if (balances(rank, script) && !rank.talk.failed()) {
-    rank.talk.work("balancer " + rank.settings.policy->name(), [&] { plan(rank, script, manager, round); });
-    if (rank.talk.failed()) {
-      verdict.failure = rank.talk.failure();
-      verdict.failed_rank = rank.talk.rank();
-    }
   }
   if (script.in_frame() && round.last == script.systems.size()) {
     manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
@@ -170,7 +163,6 @@ void judge(Rank& rank, const Script& script, Manager& manager, const Round& roun
   manager.parts.resize(static_cast<std::size_t>(rank.talk.size()));
   for (std::size_t c = 0; c < manager.orders.size(); ++c) {
     const Orders& orders = manager.orders[c];
-    verdict.asks = verdict.asks || !orders.requests.empty() || !orders.partners.empty();
     particles::Bytes& part = manager.parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))].bytes;
     part.clear();
     write(orders, part);

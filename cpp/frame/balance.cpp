@@ -47,10 +47,10 @@ BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std
 }
 
 // Neighbours whose loads the manager sees to be apart shall compare them. What goes over a cut is theirs to say.
-void bring_together(const balance::Plan& plan, std::vector<Orders>& orders) {
+void bring_together(const balance::Plan& plan, std::vector<Inquiry>& inquiries) {
   for (const balance::Order& order : plan.orders) {
     for (const auto& [one, other] : {std::pair{order.from, order.to}, std::pair{order.to, order.from}}) {
-      std::vector<std::int32_t>& partners = orders[static_cast<std::size_t>(one)].partners;
+      std::vector<std::int32_t>& partners = inquiries[static_cast<std::size_t>(one)].partners;
       const auto place = std::lower_bound(partners.begin(), partners.end(), other);
       if (place == partners.end() || *place != other) partners.insert(place, other);
     }
@@ -58,24 +58,25 @@ void bring_together(const balance::Plan& plan, std::vector<Orders>& orders) {
 }
 
 // Turns a plan into requests to donors.
-void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t system, const balance::Plan& plan) {
+void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t system, const balance::Plan& plan,
+         std::vector<Inquiry>& inquiries) {
   const auto index = static_cast<std::int32_t>(system);
   const bool alone = rank.settings.policy->decentralised();
   for (const std::int32_t cut : manager.account.log() != nullptr ? plan.evaluated : std::vector<std::int32_t>()) {
     BalanceRow& row = row_of(rank, script, manager, system, cut);
     if (alone) row.ordered = 0;
   }
-  if (alone) return bring_together(plan, manager.orders);
+  if (alone) return bring_together(plan, inquiries);
   for (const balance::Order& order : plan.orders) {
     const bool right = order.to > order.from;
     const auto kind = right ? Request::Kind::give_right : Request::Kind::give_left;
-    manager.orders[static_cast<std::size_t>(order.from)].requests.push_back({index, kind, order.count});
+    inquiries[static_cast<std::size_t>(order.from)].requests.push_back({index, kind, order.count});
     const auto count = static_cast<std::int64_t>(order.count);
     row_of(rank, script, manager, system, std::min(order.from, order.to)).ordered = right ? count : -count;
   }
-  for (std::size_t c = 0; !plan.shares.empty() && c < manager.orders.size(); ++c) {
+  for (std::size_t c = 0; !plan.shares.empty() && c < inquiries.size(); ++c) {
     const std::uint64_t bins = bins_for(manager.systems[system].loads, c);
-    manager.orders[c].requests.push_back({index, Request::Kind::histogram, bins});
+    inquiries[c].requests.push_back({index, Request::Kind::histogram, bins});
   }
   manager.systems[system].plan = plan;
 }
@@ -146,6 +147,94 @@ void take_proposals(Rank& rank, const Script& script, Manager& manager, const As
   if (whole) rank.talk.work("balance", [&] { move_cuts(rank, script, manager, asked.systems); });
 }
 
+// What the policy makes of the round's loads, as questions to the calculators.
+void make_plan(const Rank& rank, const Script& script, Manager& manager, const Round& round,
+               std::vector<Inquiry>& inquiries) {
+  const balance::Policy& policy = *rank.settings.policy;
+  const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
+  balance::Plan whole;
+  std::vector<Load> sum;
+  if (policy.over_all && !systems.empty()) {
+    std::vector<std::vector<Load>> loads;
+    for (const std::size_t i : systems) loads.push_back(manager.systems[i].loads);
+    sum = balance::sum_of(loads);
+    const std::size_t first = systems.front();
+    const balance::Table table{rank.talk.frame, manager.systems[first].evaluations++, "all", sum,
+                               script.systems[first]->domains.cuts()};
+    whole = balance::legal(policy.plan(table), table, policy.name());
+  }
+  for (const std::size_t i : systems) {
+    Balancing& system = manager.systems[i];
+    if (policy.over_all) {
+      ask(rank, script, manager, i, balance::part_of(whole, system.loads, sum), inquiries);
+    } else {
+      const balance::Table table{rank.talk.frame, system.evaluations++, script.systems[i]->definition.name,
+                                 system.loads, script.systems[i]->domains.cuts()};
+      ask(rank, script, manager, i, balance::legal(policy.plan(table), table, policy.name()), inquiries);
+    }
+  }
+}
+
+void tell_plan(Rank& rank, const Round& round, const std::vector<Inquiry>& inquiries) {
+  Planned planned;
+  planned.failure = rank.talk.failure();
+  std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
+  for (std::size_t c = 0; c < inquiries.size(); ++c) {
+    planned.asks = planned.asks || !inquiries[c].empty();
+    write(inquiries[c], parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))].bytes);
+  }
+  particles::Bytes common;
+  write(planned, common);
+  rank.talk.relay().tell(Phase::plan, rank.talk.stamp(round), common, parts, planned.failure.failed());
+}
+
+// Donors look where their particles are.
+void propose_all(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Inquiry& inquiry,
+                 particles::Bytes& proposals) {
+  std::vector<Request> requests = inquiry.requests;
+  if (!inquiry.partners.empty()) {
+    const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
+    requests = decide_with_neighbours(rank, calculator, round, systems, inquiry.partners);
+  }
+  rank.talk.work("balance", [&] {
+    for (const Request& request : requests) {
+      const auto i = static_cast<std::size_t>(request.system);
+      write(propose(rank, *script.systems[i], *calculator.populations[i], request), proposals);
+    }
+  });
+  if (rank.talk.failed()) proposals.clear();
+}
+
+Heard hear_plan(Rank& rank, const Script& script, const Round& round) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "wait for plan", script.name_of(round));
+  return rank.talk.relay().hear(Phase::plan, rank.talk.stamp(round));
+}
+
+// The plan of a round is heard, and answered. Nobody waits for the answers: the manager reads them while other work
+// goes on.
+void answer(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, const Round& round) {
+  Conversation& talk = rank.talk;
+  const Heard heard = hear_plan(rank, script, round);
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "balance", script.name_of(round));
+  particles::Reader common(heard.common);
+  const Planned planned = read_planned(common);
+  if (planned.failure.failed()) {
+    Verdict verdict;
+    verdict.failure = planned.failure;
+    verdict.failed_rank = talk.cast().manager;
+    talk.give_up(std::move(verdict));
+  }
+  if (!planned.asks) return;
+  particles::Bytes proposals;
+  if (talk.calculates()) {
+    particles::Reader own(heard.own);
+    propose_all(rank, script, calculator, round, read_inquiry(own), proposals);
+  }
+  talk.relay().say(Phase::proposals, talk.stamp(round), proposals.view(), talk.failed());
+  talk.relay().hand_up(Phase::proposals, talk.stamp(round));
+  if (talk.manages()) manager.asked.push_back({talk.stamp(round), systems_to_balance(rank, script, round)});
+}
+
 void write_rows(Rank& rank, Manager& manager) {
   if (Log* log = manager.account.log(); log != nullptr && !manager.rows.empty()) {
     const std::string policy = rank.settings.policy->name();
@@ -177,6 +266,10 @@ std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& scri
   return found;
 }
 
+bool plans(const Rank& rank, const Script& script, const Round& round) {
+  return balances(rank, script) && !systems_to_balance(rank, script, round).empty();
+}
+
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round) {
   const std::size_t calculators = rank.talk.calculators();
   for (std::size_t i = round.first; i < round.last && i < script.systems.size(); ++i) {
@@ -191,60 +284,28 @@ void note_loads(const Rank& rank, const Script& script, Manager& manager, const 
   }
 }
 
-void plan(const Rank& rank, const Script& script, Manager& manager, const Round& round) {
-  const balance::Policy& policy = *rank.settings.policy;
-  const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
-  balance::Plan whole;
-  std::vector<Load> sum;
-  if (policy.over_all && !systems.empty()) {
-    std::vector<std::vector<Load>> loads;
-    for (const std::size_t i : systems) loads.push_back(manager.systems[i].loads);
-    sum = balance::sum_of(loads);
-    const std::size_t first = systems.front();
-    const balance::Table table{rank.talk.frame, manager.systems[first].evaluations++, "all", sum,
-                               script.systems[first]->domains.cuts()};
-    whole = balance::legal(policy.plan(table), table, policy.name());
-  }
-  for (const std::size_t i : systems) {
-    Balancing& system = manager.systems[i];
-    if (policy.over_all) {
-      ask(rank, script, manager, i, balance::part_of(whole, system.loads, sum));
-    } else {
-      const balance::Table table{rank.talk.frame, system.evaluations++, script.systems[i]->definition.name,
-                                 system.loads, script.systems[i]->domains.cuts()};
-      ask(rank, script, manager, i, balance::legal(policy.plan(table), table, policy.name()));
-    }
+void plan(Rank& rank, const Script& script, Manager& manager) {
+  for (const Round& round : script.rounds) {
+    if (!plans(rank, script, round)) continue;
+    const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "plan", script.name_of(round));
+    std::vector<Inquiry> inquiries(rank.talk.calculators());
+    rank.talk.work("balancer " + rank.settings.policy->name(),
+                   [&] { make_plan(rank, script, manager, round, inquiries); });
+    tell_plan(rank, round, inquiries);
   }
 }
 
-void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, Round& round) {
+void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager) {
   if (!balances(rank, script)) return;
-  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "balance", script.name_of(round));
-  Conversation& talk = rank.talk;
-  particles::Bytes proposals;
-  if (talk.calculates()) {
-    for (std::size_t i = round.first; i < round.last; ++i) {
-      Population& here = *calculator.populations[i];
-      const Tally& tally = here.tally;
-      here.speeds.add(talk.calculator(), tally.at_start + tally.created, tally.compute_s, tally.created);
+  if (rank.talk.calculates()) {
+    for (const auto& here : calculator.populations) {
+      const Tally& tally = here->tally;
+      here->speeds.add(rank.talk.calculator(), tally.at_start + tally.created, tally.compute_s, tally.created);
     }
-    std::vector<Request> requests = std::move(round.orders.requests);
-    if (!round.orders.partners.empty()) {
-      requests = decide_with_neighbours(rank, calculator, round, systems_to_balance(rank, script, round));
-    }
-    talk.work("balance", [&] {
-      for (const Request& request : requests) {
-        const auto i = static_cast<std::size_t>(request.system);
-        write(propose(rank, *script.systems[i], *calculator.populations[i], request), proposals);
-      }
-    });
-    if (talk.failed()) proposals.clear();
   }
-  if (!round.verdict.asks) return;
-  talk.relay().say(Phase::proposals, talk.stamp(round), proposals.view(), talk.failed());
-  talk.relay().hand_up(Phase::proposals, talk.stamp(round));
-  // Who was asked answers while other work goes on.
-  if (talk.manages()) manager.asked.push_back({talk.stamp(round), systems_to_balance(rank, script, round)});
+  for (const Round& round : script.rounds) {
+    if (plans(rank, script, round)) answer(rank, script, calculator, manager, round);
+  }
 }
 
 void take_all_proposals(Rank& rank, const Script& script, Manager& manager) {

@@ -1,7 +1,8 @@
-// balance (paper 3.2.5): the manager plans from the frame's loads, or neighbours decide by themselves; donors find the
-// new cuts; the manager sends all of them with the next frame's births, and waits for donors no sooner than it needs
-// to. What is then outside its domain goes to its owner in that frame's exchange: donation needs no messages of its
-// own. Where nothing is to be decided nobody says so: the verdict tells who has something to talk about.
+// balance (paper 3.2.5): the manager plans from the frame's loads while calculators exchange particles and send what is
+// to be drawn (paper 3.2.4), and tells them its plan; they hear it at the end of the frame. Or neighbours that it
+// brings together decide by themselves. Donors find the new cuts; the manager sends all of them with the next frame's
+// births, and waits for donors no sooner than it needs to. What is then outside its domain goes to its owner in that
+// frame's exchange: donation needs no messages of its own.
 #pragma once
 
 #include "frame/manager.h"
@@ -17,14 +18,18 @@ bool balances(const Rank& rank, const Script& script);
 /// The systems whose cuts a round decides on; where the sum over systems counts, all of them in the last round.
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round);
 
+/// Whether a round has a plan.
+bool plans(const Rank& rank, const Script& script, const Round& round);
+
 /// Manager: what the reports of a round say about loads.
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round);
 
-/// Manager: what each calculator is asked for.
-void plan(const Rank& rank, const Script& script, Manager& manager, const Round& round);
+/// Manager: plans from the loads of each round, and tells all ranks. Where the policy fails it tells them that.
+void plan(Rank& rank, const Script& script, Manager& manager);
 
-/// All ranks: donors look where their particles are, and tell the manager. Nobody waits for answers.
-void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager, Round& round);
+/// All ranks, at the end of the frame: hear the plan of each round. Donors look where their particles are, and tell the
+/// manager; nobody waits for answers. Throws where the policy failed: all give up.
+void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager);
 
 /// Manager: before it deals births, the cuts that follow from the last frame's proposals.
 void take_all_proposals(Rank& rank, const Script& script, Manager& manager);

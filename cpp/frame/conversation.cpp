@@ -10,6 +10,7 @@ Conversation::Conversation(std::unique_ptr<comm::Communicator> comm, roles::Cast
 void Conversation::give_up(Verdict verdict) {
   broken_ = true;
   const bool mine = verdict.failed_rank == rank() && failure_.kind == Failure::Kind::compute;
+  failed_at_ = failure_.place;
   failure_ = {};
   const std::exception_ptr own = std::exchange(own_exception_, nullptr);
   if (mine && own) std::rethrow_exception(own);

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "comm/communicator.h"
+#include "frame/item_failure.h"
 #include "frame/relay.h"
 #include "frame/report.h"
 #include "frame/round.h"
@@ -65,12 +66,17 @@ class Conversation {
     const simd::FloatMode mode;
     try {
       compute();
+    } catch (const ItemFailure& error) {
+      failure_ = {Failure::Kind::compute, error.action(), error.what(), error.place()};
+      own_exception_ = error.original();
     } catch (const std::exception& error) {
-      failure_ = {Failure::Kind::compute, action, error.what()};
+      failure_ = {Failure::Kind::compute, action, error.what(), {}};
       own_exception_ = std::current_exception();
     }
   }
   bool failed() const { return failure_.failed(); }
+  /// The item that this rank's last failure belongs to.
+  ItemPlace failed_at() const { return failed_at_; }
   const Failure& failure() const { return failure_; }
   void fail(Failure failure) { failure_ = std::move(failure); }
 
@@ -88,6 +94,7 @@ class Conversation {
   roles::Cast cast_;
   Relay relay_;
   Failure failure_;
+  ItemPlace failed_at_;
   std::exception_ptr own_exception_;
   bool broken_ = false;  // all agreed on a failure: particles are half-way through a frame
 };

@@ -4,6 +4,7 @@
 #include <cstring>
 #include <utility>
 
+#include "frame/item_failure.h"
 #include "frame/share.h"
 
 namespace motes::frame {
@@ -47,14 +48,16 @@ void deal_out(const Rank& rank, const System& system, const particles::Store& ne
   }
 }
 
-void deal_groups(const Rank& rank, const System& system, std::vector<Part>& parts) {
+void deal_groups(const Rank& rank, const System& system, std::size_t index, std::vector<Part>& parts) {
   for (const BirthGroup& group : system.groups) {
     rank.machine.charge(rank.machine.costs().birth * static_cast<double>(group.count));
     if (rank.creates_in_place()) {
       parts[static_cast<std::size_t>(rank.talk.rank())].count += group.count;
     } else {
-      make_births(rank, system, group, 0, group.count,
-                  [&](const particles::Store& piece) { deal_out(rank, system, piece, parts); });
+      of_item(system.list, index, group.item, [&] {
+        make_births(rank, system, group, 0, group.count,
+                    [&](const particles::Store& piece) { deal_out(rank, system, piece, parts); });
+      });
     }
   }
 }
@@ -83,7 +86,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
       }
       if (fit(rank, system)) balancing.untold = true;
       put_cuts(system, balancing, cuts);
-      if (!shared) deal_groups(rank, system, parts);
+      if (!shared) deal_groups(rank, system, i, parts);
     }
   });
   particles::Bytes common;

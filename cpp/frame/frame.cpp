@@ -31,7 +31,6 @@ void settle(Parts& p, Round& round) {
 
 void close(Parts& p, Round& round) {
   receive_arrivals(p.rank, p.script, p.calculator, round);
-  if (p.script.in_frame()) balance(p.rank, p.script, p.calculator, p.manager, round);
   p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
 }
 
@@ -108,10 +107,13 @@ void Engine::run_frame(const std::optional<image::View>& view) {
   begin(p, view ? Verb::render : Verb::step, view, "");
   kept_.keep(p.script);
   if (!kept_.only) {
-    converse(p);  // create, act, agree, exchange, balance
+    converse(p);  // create, act, agree, exchange
+    if (p.rank.talk.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
     spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
     sort_all(p.rank, p.script, p.calculator);  // the same
     render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
+    balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
+    if (view) p.rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
   }
   end(p);
 }

@@ -49,10 +49,10 @@ std::vector<std::uint64_t> counts_between(const balance::Policy& policy, int sel
 }  // namespace
 
 std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calculator, const Round& round,
-                                            const std::vector<std::size_t>& systems) {
+                                            const std::vector<std::size_t>& systems,
+                                            const std::vector<std::int32_t>& partners) {
   Conversation& talk = rank.talk;
   const balance::Policy& policy = *rank.settings.policy;
-  const std::vector<std::int32_t>& partners = round.orders.partners;
   std::vector<Load> own;
   for (const std::size_t i : systems) own.push_back(own_load(rank, *calculator.populations[i]));
   for (const std::int32_t other : partners) {

@@ -88,7 +88,6 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   if (!script.record.view) return;
   if (rank.talk.calculates()) send_records(rank, script, calculator, painter);
   if (rank.talk.draws()) draw(rank, script, painter);
-  rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
 }
 
 }  // namespace motes::frame

@@ -29,19 +29,32 @@ constexpr void fields(Visitor& visit, PhaseTimes& times) {
   visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.wait, times.frame);
 }
 
+/// An item of a list: of which system, and how many calls of the script came before it in the list; -1 where it is not
+/// known.
+struct ItemPlace {
+  std::int32_t system = -1;
+  std::int32_t item = -1;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, ItemPlace& place) {
+  visit(place.system, place.item);
+}
+
 /// Why a rank could not compute its part.
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
   Kind kind = Kind::none;
   std::string action;  // what it was doing
   std::string text;
+  ItemPlace place;  // the item that it was doing it for
 
   bool failed() const { return kind != Kind::none; }
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Failure& failure) {
-  visit(failure.kind, failure.action, failure.text);
+  visit(failure.kind, failure.action, failure.text, failure.place);
 }
 
 /// Particles on their way to one domain.
@@ -173,33 +186,52 @@ struct Verdict {
   std::vector<std::uint64_t>
       spawned;   // one per system: children at the end of this frame, before the capacity limits them
   std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
-  bool asks = false;                    // some rank has requests or partners: all say what they propose
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Verdict& verdict) {
   visit(verdict.failure, verdict.failed_rank, verdict.ranks, verdict.alive, verdict.digests, verdict.spawned,
-        verdict.oldest, verdict.asks);
+        verdict.oldest);
 }
 
 /// What the verdict says to one rank alone.
 struct Orders {
-  std::vector<std::int32_t> sources;    // ranks that will send it particles
-  std::vector<Request> requests;        // before cuts move
-  std::vector<std::int32_t> partners;   // neighbouring calculators to compare loads with, ascending
-  std::vector<Parent> parents;          // whose children belong to it
+  std::vector<std::int32_t> sources;  // ranks that will send it particles
+  std::vector<Parent> parents;        // whose children belong to it
 
   void clear() {
     sources.clear();
-    requests.clear();
-    partners.clear();
     parents.clear();
   }
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Orders& orders) {
-  visit(orders.sources, orders.requests, orders.partners, orders.parents);
+  visit(orders.sources, orders.parents);
+}
+
+/// What the manager planned in a round, for all ranks.
+struct Planned {
+  Failure failure;    // the balancer's: all give up
+  bool asks = false;  // some calculator has an inquiry: all say what they propose
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Planned& planned) {
+  visit(planned.failure, planned.asks);
+}
+
+/// What the plan asks of one calculator, before cuts move.
+struct Inquiry {
+  std::vector<Request> requests;
+  std::vector<std::int32_t> partners;  // neighbouring calculators to compare loads with, ascending
+
+  bool empty() const { return requests.empty() && partners.empty(); }
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Inquiry& inquiry) {
+  visit(inquiry.requests, inquiry.partners);
 }
 
 void write(const Report& report, particles::Bytes& out);
@@ -209,6 +241,10 @@ void write(const Verdict& verdict, particles::Bytes& out);
 Verdict read_verdict(particles::Reader& in);
 void write(const Orders& orders, particles::Bytes& out);
 Orders read_orders(particles::Reader& in);
+void write(const Planned& planned, particles::Bytes& out);
+Planned read_planned(particles::Reader& in);
+void write(const Inquiry& inquiry, particles::Bytes& out);
+Inquiry read_inquiry(particles::Reader& in);
 void write(const Proposal& proposal, particles::Bytes& out);
 Proposal read_proposal(particles::Reader& in);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "frame/birth_batch.h"
+#include "frame/item_failure.h"
 
 namespace motes::frame {
 
@@ -26,8 +27,10 @@ std::vector<BirthBatch> make_share(const Rank& rank, const Script& script, const
     for (const BirthGroup& group : system.groups) {
       const std::uint64_t first = share(group.count, calculators, self);
       const std::uint64_t last = share(group.count, calculators, self + 1);
-      make_births(rank, system, group, first, last, [&](particles::Store&& piece) {
-        batches.emplace_back(number, std::move(piece), system.domains, system.definition.axis);
+      of_item(system.list, i, group.item, [&] {
+        make_births(rank, system, group, first, last, [&](particles::Store&& piece) {
+          batches.emplace_back(number, std::move(piece), system.domains, system.definition.axis);
+        });
       });
       rank.machine.charge(rank.machine.costs().birth * static_cast<double>(last - first));
       ++number;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "frame/item_failure.h"
+
 namespace motes::frame {
 
 namespace {
@@ -33,6 +35,14 @@ std::vector<Event> events_of_all(const Rank& rank, const std::vector<Report>& re
 // How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children) {
   return first >= children ? 0 : std::min<std::uint64_t>(count, children - first);
+}
+
+// The place in a list of its spawn rule number `rule`.
+std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t rule) {
+  std::size_t item = 0;
+  for (; !std::holds_alternative<Spawn>(list[item]) || rule-- > 0; ++item) {
+  }
+  return item;
 }
 
 // Parents of one rule that stand next to each other make their children in one go.
@@ -124,7 +134,10 @@ void spawn(Rank& rank, Script& script, Calculator& calculator) {
                           parents[end].rule == parents[begin].rule;) {
           ++end;
         }
-        make_children(script, calculator, parents, begin, end, children);
+        const auto from = static_cast<std::size_t>(parents[begin].system);
+        const std::vector<recording::Item>& list = script.systems[from]->list;
+        of_item(list, from, item_of_rule(list, parents[begin].rule),
+                [&] { make_children(script, calculator, parents, begin, end, children); });
       }
     }
   });

@@ -14,27 +14,27 @@ std::uint64_t mix(std::uint64_t x) {  // the finaliser of SplitMix64 (Steele, Le
   return x ^ (x >> 31);
 }
 
-std::string item_name(const Item& value) {
-  if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
-  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(particles::name_of(birth->kind));
-  if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
-  return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
-}
-
 std::string list_difference(const std::string& system, const std::vector<Item>& ours, const std::vector<Item>& theirs) {
   for (std::size_t i = 0; i < ours.size() || i < theirs.size(); ++i) {
     const std::string place = "system '" + system + "', call " + std::to_string(i + 1) + ": ";
-    if (i >= ours.size()) return place + "nothing here, " + item_name(theirs[i]) + " there";
-    if (i >= theirs.size()) return place + item_name(ours[i]) + " here, nothing there";
+    if (i >= ours.size()) return place + "nothing here, " + name(theirs[i]) + " there";
+    if (i >= theirs.size()) return place + name(ours[i]) + " here, nothing there";
     if (ours[i] == theirs[i]) continue;
-    const std::string a = item_name(ours[i]);
-    const std::string b = item_name(theirs[i]);
+    const std::string a = name(ours[i]);
+    const std::string b = name(theirs[i]);
     return place + (a == b ? a + " with different arguments" : a + " here, " + b + " there");
   }
   return {};
 }
 
 }  // namespace
+
+std::string name(const Item& value) {
+  if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
+  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(particles::name_of(birth->kind));
+  if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
+  return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
+}
 
 std::string name(Verb verb) {
   constexpr const char* kNames[] = {"entering the world", "render", "step", "digest", "gather", "leaving the world"};

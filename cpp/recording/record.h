@@ -78,6 +78,8 @@ using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback>;
 /// What all ranks were asked to do.
 enum class Verb : std::uint8_t { start, render, step, digest, gather, finish };
 std::string name(Verb verb);
+/// What a script calls it: "gravity", "burst", "callback NAME", ...
+std::string name(const Item& item);
 
 /// One frame's list.
 struct Record {

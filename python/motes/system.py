@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, actions, arguments
+from ._run import script_lines
 from .actions.base import Where
 from .actions.recorder import Recorder
 from .conditions import condition_of
@@ -53,6 +54,7 @@ class System(Recorder):
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._list: list[Any] = []
+        self._lines: list[script_lines.Line] = []  # where each was recorded
         self._callbacks: list[Callable[[LocalParticles], object]] = []
         self._views: list[int] = []  # for each open `local()`: how long the list was when it opened
         self._first: FirstFrame | None = FirstFrame()
@@ -133,6 +135,7 @@ class System(Recorder):
         try:
             engine.record_birth(self._index, birth)
             self._list.append(birth)
+            self._lines.append(script_lines.running_line(2))
             self._has_births = True
         finally:
             world._usage.end()
@@ -165,6 +168,7 @@ class System(Recorder):
         try:
             engine.record_spawn(self._index, spawn)
             self._list.append(spawn)
+            self._lines.append(script_lines.running_line(2))
             into._has_births = True
         finally:
             world._usage.end()
@@ -174,14 +178,18 @@ class System(Recorder):
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
         for one in action if isinstance(action, (list, tuple)) else (action,):
-            value = actions.as_action(one)
-            world = self.world
-            engine = world._begin(type(value).__name__)
-            try:
-                engine.record_action(self._index, value.compiled(self._columns))
-                self._list.append(value)
-            finally:
-                world._usage.end()
+            self._record(actions.as_action(one), 2)
+
+    def _record(self, action: actions.Action, depth: int = 3) -> None:
+        """Record an action; `depth` calls of the package stand between the script and the engine."""
+        world = self.world
+        engine = world._begin(type(action).__name__)
+        try:
+            engine.record_action(self._index, action.compiled(self._columns))
+            self._list.append(action)
+            self._lines.append(script_lines.running_line(depth))
+        finally:
+            world._usage.end()
 
     @says_near_names
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
@@ -210,6 +218,7 @@ class System(Recorder):
             engine.record_callback(self._index, callback)
             self._callbacks.append(function)
             self._list.append(function)
+            self._lines.append(script_lines.running_line(2))
         finally:
             world._usage.end()
 

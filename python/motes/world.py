@@ -424,7 +424,7 @@ class World(Settings):
             picture = self._last_picture()
             if picture is not None:
                 picture._keep_all()  # the engine forgets it
-            with script_lines.located():
+            with script_lines.located(self._line_of, lambda: engine.failed_at):
                 engine.run_frame(view)
         finally:
             self._end_call(engine)
@@ -434,9 +434,17 @@ class World(Settings):
         self._look_at_first_frames(view)
         for system in self._systems:
             system._list.clear()
+            system._lines.clear()
             system._callbacks.clear()
         self._show()
         return engine
+
+    def _line_of(self, place: tuple[int, int]) -> script_lines.Line | None:
+        """Return where a call of this frame was recorded: `place` is its system and its number there."""
+        system, call = place
+        if system < 0 or not 0 <= call < len(self._systems[system]._lines):
+            return None
+        return self._systems[system]._lines[call]
 
     def _look_at_first_frames(self, view: _core.View | None) -> None:
         """Warn, once per system, of what its first frame with births probably lacks."""

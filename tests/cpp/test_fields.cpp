@@ -177,9 +177,9 @@ TEST(fields_find_damage) {
   refused(all, size - 2, 2);  // neither present nor absent
   refused(all, size - 1, 3);  // no such alternative
   refused(recording::Record{}, 0, particles::enumerators<recording::Verb>());
-  frame::Orders orders;
-  orders.requests.resize(1);
-  refused(orders, 8 + 8 + 4, 3);
+  frame::Inquiry inquiry;
+  inquiry.requests.resize(1);
+  refused(inquiry, 8 + 4, 3);
 }
 
 TEST(a_list_longer_than_its_bytes_is_refused_before_memory_is_asked_for) {

@@ -9,6 +9,7 @@
 
 #include "balance/pairwise.h"
 #include "check.h"
+#include "comm/clock.h"
 #include "comm/simulated_ranks.h"
 #include "frame/engine.h"
 #include "image/sha256.h"
@@ -163,5 +164,64 @@ TEST(what_balancing_decides_repeats_with_the_simulated_time) {
     for (std::uint64_t seed = 1; seed < 20; ++seed) CHECK(run(way, seed, 3).cuts == model.cuts);
     CHECK(run(way, 0, 4).cuts != model.cuts);
     CHECK(model.cuts.front() != model.cuts.back());
+  }
+}
+
+namespace {
+
+// Thinks for a (simulated) second.
+class Slow final : public balance::Policy {
+ public:
+  std::string name() const override { return "Slow()"; }
+  balance::Plan plan(const balance::Table&) const override {
+    comm::execute(1e9);
+    return {};
+  }
+};
+
+// The longest that a rank of each role waited for the verdict, and that it took to draw.
+struct Waits {
+  double verdict_s = 0;
+  double draw_s = 0;
+  double plan_s = 0;
+};
+
+Waits waits_of(frame::Combine combine) {
+  comm::Simulation simulation;
+  simulation.ranks = 5;
+  Waits waits;
+  comm::simulate(simulation, [&](SimulatedRank& self) {
+    Way way;
+    way.combine = combine;
+    frame::Settings slow = settings(way);
+    slow.policy = std::make_shared<Slow>();
+    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(5),
+                         slow);
+    recording::SystemDefinition definition;
+    definition.name = "parents";
+    engine.add_system(definition);
+    definition.name = "children";
+    engine.add_system(definition);
+    engine.start();
+    record(engine, 0, 1, false);
+    engine.run_frame(view());
+    if (engine.talk().calculates()) {
+      waits.verdict_s = std::max(waits.verdict_s, engine.times().report);
+      waits.plan_s = std::max(waits.plan_s, engine.times().balance);
+    }
+    if (engine.talk().draws()) waits.draw_s = engine.times().render;
+    engine.finish();
+  });
+  return waits;
+}
+
+}  // namespace
+
+TEST(nobody_waits_for_the_plan_before_particles_and_picture_are_under_way) {
+  for (const frame::Combine combine : {frame::Combine::together, frame::Combine::one_by_one}) {
+    const Waits waits = waits_of(combine);
+    CHECK(waits.plan_s > 0.5);
+    CHECK(waits.verdict_s < 0.5);
+    CHECK(waits.draw_s < 0.5);
   }
 }

@@ -85,7 +85,6 @@ TEST(verdict_survives_its_bytes) {
   verdict.failure = {Failure::Kind::mismatch, "step", "text"};
   verdict.failed_rank = 2;
   verdict.ranks = {2, 3};
-  verdict.asks = true;
   verdict.alive = {5, 6};
   verdict.digests.resize(2);
   verdict.digests[1].second = 4;
@@ -94,7 +93,7 @@ TEST(verdict_survives_its_bytes) {
   particles::Reader in(bytes.view());
   const Verdict other = read_verdict(in);
   CHECK(in.done());
-  CHECK(other.failed_rank == 2 && other.ranks == verdict.ranks && other.asks);
+  CHECK(other.failed_rank == 2 && other.ranks == verdict.ranks);
   CHECK(other.alive == verdict.alive && other.digests == verdict.digests && other.failure.text == "text");
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     particles::Reader part(bytes.view().first(length));
@@ -105,17 +104,31 @@ TEST(verdict_survives_its_bytes) {
 TEST(orders_survive_their_bytes) {
   Orders orders;
   orders.sources = {1, 7};
-  orders.requests = {{2, Request::Kind::give_right, 30}};
   particles::Bytes bytes;
   write(orders, bytes);
   particles::Reader in(bytes.view());
   const Orders other = read_orders(in);
-  CHECK(in.done() && other.sources == orders.sources && other.requests.size() == 1);
+  CHECK(in.done() && other.sources == orders.sources);
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    particles::Reader part(bytes.view().first(length));
+    CHECK_THROWS(read_orders(part), std::runtime_error);
+  }
+}
+
+TEST(inquiries_survive_their_bytes) {
+  Inquiry inquiry;
+  inquiry.requests = {{2, Request::Kind::give_right, 30}};
+  inquiry.partners = {4};
+  particles::Bytes bytes;
+  write(inquiry, bytes);
+  particles::Reader in(bytes.view());
+  const Inquiry other = read_inquiry(in);
+  CHECK(in.done() && other.partners == inquiry.partners && other.requests.size() == 1);
   CHECK(other.requests[0].system == 2 && other.requests[0].kind == Request::Kind::give_right);
   CHECK(other.requests[0].count == 30);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     particles::Reader part(bytes.view().first(length));
-    CHECK_THROWS(read_orders(part), std::runtime_error);
+    CHECK_THROWS(read_inquiry(part), std::runtime_error);
   }
 }
 

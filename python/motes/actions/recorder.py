@@ -27,20 +27,24 @@ class Recorder(ABC):
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
         """Record an action, or each of a list."""
 
+    @abstractmethod
+    def _record(self, action: actions.Action, depth: int = 3) -> None:
+        """Record an action; `depth` calls of the package stand between the script and the engine."""
+
     @says_near_names
     def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Gravity`."""
-        self.apply(actions.Gravity(acceleration=acceleration, where=where))
+        self._record(actions.Gravity(acceleration=acceleration, where=where))
 
     @says_near_names
     def random_acceleration(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomAcceleration`."""
-        self.apply(actions.RandomAcceleration(shape=shape, where=where))
+        self._record(actions.RandomAcceleration(shape=shape, where=where))
 
     @says_near_names
     def jet(self, shape: Shape, acceleration: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Jet`."""
-        self.apply(actions.Jet(shape=shape, acceleration=acceleration, where=where))
+        self._record(actions.Jet(shape=shape, acceleration=acceleration, where=where))
 
     @says_near_names
     def explosion(
@@ -54,7 +58,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.Explosion`."""
-        self.apply(
+        self._record(
             actions.Explosion(
                 center=center, radius=radius, magnitude=magnitude, sigma=sigma, epsilon=epsilon, where=where
             )
@@ -71,7 +75,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.OrbitPoint`."""
-        self.apply(
+        self._record(
             actions.OrbitPoint(
                 center=center, magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where
             )
@@ -89,7 +93,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.OrbitLine`."""
-        self.apply(
+        self._record(
             actions.OrbitLine(
                 point=point,
                 axis=axis,
@@ -114,7 +118,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.Vortex`."""
-        self.apply(
+        self._record(
             actions.Vortex(
                 tip=tip,
                 axis=axis,
@@ -130,7 +134,7 @@ class Recorder(ABC):
     @says_near_names
     def wind(self, velocity: ArrayLike, drag: float, *, where: Where = None) -> None:
         """Record `actions.Wind`."""
-        self.apply(actions.Wind(velocity=velocity, drag=drag, where=where))
+        self._record(actions.Wind(velocity=velocity, drag=drag, where=where))
 
     @says_near_names
     def curl_noise(
@@ -144,7 +148,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.CurlNoise`."""
-        self.apply(
+        self._record(
             actions.CurlNoise(
                 strength=strength, scale=scale, octaves=octaves, speed=speed, field=field, where=where
             )
@@ -155,7 +159,7 @@ class Recorder(ABC):
         self, shape: Shape, magnitude: float, epsilon: float, look_ahead: float, *, where: Where = None
     ) -> None:
         """Record `actions.Avoid`."""
-        self.apply(
+        self._record(
             actions.Avoid(
                 shape=shape, magnitude=magnitude, epsilon=epsilon, look_ahead=look_ahead, where=where
             )
@@ -166,58 +170,58 @@ class Recorder(ABC):
         self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.Damping`."""
-        self.apply(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
+        self._record(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
     @says_near_names
     def rotational_damping(
         self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.RotationalDamping`."""
-        self.apply(
+        self._record(
             actions.RotationalDamping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where)
         )
 
     @says_near_names
     def speed_clamp(self, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None) -> None:
         """Record `actions.SpeedClamp`."""
-        self.apply(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
+        self._record(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
 
     @says_near_names
     def random_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomVelocity`."""
-        self.apply(actions.RandomVelocity(shape=shape, where=where))
+        self._record(actions.RandomVelocity(shape=shape, where=where))
 
     @says_near_names
     def random_displacement(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomDisplacement`."""
-        self.apply(actions.RandomDisplacement(shape=shape, where=where))
+        self._record(actions.RandomDisplacement(shape=shape, where=where))
 
     @says_near_names
     def random_rotational_velocity(self, shape: Shape | ArrayLike, *, where: Where = None) -> None:
         """Record `actions.RandomRotationalVelocity`."""
-        self.apply(actions.RandomRotationalVelocity(shape=shape, where=where))
+        self._record(actions.RandomRotationalVelocity(shape=shape, where=where))
 
     @says_near_names
     def target_color(self, color: ArrayLike, alpha: float, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetColor`."""
-        self.apply(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
+        self._record(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
 
     @says_near_names
     def target_size(self, size: ArrayLike, scale: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.TargetSize`."""
-        self.apply(actions.TargetSize(size=size, scale=scale, where=where))
+        self._record(actions.TargetSize(size=size, scale=scale, where=where))
 
     @says_near_names
     def target_velocity(self, velocity: ArrayLike, scale: float, *, where: Where = None) -> None:
         """Record `actions.TargetVelocity`."""
-        self.apply(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
+        self._record(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
 
     @says_near_names
     def target_rotational_velocity(
         self, rotational_velocity: ArrayLike, scale: float, *, where: Where = None
     ) -> None:
         """Record `actions.TargetRotationalVelocity`."""
-        self.apply(
+        self._record(
             actions.TargetRotationalVelocity(
                 rotational_velocity=rotational_velocity, scale=scale, where=where
             )
@@ -228,27 +232,27 @@ class Recorder(ABC):
         self, time_left: float, position: bool = True, up: bool = True, *, where: Where = None
     ) -> None:
         """Record `actions.Restore`."""
-        self.apply(actions.Restore(time_left=time_left, position=position, up=up, where=where))
+        self._record(actions.Restore(time_left=time_left, position=position, up=up, where=where))
 
     @says_near_names
     def copy_vertex_b(self, position: bool = True, velocity: bool = False, *, where: Where = None) -> None:
         """Record `actions.CopyVertexB`."""
-        self.apply(actions.CopyVertexB(position=position, velocity=velocity, where=where))
+        self._record(actions.CopyVertexB(position=position, velocity=velocity, where=where))
 
     @says_near_names
     def color_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
         """Record `actions.ColorOverLife`."""
-        self.apply(actions.ColorOverLife(ramp=ramp, where=where))
+        self._record(actions.ColorOverLife(ramp=ramp, where=where))
 
     @says_near_names
     def alpha_over_life(self, ramp: Sequence[tuple[float, float]], *, where: Where = None) -> None:
         """Record `actions.AlphaOverLife`."""
-        self.apply(actions.AlphaOverLife(ramp=ramp, where=where))
+        self._record(actions.AlphaOverLife(ramp=ramp, where=where))
 
     @says_near_names
     def size_over_life(self, ramp: Sequence[tuple[float, ArrayLike]], *, where: Where = None) -> None:
         """Record `actions.SizeOverLife`."""
-        self.apply(actions.SizeOverLife(ramp=ramp, where=where))
+        self._record(actions.SizeOverLife(ramp=ramp, where=where))
 
     @says_near_names
     def bounce(
@@ -262,7 +266,7 @@ class Recorder(ABC):
         where: Where = None,
     ) -> None:
         """Record `actions.Bounce`."""
-        self.apply(
+        self._record(
             actions.Bounce(
                 shape=shape,
                 restitution=restitution,
@@ -276,34 +280,34 @@ class Recorder(ABC):
     @says_near_names
     def sink(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.Sink`."""
-        self.apply(actions.Sink(shape=shape, inside=inside, where=where))
+        self._record(actions.Sink(shape=shape, inside=inside, where=where))
 
     @says_near_names
     def sink_velocity(self, shape: Shape, inside: bool = True, *, where: Where = None) -> None:
         """Record `actions.SinkVelocity`."""
-        self.apply(actions.SinkVelocity(shape=shape, inside=inside, where=where))
+        self._record(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
     @says_near_names
     def kill_old(self, age_limit: float, younger: bool = False, *, where: Where = None) -> None:
         """Record `actions.KillOld`."""
-        self.apply(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
+        self._record(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
     @says_near_names
     def kill_expired(self, *, where: Where = None) -> None:
         """Record `actions.KillExpired`."""
-        self.apply(actions.KillExpired(where=where))
+        self._record(actions.KillExpired(where=where))
 
     @says_near_names
     def move(self, rotational: bool = True, *, where: Where = None) -> None:
         """Record `actions.Move`."""
-        self.apply(actions.Move(rotational=rotational, where=where))
+        self._record(actions.Move(rotational=rotational, where=where))
 
     @says_near_names
     def sort(self, eye: ArrayLike, look: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Sort`."""
-        self.apply(actions.Sort(eye=eye, look=look, where=where))
+        self._record(actions.Sort(eye=eye, look=look, where=where))
 
     def set(self, *, where: Where = None, **attributes: Any) -> None:
         """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""
         for name, value in attributes.items():
-            self.apply(actions.Set(attribute=name, value=value, where=where))
+            self._record(actions.Set(attribute=name, value=value, where=where), 2)

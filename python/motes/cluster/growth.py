@@ -35,7 +35,7 @@ PHASES = {
     "act": ("act", "order"),
     "agree": ("report", "judge", "wait for verdict"),
     "exchange": ("send leavers", "receive"),
-    "balance": ("balance",),
+    "balance": ("plan", "wait for plan", "balance"),
     "render": ("project", "draw"),
 }
 """Phases of a frame, with the spans (docs/analysis.md) of which each consists."""

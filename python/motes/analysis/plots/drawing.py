@@ -43,6 +43,8 @@ PHASES = {
     "exchange": "#E69F00",
     "send leavers": "#E69F00",
     "receive": "#F6D08B",
+    "plan": "#E3B3CF",
+    "wait for plan": "#DADADA",
     "balance": "#CC79A7",
     "render": "#009E73",
     "image": "#009E73",

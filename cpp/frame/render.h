@@ -9,6 +9,7 @@
 #include "frame/rank.h"
 #include "frame/script.h"
 #include "image/canvas.h"
+#include "image/projector.h"
 #include "image/records.h"
 
 namespace motes::frame {

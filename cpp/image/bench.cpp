@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/canvas.h"
+#include "image/projector.h"
 #include "image/records.h"
 #include "simd/isa.h"
 

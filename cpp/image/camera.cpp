@@ -6,6 +6,7 @@
 
 #include "image/curves.h"
 #include "image/grid.h"
+#include "image/layout.h"
 #include "image/solids.h"
 #include "image/vectors.h"
 #include "particles/enumerators.h"
@@ -71,17 +72,40 @@ void check(const Camera& camera) {
   }
 }
 
-}  // namespace
+[[noreturn]] void refuse_drawing(const char* what) {
+  throw std::invalid_argument(std::string(what) + " cannot be drawn by this version");
+}
 
-Lens lens(const View& view) {
-  const Camera& camera = view.camera;
+Lens lens_of(const Camera& camera, int height) {
   Lens lens;
   lens.eye = camera.position;
   lens.forward = unit(camera.look_at - camera.position);
   lens.right = unit(cross(lens.forward, camera.up));
   lens.up = cross(lens.right, lens.forward);
-  lens.focal_px = 0.5 * view.height / tangent(camera.fov_deg * (kPi / 360));
+  lens.focal_px = 0.5 * height / tangent(camera.fov_deg * (kPi / 360));
   return lens;
+}
+
+bool points_somewhere(const Camera& camera) {
+  const Vector toward = camera.look_at - camera.position;
+  return length(toward) > 1e-9 && length(camera.up) > 1e-9 && length(cross(unit(toward), unit(camera.up))) > 1e-6;
+}
+
+}  // namespace
+
+Lens lens(const View& view) { return lens_of(view.camera, view.height); }
+
+Lens lens_at_opening(const View& view) {
+  if (!view.before) return lens(view);
+  const double back = view.shutter;
+  const auto between = [&](const auto& now, const auto& before) { return now * (1 - back) + before * back; };
+  const Camera &now = view.camera, &before = *view.before;
+  Camera camera = now;
+  camera.position = between(now.position, before.position);
+  camera.look_at = between(now.look_at, before.look_at);
+  camera.up = between(unit(now.up), unit(before.up));
+  camera.fov_deg = between(now.fov_deg, before.fov_deg);
+  return lens_of(points_somewhere(camera) ? camera : now, view.height);
 }
 
 void check(const View& view) {
@@ -133,17 +157,21 @@ void check(const Sprite& sprite) {
 
 void check_drawn(const View& view) {
   const View plain;
-  const auto refuse_drawing = [](const char* what) {
-    throw std::invalid_argument(std::string(what) + " cannot be drawn by this version");
-  };
   if (view.sun != plain.sun) refuse_drawing("sun: another direction to the sun");
   if (!view.lights.empty()) refuse_drawing("lights: point lights");
   if (view.smooth != plain.smooth) refuse_drawing("smooth: edges that are not smooth");
+  if (view.shutter != plain.shutter) refuse_drawing("shutter: streaks");
   if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
   for (const Solid& solid : view.objects) {
     if (solid.mesh != 0) refuse_drawing("objects: meshes");
     if (solid.light != 0) refuse_drawing("objects: objects that emit light");
   }
+}
+
+void check_drawn(const Sprite& sprite) {
+  if (sprite.kind > Sprite::Kind::disc) refuse_drawing("sprite.kind: spheres and images");
+  if (sprite.blend != Sprite::Blend::add) refuse_drawing("sprite.blend: alpha and opaque");
+  if (layout(sprite, View{}, false) == Layout::wide) refuse_drawing("sprite.pixels: sizes in metres or above 15 px");
 }
 
 }  // namespace motes::image

@@ -14,11 +14,16 @@ struct Lens {
 
 Lens lens(const View& view);
 
+/// The camera when the shutter opened: on its way from `before` to where it is now. Where there was no last frame, or
+/// the way between passes through an impossible camera, the camera did not move.
+Lens lens_at_opening(const View& view);
+
 /// Throw std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const View& view);
 void check(const Sprite& sprite);
 
-/// The same where a view asks for something that nobody draws yet: a line here goes when its drawing comes.
+/// The same where a view or a sprite asks for what nobody draws yet: a line here goes when its drawing comes.
 void check_drawn(const View& view);
+void check_drawn(const Sprite& sprite);
 
 }  // namespace motes::image

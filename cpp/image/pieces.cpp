@@ -3,6 +3,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "image/camera.h"
 #include "image/footprint.h"
 
 namespace motes::image {
@@ -26,6 +27,7 @@ void Pieces::begin(const View& view) {
 
 void Pieces::add(std::span<const std::byte> message) {
   RecordsView seen(message);
+  check_drawn(seen.sprite());
   if (seen.grid().width != grid_.width || seen.grid().height != grid_.height || seen.with_depth() != with_depth_) {
     throw std::runtime_error("image records: made for a different view");
   }

@@ -2,34 +2,11 @@
 #include "image/project_lanes.h"
 
 #include "image/grid.h"
+#include "image/screen_lanes.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
 namespace {
-
-constexpr float kLargest = 3.402823466e38f;
-
-// Rounds down; |v| < 2^24.
-MOTES_INLINE Ints floor_to_ints(Floats v) {
-  const Ints towards_zero = to_ints(v);
-  return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
-}
-
-MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
-MOTES_INLINE Ints max_ints(Ints a, Ints b) {
-  const Mask first = a > b;
-  return (a & first) | (b & ~first);
-}
-MOTES_INLINE Ints min_ints(Ints a, Ints b) {
-  const Mask first = a < b;
-  return (a & first) | (b & ~first);
-}
-
-// 0..1 to 0..255, rounded to nearest; NaN to 0.
-MOTES_INLINE Uints to_byte(Floats v) {
-  const Floats clamped = min(max(v, all(0.0f)), all(1.0f));
-  return (Uints)to_ints(clamped * all(255.0f) + all(0.5f));
-}
 
 struct Projected {
   Mask visible;
@@ -76,48 +53,13 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   return p;
 }
 
-MOTES_INLINE Uints color_vector(const image::ProjectTask& t, std::size_t i) {
-  Uints word = to_byte(t.alpha != nullptr ? load(t.alpha + i) : all(t.alpha_of_all)) << 24;
-  for (int c = 0; c < 3; ++c) {
-    word |= to_byte(t.color[c] != nullptr ? load(t.color[c] + i) : all(t.color_of_all[c])) << (8 * c);
+void store_velocity(const image::ProjectTask& t, std::size_t i, const image::ProjectedBatch& out, std::size_t n,
+                    const Kept& k) {
+  for (std::size_t c = 0; c < 3; ++c) {
+    store_kept(out.velocity + c * out.velocity_stride + n, k,
+               finite_bits(load_or(t.velocity[c], i, t.velocity_of_all[c])));
   }
-  return word;
 }
-
-MOTES_INLINE Mask lanes_below(std::size_t count) {
-  Ints numbers;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::int32_t>(lane);
-  return numbers < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
-}
-
-#if MOTES_WIDTH == 512
-using Kept = __mmask16;
-MOTES_INLINE Kept kept(Mask visible) { return _mm512_movepi32_mask((__m512i)visible); }
-MOTES_INLINE std::size_t number_of(Kept k) { return static_cast<std::size_t>(__builtin_popcount(k)); }
-MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints v) {
-  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
-}
-#else
-// Where the visible lanes are written; the next particle overwrites the others.
-struct Kept {
-  std::uint32_t offset[kLanes];
-  std::size_t number;
-};
-MOTES_INLINE Kept kept(Mask visible) {
-  Kept k;
-  std::uint32_t n = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    k.offset[lane] = n;
-    n -= static_cast<std::uint32_t>(visible[lane]);
-  }
-  k.number = n;
-  return k;
-}
-MOTES_INLINE std::size_t number_of(const Kept& k) { return k.number; }
-MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
-  for (std::size_t lane = 0; lane < kLanes; ++lane) to[k.offset[lane]] = v[lane];
-}
-#endif
 
 template <bool kOneColor, bool kDepth>
 std::size_t project(const image::ProjectTask& task, std::size_t first, std::size_t last,
@@ -130,14 +72,14 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
     Mask visible = p.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
     const Uints color = kOneColor ? color_of_all : color_vector(t, i);
-    // Particles that give no light are not sent.
-    visible &= ((color & 0xffffffu) != 0u) & ((color >> 24) != 0u);
+    visible &= gives_light(color, t.dark);
     if (!any(visible)) continue;
     const Kept k = kept(visible);
     store_kept(out.position + n, k, p.position);
     store_kept(out.color + n, k, color);
     store_kept(out.tile + n, k, p.tile);
     if (kDepth) store_kept(out.depth + n, k, p.depth);
+    if (kDepth && out.velocity != nullptr) store_velocity(t, i, out, n, k);
     n += number_of(k);
   }
   return n;

@@ -18,6 +18,9 @@ struct ProjectTask {
   float color_of_all[3];
   const float* alpha;
   float alpha_of_all;
+  const float* velocity[3];  // m/s
+  float velocity_of_all[3];
+  std::uint32_t dark;  // 0xffffff: black particles are seen too, because they hide; else 0
 
   // The camera: see Lens. scale = focal length in fixed-point units.
   float eye[3], right[3], up[3], forward[3];
@@ -36,6 +39,9 @@ struct ProjectedBatch {
   std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24
   std::uint32_t* depth;     // bits of the float view depth
   std::uint32_t* tile;      // number of the first tile touched, and flags
+  std::uint32_t*
+      velocity;  // bits of three floats, each `velocity_stride` words behind the one before; null: not wanted
+  std::size_t velocity_stride;
 };
 
 struct ProjectLanes {

@@ -1,4 +1,4 @@
-// What calculators send to the image generator: the visible particles of one system as screen-space records.
+// What calculators send to whoever draws: the visible particles of one system as screen-space records.
 #pragma once
 
 #include <cstddef>
@@ -8,20 +8,43 @@
 
 #include "image/buffer.h"
 #include "image/grid.h"
-#include "image/project_lanes.h"
+#include "image/layout.h"
 #include "image/scene.h"
 #include "particles/bytes.h"
 
 namespace motes::image {
 
-/// A message. Little-endian, without pointers: it can be sent, kept or written to a file as it is.
-///   header  magic u32, sprite kind u8, sprite pixels u8, with_depth u8, zero u8, width u16, height u16,
-///           first u32, tiles u32, batches u32, records u64: it holds tiles first .. first + tiles - 1
-///   batch   offsets u32[tiles + 1], then offsets[tiles] records: those of tile first + t are offsets[t] ..
-///           offsets[t+1]-1
-///   record  x i16, y i16 (see Grid::sub_bits), r g b alpha u8; with_depth: bits of the positive float view depth u32
+/// The head of a message of records. Little-endian, without pointers: a message can be sent, kept or written to a file
+/// as it is. After the head:
+///   batch   offsets u32[slots + 1], then offsets[slots] records: those of slot first_slot + s are offsets[s] ..
+///           offsets[s + 1] - 1
+///   record  see Layout; with_velocity: three floats behind it
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
-/// their order, and the order of records within a tile, has no meaning.
+/// their order, and the order of records within a slot, has no meaning.
+struct RecordsHead {
+  static constexpr std::uint32_t kMagic = 0x3253544d;  // "MTS2"
+
+  std::uint32_t magic = kMagic;
+  std::uint32_t system = 0;
+  std::uint8_t kind = 0;
+  std::uint8_t blend = 0;
+  std::uint8_t layout = 0;
+  std::uint8_t with_velocity = 0;
+  std::int32_t pixels = 0;
+  float of_height = 0;
+  float softness = 0;
+  AssetKey picture = 0;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::uint32_t first_slot = 0;
+  std::uint32_t slots = 0;
+  std::uint32_t batches = 0;
+  std::uint32_t zero = 0;
+  std::uint64_t records = 0;
+};
+static_assert(sizeof(RecordsHead) == 64);
+
+/// A message that a Projector fills. Slots are tiles in the order that was given to it.
 class Records {
  public:
   std::span<const std::byte> bytes() const { return {buffer_.data(), buffer_.size()}; }
@@ -29,27 +52,9 @@ class Records {
 
  private:
   friend class Projector;
+
+  RecordsHead head_;
   Buffer buffer_;
-};
-
-/// Projects and culls particles. Keeps its working memory from frame to frame.
-class Projector {
- public:
-  explicit Projector(const ProjectLanes& lanes = project_lanes()) : lanes_(&lanes) {}
-
-  /// Replaces the content of `records` by the records of `particles`, reusing its memory. Records have a depth where
-  /// the view has objects. Particles that are not finite, nearer than the camera's `near`, outside the image or without
-  /// light are left out. Throws std::invalid_argument where view or sprite is not valid, or a position plane is
-  /// missing.
-  void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records);
-
- private:
-  void append_batch(const ProjectTask& task, std::size_t first, std::size_t last, bool with_depth, int tiles,
-                    Records& records);
-
-  const ProjectLanes* lanes_;
-  BufferOf<std::uint32_t> projected_;
-  std::vector<std::uint32_t> cursor_;
 };
 
 /// Records in memory owned by someone else, with any alignment.
@@ -68,30 +73,35 @@ class RecordsView {
   explicit RecordsView(std::span<const std::byte> bytes);
 
   const Sprite& sprite() const { return sprite_; }
+  int system() const { return static_cast<int>(head_.system); }
   const Grid& grid() const { return grid_; }
-  bool with_depth() const { return with_depth_; }
-  std::size_t record_bytes() const { return with_depth_ ? 12 : 8; }
+  Layout layout() const { return static_cast<Layout>(head_.layout); }
+  bool with_depth() const { return layout() != Layout::plain; }
+  bool with_velocity() const { return head_.with_velocity != 0; }
+  /// Bytes from one record to the next.
+  std::size_t record_bytes() const { return image::record_bytes(layout()) + (with_velocity() ? kVelocityBytes : 0); }
 
   /// Records in all batches; a particle on a tile's edge counts once per tile.
   std::size_t count() const { return count_; }
-  /// The same in tiles first .. end - 1, which must be in the message.
+  /// The same in slots first .. end - 1, which must be in the message.
   std::size_t count(int first, int end) const;
 
-  /// Appends a message of tiles first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
+  /// Appends a message of slots first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
   void append_part(int first, int end, particles::Bytes& out) const;
 
   const std::vector<Batch>& batches() const { return batches_; }
-  /// Empty where the tile is not in the message.
-  Piece piece(const Batch& batch, int tile) const;
+
+  /// The records in a slot: without an order given to the projector, in the tile of that number. Empty where the
+  /// message is a part that does not have this slot.
+  Piece piece(const Batch& batch, int slot) const;
 
  private:
+  void check_head() const;
   Batch take_batch(std::span<const std::byte>& rest);
 
+  RecordsHead head_;
   Sprite sprite_;
   Grid grid_;
-  const std::byte* header_ = nullptr;
-  int first_ = 0, tiles_ = 0;
-  bool with_depth_ = false;
   std::size_t count_ = 0;
   std::vector<Batch> batches_;
 };

@@ -165,7 +165,7 @@ TEST(image_particles_that_cannot_be_seen_are_culled) {
 
 TEST(image_empty_systems_give_empty_messages) {
   const auto bytes = message(Cloud(0), {}, small_view());
-  CHECK(bytes.size() == 32);
+  CHECK(bytes.size() == 64);
   CHECK(RecordsView(bytes).count() == 0);
   Drawn nowhere;
   nowhere.count = 5;
@@ -207,6 +207,47 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
   }
 }
 
+// The records in a slot, in order.
+std::vector<std::byte> in_slot(const RecordsView& view, int slot) {
+  std::vector<std::byte> found;
+  for (const auto& batch : view.batches()) {
+    const auto piece = view.piece(batch, slot);
+    found.insert(found.end(), piece.records, piece.records + piece.count * view.record_bytes());
+  }
+  return found;
+}
+
+TEST(image_slots_are_tiles_in_another_order) {
+  const View view = small_view(333, 200);  // 6 x 4 tiles
+  const Cloud cloud = random_cloud(40000, 5);
+  std::vector<std::uint32_t> order;
+  for (std::uint32_t owner = 0; owner < 5; ++owner) {
+    for (std::uint32_t tile = owner; tile < 24; tile += 5) order.push_back(tile);
+  }
+  const Slots slots(order);
+  for (int tile = 0; tile < 24; ++tile) CHECK(slots.tile(slots.slot(tile)) == tile);
+  Projection projection;
+  projection.slots = &slots;
+  Sprite in_metres{Sprite::Kind::disc, 0};
+  for (const Sprite& sprite : {Sprite{}, in_metres}) {
+    Projector projector;
+    Records by_tile, by_slot;
+    Drawn drawn = cloud.drawn();
+    drawn.size_of_all = 0.5f;
+    projector.project(drawn, sprite, view, by_tile);
+    projector.project(drawn, sprite, view, by_slot, projection);
+    const RecordsView tiles(by_tile.bytes()), in_order(by_slot.bytes());
+    CHECK(tiles.count() > 20000 && tiles.count() == in_order.count());
+    for (int tile = 0; tile < 24; ++tile) CHECK(in_slot(tiles, tile) == in_slot(in_order, slots.slot(tile)));
+  }
+  const Slots too_few({0, 1, 2});
+  projection.slots = &too_few;
+  Records records;
+  CHECK_THROWS(Projector().project(cloud.drawn(), {}, view, records, projection), std::invalid_argument);
+  CHECK_THROWS(Slots({0, 2}), std::invalid_argument);
+  CHECK_THROWS(Slots({1, 1}), std::invalid_argument);
+}
+
 TEST(image_malformed_records_are_refused) {
   const View view = small_view();
   const auto good = message(random_cloud(1000, 5), {}, view);
@@ -218,7 +259,8 @@ TEST(image_malformed_records_are_refused) {
   auto longer = good;
   longer.push_back(std::byte{0});
   CHECK_THROWS(RecordsView(longer), std::runtime_error);
-  for (const std::size_t at : {0u, 4u, 5u, 6u, 11u, 15u, 19u, 24u, 32u, 35u, 40u, 51u, 80u}) {
+  for (const std::size_t at :
+       {0u, 8u, 9u, 10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u, 48u, 55u, 56u, 64u, 67u, 72u, 83u, 112u}) {
     auto bad = good;
     bad[at] = std::byte{0xee};
     CHECK_THROWS(RecordsView(bad), std::runtime_error);
@@ -233,7 +275,7 @@ TEST(image_malformed_records_are_refused) {
 TEST(image_nonsense_positions_stay_inside_memory) {
   const View view = small_view();
   auto bytes = message(random_cloud(2000, 5), {Sprite::Kind::disc, 15}, view);
-  const std::size_t header = 32 + 4 * 13;
+  const std::size_t header = 64 + 4 * 13;
   std::uint32_t state = 1;
   for (std::size_t i = header; i < bytes.size(); ++i) {
     state = state * 1664525u + 1013904223u;

@@ -1,0 +1,212 @@
+// Compiled once for each instruction set: see simd/simd.h for the rules.
+#include "image/project_wide_lanes.h"
+
+#include "image/grid.h"
+#include "image/layout.h"
+#include "image/screen_lanes.h"
+#include "simd/floats3.h"
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+constexpr int kUnit = 1 << image::kWideBits;                                    // 1 px in positions
+constexpr float kSizeUnit = 1 << image::kSizeBits;                              // 1 px in sizes
+constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites lose light instead
+constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
+constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
+
+// A place as a camera sees it: metres to the right, upwards and ahead.
+struct Sight {
+  Floats across, upward, depth;
+};
+MOTES_INLINE Sight sight(const image::LensLanes& lens, Floats3 place) {
+  const Floats3 offset = place - all3(lens.eye);
+  return {dot(offset, all3(lens.right)), dot(offset, all3(lens.up)), dot(offset, all3(lens.forward))};
+}
+
+// What of a particle's way on the screen may touch the image: from (x, y), where it is now, back to (x + dx, y + dy),
+// in 1/256 px; and which part of its light is there.
+struct Way {
+  Mask visible;
+  Floats x, y, dx, dy, light;
+};
+
+// Narrows the part from..to of a way, 0..1, to what is within the limit.
+MOTES_INLINE Mask clip(Floats at, Floats way, float limit, Floats& from, Floats& to) {
+  const Mask moves = abs(way) >= 1.0f;
+  const Floats scale = all(1.0f) / select(moves, way, all(1.0f));
+  const Floats low = (all(-limit) - at) * scale, high = (all(limit) - at) * scale;
+  from = max(from, only(moves, min(low, high)));
+  to = min(to, select(moves, max(low, high), all(1.0f)));
+  return moves | (abs(at) <= all(limit));
+}
+
+// Clipping what is far away leaves errors of rounding.
+MOTES_INLINE Floats within(Floats v, float limit) { return min(max(v, all(-limit)), all(limit)); }
+
+MOTES_INLINE Floats3 vector_at(const float* const (&planes)[3], const float (&of_all)[3], std::size_t i) {
+  return {load_or(planes[0], i, of_all[0]), load_or(planes[1], i, of_all[1]), load_or(planes[2], i, of_all[2])};
+}
+
+MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visible) {
+  const Floats none = all(0.0f);
+  visible &= (abs(x) <= all(t.limit_x)) & (abs(y) <= all(t.limit_y));
+  return {visible, x, y, none, none, all(1.0f)};
+}
+
+// The way since the shutter opened. Where the particle was not in front of the camera then, its way begins at `near`;
+// where nothing is known of it, it stands still.
+MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, Sight now, Floats x, Floats y,
+                        Mask visible) {
+  Sight then = sight(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
+  const Mask behind = then.depth < all(t.near);
+  const Floats part = select(behind, (now.depth - all(t.near)) / (now.depth - then.depth), all(1.0f));
+  then.across = select(behind, now.across + (then.across - now.across) * part, then.across);
+  then.upward = select(behind, now.upward + (then.upward - now.upward) * part, then.upward);
+  then.depth = select(behind, all(t.near), then.depth);
+  const Floats k = all(t.then.scale) / then.depth;
+  Floats dx = then.across * k - x, dy = -(then.upward * k) - y;
+  const Mask known = (abs(dx) <= all(kLargest)) & (abs(dy) <= all(kLargest));
+  dx = only(known, dx);
+  dy = only(known, dy);
+  Floats from = all(0.0f), to = all(1.0f);
+  visible &= clip(x, dx, t.limit_x, from, to) & clip(y, dy, t.limit_y, from, to);
+  visible &= from <= to;
+  Way w{visible, {}, {}, {}, {}, (to - from) * select(known, part, all(1.0f))};
+  w.x = within(x + dx * from, t.limit_x);
+  w.y = within(y + dy * from, t.limit_y);
+  w.dx = within(x + dx * to, t.limit_x) - w.x;
+  w.dy = within(y + dy * to, t.limit_y) - w.y;
+  return w;
+}
+
+MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, Sight now) {
+  const Floats k = all(t.now.scale) / now.depth;
+  const Floats x = now.across * k, y = -(now.upward * k);
+  const Mask sane =
+      (now.depth >= all(t.near)) & (now.depth <= all(kLargest)) & (abs(x) <= all(kLargest)) & (abs(y) <= all(kLargest));
+  return t.streaks ? moving(t, i, place, now, x, y, sane) : still(t, x, y, sane);
+}
+
+// Diameter in 1/64 px, and the part of its light that a narrow sprite keeps.
+struct Size {
+  Mask visible;
+  Floats diameter, light;
+};
+MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats depth) {
+  Floats wide = all(t.diameter * kSizeUnit);
+  Mask visible = ~Mask{};
+  if (!(t.diameter > 0)) {
+    const Floats metres = load_or(t.size, i, t.size_of_all);
+    visible = (metres > 0.0f) & (metres <= all(kLargest));
+    wide = metres * (all(t.now.scale * (kSizeUnit / kUnit)) / depth);
+  }
+  const Floats part = min(wide * all(1 / kNarrow), all(1.0f));
+  return {visible, min(max(wide, all(kNarrow)), all(kWidest)), part * part};
+}
+
+// The direction of `up` on the screen: how the projection of a place changes as it moves along `up`.
+MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, Sight now) {
+  const Floats3 up = vector_at(t.up, t.up_of_all, i);
+  const Floats ahead = dot(up, all3(t.now.forward)) / now.depth;
+  Floats x = dot(up, all3(t.now.right)) - now.across * ahead;
+  Floats y = now.upward * ahead - dot(up, all3(t.now.up));
+  const Floats larger = max(abs(x), abs(y));
+  const Mask known = (larger > 0.0f) & (abs(x) + abs(y) <= all(kLargest));
+  x = only(known, x / larger);
+  y = only(known, y / larger);
+  const Floats scale = all(32767.0f) / sqrt(select(known, x * x + y * y, all(1.0f)));
+  const Ints across = floor_to_ints(x * scale + all(0.5f)), down = floor_to_ints(y * scale + all(0.5f));
+  return ((Uints)across & 0xffffu) | ((Uints)down << 16);
+}
+
+// The tiles that a sprite touches along one axis.
+struct Span {
+  Mask inside;
+  Ints first, last;
+};
+MOTES_INLINE Span span(Ints middle, Ints reach, int pixels) {
+  const Ints first = (middle - reach + pixels * (kUnit / 2)) >> image::kWideBits;
+  const Ints last = (middle + reach + pixels * (kUnit / 2)) >> image::kWideBits;
+  return {(last >= 0) & (first < pixels), max_ints(first, Ints{}) >> image::kTileBits,
+          min_ints(last, all_ints(pixels - 1)) >> image::kTileBits};
+}
+MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
+
+struct Columns {
+  Mask visible;
+  Uints x, y, depth, size, up, dx, dy, first_tile, last_tile;
+};
+
+MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i) {
+  const Floats3 place{load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
+  const Sight now = sight(t.now, place);
+  const Way w = way(t, i, place, now);
+  const Size s = size_vector(t, i, now.depth);
+  Mask visible = w.visible & s.visible;
+  const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
+  const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
+  const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
+  const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
+  const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
+  // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
+  const Ints radius = diameter * (kUnitsPerSize / 2);
+  const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
+  const Span columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
+  Columns c;
+  c.visible = visible & (light > 0) & columns.inside & rows.inside;
+  c.x = (Uints)x;
+  c.y = (Uints)y;
+  c.depth = (Uints)now.depth;
+  c.size = (Uints)diameter | ((Uints)light << 16);
+  c.up = t.oriented ? up_vector(t, i, now) : Uints{};
+  c.dx = (Uints)dx;
+  c.dy = (Uints)dy;
+  c.first_tile = (Uints)columns.first | ((Uints)rows.first << 16);
+  c.last_tile = (Uints)columns.last | ((Uints)rows.last << 16);
+  return c;
+}
+
+MOTES_INLINE void store_columns(const image::WideTask& t, std::size_t i, const Columns& c, Uints color, const Kept& k,
+                                const image::WideBatch& out, std::size_t n) {
+  store_kept(out.x + n, k, c.x);
+  store_kept(out.y + n, k, c.y);
+  store_kept(out.color + n, k, color);
+  store_kept(out.depth + n, k, c.depth);
+  store_kept(out.size + n, k, c.size);
+  store_kept(out.first_tile + n, k, c.first_tile);
+  store_kept(out.last_tile + n, k, c.last_tile);
+  if (out.up != nullptr) store_kept(out.up + n, k, c.up);
+  if (out.dx != nullptr) {
+    store_kept(out.dx + n, k, c.dx);
+    store_kept(out.dy + n, k, c.dy);
+  }
+  if (out.velocity == nullptr) return;
+  const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i);
+  store_kept(out.velocity + n, k, finite_bits(velocity.x));
+  store_kept(out.velocity + out.velocity_stride + n, k, finite_bits(velocity.y));
+  store_kept(out.velocity + 2 * out.velocity_stride + n, k, finite_bits(velocity.z));
+}
+
+std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
+  const image::WideTask t = task;  // a copy whose members the stores below cannot change
+  std::size_t n = 0;
+  for (std::size_t i = first; i < last; i += kLanes) {
+    const Columns c = project_vector(t, i);
+    const Uints color = color_vector(t, i);
+    Mask visible = c.visible & gives_light(color, t.dark);
+    if (last - i < kLanes) visible &= lanes_below(last - i);
+    if (!any(visible)) continue;
+    const Kept k = kept(visible);
+    store_columns(t, i, c, color, k, out, n);
+    n += number_of(k);
+  }
+  return n;
+}
+
+}  // namespace
+
+extern const image::ProjectWideLanes project_wide_lanes = {project};
+
+}  // namespace motes::MOTES_ISA

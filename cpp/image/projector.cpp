@@ -1,0 +1,238 @@
+#include "image/projector.h"
+
+#include <algorithm>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "image/camera.h"
+#include "image/footprint.h"
+#include "image/sort_tiles.h"
+
+namespace motes::image {
+namespace {
+
+// One vector that is stored whole, and a cache line between the arrays.
+constexpr std::size_t kSlack = 32;
+
+// Particles per batch: its projected columns and its records (some 800 kB) stay in the second-level cache, so that
+// neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
+// the offsets would outweigh the records.
+std::size_t batch_size(std::size_t most, int tiles) { return std::max(most, 16 * static_cast<std::size_t>(tiles)); }
+constexpr std::size_t kFixedBatch = 32768;
+constexpr std::size_t kWideBatch = 8192;
+
+template <std::size_t kCount>
+void copy(const Vector& from, float (&to)[kCount]) {
+  for (std::size_t i = 0; i < kCount; ++i) to[i] = static_cast<float>(from[i]);
+}
+
+// What both tasks have in common.
+template <class Task>
+Task task_of(const Drawn& particles, const Sprite& sprite, const View& view) {
+  Task t{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    t.position[i] = particles.position[i];
+    t.color[i] = particles.color[i];
+    t.color_of_all[i] = particles.color_of_all[i];
+    t.velocity[i] = particles.velocity[i];
+    t.velocity_of_all[i] = particles.velocity_of_all[i];
+  }
+  t.alpha = particles.alpha;
+  t.alpha_of_all = particles.alpha_of_all;
+  t.dark = sprite.blend == Sprite::Blend::add ? 0 : 0xffffffu;
+  t.near = static_cast<float>(view.camera.near);
+  t.width = view.width;
+  t.height = view.height;
+  return t;
+}
+
+ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View& view) {
+  auto t = task_of<ProjectTask>(particles, sprite, view);
+  const Grid grid{view.width, view.height};
+  const Lens lens = image::lens(view);
+  copy(lens.eye, t.eye);
+  copy(lens.right, t.right);
+  copy(lens.up, t.up);
+  copy(lens.forward, t.forward);
+  t.sub_bits = grid.sub_bits();
+  const int unit = 1 << t.sub_bits;
+  t.scale = static_cast<float>(lens.focal_px * unit);
+  t.columns = grid.columns();
+  t.footprint = footprint_size(sprite);
+  // Half the image and the largest footprint; at most 32768 - 1 (see Grid::sub_bits).
+  t.limit_x = static_cast<float>((grid.width + 1) / 2 * unit + 12 * unit);
+  t.limit_y = static_cast<float>((grid.height + 1) / 2 * unit + 12 * unit);
+  return t;
+}
+
+LensLanes lens_lanes(const Lens& lens) {
+  LensLanes lanes{};
+  copy(lens.eye, lanes.eye);
+  copy(lens.right, lanes.right);
+  copy(lens.up, lanes.up);
+  copy(lens.forward, lanes.forward);
+  lanes.scale = static_cast<float>(lens.focal_px * (1 << kWideBits));
+  return lanes;
+}
+
+// Points, and discs that are drawn as points, are 2 px wide: as much light as their 2x2 pixels get.
+float diameter_of(const Sprite& sprite, int height) {
+  if (sprite.kind == Sprite::Kind::point) return 2;
+  if (sprite.of_height > 0) return sprite.of_height * static_cast<float>(height);
+  return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
+}
+
+WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& view, double dt) {
+  auto t = task_of<WideTask>(particles, sprite, view);
+  t.size = particles.size;
+  t.size_of_all = particles.size_of_all;
+  for (std::size_t i = 0; i < 3; ++i) {
+    t.up[i] = particles.up[i];
+    t.up_of_all[i] = particles.up_of_all[i];
+  }
+  t.now = lens_lanes(lens(view));
+  t.then = lens_lanes(lens_at_opening(view));
+  t.streaks = view.shutter > 0;
+  t.open = static_cast<float>(view.shutter * dt);
+  t.diameter = diameter_of(sprite, view.height);
+  t.oriented = sprite.kind == Sprite::Kind::image;
+  // Half the image and the largest sprite, turned.
+  constexpr int kReach = kMaxDiameter * 182 / 256 + 2;
+  t.limit_x = static_cast<float>(((view.width + 1) / 2 + kReach) << kWideBits);
+  t.limit_y = static_cast<float>(((view.height + 1) / 2 + kReach) << kWideBits);
+  return t;
+}
+
+// Prefetches memory that is about to be written in random order.
+void prefetch_for_write(std::byte* from, std::size_t count) {
+  for (std::size_t i = 0; i < count; i += 64) __builtin_prefetch(from + i, 1);
+}
+
+RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& projection) {
+  const Grid grid{view.width, view.height};
+  RecordsHead head;
+  head.system = static_cast<std::uint32_t>(projection.system);
+  head.kind = static_cast<std::uint8_t>(sprite.kind);
+  head.blend = static_cast<std::uint8_t>(sprite.blend);
+  head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
+  head.with_velocity = with_velocity(sprite, view);
+  head.pixels = sprite.kind == Sprite::Kind::point ? 1 : sprite.pixels;
+  head.of_height = sprite.of_height;
+  head.softness = sprite.softness;
+  head.picture = sprite.picture;
+  head.width = view.width;
+  head.height = view.height;
+  head.slots = static_cast<std::uint32_t>(grid.tiles());
+  return head;
+}
+
+std::size_t bytes_of(const RecordsHead& head) {
+  return record_bytes(static_cast<Layout>(head.layout)) + (head.with_velocity != 0 ? kVelocityBytes : 0);
+}
+
+}  // namespace
+
+void Projector::project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records,
+                        const Projection& projection) {
+  check(view);
+  check(sprite);
+  for (const float* plane : particles.position) {
+    if (plane == nullptr && particles.count != 0) throw std::invalid_argument("position must have three planes");
+  }
+  slots_ = projection.slots;
+  if (slots_ != nullptr && !slots_->fits(Grid{view.width, view.height}.tiles())) {
+    throw std::invalid_argument("slots must list each tile of the view");
+  }
+  sprite_ = sprite;
+  records.head_ = head_of(sprite, view, projection);
+  records.buffer_.resize(sizeof records.head_);
+  if (static_cast<Layout>(records.head_.layout) == Layout::wide) {
+    project_wide(particles, projection, view, records);
+  } else {
+    project_fixed(particles, view, records);
+  }
+  std::memcpy(records.buffer_.data(), &records.head_, sizeof records.head_);
+}
+
+void Projector::project_fixed(const Drawn& particles, const View& view, Records& records) {
+  const Grid grid{view.width, view.height};
+  const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
+  const ProjectTask task = fixed_task(particles, sprite_, view);
+  const std::size_t step = batch_size(kFixedBatch, grid.tiles());
+  const std::size_t room = step + kSlack;
+  const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
+  const bool with_velocity = records.head_.with_velocity != 0;
+  projected_.resize((with_velocity ? 8 : 5) * std::min(room, particles.count + kSlack));
+  for (std::size_t first = 0; first < particles.count; first += step) {
+    const std::size_t last = std::min(first + step, particles.count);
+    const std::size_t stride = last - first + kSlack;
+    std::uint32_t* projected = projected_.data();
+    const ProjectedBatch batch{projected,
+                               projected + stride,
+                               with_depth ? projected + 2 * stride : nullptr,
+                               projected + 3 * stride,
+                               with_velocity ? projected + 5 * stride : nullptr,
+                               stride};
+    std::uint32_t* several = projected + 4 * stride;
+    const std::size_t visible = lanes_->project(task, first, last, batch);
+    if (visible == 0) continue;
+    cursor_.assign(cursors(tiles, columns), 0);
+    const std::size_t listed = count_fixed(batch, visible, columns, cursor_.data(), several);
+    std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
+    scatter_fixed(batch, visible, columns, cursor_.data(), several, listed, to);
+  }
+}
+
+void Projector::project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records) {
+  const Grid grid{view.width, view.height};
+  const WideTask task = wide_task(particles, sprite_, view, projection.dt);
+  const std::size_t step = batch_size(kWideBatch, grid.tiles());
+  for (std::size_t first = 0; first < particles.count; first += step) {
+    const std::size_t last = std::min(first + step, particles.count);
+    const std::size_t stride = last - first + kSlack;
+    projected_.resize(13 * stride);
+    std::uint32_t* next = projected_.data();
+    const auto column = [&](bool wanted = true) { return wanted ? std::exchange(next, next + stride) : nullptr; };
+    WideBatch batch{};
+    for (std::uint32_t** one :
+         {&batch.x, &batch.y, &batch.color, &batch.depth, &batch.size, &batch.first_tile, &batch.last_tile}) {
+      *one = column();
+    }
+    batch.up = column(task.oriented);
+    batch.dx = column(task.streaks);
+    batch.dy = column(task.streaks);
+    batch.velocity = records.head_.with_velocity != 0 ? next : nullptr;
+    batch.velocity_stride = stride;
+    const std::size_t visible = wide_lanes_->project(task, first, last, batch);
+    if (visible == 0) continue;
+    cursor_.assign(static_cast<std::size_t>(grid.tiles()), 0);
+    count_wide(batch, visible, grid, cursor_.data());
+    std::byte* to = open_batch(static_cast<std::size_t>(grid.tiles()), bytes_of(records.head_), records);
+    scatter_wide(batch, visible, grid, cursor_.data(), to);
+  }
+}
+
+// Makes room for as many records as cursor_ counts, and turns its counts into places. Returns where the first one goes.
+std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, Records& records) {
+  offsets_.resize(tiles + 1);
+  std::uint32_t total = 0;
+  for (std::size_t slot = 0; slot < tiles; ++slot) {
+    const std::size_t tile = slots_ == nullptr ? slot : static_cast<std::size_t>(slots_->tile(static_cast<int>(slot)));
+    offsets_[slot] = total;
+    total += std::exchange(cursor_[tile], total);
+  }
+  offsets_[tiles] = total;
+  const std::size_t offset_bytes = 4 * (tiles + 1);
+  const std::size_t at = records.buffer_.size();
+  records.buffer_.resize(at + offset_bytes + total * record_bytes);
+  std::byte* to = records.buffer_.data() + at;
+  std::memcpy(to, offsets_.data(), offset_bytes);
+  to += offset_bytes;
+  prefetch_for_write(to, total * record_bytes);
+  ++records.head_.batches;
+  records.head_.records += total;
+  return to;
+}
+
+}  // namespace motes::image

@@ -1,0 +1,89 @@
+// What projections to fixed-size and to wide records have in common. Compiled once for each instruction set.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+
+inline constexpr float kLargest = 3.402823466e38f;
+
+/// Rounds down; |v| < 2^24.
+MOTES_INLINE Ints floor_to_ints(Floats v) {
+  const Ints towards_zero = to_ints(v);
+  return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
+}
+
+MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
+MOTES_INLINE Ints max_ints(Ints a, Ints b) {
+  const Mask first = a > b;
+  return (a & first) | (b & ~first);
+}
+MOTES_INLINE Ints min_ints(Ints a, Ints b) {
+  const Mask first = a < b;
+  return (a & first) | (b & ~first);
+}
+
+/// 0..1 to 0..255, rounded to nearest; NaN to 0.
+MOTES_INLINE Uints to_byte(Floats v) {
+  const Floats clamped = min(max(v, all(0.0f)), all(1.0f));
+  return (Uints)to_ints(clamped * all(255.0f) + all(0.5f));
+}
+
+MOTES_INLINE Floats load_or(const float* plane, std::size_t i, float of_all) {
+  return plane != nullptr ? load(plane + i) : all(of_all);
+}
+
+/// The bits of finite numbers, and 0 for others.
+MOTES_INLINE Uints finite_bits(Floats v) { return (Uints)only(abs(v) <= all(kLargest), v); }
+
+template <class Task>
+MOTES_INLINE Uints color_vector(const Task& t, std::size_t i) {
+  Uints word = to_byte(load_or(t.alpha, i, t.alpha_of_all)) << 24;
+  for (int c = 0; c < 3; ++c) word |= to_byte(load_or(t.color[c], i, t.color_of_all[c])) << (8 * c);
+  return word;
+}
+
+/// Particles that give no light and hide nothing are not sent. `dark`: see WideTask.
+MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
+  return (((color | dark) & 0xffffffu) != 0u) & ((color >> 24) != 0u);
+}
+
+MOTES_INLINE Mask lanes_below(std::size_t count) {
+  Ints numbers;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::int32_t>(lane);
+  return numbers < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
+}
+
+#if MOTES_WIDTH == 512
+using Kept = __mmask16;
+MOTES_INLINE Kept kept(Mask visible) { return _mm512_movepi32_mask((__m512i)visible); }
+MOTES_INLINE std::size_t number_of(Kept k) { return static_cast<std::size_t>(__builtin_popcount(k)); }
+MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints v) {
+  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
+}
+#else
+/// Where the visible lanes are written; the next particle overwrites the others.
+struct Kept {
+  std::uint32_t offset[kLanes];
+  std::size_t number;
+};
+MOTES_INLINE Kept kept(Mask visible) {
+  Kept k;
+  std::uint32_t n = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    k.offset[lane] = n;
+    n -= static_cast<std::uint32_t>(visible[lane]);
+  }
+  k.number = n;
+  return k;
+}
+MOTES_INLINE std::size_t number_of(const Kept& k) { return k.number; }
+MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
+  for (std::size_t lane = 0; lane < kLanes; ++lane) to[k.offset[lane]] = v[lane];
+}
+#endif
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,31 @@
+// The order in which a message lists the tiles.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+namespace motes::image {
+
+/// A permutation of the tiles: with the tiles of one owner in adjacent slots, an owner's part of a message is one range
+/// of each batch. Without content: tile t is in slot t.
+class Slots {
+ public:
+  Slots() = default;
+
+  /// Takes the tile in each slot. Throws std::invalid_argument where a tile is missing or listed twice.
+  explicit Slots(std::vector<std::uint32_t> tile_in_slot);
+
+  /// True: as many tiles as a picture has, or the order that needs no list.
+  bool fits(int tiles) const { return tiles_.empty() || tiles_.size() == static_cast<std::size_t>(tiles); }
+
+  int tile(int slot) const { return tiles_.empty() ? slot : static_cast<int>(tiles_[static_cast<std::size_t>(slot)]); }
+  int slot(int tile) const { return slots_.empty() ? tile : static_cast<int>(slots_[static_cast<std::size_t>(tile)]); }
+
+ private:
+  std::vector<std::uint32_t> tiles_;  // by slot
+  std::vector<std::uint32_t> slots_;  // by tile
+};
+
+}  // namespace motes::image

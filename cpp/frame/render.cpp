@@ -1,21 +1,9 @@
 #include "frame/render.h"
 
+#include "frame/drawn.h"
+
 namespace motes::frame {
 namespace {
-
-image::Drawn drawn(const particles::Store& store) {
-  image::Drawn d;
-  d.count = store.size();
-  for (std::size_t c = 0; c < 3; ++c) {
-    d.position[c] = store.plane(particles::position, static_cast<int>(c));
-    d.color[c] = store.plane(particles::color, static_cast<int>(c));
-    d.color_of_all[c] = store.uniform_value(particles::color)[c];
-  }
-  d.alpha = store.plane(particles::alpha, 0);
-  d.alpha_of_all = store.uniform_value(particles::alpha)[0];
-  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
-  return d;
-}
 
 void send_records(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   Conversation& talk = rank.talk;
@@ -26,7 +14,8 @@ void send_records(Rank& rank, const Script& script, const Calculator& calculator
   talk.work("render", [&] {
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
       const particles::Store& store = calculator.populations[i]->store;
-      painter.projector.project(drawn(store), script.systems[i]->sprite, *script.record.view, painter.records);
+      painter.projector.project(drawn(store), script.systems[i]->sprite, *script.record.view, painter.records,
+                                projection(script, i));
       const auto bytes = painter.records.bytes();
       message.bytes().put(static_cast<std::uint64_t>(bytes.size()));
       message.bytes().put_raw(bytes.data(), bytes.size());

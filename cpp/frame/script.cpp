@@ -8,6 +8,17 @@ std::string Script::name_of(const Round& round) const {
   return round.last == round.first + 1 ? systems[round.first]->definition.name : "";
 }
 
+namespace {
+
+void note_camera(Script& script, std::uint64_t frame, image::View& view) {
+  const bool in_sequence = script.camera && script.camera_frame + 1 == frame;
+  if (view.shutter > 0 && !view.before && in_sequence) view.before = script.camera;
+  script.camera = view.camera;
+  script.camera_frame = frame;
+}
+
+}  // namespace
+
 void write_record(Script& script, const Settings& settings, std::uint64_t frame, recording::Verb verb,
                   const std::optional<image::View>& view, const std::string& argument) {
   recording::Record& record = script.record;
@@ -18,6 +29,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   record.dt = settings.dt;
   record.substeps = settings.substeps;
   record.view = view;
+  if (record.view) note_camera(script, frame, *record.view);
   record.argument = argument;
   for (const auto& system : script.systems) {  // lent: moved back below
     record.systems.push_back(std::move(system->definition));

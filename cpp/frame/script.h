@@ -22,12 +22,17 @@ struct Script {
   recording::Hash hash;
   std::vector<Round> rounds;
 
+  // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
+  std::optional<image::Camera> camera;
+  std::uint64_t camera_frame = 0;
+
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
   /// The one system of a round, or empty: what a timeline calls the round.
   std::string name_of(const Round& round) const;
 };
 
-/// Writes down what all ranks were asked to do.
+/// Writes down what all ranks were asked to do. A view with an open shutter learns the last frame's camera: all ranks
+/// know it, because their scripts recorded it.
 void write_record(Script& script, const Settings& settings, std::uint64_t frame, recording::Verb verb,
                   const std::optional<image::View>& view, const std::string& argument);
 

@@ -34,17 +34,24 @@ class Streak {
   double dx_, dy_, x_, y_, reach_square_ = 0;
 };
 
+template <class Use, class Wanted>
+void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns, const Use& use, const Wanted& wanted) {
+  for (std::uint32_t row = first >> 16; row <= last >> 16; ++row) {
+    for (std::uint32_t column = first & 0xffffu; column <= (last & 0xffffu); ++column) {
+      if (wanted(column, row)) use(row * columns + column);
+    }
+  }
+}
+
 template <class Use>
 void for_each_tile(const WideBatch& b, std::size_t i, const Grid& grid, const Use& use) {
   const std::uint32_t first = b.first_tile[i], last = b.last_tile[i];
   const auto columns = static_cast<std::size_t>(grid.columns());
-  const bool slanting = b.dx != nullptr && (first & 0xffffu) != (last & 0xffffu) && first >> 16 != last >> 16;
-  for (std::uint32_t row = first >> 16; row <= last >> 16; ++row) {
-    for (std::uint32_t column = first & 0xffffu; column <= (last & 0xffffu); ++column) {
-      if (slanting && !Streak(b, i, grid).near(column, row)) continue;
-      use(row * columns + column);
-    }
+  if (b.dx == nullptr || b.dx[i] == 0 || b.dy[i] == 0 || first == last) {
+    return for_each_tile(first, last, columns, use, [](auto, auto) { return true; });
   }
+  const Streak streak(b, i, grid);
+  for_each_tile(first, last, columns, use, [&](auto column, auto row) { return streak.near(column, row); });
 }
 
 }  // namespace

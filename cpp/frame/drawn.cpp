@@ -1,0 +1,33 @@
+#include "frame/drawn.h"
+
+namespace motes::frame {
+
+image::Drawn drawn(const particles::Store& store) {
+  image::Drawn d;
+  const auto three = [&](int attribute, std::array<const float*, 3>& planes, std::array<float, 3>& of_all) {
+    for (int c = 0; c < 3; ++c) planes[static_cast<std::size_t>(c)] = store.plane(attribute, c);
+    of_all = store.uniform_value(attribute);
+  };
+  std::array<float, 3> nowhere{};
+  d.count = store.size();
+  three(particles::position, d.position, nowhere);
+  three(particles::color, d.color, d.color_of_all);
+  three(particles::up, d.up, d.up_of_all);
+  three(particles::velocity, d.velocity, d.velocity_of_all);
+  d.alpha = store.plane(particles::alpha, 0);
+  d.alpha_of_all = store.uniform_value(particles::alpha)[0];
+  d.size = store.plane(particles::size, 0);
+  d.size_of_all = store.uniform_value(particles::size)[0];
+  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
+  return d;
+}
+
+image::Projection projection(const Script& script, std::size_t system) {
+  image::Projection p;
+  p.system = static_cast<int>(system);
+  p.any_depth = image::anything_hides(*script.record.view, script.record.sprites);
+  p.dt = script.record.dt;
+  return p;
+}
+
+}  // namespace motes::frame

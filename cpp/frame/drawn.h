@@ -1,0 +1,17 @@
+// What of a system goes into its picture, and what that depends on.
+#pragma once
+
+#include "frame/script.h"
+#include "image/projector.h"
+#include "image/scene.h"
+#include "particles/store.h"
+
+namespace motes::frame {
+
+/// The columns that a picture shows. They point into the store.
+image::Drawn drawn(const particles::Store& store);
+
+/// How the records of a system are made, where the record under way has a view: equal on every rank.
+image::Projection projection(const Script& script, std::size_t system);
+
+}  // namespace motes::frame

@@ -116,7 +116,6 @@ void check(const View& view) {
   check_color("background", view.background);
   if (!(view.exposure > 0 && view.exposure <= 1e15f)) refuse("exposure", "finite and above 0", text(view.exposure));
   check_vector("sun", view.sun);
-  if (!(length(view.sun) > 1e-9)) refuse("sun", "longer than 0", text(view.sun));
   check_number("shutter", view.shutter, 0, 1);
   check_number("bloom", view.bloom, 0, 1);
   if (static_cast<int>(view.path) >= particles::enumerators<View::Path>()) {
@@ -127,7 +126,11 @@ void check(const View& view) {
     const std::string argument = "objects[" + std::to_string(i) + "]";
     check_color(argument + ".color", view.objects[i].color);
     check_number(argument + ".light", view.objects[i].light, 0, kFarthest);
-    if (view.objects[i].mesh == 0) check_solid(argument, view.objects[i]);
+    if (view.objects[i].mesh == 0) {
+      check_solid(argument, view.objects[i]);
+    } else if (!has_mesh(view.objects[i].mesh)) {
+      refuse(argument + ".mesh", "the key of a mesh that this process keeps", std::to_string(view.objects[i].mesh));
+    }
   }
   for (std::size_t i = 0; i < view.lights.size(); ++i) {
     const std::string argument = "lights[" + std::to_string(i) + "]";
@@ -157,15 +160,8 @@ void check(const Sprite& sprite) {
 
 void check_drawn(const View& view) {
   const View plain;
-  if (view.sun != plain.sun) refuse_drawing("sun: another direction to the sun");
-  if (!view.lights.empty()) refuse_drawing("lights: point lights");
-  if (view.smooth != plain.smooth) refuse_drawing("smooth: edges that are not smooth");
   if (view.shutter != plain.shutter) refuse_drawing("shutter: streaks");
   if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
-  for (const Solid& solid : view.objects) {
-    if (solid.mesh != 0) refuse_drawing("objects: meshes");
-    if (solid.light != 0) refuse_drawing("objects: objects that emit light");
-  }
 }
 
 void check_drawn(const Sprite& sprite) {

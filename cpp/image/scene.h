@@ -78,7 +78,7 @@ struct View {
   Color background{0, 0, 0};
   float exposure = 1;
   std::vector<Solid> objects;
-  Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length
+  Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
   std::vector<Light> lights;
   Path path = Path::automatic;   // who draws; changes no pixel
   float shutter = 0;             // part of the frame's time that it is open, 0..1: particles are drawn as streaks

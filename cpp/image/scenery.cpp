@@ -1,69 +1,63 @@
 #include "image/scenery.h"
 
 #include <algorithm>
-#include <bit>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 #include <string>
 
 #include "image/camera.h"
-#include "image/caster.h"
 #include "image/splat_lanes.h"
-#include "image/vectors.h"
 
 namespace motes::image {
 namespace {
 
-// What the pixels of a tile and those next to it belong to: an edge may run along the tile's own.
-constexpr int kBordered = kTile + 2;
-using Surfaces = std::array<std::uint32_t, static_cast<std::size_t>(kBordered) * kBordered>;
-constexpr std::size_t bordered(int x, int y) { return static_cast<std::size_t>((y + 1) * kBordered + x + 1); }
-
-std::uint16_t to_scenery(double linear) {
-  const double scaled = linear * (static_cast<double>(kUnit) / (1 << kSceneryShift)) + 0.5;
+std::uint16_t to_scenery(float linear) {
+  const float scaled = linear * (static_cast<float>(kUnit) / (1 << kSceneryShift)) + 0.5f;
   return scaled < 65535 ? static_cast<std::uint16_t>(scaled) : std::uint16_t{65535};
 }
 
-void store(const Vector& light, std::uint16_t* to) {
-  for (std::size_t c = 0; c < 3; ++c) to[c] = to_scenery(light[c]);
+// Whether rays from the camera meet the same surfaces in both views.
+bool same_forms(const View& a, const View& b) {
+  const auto same = [](const Solid& x, const Solid& y) { return x.mesh == y.mesh && x.shape == y.shape; };
+  return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
+         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
 }
 
-std::uint32_t depth_bits(double depth) {
-  // Nothing can be hidden beyond a float's range.
-  constexpr double kLargest = std::numeric_limits<float>::max();
-  return depth < kLargest ? std::bit_cast<std::uint32_t>(static_cast<float>(depth)) : Scenery::kNothing;
-}
-
-// The mean of four samples on a rotated grid: nearly vertical or horizontal edges get four steps.
-Vector smooth(const Caster& caster, int x, int y) {
-  return (caster.cast(x + 0.375, y + 0.125).light + caster.cast(x + 0.875, y + 0.375).light +
-          caster.cast(x + 0.625, y + 0.875).light + caster.cast(x + 0.125, y + 0.625).light) *
-         0.25;
+// Whether the surfaces have the same light, too.
+bool same_light(const View& a, const View& b) {
+  return a.background == b.background && a.objects == b.objects && a.sun == b.sun && a.lights == b.lights;
 }
 
 }  // namespace
 
-bool same_scenery(const View& a, const View& b) {
-  return a.width == b.width && a.height == b.height && a.camera == b.camera && a.background == b.background &&
-         a.objects == b.objects;
-}
-
 void Scenery::prepare(const View& view) {
   check(view);
-  if (version_ != 0 && same_scenery(view, view_)) return;
+  const bool forms = scene_ != nullptr && same_forms(view, view_);
+  if (forms && same_light(view, view_)) return;
+  auto scene = std::make_unique<CastScene>(view);  // may throw: nothing has changed yet
+  if (!forms) ++forms_;
+  ++version_;
+  scene_ = std::move(scene);
   view_ = view;
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_scenery(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
-  ++version_;
 }
 
 void Scenery::render(std::span<const int> tiles) {
-  Caster caster(view_);
-  for (const int tile : tiles) {
-    if (tile < 0 || tile >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(tile));
-    if (!rendered(tile)) render_tile(caster, tile);
+  for (const int number : tiles) {
+    if (number < 0 || number >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(number));
+    if (rendered(number)) continue;
+    Tile& tile = tiles_[index(number)];
+    TilePart part{grid_, number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
+    part.width = std::min(kTile, grid_.width - part.left);
+    part.height = std::min(kTile, grid_.height - part.top);
+    if (tile.forms != forms_) trace(tile, part);
+    if (tile.occupied) {
+      tile.light.resize(index(3 * kTile * kTile));
+      caster_.shade(*scene_, part, view_.smooth, tile.surfaces, tile.light.data());
+    }
+    tile.version = version_;
   }
 }
 
@@ -73,39 +67,17 @@ void Scenery::render_all() {
   render(all);
 }
 
-void Scenery::render_tile(Caster& caster, int number) {
-  Tile& tile = tiles_[index(number)];
-  const int left = number % grid_.columns() * kTile, top = number / grid_.columns() * kTile;
-  const int width = std::min(kTile, grid_.width - left), height = std::min(kTile, grid_.height - top);
+void Scenery::trace(Tile& tile, const TilePart& part) {
+  tile.depth.resize(index(kTile * kTile));
+  tile.occupied = caster_.trace(*scene_, part, view_.smooth, tile.surfaces, tile.depth.data());
+  tile.forms = forms_;
   tile.nearest = kNothing;
   tile.farthest = 0;
-  tile.version = version_;
-  if (!caster.aim(left - 1, top - 1, left + width + 1, top + height + 1)) return;
-
-  tile.light.resize(index(3 * kTile * kTile));
-  tile.depth.resize(index(kTile * kTile));
-  Surfaces surfaces;
-  const auto inside = [&](int x, int y) { return x >= 0 && y >= 0 && x < width && y < height; };
-  for (int y = -1; y <= height; ++y) {
-    for (int x = -1; x <= width; ++x) {
-      const Sample sample = caster.cast(left + x + 0.5, top + y + 0.5);
-      surfaces[bordered(x, y)] = sample.surface;
-      if (!inside(x, y)) continue;
-      std::uint16_t* light = tile.light.data() + 3 * within(x, y);
-      sample.surface == 0 ? void(std::copy(background_.begin(), background_.end(), light)) : store(sample.light, light);
-      const std::uint32_t depth = depth_bits(sample.depth);
-      tile.depth.data()[within(x, y)] = depth;
-      tile.nearest = std::min(tile.nearest, depth);
-      tile.farthest = std::max(tile.farthest, depth);
-    }
-  }
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const std::uint32_t* here = surfaces.data() + bordered(x, y);
-      const bool last_x = left + x + 1 == grid_.width, last_y = top + y + 1 == grid_.height;
-      const bool edge = (left + x > 0 && here[-1] != *here) || (!last_x && here[1] != *here) ||
-                        (top + y > 0 && here[-kBordered] != *here) || (!last_y && here[kBordered] != *here);
-      if (edge) store(smooth(caster, left + x, top + y), tile.light.data() + 3 * within(x, y));
+  for (int y = 0; tile.occupied && y < part.height; ++y) {
+    const std::uint32_t* row = tile.depth.data() + y * kTile;
+    for (int x = 0; x < part.width; ++x) {
+      tile.nearest = std::min(tile.nearest, row[x]);
+      tile.farthest = std::max(tile.farthest, row[x]);
     }
   }
 }

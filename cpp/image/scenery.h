@@ -3,21 +3,23 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
 #include "image/buffer.h"
 #include "image/grid.h"
 #include "image/scene.h"
+#include "image/tile_caster.h"
 
 namespace motes::image {
 
-/// Whether both views have the same scenery: everything but the exposure and what concerns particles alone.
-bool same_scenery(const View& a, const View& b);
-
-/// Ray-cast objects, lit by one sun and a hemisphere of sky, with shadows of the sun and anti-aliased edges; far away
-/// they fade into the background. A pure function of the view, independent of its exposure; each tile of it is computed
-/// alone, so that a rank renders only the tiles that it draws.
+/// Ray-cast objects, lit by the sun, a hemisphere of sky and the view's lights, with shadows and anti-aliased edges;
+/// far away they fade into the background. A pure function of the view, independent of its exposure; each tile of it is
+/// computed alone, so that a rank renders only the tiles that it draws.
+///
+/// What the camera's rays meet is kept while the camera and the objects' forms stay the same: then lights, colours and
+/// the background may change without new rays from the camera.
 ///
 /// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame.
 class Scenery {
@@ -25,7 +27,7 @@ class Scenery {
   /// The depth of a pixel where there is no object: the bits of infinity.
   static constexpr std::uint32_t kNothing = 0x7f800000;
 
-  Scenery() = default;
+  explicit Scenery(const CastLanes& lanes = cast_lanes()) : caster_(lanes) {}
 
   /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
   /// std::invalid_argument where the view is not valid.
@@ -40,7 +42,7 @@ class Scenery {
   bool rendered(int tile) const { return tiles_[index(tile)].version == version_; }
 
   /// False: no object is visible in this tile, its pixels are background.
-  bool occupied(int tile) const { return tiles_[index(tile)].nearest != kNothing; }
+  bool occupied(int tile) const { return tiles_[index(tile)].occupied; }
 
   /// The least and greatest depth in an occupied tile.
   std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
@@ -58,9 +60,12 @@ class Scenery {
 
  private:
   struct Tile {
-    std::uint64_t version = 0;
+    std::uint64_t forms = 0;    // the version of what the rays met
+    std::uint64_t version = 0;  // of the light
+    bool occupied = false;
     std::uint32_t nearest = kNothing;
     std::uint32_t farthest = 0;
+    TileSurfaces surfaces;
     BufferOf<std::uint16_t> light;  // kTile rows of 3 * kTile numbers
     BufferOf<std::uint32_t> depth;  // kTile rows of kTile numbers
   };
@@ -70,12 +75,15 @@ class Scenery {
   const Tile& tile_of(int x, int y) const {
     return tiles_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
   }
-  void render_tile(class Caster& caster, int number);
+  void trace(Tile& tile, const TilePart& part);
 
   View view_;
   Grid grid_;
+  std::uint64_t forms_ = 0;
   std::uint64_t version_ = 0;
   std::array<std::uint16_t, 3> background_{};
+  std::unique_ptr<CastScene> scene_;
+  TileCaster caster_;
   std::vector<Tile> tiles_;
 };
 

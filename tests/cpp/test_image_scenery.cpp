@@ -6,9 +6,9 @@
 #include <stdexcept>
 
 #include "check.h"
-#include "image/caster.h"
 #include "image/scenery.h"
 #include "image/solids.h"
+#include "test_image_reference_caster.h"
 #include "test_image_scene.h"
 
 using namespace image_test;

@@ -1,4 +1,5 @@
-// What one ray from the camera sees of the external objects: colour, light and shadow.
+// What one ray from the camera sees of the external objects, in double precision: what the scenery is compared with.
+// One sun, no other lights, no meshes.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +9,14 @@
 #include "image/camera.h"
 #include "image/scene.h"
 #include "image/solids.h"
+#include "test_image_reference_solids.h"
 
-namespace motes::image {
+namespace image_test {
+
+using image::Ball;
+using image::Lens;
+using image::Solid;
+using image::View;
 
 struct Sample {
   Vector light;  // linear RGB
@@ -51,4 +58,4 @@ class Caster {
   std::vector<const Item*> seen_;  // in the selected part
 };
 
-}  // namespace motes::image
+}  // namespace image_test

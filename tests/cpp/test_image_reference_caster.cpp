@@ -1,11 +1,13 @@
-#include "image/caster.h"
+#include "test_image_reference_caster.h"
 
 #include <cmath>
 
 #include "image/vectors.h"
 
-namespace motes::image {
+namespace image_test {
 namespace {
+
+using namespace motes::image;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -20,13 +22,10 @@ constexpr double kBiasPixels = 3;  // how far a resting particle's disc reaches 
 constexpr double kLeastBias = 1.0 / 4096;
 constexpr double kMostBias = 1.0 / 50;
 
-// To the sun: from the left, above and in front of a camera that looks along -z.
-Vector to_sun() { return unit({-0.45, 0.75, 0.55}); }
-
 }  // namespace
 
 Caster::Caster(const View& view)
-    : view_(view), lens_(lens(view)), sun_(to_sun()),
+    : view_(view), lens_(lens(view)), sun_(unit(view.sun)),
       background_{view.background[0], view.background[1], view.background[2]} {
   const double reach = kFogReach * length(view.camera.look_at - view.camera.position);
   fog_square_ = reach * reach;
@@ -120,4 +119,4 @@ double Caster::bias(const Ray& ray, const Hit& hit) const {
   return wanted < kMostBias ? wanted : kMostBias;
 }
 
-}  // namespace motes::image
+}  // namespace image_test

@@ -134,12 +134,15 @@ MOTES_INLINE Span span(Ints middle, Ints reach, int pixels) {
 }
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
+constexpr std::size_t kWords = sizeof(image::WideRecord) / 4;
+
 struct Columns {
   Mask visible;
-  Uints x, y, depth, size, up, dx, dy, first_tile, last_tile;
+  Uints word[kWords];  // of WideRecord
+  Uints first_tile, last_tile;
 };
 
-MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i) {
+MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
   const Floats3 place{load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
   const Sight now = sight(t.now, place);
   const Way w = way(t, i, place, now);
@@ -155,52 +158,76 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i) {
   const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
   const Span columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
   Columns c;
-  c.visible = visible & (light > 0) & columns.inside & rows.inside;
-  c.x = (Uints)x;
-  c.y = (Uints)y;
-  c.depth = (Uints)now.depth;
-  c.size = (Uints)diameter | ((Uints)light << 16);
-  c.up = t.oriented ? up_vector(t, i, now) : Uints{};
-  c.dx = (Uints)dx;
-  c.dy = (Uints)dy;
+  c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);
+  c.word[0] = (Uints)x;
+  c.word[1] = (Uints)y;
+  c.word[2] = color;
+  c.word[3] = (Uints)now.depth;
+  c.word[4] = (Uints)diameter | ((Uints)light << 16);
+  c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
+  c.word[6] = (Uints)dx;
+  c.word[7] = (Uints)dy;
   c.first_tile = (Uints)columns.first | ((Uints)rows.first << 16);
   c.last_tile = (Uints)columns.last | ((Uints)rows.last << 16);
   return c;
 }
 
-MOTES_INLINE void store_columns(const image::WideTask& t, std::size_t i, const Columns& c, Uints color, const Kept& k,
-                                const image::WideBatch& out, std::size_t n) {
-  store_kept(out.x + n, k, c.x);
-  store_kept(out.y + n, k, c.y);
-  store_kept(out.color + n, k, color);
-  store_kept(out.depth + n, k, c.depth);
-  store_kept(out.size + n, k, c.size);
-  store_kept(out.first_tile + n, k, c.first_tile);
-  store_kept(out.last_tile + n, k, c.last_tile);
-  if (out.up != nullptr) store_kept(out.up + n, k, c.up);
-  if (out.dx != nullptr) {
-    store_kept(out.dx + n, k, c.dx);
-    store_kept(out.dy + n, k, c.dy);
+// Four words of each lane next to one another: lane 4 q + j is at four[j] + 4 q.
+MOTES_INLINE void transpose(const Uints* words, std::uint32_t (&four)[4][kLanes]) {
+#if MOTES_WIDTH != 0
+  const Uints low = interleave_low(words[0], words[1]), high = interleave_high(words[0], words[1]);
+  const Uints low_too = interleave_low(words[2], words[3]), high_too = interleave_high(words[2], words[3]);
+  store_uints(four[0], interleave_low_pairs(low, low_too));
+  store_uints(four[1], interleave_high_pairs(low, low_too));
+  store_uints(four[2], interleave_low_pairs(high, high_too));
+  store_uints(four[3], interleave_high_pairs(high, high_too));
+#else
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    for (std::size_t w = 0; w < 4; ++w) four[lane % 4][lane / 4 * 4 + w] = words[w][lane];
   }
-  if (out.velocity == nullptr) return;
+#endif
+}
+
+// Writes the records of the visible lanes one after another; the next one overwrites those of the others.
+MOTES_INLINE std::size_t store_records(std::uint32_t* to, const Columns& c, Mask visible) {
+  std::uint32_t first_half[4][kLanes], second_half[4][kLanes];
+  std::int32_t kept[kLanes];
+  transpose(c.word, first_half);
+  transpose(c.word + 4, second_half);
+  store_mask(kept, visible);
+  std::size_t n = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const std::size_t from = lane / 4 * 4;
+    __builtin_memcpy(to + n * kWords, first_half[lane % 4] + from, 16);
+    __builtin_memcpy(to + n * kWords + 4, second_half[lane % 4] + from, 16);
+    n += static_cast<std::size_t>(kept[lane] & 1);
+  }
+  return n;
+}
+
+MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Kept& k, std::uint32_t* to,
+                                 std::size_t stride) {
   const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i);
-  store_kept(out.velocity + n, k, finite_bits(velocity.x));
-  store_kept(out.velocity + out.velocity_stride + n, k, finite_bits(velocity.y));
-  store_kept(out.velocity + 2 * out.velocity_stride + n, k, finite_bits(velocity.z));
+  store_kept(to, k, finite_bits(velocity.x));
+  store_kept(to + stride, k, finite_bits(velocity.y));
+  store_kept(to + 2 * stride, k, finite_bits(velocity.z));
 }
 
 std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
   const image::WideTask t = task;  // a copy whose members the stores below cannot change
+  const bool one_color = t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
+  const Uints color_of_all = color_vector(t, 0);
   std::size_t n = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
-    const Columns c = project_vector(t, i);
-    const Uints color = color_vector(t, i);
-    Mask visible = c.visible & gives_light(color, t.dark);
+    const Columns c = project_vector(t, i, one_color ? color_of_all : color_vector(t, i));
+    Mask visible = c.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
     if (!any(visible)) continue;
     const Kept k = kept(visible);
-    store_columns(t, i, c, color, k, out, n);
-    n += number_of(k);
+    store_kept(out.first_tile + n, k, c.first_tile);
+    store_kept(out.last_tile + n, k, c.last_tile);
+    if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.velocity_stride);
+    n += store_records(out.records + n * kWords, c, visible);
   }
   return n;
 }

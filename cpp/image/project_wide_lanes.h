@@ -42,21 +42,12 @@ struct WideTask {
   float limit_x, limit_y;
 };
 
-/// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as
-/// are projected, plus one vector.
+/// The visible particles, in their order. Each array has room for as many particles as are projected, plus one vector.
 struct WideBatch {
-  std::uint32_t* x;           // see WideRecord
-  std::uint32_t* y;
-  std::uint32_t* color;       // r | g << 8 | b << 16 | alpha << 24
-  std::uint32_t* depth;
-  std::uint32_t* size;        // size | light << 16
-  std::uint32_t* up;          // x | y << 16; null: not wanted
-  std::uint32_t* dx;          // null, as is dy: no streaks
-  std::uint32_t* dy;
+  std::uint32_t* records;     // WideRecords, without velocity
   std::uint32_t* first_tile;  // column | row << 16 of the first tile that the bounding box touches
   std::uint32_t* last_tile;   // and of the last
-  std::uint32_t*
-      velocity;    // bits of three floats, each `velocity_stride` words behind the one before; null: not wanted
+  std::uint32_t* velocity;  // bits of three floats, each `velocity_stride` words after the one before; null: not wanted
   std::size_t velocity_stride;
 };
 

@@ -191,25 +191,18 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    projected_.resize(13 * stride);
-    std::uint32_t* next = projected_.data();
-    const auto column = [&](bool wanted = true) { return wanted ? std::exchange(next, next + stride) : nullptr; };
-    WideBatch batch{};
-    for (std::uint32_t** one :
-         {&batch.x, &batch.y, &batch.color, &batch.depth, &batch.size, &batch.first_tile, &batch.last_tile}) {
-      *one = column();
-    }
-    batch.up = column(task.oriented);
-    batch.dx = column(task.streaks);
-    batch.dy = column(task.streaks);
-    batch.velocity = records.head_.with_velocity != 0 ? next : nullptr;
-    batch.velocity_stride = stride;
+    constexpr std::size_t kWords = sizeof(WideRecord) / 4;
+    projected_.resize((kWords + 6) * stride);
+    std::uint32_t* columns = projected_.data() + kWords * stride;
+    std::uint32_t* velocity = records.head_.with_velocity != 0 ? columns + 3 * stride : nullptr;
+    const WideBatch batch{projected_.data(), columns, columns + stride, velocity, stride};
+    std::uint32_t* several = columns + 2 * stride;
     const std::size_t visible = wide_lanes_->project(task, first, last, batch);
     if (visible == 0) continue;
     cursor_.assign(static_cast<std::size_t>(grid.tiles()), 0);
-    count_wide(batch, visible, grid, cursor_.data());
+    const std::size_t listed = count_wide(batch, visible, grid, cursor_.data(), several);
     std::byte* to = open_batch(static_cast<std::size_t>(grid.tiles()), bytes_of(records.head_), records);
-    scatter_wide(batch, visible, grid, cursor_.data(), to);
+    scatter_wide(batch, visible, grid, cursor_.data(), several, listed, to);
   }
 }
 

@@ -23,8 +23,9 @@ void scatter_fixed(const ProjectedBatch& batch, std::size_t count, std::size_t c
                    const std::uint32_t* several, std::size_t listed, std::byte* records);
 
 /// The same for wide records, which may touch any number of tiles.
-void count_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* counts);
+std::size_t count_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* counts,
+                       std::uint32_t* several);
 void scatter_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* cursor,
-                  std::byte* records);
+                  const std::uint32_t* several, std::size_t listed, std::byte* records);
 
 }  // namespace motes::image

@@ -9,17 +9,20 @@ namespace {
 
 constexpr std::int64_t kUnit = 1 << kWideBits;
 
-std::int64_t signed_word(std::uint32_t word) { return static_cast<std::int32_t>(word); }
+WideRecord record_at(const WideBatch& b, std::size_t i) {
+  WideRecord record;
+  std::memcpy(&record, b.records + i * (sizeof record / 4), sizeof record);
+  return record;
+}
 
 // Whether a streak comes near a tile: its bounding box may hold many tiles that a slanting streak never touches.
 class Streak {
  public:
-  Streak(const WideBatch& b, std::size_t i, const Grid& grid)
-      : dx_(static_cast<double>(signed_word(b.dx[i]))), dy_(static_cast<double>(signed_word(b.dy[i]))),
-        x_(static_cast<double>(signed_word(b.x[i]) + grid.width * kUnit / 2)),
-        y_(static_cast<double>(signed_word(b.y[i]) + grid.height * kUnit / 2)) {
+  Streak(const WideRecord& r, const Grid& grid)
+      : dx_(r.dx), dy_(r.dy), x_(static_cast<double>(r.x + grid.width * kUnit / 2)),
+        y_(static_cast<double>(r.y + grid.height * kUnit / 2)) {
     // From the middle of a tile to its corner, then as far as a sprite turned by half a right angle reaches.
-    const double radius = static_cast<double>(b.size[i] & 0xffffu) * (kUnit >> (kSizeBits + 1)) * 1.4143;
+    const double radius = static_cast<double>(r.size) * (kUnit >> (kSizeBits + 1)) * 1.4143;
     const double reach = (kTile / 2 * 1.4143 + 1) * static_cast<double>(kUnit) + radius;
     reach_square_ = reach * reach * (dx_ * dx_ + dy_ * dy_);
   }
@@ -43,42 +46,71 @@ void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns,
   }
 }
 
+// The tiles of a particle that touches several.
 template <class Use>
 void for_each_tile(const WideBatch& b, std::size_t i, const Grid& grid, const Use& use) {
-  const std::uint32_t first = b.first_tile[i], last = b.last_tile[i];
   const auto columns = static_cast<std::size_t>(grid.columns());
-  if (b.dx == nullptr || b.dx[i] == 0 || b.dy[i] == 0 || first == last) {
-    return for_each_tile(first, last, columns, use, [](auto, auto) { return true; });
+  const WideRecord record = record_at(b, i);
+  if (record.dx == 0 || record.dy == 0) {
+    return for_each_tile(b.first_tile[i], b.last_tile[i], columns, use, [](auto, auto) { return true; });
   }
-  const Streak streak(b, i, grid);
-  for_each_tile(first, last, columns, use, [&](auto column, auto row) { return streak.near(column, row); });
+  const Streak streak(record, grid);
+  for_each_tile(b.first_tile[i], b.last_tile[i], columns, use,
+                [&](auto column, auto row) { return streak.near(column, row); });
+}
+
+std::size_t first_tile(const WideBatch& b, std::size_t i, std::size_t columns) {
+  return (b.first_tile[i] >> 16) * columns + (b.first_tile[i] & 0xffffu);
+}
+
+template <bool kVelocity>
+void scatter(const WideBatch b, std::size_t count, const Grid grid, std::uint32_t* cursor, const std::uint32_t* several,
+             std::size_t listed, std::byte* records) {
+  constexpr std::size_t kBytes = sizeof(WideRecord) + (kVelocity ? kVelocityBytes : 0);
+  const auto put = [&](std::size_t i, std::byte* to) {
+    std::memcpy(to, b.records + i * (sizeof(WideRecord) / 4), sizeof(WideRecord));
+    for (std::size_t c = 0; kVelocity && c < 3; ++c) {
+      std::memcpy(to + sizeof(WideRecord) + 4 * c, b.velocity + c * b.velocity_stride + i, 4);
+    }
+  };
+  const auto columns = static_cast<std::size_t>(grid.columns());
+  std::byte nowhere[kBytes];
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::size_t tile = first_tile(b, i, columns);
+    const bool alone = b.first_tile[i] == b.last_tile[i];
+    put(i, alone ? records + cursor[tile] * kBytes : nowhere);
+    cursor[tile] += alone;
+  }
+  for (std::size_t k = 0; k < listed; ++k) {
+    for_each_tile(b, several[k], grid, [&](std::size_t tile) { put(several[k], records + cursor[tile]++ * kBytes); });
+  }
 }
 
 }  // namespace
 
-void count_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* counts) {
+// Particles in one tile are counted free of branches, as those of fixed size are.
+std::size_t count_wide(const WideBatch& b, std::size_t count, const Grid& grid, std::uint32_t* counts,
+                       std::uint32_t* several) {
+  const auto columns = static_cast<std::size_t>(grid.columns());
+  std::size_t listed = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    for_each_tile(batch, i, grid, [&](std::size_t tile) { ++counts[tile]; });
+    const bool alone = b.first_tile[i] == b.last_tile[i];
+    counts[first_tile(b, i, columns)] += alone;
+    several[listed] = static_cast<std::uint32_t>(i);
+    listed += !alone;
   }
+  for (std::size_t k = 0; k < listed; ++k) {
+    for_each_tile(b, several[k], grid, [&](std::size_t tile) { ++counts[tile]; });
+  }
+  return listed;
 }
 
-void scatter_wide(const WideBatch& b, std::size_t count, const Grid& grid, std::uint32_t* cursor, std::byte* records) {
-  constexpr std::size_t kWords = (sizeof(WideRecord) + kVelocityBytes) / 4;
-  const std::size_t bytes = sizeof(WideRecord) + (b.velocity != nullptr ? kVelocityBytes : 0);
-  std::uint32_t record[kWords] = {};
-  for (std::size_t i = 0; i < count; ++i) {
-    record[0] = b.x[i];
-    record[1] = b.y[i];
-    record[2] = b.color[i];
-    record[3] = b.depth[i];
-    record[4] = b.size[i];
-    if (b.up != nullptr) record[5] = b.up[i];
-    if (b.dx != nullptr) {
-      record[6] = b.dx[i];
-      record[7] = b.dy[i];
-    }
-    for (std::size_t c = 0; c < 3 && b.velocity != nullptr; ++c) record[8 + c] = b.velocity[c * b.velocity_stride + i];
-    for_each_tile(b, i, grid, [&](std::size_t tile) { std::memcpy(records + cursor[tile]++ * bytes, record, bytes); });
+void scatter_wide(const WideBatch& b, std::size_t count, const Grid& grid, std::uint32_t* cursor,
+                  const std::uint32_t* several, std::size_t listed, std::byte* records) {
+  if (b.velocity != nullptr) {
+    scatter<true>(b, count, grid, cursor, several, listed, records);
+  } else {
+    scatter<false>(b, count, grid, cursor, several, listed, records);
   }
 }
 

@@ -113,6 +113,9 @@ py::dict times(const frame::PhaseTimes& t) {
   d["t_exchange_s"] = t.exchange;
   d["t_balance_s"] = t.balance;
   d["t_render_s"] = t.render;
+  d["t_project_s"] = t.project;
+  d["t_draw_s"] = t.draw;
+  d["t_assemble_s"] = t.assemble;
   d["t_wait_s"] = t.wait;
   d["t_frame_s"] = t.frame;
   return d;

@@ -20,6 +20,7 @@ double patience(Phase phase, int hops) {
   switch (phase) {
     case Phase::report:
     case Phase::proposals: return 1.25 + longer;
+    case Phase::tiles: return 1.1 + longer;  // whose owner waits for records
     case Phase::begin:
     case Phase::verdict:
     case Phase::plan: return 1.5 + longer;
@@ -34,7 +35,7 @@ std::string where(const Stamp& stamp, Phase phase) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records",
+  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records", "tiles",
                                            "gather", "plan",   "loads",   "proposals", "births"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";

@@ -10,8 +10,20 @@
 namespace motes::comm {
 
 /// The conversations of a frame. Messages of different phases do not overtake each other's order: one MPI tag each.
-enum class Phase : std::uint8_t { begin, report, verdict, exchange, records, gather, plan, loads, proposals, births };
-inline constexpr int kPhases = 10;
+enum class Phase : std::uint8_t {
+  begin,
+  report,
+  verdict,
+  exchange,
+  records,
+  tiles,
+  gather,
+  plan,
+  loads,
+  proposals,
+  births
+};
+inline constexpr int kPhases = 11;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

@@ -3,14 +3,24 @@
 #include <algorithm>
 #include <utility>
 
+#include "particles/enumerators.h"
+
 namespace motes::frame {
 namespace {
 
 void take_larger(PhaseTimes& most, const PhaseTimes& times) {
   for (const auto seconds : {&PhaseTimes::create, &PhaseTimes::act, &PhaseTimes::report, &PhaseTimes::exchange,
-                             &PhaseTimes::balance, &PhaseTimes::render, &PhaseTimes::wait, &PhaseTimes::frame}) {
+                             &PhaseTimes::balance, &PhaseTimes::render, &PhaseTimes::project, &PhaseTimes::draw,
+                             &PhaseTimes::assemble, &PhaseTimes::wait, &PhaseTimes::frame}) {
     most.*seconds = std::max(most.*seconds, times.*seconds);
   }
+}
+
+void note_drawing(const Drawing& drawing, FrameRow& row) {
+  if (drawing.width == 0) return;
+  row.render_path = particles::name_of(drawing.path);
+  row.records += drawing.records;
+  row.render_bytes += drawing.bytes;
 }
 
 }  // namespace
@@ -96,6 +106,7 @@ void Account::note_tails(const std::vector<Report>& reports, const roles::Cast& 
     if (!tail.valid || tail.frame != row.frame) continue;
     take_larger(row.times, tail.times);
     if (!tail.image_sha256.empty()) row.image_sha256 = tail.image_sha256;
+    note_drawing(tail.drawing, row);
     note_tail(cast.calculator_of(static_cast<int>(rank)), tail, row);
   }
   last_row_ = std::move(row);

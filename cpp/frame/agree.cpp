@@ -5,6 +5,7 @@
 
 #include "comm/clock.h"
 #include "frame/balance.h"
+#include "frame/render_load.h"
 #include "frame/spawn.h"
 
 namespace motes::frame {
@@ -131,6 +132,7 @@ std::vector<Report>& hear_reports(Rank& rank, Manager& manager, const Round& rou
 // What all ranks did well: counts, children, the account, the loads that the plan will follow from.
 void settle_well(Rank& rank, const Script& script, Manager& manager, const Round& round, Verdict& verdict) {
   if (round.first == 0) manager.account.note_tails(manager.reports, rank.talk.cast());
+  note_pictures(rank, script, round, manager.reports, manager.picture);
   sum_up(rank, script, round, manager.reports, verdict, manager.orders);
   collect_parents(rank, script, manager, round, manager.reports, verdict, manager.orders);
   if (script.in_frame()) {

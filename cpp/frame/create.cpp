@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "frame/item_failure.h"
+#include "frame/render_load.h"
 #include "frame/share.h"
 
 namespace motes::frame {
@@ -96,6 +97,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   if (rank.talk.failed()) {
     parts = std::vector<Part>(parts.size());
   } else {
+    put_plan(rank, script, round, manager.picture, common);
     common.put_raw(cuts.data(), cuts.size());
   }
   rank.talk.relay().tell(Phase::begin, rank.talk.stamp(round), common, parts, rank.talk.failed());
@@ -119,6 +121,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   const Round& round = script.rounds[index];
   if (!newborn.heard.failed) {
     rank.talk.work("create", [&] {
+      newborn.plan = take_plan(in);
       for (std::size_t i = round.first; i < round.last; ++i) {
         take_cuts(*script.systems[i], *calculator.populations[i], in);
       }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "frame/manager.h"
@@ -16,6 +17,7 @@ namespace motes::frame {
 /// What a calculator got of a round's births.
 struct Newborn {
   Heard heard;  // the manager's message
+  std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
   particles::Reader dealt{{}};  // births where the manager makes them
   bool shared = false;  // the calculators made them:
   std::vector<comm::Message> shares;  // from several, each with packs of groups in their order

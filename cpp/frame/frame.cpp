@@ -18,6 +18,7 @@ namespace {
 
 void open(Parts& p, std::size_t index) {
   Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may learn that there are other rounds
+  if (newborn.plan) p.painter.plan = *newborn.plan;
   Round& round = p.script.rounds[index];
   act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set leavers aside
   report(p.rank, p.script, p.calculator, round);        // all -> manager: loads, events, failures
@@ -73,6 +74,7 @@ void end(Parts& p) {
   tail.valid = true;
   tail.frame = talk.frame;
   tail.times = p.rank.watch.last();
+  tail.drawing = std::move(p.painter.drawing);
   for (const auto& here : p.calculator.populations) tail.bytes_sent.push_back(here->tally.bytes_sent);
   if (!p.rank.settings.log.directory.empty() && talk.calculates()) tail.density = densities(p.script, p.calculator);
   talk.work("spans", [&] { p.rank.watch.write_spans(); });

@@ -18,6 +18,12 @@ Row row_of(const FrameRow& frame) {
   row.field("t_frame_s", frame.times.frame).field("t_create_s", frame.times.create).field("t_act_s", frame.times.act);
   row.field("t_report_s", frame.times.report).field("t_exchange_s", frame.times.exchange);
   row.field("t_balance_s", frame.times.balance).field("t_render_s", frame.times.render);
+  if (!frame.render_path.empty()) {
+    row.field("t_project_s", seconds(frame.times.project)).field("t_draw_s", seconds(frame.times.draw));
+    row.field("t_assemble_s", seconds(frame.times.assemble));
+    row.field("render_path", frame.render_path).field("records", frame.records);
+    row.field("render_bytes", frame.render_bytes);
+  }
   if (!frame.image_sha256.empty()) row.field("image_sha256", frame.image_sha256);
   if (!frame.digests.empty()) row.field("particles_digest", particles::combine(frame.digests).text());
   return row;

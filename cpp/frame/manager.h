@@ -13,6 +13,7 @@
 #include "domains/domains.h"
 #include "frame/account.h"
 #include "frame/relay.h"
+#include "frame/render_plan.h"
 #include "frame/report.h"
 
 namespace motes::frame {
@@ -48,6 +49,7 @@ struct Manager {
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
   std::vector<Asked> asked;            // whose proposals are under way
   std::vector<PlacedParent> parents;   // of this frame
+  RenderLoad picture;                  // what the last pictures took
   std::vector<Report> reports;  // of the last conversation, and the answers: their memory serves again
   std::vector<Orders> orders;
   std::vector<Part> parts;

@@ -1,82 +1,109 @@
 #include "frame/render.h"
 
-#include "frame/drawn.h"
+#include <stdexcept>
+
+#include "frame/render_project.h"
+#include "frame/render_tiles.h"
 
 namespace motes::frame {
 namespace {
 
-void send_records(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
-  Conversation& talk = rank.talk;
-  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "project");
-  const double start = rank.machine.compute_seconds();
-  comm::Message message;
-  std::uint64_t projected = 0;
-  talk.work("render", [&] {
-    for (std::size_t i = 0; i < script.systems.size(); ++i) {
-      const particles::Store& store = calculator.populations[i]->store;
-      painter.projector.project(drawn(store), script.systems[i]->sprite, *script.record.view, painter.records,
-                                projection(script, i));
-      const auto bytes = painter.records.bytes();
-      message.bytes().put(static_cast<std::uint64_t>(bytes.size()));
-      message.bytes().put_raw(bytes.data(), bytes.size());
-      projected += store.size();
-    }
-    if (!talk.draws()) rank.machine.charge(rank.machine.costs().record * static_cast<double>(projected));
-  });
-  rank.machine.slow_down(start);
-  if (talk.failed()) {
-    message = comm::Message();
-    message.bytes().put_text(talk.failure().action);
-    message.bytes().put_text(talk.failure().text);
-  }
-  talk.comm().post(talk.cast().image_generator, comm::Phase::records, talk.stamp(), std::move(message), projected,
-                   talk.failed());
-  if (rank.settings.blocking) talk.comm().flush();
-}
+using Path = image::View::Path;
 
-// No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
-[[noreturn]] void report_failure(Rank& rank, int from, const comm::Message& message) {
-  particles::Reader in = message.reader();
-  Verdict verdict;
-  verdict.failed_rank = from;
-  verdict.failure = {Failure::Kind::compute, in.get_text(), in.get_text()};
-  rank.talk.give_up(std::move(verdict));
-}
-
-// What all calculators sent, and how many particles it stands for.
-std::vector<comm::Message> receive_records(Rank& rank, double& particles) {
+// What calculators sent to the image generator, and how many particles it stands for.
+std::vector<comm::Message> receive_all(Rank& rank, double& records) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
   std::vector<comm::Message> messages;
   for (const int from : rank.talk.cast().calculators) {
+    if (from == rank.talk.rank()) continue;
     messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
-    if (messages.back().header().failed != 0 && from != rank.talk.rank()) report_failure(rank, from, messages.back());
+    // No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
+    if (messages.back().header().failed != 0) give_up_for(rank, messages.back());
     const auto count = static_cast<double>(messages.back().header().count);
-    if (from != rank.talk.rank()) rank.machine.charge(rank.machine.costs().collect * count);
-    particles += count;
+    rank.machine.charge(rank.machine.costs().collect * count);
+    records += count;
   }
   return messages;
 }
 
-void draw(Rank& rank, const Script& script, Painter& painter) {
-  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "draw");
-  double particles = 0;
-  const std::vector<comm::Message> messages = receive_records(rank, particles);
+// Path gather: the image generator draws all of it.
+void draw_all(Rank& rank, const Script& script, Painter& painter) {
+  double records = static_cast<double>(painter.drawing.records);  // its own
+  const std::vector<comm::Message> messages = receive_all(rank, records);
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
   rank.talk.work("render", [&] {
-    painter.canvas.begin(*script.record.view, script.record.view->linear);
+    const image::View& view = *script.record.view;
+    Drawing& drawing = painter.drawing;
+    drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
+    painter.canvas.begin(view, view.linear);
+    const auto add = [&](std::span<const std::byte> bytes) {
+      painter.canvas.add(bytes);
+      count_records(image::RecordsView(bytes), drawing.counts);
+    };
+    for (const image::Records& own : painter.records) add(own.bytes());
     for (const comm::Message& message : messages) {
-      for (particles::Reader in = message.reader(); !in.done();) painter.canvas.add(in.take(in.get<std::uint64_t>()));
+      for (particles::Reader in = message.reader(); !in.done();) add(in.take(in.get<std::uint64_t>()));
     }
     painter.pixels = painter.canvas.finish();
-    rank.machine.charge(rank.machine.costs().draw * particles);
+    if (view.linear) painter.light = painter.canvas.linear();
+    rank.machine.charge(rank.machine.costs().draw * records);
     rank.machine.charge_once(rank.machine.costs().picture);
   });
 }
 
+// What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
+void open_tiles(Rank& rank, const Script& script, Painter& painter) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
+  rank.talk.work("render", [&] {
+    const image::View& view = *script.record.view;
+    painter.scene.prepare(view);
+    painter.tile.begin(painter.scene);
+    painter.pieces.begin(view);
+    for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
+    if (!rank.talk.draws()) return;
+    const std::size_t lanes = 3 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+    painter.pixels.resize(lanes);
+    if (view.linear) painter.light.resize(lanes);
+  });
+}
+
+// Under a simulator messages set out when their receiver says that it will take them.
+void await_all(Rank& rank, const Painter& painter) {
+  Conversation& talk = rank.talk;
+  if (painter.plan.draws(talk.rank())) {
+    for (const int from : talk.cast().calculators) talk.comm().await(from, comm::Phase::records);
+  }
+  for (int from = 0; talk.draws() && from < talk.size(); ++from) {
+    if (painter.plan.path != Path::gather && painter.plan.draws(from)) talk.comm().await(from, comm::Phase::tiles);
+  }
+}
+
 }  // namespace
 
+const std::vector<float>& Painter::linear() const {
+  if (light.empty()) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
+  return light;
+}
+
 void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
+  painter.drawing = {};
+  painter.light.clear();
   if (!script.record.view) return;
-  if (rank.talk.calculates()) send_records(rank, script, calculator, painter);
-  if (rank.talk.draws()) draw(rank, script, painter);
+  Conversation& talk = rank.talk;
+  painter.drawing.width = script.record.view->width;
+  painter.drawing.height = script.record.view->height;
+  painter.drawing.path = painter.plan.path;
+  await_all(rank, painter);
+  if (talk.calculates()) project(rank, script, calculator, painter);
+  if (painter.plan.path == Path::gather) {
+    if (talk.calculates()) send_records(rank, painter);
+    if (talk.draws()) draw_all(rank, script, painter);
+  } else {
+    open_tiles(rank, script, painter);
+    if (talk.calculates()) send_records(rank, painter);
+    draw_tiles(rank, script, painter);
+    if (talk.draws()) assemble(rank, script, painter);
+  }
 }
 
 }  // namespace motes::frame

@@ -1,5 +1,5 @@
-// render (paper 3.2.4): calculators project their particles and send what is visible; the image generator draws it with
-// the external objects.
+// render (paper 3.2.4): calculators project their particles and send what is visible to whoever draws it; the image
+// generator has the whole picture in the end. render_plan.h says who draws what.
 #pragma once
 
 #include <cstdint>
@@ -7,24 +7,35 @@
 
 #include "frame/population.h"
 #include "frame/rank.h"
+#include "frame/render_plan.h"
+#include "frame/report.h"
 #include "frame/script.h"
 #include "image/canvas.h"
 #include "image/projector.h"
 #include "image/records.h"
+#include "image/tile_painter.h"
 
 namespace motes::frame {
 
 /// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
 struct Painter {
+  RenderPlan plan;  // of this frame's picture, as the manager told it
   image::Projector projector;
-  image::Records records;
-  image::Canvas canvas;
+  std::vector<image::Records> records;  // of this rank's particles, one per system
+  image::Canvas canvas;                 // path gather: all of the picture
+  image::PreparedScene scene;           // other paths: what is needed of it for some tiles
+  image::Pieces pieces;
+  std::vector<image::Piece> of_tile;
+  image::TilePainter tile;
+  image::Buffer partial;
   std::vector<std::uint8_t> pixels;
+  std::vector<float> light;
+  Drawing drawing;  // what this rank did for this frame's picture
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   std::vector<std::uint8_t> take_pixels() { return std::move(pixels); }
-  /// Its light, where the view keeps it: linear RGB, height * width * 3.
-  std::vector<float> linear() const { return canvas.linear(); }
+  /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
+  const std::vector<float>& linear() const;
 };
 
 /// Draws the frame where its record has a view.

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "balance/cuts.h"
+#include "image/scene.h"
 #include "particles/bytes.h"
 #include "particles/digest.h"
 #include "recording/spawn.h"
@@ -19,14 +20,18 @@ struct PhaseTimes {
   double report = 0;    // report and verdict, with the wait for the slowest
   double exchange = 0;  // particles to their owners
   double balance = 0;   // cuts moved
-  double render = 0;    // projected and sent; received, drawn
+  double render = 0;    // the picture: the three below, and waits for what others do for it
+  double project = 0;   // particles to records, on their way
+  double draw = 0;      // records to pixels
+  double assemble = 0;  // tiles of all ranks to one picture
   double wait = 0;      // of all these: waiting for messages
   double frame = 0;     // the whole frame, the script's own part included
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, PhaseTimes& times) {
-  visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.wait, times.frame);
+  visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.project, times.draw,
+        times.assemble, times.wait, times.frame);
 }
 
 /// An item of a list: of which system, and how many calls of the script came before it in the list; -1 where it is not
@@ -123,6 +128,23 @@ constexpr void fields(Visitor& visit, Density& density) {
   visit(density.particles, density.quantiles);
 }
 
+/// What a rank did for a frame's picture.
+struct Drawing {
+  std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
+  image::View::Path path = image::View::Path::gather;
+  std::uint64_t records = 0;  // of its own particles
+  std::uint64_t bytes = 0;    // sent to other ranks
+  std::uint32_t active = 0;   // tiles that its own particles touch
+  std::uint32_t first = 0;    // the first tile that it drew
+  std::vector<std::uint32_t> counts;  // records in each tile that it drew
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Drawing& drawing) {
+  visit(drawing.width, drawing.height, drawing.path, drawing.records, drawing.bytes, drawing.active, drawing.first,
+        drawing.counts);
+}
+
 /// What became known too late for the report of its own frame: it is sent with the next one.
 struct Tail {
   bool valid = false;
@@ -131,12 +153,14 @@ struct Tail {
   std::vector<std::uint64_t> bytes_sent;  // exchange, one per system
   std::vector<Density> density;           // one per system, where there is a log
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
+  Drawing drawing;
   std::string image_sha256;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Tail& tail) {
-  visit(tail.valid, tail.frame, tail.times, tail.bytes_sent, tail.density, tail.children, tail.image_sha256);
+  visit(tail.valid, tail.frame, tail.times, tail.bytes_sent, tail.density, tail.children, tail.drawing,
+        tail.image_sha256);
 }
 
 struct Report {

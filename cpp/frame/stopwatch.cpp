@@ -28,6 +28,7 @@ void Stopwatch::end(double waited_s) {
   const double now = comm::wall_seconds();
   now_.wait = waited_s - waited_before_s_;
   now_.frame = now - frame_start_s_;
+  now_.render += now_.project + now_.draw + now_.assemble;
   frame_start_s_ = now;
   last_ = now_;
 }

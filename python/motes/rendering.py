@@ -140,7 +140,7 @@ class Renderer(Settings):
         "background": partial(arguments.color, low=0),
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
-        "path": partial(arguments.choice, allowed=("auto", "gather")),
+        "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
         "bloom": partial(arguments.number, low=0, high=1),
     }
 

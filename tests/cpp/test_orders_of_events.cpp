@@ -29,13 +29,15 @@ struct Way {
   frame::Combine combine = frame::Combine::together;
   int fan_out = 8;
   bool reads = false;  // reads particles in the middle of each frame
+  image::View::Path path = image::View::Path::automatic;
 };
 
-// The results of each frame: digests of particles and picture, the parents' cuts, and the number of children.
+// The results of each frame: digests of particles and picture, the parents' cuts, the number of children, and who drew.
 struct Film {
   std::vector<std::string> frames;
   std::vector<std::vector<float>> cuts;
   std::vector<std::uint64_t> children;
+  std::vector<frame::RenderPlan> plans;
 };
 
 std::uint64_t orders() {
@@ -75,10 +77,16 @@ void record(frame::Engine& engine, int parents, int children, bool reads) {
   engine.record(children, actions::Action{actions::Kind::move, {1}, {}});
 }
 
-image::View view() {
+// 3x3 tiles.
+constexpr int kWidth = 160, kHeight = 140;
+
+image::View view(image::View::Path path) {
   image::View view;
-  view.width = 32;
-  view.height = 18;
+  view.width = kWidth;
+  view.height = kHeight;
+  view.path = path;
+  view.background = {0.01f, 0.02f, 0.05f};
+  view.objects = {{{shapes::Kind::sphere, {0.5f, 0.5f, 0, 0.7f}}, {0.8f, 0.4f, 0.2f}, 0, 0}};
   view.camera.position = {0, 1, 8};
   view.camera.look_at = {0, 1, 0};
   return view;
@@ -111,12 +119,13 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
   engine.start();
   for (int i = 0; i < kFrames; ++i) {
     record(engine, parents, children, way.reads);
-    engine.run_frame(view());
+    engine.run_frame(view(way.path));
     const std::string particles = particles::combine(engine.digest()).text();
     if (!engine.talk().draws()) continue;
-    film.frames.push_back(particles + " " + image::picture_sha256(32, 18, engine.painter().take_pixels()));
+    film.frames.push_back(particles + " " + image::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
     film.cuts.push_back(engine.system(parents).domains.cuts());
     film.children.push_back(engine.system(children).counts.alive);
+    film.plans.push_back(engine.painter().plan);
   }
   engine.finish();
 }
@@ -138,6 +147,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
   CHECK(std::set<std::string>(alone.frames.begin(), alone.frames.end()).size() == kFrames);
   CHECK(alone.children.back() > 20);
   std::set<std::vector<float>> cuts;
+  std::set<std::vector<std::uint32_t>> owners;
   for (std::uint64_t seed = 0; seed < orders(); ++seed) {
     Way way;
     way.ranks = seed % 50 == 0 ? 21 : 2 + static_cast<int>(seed % 7);
@@ -148,11 +158,14 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
                                   : frame::Combine::together;
     way.reads = seed % 4 == 3;
     way.fan_out = 1 + static_cast<int>(seed % 4);
+    way.path = static_cast<image::View::Path>(seed / 2 % 4);
     const Film film = run(way, seed, seed);
     CHECK(film.frames == alone.frames && film.children == alone.children);
     cuts.insert(film.cuts.back());
+    owners.insert(film.plans.back().ends);
   }
   CHECK(cuts.size() > orders() / 3);  // balancing moved them, by the simulated time
+  CHECK(owners.size() > 10);
 }
 
 TEST(what_balancing_decides_repeats_with_the_simulated_time) {

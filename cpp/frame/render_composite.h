@@ -1,0 +1,38 @@
+// render, path composite: a calculator draws its own particles into partial tiles, which the ranks that own these tiles
+// add up. Only for pictures in which light is all that particles give: then sums of sums are the same bits.
+#pragma once
+
+#include <cstdint>
+
+#include "frame/rank.h"
+#include "frame/render.h"
+
+namespace motes::frame {
+
+/// Appends what this calculator's particles make of those of tiles first .. end - 1 that they touch. Returns how many
+/// records that stands for.
+std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out);
+
+/// Partial tiles of one message, in the order of their tiles.
+class Partials {
+ public:
+  explicit Partials(particles::Reader in) : in_(in) { next(); }
+
+  /// Adds what the message has of a tile to the painter's sums; returns how many records that stands for. Tiles must be
+  /// asked for in ascending order.
+  std::uint64_t add_to(int tile, image::TilePainter& painter);
+  /// Whether the message has something of this tile.
+  bool has(int tile) const { return tile_ == tile; }
+  /// Throws std::runtime_error where something is left that no tile asked for.
+  void check_done() const;
+
+ private:
+  void next();
+
+  particles::Reader in_;
+  int tile_ = -1;
+  std::uint64_t records_ = 0;
+  std::span<const std::byte> bytes_;
+};
+
+}  // namespace motes::frame

@@ -1,0 +1,36 @@
+// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. Measured on
+// one core of an Intel Xeon (2020, AVX-512) by `python -m motes bench render` and `python -m motes bench paths
+// --costs`; only their ratios matter, and those are alike on other processors.
+#pragma once
+
+#include "image/scene.h"
+
+namespace motes::frame::render_costs {
+
+// Nanoseconds.
+inline constexpr double kProject = 3.5;     // a particle: projected, culled, sorted by tile
+inline constexpr double kPixel = 1.2;       // a pixel of a tile: started, tone-mapped
+inline constexpr double kByte = 0.3;        // a byte of a message at each of its ends: packed, sent, received
+inline constexpr double kMessage = 5000;    // a message at each of its ends
+inline constexpr double kPartialPixel = 2;  // a pixel of a partial tile: cleared, packed; and the same to add it
+inline constexpr double kPartialBytes = 12;  // of a pixel of a partial tile
+inline constexpr double kShownBytes = 3;     // of a pixel of a finished tile
+
+/// A record, drawn by its tile's painter.
+constexpr double record(const image::Sprite& sprite, const image::View& view) {
+  const bool fixed = sprite.kind != image::Sprite::Kind::point && sprite.pixels >= 1;
+  const double pixels = sprite.kind == image::Sprite::Kind::point ? 2
+                        : sprite.of_height > 0                    ? static_cast<double>(sprite.of_height) * view.height
+                        : fixed                                   ? sprite.pixels
+                                                                  : 8;  // sizes in metres: unknown
+  double cost = 3 + 0.13 * pixels * pixels;
+  if (!view.objects.empty()) cost *= 1.2;
+  if (sprite.blend == image::Sprite::Blend::alpha) cost *= 2.5;
+  if (view.shutter > 0) cost *= 2;
+  return cost;
+}
+
+/// Bytes of a record in a message.
+constexpr double record_bytes(const image::View& view) { return view.objects.empty() ? 8 : 12; }
+
+}  // namespace motes::frame::render_costs

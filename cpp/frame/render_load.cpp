@@ -1,0 +1,78 @@
+#include "frame/render_load.h"
+
+#include <algorithm>
+
+#include "particles/fields.h"
+
+namespace motes::frame {
+namespace {
+
+// Before the first report of a frame nobody has told anything: particles to be born, shared out evenly.
+void expect_births(const Script& script, RenderLoad& load) {
+  double particles = 0;
+  for (const auto& system : script.systems) {
+    particles += static_cast<double>(system->counts.alive);
+    for (const BirthGroup& group : system->groups) particles += static_cast<double>(group.count);
+  }
+  for (RenderLoad::Calculator& calculator : load.calculators) {
+    calculator.particles = particles / static_cast<double>(load.calculators.size());
+  }
+}
+
+void note_tiles(const std::vector<Report>& reports, const roles::Cast& cast, RenderLoad& load) {
+  const auto drawn = [](const Report& r) { return r.tail.valid && r.tail.drawing.width > 0; };
+  const auto any = std::find_if(reports.begin(), reports.end(), drawn);
+  if (any == reports.end()) return;
+  load.grid = {any->tail.drawing.width, any->tail.drawing.height};
+  load.counts.assign(static_cast<std::size_t>(load.grid.tiles()), 0);
+  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
+    const Drawing& drawing = reports[rank].tail.drawing;
+    if (drawing.first + drawing.counts.size() > load.counts.size()) continue;
+    std::copy(drawing.counts.begin(), drawing.counts.end(), load.counts.begin() + drawing.first);
+    const int calculator = cast.calculator_of(static_cast<int>(rank));
+    if (calculator >= 0) load.calculators[static_cast<std::size_t>(calculator)].active = drawing.active;
+  }
+}
+
+}  // namespace
+
+void note_pictures(const Rank& rank, const Script& script, const Round& round, const std::vector<Report>& reports,
+                   RenderLoad& load) {
+  const roles::Cast& cast = rank.talk.cast();
+  load.calculators.resize(cast.calculators.size());
+  if (round.first == 0) note_tiles(reports, cast, load);
+  if (!script.in_frame()) return;
+  for (std::size_t c = 0; c < cast.calculators.size(); ++c) {
+    RenderLoad::Calculator& calculator = load.calculators[c];
+    if (round.first == 0) calculator.particles = calculator.act_s = 0;
+    for (const SystemReport& system : reports[static_cast<std::size_t>(cast.calculators[c])].systems) {
+      calculator.particles += static_cast<double>(system.kept);
+      calculator.act_s += system.compute_s;
+    }
+  }
+}
+
+void put_plan(const Rank& rank, const Script& script, const Round& round, const RenderLoad& load,
+              particles::Bytes& out) {
+  const bool first = round.first == 0 && script.record.view.has_value();
+  out.put(first);
+  if (!first) return;
+  RenderLoad expected;
+  const bool nothing_known = load.calculators.empty() || script.record.frame == 0;
+  if (nothing_known) {
+    expected.calculators.resize(rank.talk.calculators());
+    expect_births(script, expected);
+  }
+  RenderPlan plan = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load,
+                                rank.talk.cast(), rank.talk.size());
+  particles::write_fields(plan, out);
+}
+
+std::optional<RenderPlan> take_plan(particles::Reader& in) {
+  if (!in.get<bool>()) return std::nullopt;
+  RenderPlan plan;
+  particles::read_fields(in, plan);
+  return plan;
+}
+
+}  // namespace motes::frame

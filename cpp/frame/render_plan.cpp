@@ -1,0 +1,229 @@
+#include "frame/render_plan.h"
+
+#include <algorithm>
+#include <numeric>
+
+namespace motes::frame {
+namespace {
+
+using Path = image::View::Path;
+namespace costs = render_costs;
+
+constexpr double kNano = 1e-9;
+
+// What there is to draw, in seconds and records.
+struct Work {
+  std::vector<double> records;    // in each tile
+  std::vector<double> pixels;     // in each tile
+  double all_records = 0;
+  double all_pixels = 0;
+  double active = 0;              // tiles with records
+  double particles = 0;
+  double record_s = 0;            // drawing one record, the mean over systems
+  double byte_s = costs::kByte * kNano;
+};
+
+Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load) {
+  Work w;
+  const image::Grid grid{view.width, view.height};
+  const auto tiles = static_cast<std::size_t>(grid.tiles());
+  for (const auto& calculator : load.calculators) w.particles += calculator.particles;
+  w.pixels.resize(tiles);
+  for (std::size_t t = 0; t < tiles; ++t) {
+    const image::Area area = grid.area(static_cast<int>(t));
+    w.pixels[t] = static_cast<double>(area.width) * area.height;
+    w.all_pixels += w.pixels[t];
+  }
+  w.records.resize(tiles);
+  const bool counted = load.grid.width == view.width && load.grid.height == view.height && load.counts.size() == tiles;
+  for (std::size_t t = 0; t < tiles; ++t) {
+    w.records[t] = counted ? load.counts[t] : w.particles * w.pixels[t] / w.all_pixels;
+    w.all_records += w.records[t];
+    w.active += w.records[t] > 0 ? 1 : 0;
+  }
+  double record = 0;
+  for (const image::Sprite& sprite : sprites) record += costs::record(sprite, view);
+  w.record_s = record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
+  return w;
+}
+
+// Work is dealt out so that all ranks end together: `busy` seconds each has other things to do first. Returns when they
+// end.
+double level_of(const std::vector<double>& busy, double work) {
+  std::vector<double> sorted = busy;
+  std::sort(sorted.begin(), sorted.end());
+  double level = sorted.front();
+  double left = work;
+  for (std::size_t i = 0; i < sorted.size(); ++i) {
+    const auto ranks = static_cast<double>(i + 1);
+    const double next = i + 1 < sorted.size() ? sorted[i + 1] : sorted[i];
+    if (i + 1 == sorted.size() || left <= (next - level) * ranks) return level + left / ranks;
+    left -= (next - level) * ranks;
+    level = next;
+  }
+  return level;
+}
+
+// Cuts the row of tiles into stretches, one per rank, whose work comes near what each rank has time for.
+std::vector<std::uint32_t> deal_tiles(const std::vector<double>& work, const std::vector<double>& busy) {
+  const double all = std::accumulate(work.begin(), work.end(), 0.0);
+  const double level = level_of(busy, all);
+  std::vector<std::uint32_t> ends;
+  double wanted = 0;
+  double dealt = 0;
+  std::uint32_t tile = 0;
+  for (const double b : busy) {
+    wanted += std::max(0.0, level - b);
+    while (tile < work.size() && dealt + work[tile] / 2 <= wanted) dealt += work[tile++];
+    ends.push_back(tile);
+  }
+  // Sums are rounded: what is left goes to the last rank that draws at all.
+  for (std::size_t r = ends.size(); r-- > 0;) {
+    ends[r] = static_cast<std::uint32_t>(work.size());
+    if (level > busy[r]) break;
+  }
+  return ends;
+}
+
+// The slowest rank's end, with the tiles that it really got.
+double slowest(const RenderPlan& plan, const std::vector<double>& work, const std::vector<double>& busy) {
+  double most = 0;
+  for (std::size_t r = 0; r < busy.size(); ++r) {
+    const int rank = static_cast<int>(r);
+    most = std::max(most, std::accumulate(work.begin() + plan.first(rank), work.begin() + plan.end(rank), busy[r]));
+  }
+  return most;
+}
+
+// When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
+// over. Calculators act; the manager acts on nothing before it has told the births of the next frame, for which all
+// calculators wait; the image generator alone may go on drawing meanwhile.
+std::vector<double> busy(const RenderLoad& load, const roles::Cast& cast, int ranks) {
+  std::vector<double> seconds(static_cast<std::size_t>(ranks), 0.0);
+  double most = 0;
+  for (std::size_t c = 0; c < load.calculators.size(); ++c) {
+    seconds[static_cast<std::size_t>(cast.calculators[c])] = load.calculators[c].act_s;
+    most = std::max(most, load.calculators[c].act_s);
+  }
+  seconds[static_cast<std::size_t>(cast.manager)] = most;
+  return seconds;
+}
+
+double slowest_projection(const RenderLoad& load) {
+  double most = 0;
+  for (const auto& calculator : load.calculators) most = std::max(most, calculator.particles);
+  return most * costs::kProject * kNano;
+}
+
+RenderEstimate estimate_gather(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
+                               std::vector<double> seconds) {
+  RenderEstimate e;
+  const auto home = static_cast<std::size_t>(cast.image_generator);
+  e.plan.path = Path::gather;
+  e.plan.ends.assign(seconds.size(), 0);
+  std::fill(e.plan.ends.begin() + cast.image_generator, e.plan.ends.end(), static_cast<std::uint32_t>(w.pixels.size()));
+  const double own = cast.calculator_of(cast.image_generator) >= 0 && !load.calculators.empty()
+                         ? 1.0 / static_cast<double>(load.calculators.size())
+                         : 0.0;
+  const double bytes = w.all_records * (1 - own) * costs::record_bytes(view);
+  seconds[home] += w.all_records * w.record_s + w.all_pixels * costs::kPixel * kNano + bytes * w.byte_s;
+  const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
+  e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + *std::max_element(seconds.begin(), seconds.end());
+  return e;
+}
+
+// The image generator puts together what others have drawn.
+double assembly(const Work& w, std::size_t ranks) {
+  const double others = 1 - 1 / static_cast<double>(ranks);
+  return (w.all_pixels * costs::kShownBytes * others * costs::kByte + costs::kMessage * static_cast<double>(ranks)) *
+         kNano;
+}
+
+RenderEstimate estimate_tiles(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
+                              std::vector<double> seconds) {
+  RenderEstimate e;
+  e.plan.path = Path::tiles;
+  const auto ranks = static_cast<double>(seconds.size());
+  const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
+  seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
+  std::vector<double> work(w.pixels.size());
+  for (std::size_t t = 0; t < work.size(); ++t) {
+    work[t] = w.records[t] * w.record_s + w.pixels[t] * costs::kPixel * kNano;
+  }
+  e.plan.ends = deal_tiles(work, seconds);
+  const double bytes = w.all_records * (1 - 1 / ranks) * costs::record_bytes(view);
+  const double exchange = bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
+  e.seconds = slowest_projection(load) + exchange + slowest(e.plan, work, seconds);
+  return e;
+}
+
+RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const roles::Cast& cast,
+                                  std::vector<double> seconds) {
+  RenderEstimate e;
+  e.plan.path = Path::composite;
+  const auto ranks = static_cast<double>(seconds.size());
+  const double tile_pixels = w.all_pixels / static_cast<double>(w.pixels.size());
+  double most = 0;      // the slowest calculator's own particles
+  double partials = 0;  // partial tiles of all calculators
+  for (const RenderLoad::Calculator& c : load.calculators) {
+    const double active = c.active > 0 ? c.active : w.active;
+    const double share = w.particles > 0 ? c.particles / w.particles : 0;
+    partials += active;
+    most =
+        std::max(most, share * w.all_records * w.record_s +
+                           active * tile_pixels *
+                               (costs::kPartialPixel + costs::kPartialBytes * (1 - 1 / ranks) * costs::kByte) * kNano);
+  }
+  seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
+  std::vector<double> work(w.pixels.size());
+  for (std::size_t t = 0; t < work.size(); ++t) {
+    const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;
+    work[t] = w.pixels[t] * kNano *
+              (costs::kPixel + added * (costs::kPartialPixel + costs::kPartialBytes * (1 - 1 / ranks) * costs::kByte));
+  }
+  e.plan.ends = deal_tiles(work, seconds);
+  const auto senders = static_cast<double>(load.calculators.size());
+  e.seconds =
+      slowest_projection(load) + most + (ranks + senders) * costs::kMessage * kNano + slowest(e.plan, work, seconds);
+  return e;
+}
+
+}  // namespace
+
+bool may_be_divided(const image::View& view) { return !(view.bloom > 0) && view.layers == 0; }
+
+bool may_be_added_up(std::span<const image::Sprite> sprites) {
+  return std::all_of(sprites.begin(), sprites.end(),
+                     [](const image::Sprite& s) { return s.blend == image::Sprite::Blend::add; });
+}
+
+RenderEstimate estimate(Path path, const image::View& view, std::span<const image::Sprite> sprites,
+                        const RenderLoad& load, const roles::Cast& cast, int ranks) {
+  const Work w = work_of(view, sprites, load);
+  std::vector<double> seconds = busy(load, cast, ranks);
+  if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(seconds));
+  if (path == Path::composite) return estimate_composite(w, load, cast, std::move(seconds));
+  return estimate_gather(w, view, load, cast, std::move(seconds));
+}
+
+RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
+                       const roles::Cast& cast, int ranks) {
+  std::vector<Path> paths;
+  if (!may_be_divided(view)) {
+    paths = {Path::gather};
+  } else if (view.path == Path::automatic) {
+    paths = {Path::gather};
+    if (ranks > 1) paths.push_back(Path::tiles);
+    if (ranks > 1 && may_be_added_up(sprites)) paths.push_back(Path::composite);
+  } else {
+    paths = {view.path == Path::composite && !may_be_added_up(sprites) ? Path::tiles : view.path};
+  }
+  RenderEstimate best = estimate(paths.front(), view, sprites, load, cast, ranks);
+  for (std::size_t i = 1; i < paths.size(); ++i) {
+    RenderEstimate other = estimate(paths[i], view, sprites, load, cast, ranks);
+    if (other.seconds < best.seconds) best = std::move(other);
+  }
+  return best.plan;
+}
+
+}  // namespace motes::frame

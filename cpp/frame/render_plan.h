@@ -1,0 +1,72 @@
+// Who draws what of a frame's picture: decided by the manager from what the last pictures took, told to all ranks with
+// the frame's first message, and the same for each of them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "frame/render_costs.h"
+#include "image/grid.h"
+#include "image/scene.h"
+#include "roles/cast.h"
+
+namespace motes::frame {
+
+/// The tiles of a picture are dealt out in rows from the top left, a stretch of them to each rank: what a rank needs of
+/// a batch of records is then one range, and its part of the picture is nearly a rectangle.
+struct RenderPlan {
+  image::View::Path path = image::View::Path::gather;  // never automatic
+  std::vector<std::uint32_t> ends;  // rank r draws tiles ends[r - 1] (or 0) .. ends[r] - 1
+
+  int first(int rank) const { return rank == 0 ? 0 : static_cast<int>(ends[static_cast<std::size_t>(rank) - 1]); }
+  int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
+  bool draws(int rank) const { return first(rank) < end(rank); }
+
+  bool operator==(const RenderPlan&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, RenderPlan& plan) {
+  visit(plan.path, plan.ends);
+}
+
+/// What the manager knows of the work that a picture makes: the newest that ranks have told.
+struct RenderLoad {
+  /// One calculator.
+  struct Calculator {
+    double particles = 0;
+    double act_s = 0;   // seconds of its list in a frame
+    double active = 0;  // tiles that its particles touch
+  };
+
+  image::Grid grid;                     // of the picture that was counted; 0x0: none was
+  std::vector<std::uint32_t> counts;    // records in each of its tiles
+  std::vector<Calculator> calculators;  // in the order of the domains
+};
+
+/// What a picture would take on one path: seconds from the first projected particle to the last actions of the next
+/// frame, on ranks with a processor each.
+struct RenderEstimate {
+  RenderPlan plan;
+  double seconds = 0;
+};
+
+/// Plans one path. Without counts of a picture of this size, particles are taken to be everywhere in it.
+RenderEstimate estimate(image::View::Path path, const image::View& view, std::span<const image::Sprite> sprites,
+                        const RenderLoad& load, const roles::Cast& cast, int ranks);
+
+/// The path that the view asks for, or the one of the least estimate; another one where the picture cannot be made that
+/// way: see below. The pixels are the same.
+RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
+                       const roles::Cast& cast, int ranks);
+
+/// Whether ranks may draw parts of the picture: bloom and layers need the sums of all of it on one rank. If not, the
+/// image generator draws alone.
+bool may_be_divided(const image::View& view);
+
+/// Whether partial tiles may be added up: where light is all that particles give. If not, records go to the owners of
+/// tiles.
+bool may_be_added_up(std::span<const image::Sprite> sprites);
+
+}  // namespace motes::frame

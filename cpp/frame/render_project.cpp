@@ -1,0 +1,118 @@
+#include "frame/render_project.h"
+
+#include <algorithm>
+
+#include "frame/render_composite.h"
+
+namespace motes::frame {
+namespace {
+
+image::Drawn drawn(const particles::Store& store) {
+  image::Drawn d;
+  d.count = store.size();
+  for (std::size_t c = 0; c < 3; ++c) {
+    d.position[c] = store.plane(particles::position, static_cast<int>(c));
+    d.color[c] = store.plane(particles::color, static_cast<int>(c));
+    d.color_of_all[c] = store.uniform_value(particles::color)[c];
+  }
+  d.alpha = store.plane(particles::alpha, 0);
+  d.alpha_of_all = store.uniform_value(particles::alpha)[0];
+  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
+  return d;
+}
+
+void count(const Painter& painter, int tiles, Drawing& drawing) {
+  std::vector<std::uint32_t> counts(static_cast<std::size_t>(tiles), 0);
+  for (const image::Records& records : painter.records) {
+    const image::RecordsView view(records.bytes());
+    drawing.records += view.count();
+    count_records(view, counts);
+  }
+  drawing.active =
+      static_cast<std::uint32_t>(std::count_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n != 0; }));
+}
+
+// The records of tiles first .. end - 1, system by system; returns how many there are.
+std::uint64_t put_records(const Painter& painter, int first, int end, particles::Bytes& out) {
+  std::uint64_t records = 0;
+  for (const image::Records& all : painter.records) {
+    const image::RecordsView view(all.bytes());
+    const std::size_t at = out.size();
+    out.put(std::uint64_t{0});
+    view.append_part(first, end, out);
+    out.set(at, static_cast<std::uint64_t>(out.size() - at - sizeof(std::uint64_t)));
+    records += view.count(first, end);
+  }
+  return records;
+}
+
+}  // namespace
+
+void count_records(const image::RecordsView& records, std::vector<std::uint32_t>& counts) {
+  for (const auto& batch : records.batches()) {
+    for (std::size_t t = 0; t < counts.size(); ++t) {
+      counts[t] += static_cast<std::uint32_t>(records.piece(batch, static_cast<int>(t)).count);
+    }
+  }
+}
+
+void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "project");
+  const double start = rank.machine.compute_seconds();
+  rank.talk.work("render", [&] {
+    const image::View& view = *script.record.view;
+    std::uint64_t particles = 0;
+    painter.records.resize(script.systems.size());
+    for (std::size_t i = 0; i < script.systems.size(); ++i) {
+      const particles::Store& store = calculator.populations[i]->store;
+      painter.projector.project(drawn(store), script.systems[i]->sprite, view, painter.records[i]);
+      particles += store.size();
+    }
+    count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);
+    rank.machine.charge(rank.machine.costs().record * static_cast<double>(particles));
+  });
+  rank.machine.slow_down(start);
+}
+
+void send_records(Rank& rank, Painter& painter) {
+  Conversation& talk = rank.talk;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "send records");
+  const double start = rank.machine.compute_seconds();
+  const RenderPlan& plan = painter.plan;
+  for (int step = 1; step < talk.size(); ++step) {  // not all to the same rank at once
+    const int to = (talk.rank() + step) % talk.size();
+    if (!plan.draws(to)) continue;
+    comm::Message message;
+    std::uint64_t records = 0;
+    talk.work("render", [&] {
+      records = plan.path == image::View::Path::composite
+                    ? put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes())
+                    : put_records(painter, plan.first(to), plan.end(to), message.bytes());
+    });
+    if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
+    painter.drawing.bytes += message.payload().size();
+    talk.comm().post(to, comm::Phase::records, talk.stamp(), std::move(message), records, talk.failed());
+  }
+  rank.machine.slow_down(start);
+  if (rank.settings.blocking) talk.comm().flush();
+}
+
+comm::Message failure_message(int failed_rank, const Failure& failure) {
+  comm::Message message;
+  message.bytes().put(static_cast<std::int32_t>(failed_rank));
+  message.bytes().put_text(failure.action);
+  message.bytes().put_text(failure.text);
+  return message;
+}
+
+void give_up_for(Rank& rank, const comm::Message& message) {
+  particles::Reader in = message.reader();
+  Verdict verdict;
+  verdict.failed_rank = in.get<std::int32_t>();
+  verdict.failure.kind = Failure::Kind::compute;
+  verdict.failure.action = in.get_text();
+  verdict.failure.text = in.get_text();
+  rank.talk.give_up(std::move(verdict));
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,27 @@
+// render, a calculator's side: particles become records, and records go to the ranks that draw them.
+#pragma once
+
+#include "frame/population.h"
+#include "frame/rank.h"
+#include "frame/render.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Makes the records of this calculator's particles.
+void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter);
+
+/// Adds how many records are in each tile.
+void count_records(const image::RecordsView& records, std::vector<std::uint32_t>& counts);
+
+/// Sends each rank the records of its tiles; or, on the path composite, the partial tiles that these records make.
+/// Where projecting has failed each of them hears why.
+void send_records(Rank& rank, Painter& painter);
+
+/// A message that says why this rank's part is missing, or another's that it needed.
+comm::Message failure_message(int failed_rank, const Failure& failure);
+
+/// Gives up, for the reason that a message of this kind gives.
+[[noreturn]] void give_up_for(Rank& rank, const comm::Message& message);
+
+}  // namespace motes::frame

@@ -1,0 +1,201 @@
+#include "frame/render_tiles.h"
+
+#include <cstring>
+
+#include "frame/render_composite.h"
+#include "frame/render_project.h"
+
+namespace motes::frame {
+namespace {
+
+using image::Area;
+
+// How a tile is sent: one colour, or all of its pixels; each followed by the same as light where the view keeps it.
+enum class Content : std::uint8_t { one_color, pixels };
+
+std::size_t lanes(const Area& area) {
+  return 3 * static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height);
+}
+
+// A tile of the picture in memory of its own, or in the whole picture's.
+struct Canvas {
+  std::uint8_t* pixels;
+  float* light;  // null: not kept
+  std::size_t row;
+};
+
+// What calculators have sent for this rank's tiles.
+std::vector<comm::Message> receive_records(Rank& rank) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
+  std::vector<comm::Message> messages;
+  for (const int from : rank.talk.cast().calculators) {
+    if (from == rank.talk.rank()) continue;
+    messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
+    if (messages.back().header().failed != 0) break;  // nothing else matters
+  }
+  return messages;
+}
+
+class TilesOfRank {
+ public:
+  TilesOfRank(Rank& rank, const image::View& view, Painter& painter)
+      : rank_(rank), view_(view), painter_(painter), first_(painter.plan.first(rank.talk.rank())),
+        end_(painter.plan.end(rank.talk.rank())) {}
+
+  void take(const std::vector<comm::Message>& messages) {
+    double received = 0;
+    for (const comm::Message& message : messages) {
+      received += static_cast<double>(message.header().count);
+      if (painter_.plan.path == image::View::Path::composite) {
+        partials_.emplace_back(message.reader());
+        continue;
+      }
+      for (particles::Reader in = message.reader(); !in.done();) painter_.pieces.add(in.take(in.get<std::uint64_t>()));
+    }
+    rank_.machine.charge(rank_.machine.costs().collect * received);
+    painter_.drawing.first = static_cast<std::uint32_t>(first_);
+    painter_.drawing.counts.assign(static_cast<std::size_t>(end_ - first_), 0);
+  }
+
+  // Draws into the picture itself, or into a message.
+  void draw_here() {
+    const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
+    for (int tile = first_; tile < end_; ++tile) {
+      const Area area = painter_.scene.grid().area(tile);
+      const std::size_t at = static_cast<std::size_t>(area.y) * row + 3 * static_cast<std::size_t>(area.x);
+      paint(tile);
+      show({painter_.pixels.data() + at, view_.linear ? painter_.light.data() + at : nullptr, row});
+    }
+    finish();
+  }
+
+  void draw_into(particles::Bytes& out) {
+    for (int tile = first_; tile < end_; ++tile) {
+      const Area area = painter_.scene.grid().area(tile);
+      const bool blank = paint(tile);
+      std::vector<float> light(view_.linear ? lanes(area) : 0);
+      const std::size_t row = 3 * static_cast<std::size_t>(area.width);
+      out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
+      if (blank) {
+        std::vector<std::uint8_t> pixels(lanes(area));
+        show({pixels.data(), view_.linear ? light.data() : nullptr, row});
+        out.put_raw(pixels.data(), 3);
+      } else {
+        show({reinterpret_cast<std::uint8_t*>(out.extend(lanes(area))), view_.linear ? light.data() : nullptr, row});
+      }
+      out.put_raw(light.data(), (blank && view_.linear ? 3 : light.size()) * sizeof(float));
+    }
+    finish();
+  }
+
+ private:
+  // Returns whether the tile is background and nothing else.
+  bool paint(int tile) {
+    std::uint64_t records = painter_.pieces.collect(tile, painter_.of_tile);
+    painter_.scene.render({&tile, 1});
+    painter_.tile.start(painter_.scene.grid().area(tile));
+    for (Partials& partials : partials_) records += partials.add_to(tile, painter_.tile);
+    painter_.tile.paint(painter_.of_tile);
+    painter_.drawing.counts[static_cast<std::size_t>(tile - first_)] = static_cast<std::uint32_t>(records);
+    drawn_ += painter_.of_tile.empty() ? 0 : records;
+    return records == 0 && !painter_.scene.scenery().occupied(tile);
+  }
+
+  void show(const Canvas& to) {
+    painter_.tile.show(to.pixels, to.row);
+    if (to.light != nullptr) painter_.tile.light(to.light, to.row);
+  }
+
+  void finish() {
+    for (const Partials& partials : partials_) partials.check_done();
+    rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_));
+    rank_.machine.charge_once(rank_.machine.costs().picture * (end_ - first_) / painter_.scene.grid().tiles());
+  }
+
+  Rank& rank_;
+  const image::View& view_;
+  Painter& painter_;
+  int first_, end_;
+  std::vector<Partials> partials_;
+  std::uint64_t drawn_ = 0;
+};
+
+// Puts one tile of a message into the picture.
+void place(particles::Reader& in, const Area& area, const image::View& view, Painter& painter) {
+  const std::size_t row = 3 * static_cast<std::size_t>(area.width);
+  const std::size_t picture_row = 3 * static_cast<std::size_t>(view.width);
+  const std::size_t at = static_cast<std::size_t>(area.y) * picture_row + 3 * static_cast<std::size_t>(area.x);
+  const auto content = in.get<std::uint8_t>();
+  const bool blank = content == static_cast<std::uint8_t>(Content::one_color);
+  const auto put = [&]<class T>(T* to) {
+    const auto bytes = in.take((blank ? 3 : lanes(area)) * sizeof(T));
+    for (int y = 0; y < area.height; ++y, to += picture_row) {
+      for (int x = 0; blank && x < area.width; ++x) std::memcpy(to + 3 * x, bytes.data(), bytes.size());
+      if (!blank) std::memcpy(to, bytes.data() + static_cast<std::size_t>(y) * row * sizeof(T), row * sizeof(T));
+    }
+  };
+  put(painter.pixels.data() + at);
+  if (view.linear) put(painter.light.data() + at);
+}
+
+}  // namespace
+
+void draw_tiles(Rank& rank, const Script& script, Painter& painter) {
+  Conversation& talk = rank.talk;
+  if (!painter.plan.draws(talk.rank())) return;
+  const std::vector<comm::Message> messages = receive_records(rank);
+  const bool told = !messages.empty() && messages.back().header().failed != 0;
+  comm::Message out;
+  {
+    const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
+    const double start = rank.machine.compute_seconds();
+    if (!told) {
+      talk.work("render", [&] {
+        TilesOfRank tiles(rank, *script.record.view, painter);
+        tiles.take(messages);
+        if (talk.draws()) {
+          tiles.draw_here();
+        } else {
+          tiles.draw_into(out.bytes());
+        }
+      });
+    }
+    rank.machine.slow_down(start);
+  }
+  if (!talk.draws()) {
+    if (told && !talk.failed()) {
+      out = comm::Message();
+      out.bytes().put_raw(messages.back().payload().data(), messages.back().payload().size());
+    } else if (talk.failed()) {
+      out = failure_message(talk.rank(), talk.failure());
+    }
+    painter.drawing.bytes += out.payload().size();
+    talk.comm().post(talk.cast().image_generator, comm::Phase::tiles, talk.stamp(), std::move(out), 0,
+                     told || talk.failed());
+  }
+  if (told && !talk.failed()) give_up_for(rank, messages.back());
+}
+
+void assemble(Rank& rank, const Script& script, Painter& painter) {
+  Conversation& talk = rank.talk;
+  const image::View& view = *script.record.view;
+  const image::Grid grid{view.width, view.height};
+  for (int from = 0; from < talk.size() && !talk.failed(); ++from) {
+    if (from == talk.rank() || !painter.plan.draws(from)) continue;
+    const comm::Message message = [&] {
+      const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for tiles");
+      return talk.comm().expect(from, comm::Phase::tiles, talk.stamp());
+    }();
+    if (message.header().failed != 0) give_up_for(rank, message);
+    const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
+    talk.work("render", [&] {
+      particles::Reader in = message.reader();
+      for (int tile = painter.plan.first(from); tile < painter.plan.end(from); ++tile) {
+        place(in, grid.area(tile), view, painter);
+      }
+      if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
+    });
+  }
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,16 @@
+// render, paths tiles and composite: ranks draw their tiles of the picture; the image generator puts them together.
+#pragma once
+
+#include "frame/rank.h"
+#include "frame/render.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Each rank that owns tiles: receives what belongs into them, draws them, and sends them to the image generator.
+void draw_tiles(Rank& rank, const Script& script, Painter& painter);
+
+/// Image generator: puts the tiles of all ranks together.
+void assemble(Rank& rank, const Script& script, Painter& painter);
+
+}  // namespace motes::frame

@@ -72,6 +72,12 @@ def write_log(
                 "t_exchange_s": 0.0,
                 "t_balance_s": 0.0,
                 "t_render_s": 0.0,
+                "t_project_s": 0.0,
+                "t_draw_s": 0.0,
+                "t_assemble_s": 0.0,
+                "render_path": "gather",
+                "records": 0,
+                "render_bytes": 0,
             }
         )
     rows(folder / "frames.jsonl", frames)

@@ -73,6 +73,7 @@ LOAD = {
 FRAMES = {
     *("frame", "time", "particles", "exchanged", "exchanged_bytes", "imbalance", "t_frame_s", "image_sha256"),
     *("particles_digest", "t_create_s", "t_act_s", "t_report_s", "t_exchange_s", "t_balance_s", "t_render_s"),
+    *("t_project_s", "t_draw_s", "t_assemble_s", "render_path", "records", "render_bytes"),
 }
 
 

@@ -159,7 +159,13 @@ def run(number: int, variant: dict[str, Any]) -> None:
         roles=roles_of(variant["roles"]),
         births=variant.get("births", "manager"),
         fan_out=variant.get("fan_out", 8),
-        renderer=motes.Renderer(160, 120, camera=CAMERA, objects=[shapes.Plane((0, 0, 0), (0, 1, 0))]),
+        renderer=motes.Renderer(
+            160,
+            120,
+            camera=CAMERA,
+            objects=[shapes.Plane((0, 0, 0), (0, 1, 0))],
+            path=variant.get("path", "auto"),
+        ),
         progress="off",
     )
     systems = [

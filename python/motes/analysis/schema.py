@@ -70,7 +70,13 @@ FRAMES = Table(
         t_report_s float s report and verdict, with the wait for the slowest
         t_exchange_s float s particles to their owners
         t_balance_s float s orders, donations, new cuts
-        t_render_s float s projected, sent, drawn
+        t_render_s float s the picture: the three below, and waits for others' parts of it
+        t_project_s float s particles to records, and their sending; as the following, with pictures only
+        t_draw_s float s records to pixels
+        t_assemble_s float s image generator: tiles of other ranks put into the picture
+        render_path str - gather, tiles or composite: who drew
+        records int - particles that were seen, counted in each tile that they touch
+        render_bytes int B messages for the picture
         """
     ),
 )

@@ -1,0 +1,140 @@
+// A rank that fails in the middle of a picture: all who need its part hear why, whoever draws, in any order of events.
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "check.h"
+#include "comm/simulated_ranks.h"
+#include "frame/engine.h"
+
+using namespace motes;
+using comm::SimulatedRank;
+using Path = image::View::Path;
+
+namespace {
+
+constexpr int kFrame = 2;  // in which the rank fails
+
+std::size_t no_projection(const image::ProjectTask&, std::size_t, std::size_t, const image::ProjectedBatch&) {
+  throw std::runtime_error("the projection broke");
+}
+void no_light(const image::TileSums&, const image::Splat&, const unsigned char*, std::size_t) {
+  throw std::runtime_error("the brush broke");
+}
+
+struct Fault {
+  int ranks;
+  bool shared;
+  Path path;
+  int rank;
+  bool projecting;  // or painting
+};
+
+void break_down(frame::Painter& painter, bool projecting) {
+  static const image::ProjectLanes kProject{no_projection};
+  static const image::SplatLanes kSplat = [] {
+    image::SplatLanes lanes = image::splat_lanes();
+    lanes.splat = no_light;
+    return lanes;
+  }();
+  if (projecting) {
+    painter.projector = image::Projector(kProject);
+  } else {
+    painter.tile = image::TilePainter(kSplat);
+    painter.canvas = image::Canvas(kSplat);
+  }
+}
+
+// How each rank ended: "", its own exception, or what it heard.
+using Ends = std::map<int, std::string>;
+
+void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan& plan) {
+  const roles::Cast cast = fault.shared ? roles::cast_shared(fault.ranks) : roles::cast_auto(fault.ranks);
+  frame::Settings settings;
+  settings.costs.act.fill(1000);
+  auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
+  frame::Engine engine(std::move(communicator), cast, std::move(settings));
+  recording::SystemDefinition definition;
+  definition.space = {domains::Space::Kind::finite, -4, 4};
+  engine.add_system(definition);
+  image::View view;
+  view.width = 200;
+  view.height = 150;
+  view.camera.position = {0, 0, 8};
+  view.path = fault.path;
+  try {
+    engine.start();
+    for (int i = 0; i <= kFrame; ++i) {
+      recording::Birth birth;
+      birth.kind = recording::Birth::Kind::source;
+      birth.shape = {shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
+      birth.rate = 24 * 300;
+      engine.record(0, birth);
+      engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+      if (i == kFrame && self.rank() == fault.rank) break_down(engine.painter(), fault.projecting);
+      engine.run_frame(view);
+      plan = engine.painter().plan;
+    }
+    engine.digest();  // nobody comes past here
+    ends[self.rank()] = "all went well";
+  } catch (const frame::Agreed& agreed) {
+    ends[self.rank()] = "rank " + std::to_string(agreed.verdict().failed_rank) + ": " + agreed.verdict().failure.text;
+  } catch (const comm::Deadlock&) {
+    ends[self.rank()] = "waits";  // for those who gave up: a real job ends now
+  } catch (const std::runtime_error& error) {
+    ends[self.rank()] = error.what();
+  }
+}
+
+// Ends of all ranks, and the plan of the last frame.
+Ends run(const Fault& fault, std::uint64_t seed, frame::RenderPlan& plan) {
+  Ends ends;
+  comm::Simulation simulation;
+  simulation.ranks = fault.ranks;
+  simulation.seed = seed;
+  try {
+    comm::simulate(simulation, [&](SimulatedRank& self) { play(self, fault, ends, plan); });
+  } catch (const comm::Deadlock&) {  // seen by the ranks that wait
+  }
+  return ends;
+}
+
+void check_fault(const Fault& fault, std::uint64_t seed) {
+  const roles::Cast cast = fault.shared ? roles::cast_shared(fault.ranks) : roles::cast_auto(fault.ranks);
+  const bool calculates = cast.calculator_of(fault.rank) >= 0;
+  frame::RenderPlan plan;
+  Ends ends = run(fault, seed, plan);
+  const bool paints = fault.path == Path::composite ? calculates : plan.draws(fault.rank);
+  const bool fails = fault.projecting ? calculates : paints;
+  const std::string text = fault.projecting ? "the projection broke" : "the brush broke";
+  const std::string told = "rank " + std::to_string(fault.rank) + ": " + text;
+  for (int r = 0; r < fault.ranks; ++r) {
+    if (!fails) {
+      CHECK(ends[r] == "all went well");
+    } else if (r == fault.rank) {
+      CHECK(ends[r] == text);
+    } else if (r == cast.image_generator || (fault.projecting && plan.draws(r))) {
+      CHECK(ends[r] == told);  // it has no picture, or no tile, without this part
+    } else {
+      CHECK(ends[r] == told || ends[r] == "waits");
+    }
+  }
+}
+
+}  // namespace
+
+TEST(a_rank_that_fails_in_a_picture_tells_all_who_need_its_part) {
+  std::uint64_t seed = 0;
+  for (const int ranks : {1, 2, 3, 5}) {
+    for (const bool shared : {false, true}) {
+      for (const Path path : {Path::gather, Path::tiles, Path::composite}) {
+        for (int rank = 0; rank < ranks; ++rank) {
+          check_fault({ranks, shared, path, rank, true}, ++seed);
+          check_fault({ranks, shared, path, rank, false}, ++seed);
+        }
+      }
+    }
+  }
+}

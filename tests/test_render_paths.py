@@ -1,0 +1,107 @@
+"""Who draws the picture changes none of its pixels: paths, ranks, roles; and what the log says of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launching import mpirun, python
+from test_same_bits import EVERYTHING, assert_equal, roles, table
+
+import motes
+from motes.errors import ArgumentError
+
+PATHS = ("auto", "gather", "tiles", "composite")
+
+SCENE = """
+import json, sys
+import motes
+from motes import shapes
+
+log, path, roles, distance, linear = sys.argv[1:]
+camera = motes.Camera((0, 0, float(distance)), (0, 0, 0))
+world = motes.World(
+    seed=3,
+    space=(-8, 8),
+    roles=roles,
+    renderer=motes.Renderer(640, 360, camera=camera, path=path, linear=bool(int(linear))),
+    progress="off",
+    log=log,
+)
+dust = world.system("dust")
+with world:
+    for frame in world.frames(5):
+        if frame == 0:
+            dust.configure(color=(0.2, 0.5, 1), alpha=0.3)
+            dust.burst(shapes.Box((-8, -4, -1), (8, 4, 1)), count=200_000)
+        dust.gravity((0, -1, 0))
+        dust.move()
+        picture = world.render() if frame != 3 else world.step()
+        if picture:
+            light = float(picture.linear.sum()) if picture._linear is not None else None
+            print(json.dumps({"frame": frame, "digest": picture.digest(), "light": light}))
+"""
+
+
+def frames_of(log: Path) -> list[dict[str, Any]]:
+    """Rows of frames.jsonl."""
+    return [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
+
+
+def pictures(log: Path, size: int, path: str, wish: str, distance: float = 11, linear: int = 0) -> list[Any]:
+    """Run the scene; what it said of its pictures."""
+    lines = mpirun(size, SCENE, log, path, wish, distance, linear).lines
+    return [json.loads(line) for line in lines]
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_any_path_ranks_and_roles(size: int):
+    variants = [{"roles": wish, "space": [-3, 3], "path": path} for wish in roles(size) for path in PATHS]
+    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=200).lines), variants)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
+    """Pictures of one rank, with their light."""
+    log = tmp_path_factory.mktemp("alone") / "log"
+    return [json.loads(line) for line in python(SCENE, log, "gather", "auto", 11, 1).lines]
+
+
+@pytest.mark.parametrize("path", PATHS[1:])
+@pytest.mark.parametrize(("size", "wish"), [(2, "shared"), (3, "auto")])
+def test_the_light_is_the_same(size: int, wish: str, path: str, alone: list[Any], tmp_path: Path):
+    assert pictures(tmp_path / "log", size, path, wish, linear=1) == alone
+
+
+@pytest.mark.parametrize("path", PATHS[1:])
+@pytest.mark.parametrize(("size", "wish"), [(2, "shared"), (4, "auto")])
+def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
+    pictures(tmp_path / "log", size, path, wish)
+    for row in frames_of(tmp_path / "log"):
+        if row["frame"] == 3:
+            assert "render_path" not in row, "a frame without a picture"
+            continue
+        assert row["render_path"] == path
+        assert 150_000 < row["records"] < 300_000
+        others = row["records"] * (1 if wish == "auto" else 0.5) * (1 if path == "gather" else 0.75)
+        assert row["render_bytes"] > (others * 8 if path != "composite" else 100_000)
+        assert 0 < row["t_project_s"] <= row["t_render_s"]
+        assert 0 < row["t_draw_s"] <= row["t_render_s"]
+        if wish == "shared":  # in the paper's roles the image generator may draw all tiles of a small picture
+            assert (row["t_assemble_s"] > 0) == (path != "gather")
+
+
+@pytest.mark.parametrize(("distance", "chosen"), [(11, "tiles"), (400, "composite")])
+def test_auto_draws_a_far_cloud_where_its_particles_are(distance: float, chosen: str, tmp_path: Path):
+    """A cloud that fills the picture is divided by tiles; one in a tile or two, by particles."""
+    pictures(tmp_path / "log", 3, "auto", "shared", distance)
+    drawn = [row for row in frames_of(tmp_path / "log") if "render_path" in row]
+    assert [row["render_path"] for row in drawn[2:]] == [chosen] * 2
+
+
+def test_paths_are_checked():
+    camera = motes.Camera((0, 0, 9), (0, 0, 0))
+    with pytest.raises(ArgumentError, match="path.*'gathered'"):
+        motes.Renderer(8, 8, camera=camera, path="gathered")

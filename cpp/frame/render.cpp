@@ -1,6 +1,7 @@
 #include "frame/render.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
@@ -27,12 +28,12 @@ std::vector<comm::Message> receive_all(Rank& rank, double& records) {
 }
 
 // Path gather: the image generator draws all of it.
-void draw_all(Rank& rank, const Script& script, Painter& painter) {
+void draw_all(Rank& rank, Painter& painter) {
   double records = static_cast<double>(painter.drawing.records);  // its own
   const std::vector<comm::Message> messages = receive_all(rank, records);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
   rank.talk.work("render", [&] {
-    const image::View& view = *script.record.view;
+    const image::View& view = painter.view;
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
     painter.canvas.begin(view, view.linear);
@@ -52,10 +53,10 @@ void draw_all(Rank& rank, const Script& script, Painter& painter) {
 }
 
 // What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
-void open_tiles(Rank& rank, const Script& script, Painter& painter) {
+void open_tiles(Rank& rank, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
   rank.talk.work("render", [&] {
-    const image::View& view = *script.record.view;
+    const image::View& view = painter.view;
     painter.scene.prepare(view);
     painter.tile.begin(painter.scene);
     painter.pieces.begin(view);
@@ -88,21 +89,25 @@ const std::vector<float>& Painter::linear() const {
 void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   painter.drawing = {};
   painter.light.clear();
+  const std::optional<image::Camera> before = std::exchange(painter.before, std::nullopt);
   if (!script.record.view) return;
   Conversation& talk = rank.talk;
-  painter.drawing.width = script.record.view->width;
-  painter.drawing.height = script.record.view->height;
+  painter.view = *script.record.view;
+  painter.view.before = before;
+  painter.before = painter.view.camera;
+  painter.drawing.width = painter.view.width;
+  painter.drawing.height = painter.view.height;
   painter.drawing.path = painter.plan.path;
   await_all(rank, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {
     if (talk.calculates()) send_records(rank, painter);
-    if (talk.draws()) draw_all(rank, script, painter);
+    if (talk.draws()) draw_all(rank, painter);
   } else {
-    open_tiles(rank, script, painter);
+    open_tiles(rank, painter);
     if (talk.calculates()) send_records(rank, painter);
-    draw_tiles(rank, script, painter);
-    if (talk.draws()) assemble(rank, script, painter);
+    draw_tiles(rank, painter);
+    if (talk.draws()) assemble(rank, painter);
   }
 }
 

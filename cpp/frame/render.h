@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "frame/population.h"
@@ -19,7 +20,9 @@ namespace motes::frame {
 
 /// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
 struct Painter {
-  RenderPlan plan;  // of this frame's picture, as the manager told it
+  RenderPlan plan;   // of this frame's picture, as the manager told it
+  image::View view;  // of this frame: the script's, with the last picture's camera
+  std::optional<image::Camera> before;  // of the last frame, where that was drawn
   image::Projector projector;
   std::vector<image::Records> records;  // of this rank's particles, one per system
   image::Canvas canvas;                 // path gather: all of the picture

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "frame/render_composite.h"
+#include "image/layout.h"
+#include "particles/fields.h"
 
 namespace motes::frame {
 namespace {
@@ -15,8 +17,16 @@ image::Drawn drawn(const particles::Store& store) {
     d.color[c] = store.plane(particles::color, static_cast<int>(c));
     d.color_of_all[c] = store.uniform_value(particles::color)[c];
   }
+  for (std::size_t c = 0; c < 3; ++c) {
+    d.up[c] = store.plane(particles::up, static_cast<int>(c));
+    d.up_of_all[c] = store.uniform_value(particles::up)[c];
+    d.velocity[c] = store.plane(particles::velocity, static_cast<int>(c));
+    d.velocity_of_all[c] = store.uniform_value(particles::velocity)[c];
+  }
   d.alpha = store.plane(particles::alpha, 0);
   d.alpha_of_all = store.uniform_value(particles::alpha)[0];
+  d.size = store.plane(particles::size, 0);
+  d.size_of_all = store.uniform_value(particles::size)[0];
   if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
   return d;
 }
@@ -60,12 +70,16 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "project");
   const double start = rank.machine.compute_seconds();
   rank.talk.work("render", [&] {
-    const image::View& view = *script.record.view;
+    const image::View& view = painter.view;
+    image::Projection projection;
+    projection.any_depth = image::anything_hides(view, script.record.sprites);
+    projection.dt = rank.settings.dt;
     std::uint64_t particles = 0;
     painter.records.resize(script.systems.size());
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
       const particles::Store& store = calculator.populations[i]->store;
-      painter.projector.project(drawn(store), script.systems[i]->sprite, view, painter.records[i]);
+      projection.system = static_cast<int>(i);
+      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i], projection);
       particles += store.size();
     }
     count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);
@@ -100,8 +114,8 @@ void send_records(Rank& rank, Painter& painter) {
 comm::Message failure_message(int failed_rank, const Failure& failure) {
   comm::Message message;
   message.bytes().put(static_cast<std::int32_t>(failed_rank));
-  message.bytes().put_text(failure.action);
-  message.bytes().put_text(failure.text);
+  Failure written = failure;
+  particles::write_fields(written, message.bytes());
   return message;
 }
 
@@ -109,9 +123,7 @@ void give_up_for(Rank& rank, const comm::Message& message) {
   particles::Reader in = message.reader();
   Verdict verdict;
   verdict.failed_rank = in.get<std::int32_t>();
-  verdict.failure.kind = Failure::Kind::compute;
-  verdict.failure.action = in.get_text();
-  verdict.failure.text = in.get_text();
+  particles::read_fields(in, verdict.failure);
   rank.talk.give_up(std::move(verdict));
 }
 

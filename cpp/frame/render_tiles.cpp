@@ -140,7 +140,7 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
 
 }  // namespace
 
-void draw_tiles(Rank& rank, const Script& script, Painter& painter) {
+void draw_tiles(Rank& rank, Painter& painter) {
   Conversation& talk = rank.talk;
   if (!painter.plan.draws(talk.rank())) return;
   const std::vector<comm::Message> messages = receive_records(rank);
@@ -151,7 +151,7 @@ void draw_tiles(Rank& rank, const Script& script, Painter& painter) {
     const double start = rank.machine.compute_seconds();
     if (!told) {
       talk.work("render", [&] {
-        TilesOfRank tiles(rank, *script.record.view, painter);
+        TilesOfRank tiles(rank, painter.view, painter);
         tiles.take(messages);
         if (talk.draws()) {
           tiles.draw_here();
@@ -176,9 +176,9 @@ void draw_tiles(Rank& rank, const Script& script, Painter& painter) {
   if (told && !talk.failed()) give_up_for(rank, messages.back());
 }
 
-void assemble(Rank& rank, const Script& script, Painter& painter) {
+void assemble(Rank& rank, Painter& painter) {
   Conversation& talk = rank.talk;
-  const image::View& view = *script.record.view;
+  const image::View& view = painter.view;
   const image::Grid grid{view.width, view.height};
   for (int from = 0; from < talk.size() && !talk.failed(); ++from) {
     if (from == talk.rank() || !painter.plan.draws(from)) continue;

@@ -3,14 +3,13 @@
 
 #include "frame/rank.h"
 #include "frame/render.h"
-#include "frame/script.h"
 
 namespace motes::frame {
 
 /// Each rank that owns tiles: receives what belongs into them, draws them, and sends them to the image generator.
-void draw_tiles(Rank& rank, const Script& script, Painter& painter);
+void draw_tiles(Rank& rank, Painter& painter);
 
 /// Image generator: puts the tiles of all ranks together.
-void assemble(Rank& rank, const Script& script, Painter& painter);
+void assemble(Rank& rank, Painter& painter);
 
 }  // namespace motes::frame

@@ -217,7 +217,7 @@ Waits waits_of(frame::Combine combine) {
     engine.add_system(definition);
     engine.start();
     record(engine, 0, 1, false);
-    engine.run_frame(view());
+    engine.run_frame(view(image::View::Path::automatic));
     if (engine.talk().calculates()) {
       waits.verdict_s = std::max(waits.verdict_s, engine.times().report);
       waits.plan_s = std::max(waits.plan_s, engine.times().balance);

@@ -1,7 +1,6 @@
 #include "frame/render.h"
 
 #include <stdexcept>
-#include <utility>
 
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
@@ -89,12 +88,9 @@ const std::vector<float>& Painter::linear() const {
 void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   painter.drawing = {};
   painter.light.clear();
-  const std::optional<image::Camera> before = std::exchange(painter.before, std::nullopt);
   if (!script.record.view) return;
   Conversation& talk = rank.talk;
   painter.view = *script.record.view;
-  painter.view.before = before;
-  painter.before = painter.view.camera;
   painter.drawing.width = painter.view.width;
   painter.drawing.height = painter.view.height;
   painter.drawing.path = painter.plan.path;

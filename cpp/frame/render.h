@@ -3,7 +3,6 @@
 #pragma once
 
 #include <cstdint>
-#include <optional>
 #include <vector>
 
 #include "frame/population.h"
@@ -21,8 +20,7 @@ namespace motes::frame {
 /// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
 struct Painter {
   RenderPlan plan;   // of this frame's picture, as the manager told it
-  image::View view;  // of this frame: the script's, with the last picture's camera
-  std::optional<image::Camera> before;  // of the last frame, where that was drawn
+  image::View view;  // of this frame
   image::Projector projector;
   std::vector<image::Records> records;  // of this rank's particles, one per system
   image::Canvas canvas;                 // path gather: all of the picture

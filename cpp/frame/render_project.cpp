@@ -2,34 +2,12 @@
 
 #include <algorithm>
 
+#include "frame/drawn.h"
 #include "frame/render_composite.h"
-#include "image/layout.h"
 #include "particles/fields.h"
 
 namespace motes::frame {
 namespace {
-
-image::Drawn drawn(const particles::Store& store) {
-  image::Drawn d;
-  d.count = store.size();
-  for (std::size_t c = 0; c < 3; ++c) {
-    d.position[c] = store.plane(particles::position, static_cast<int>(c));
-    d.color[c] = store.plane(particles::color, static_cast<int>(c));
-    d.color_of_all[c] = store.uniform_value(particles::color)[c];
-  }
-  for (std::size_t c = 0; c < 3; ++c) {
-    d.up[c] = store.plane(particles::up, static_cast<int>(c));
-    d.up_of_all[c] = store.uniform_value(particles::up)[c];
-    d.velocity[c] = store.plane(particles::velocity, static_cast<int>(c));
-    d.velocity_of_all[c] = store.uniform_value(particles::velocity)[c];
-  }
-  d.alpha = store.plane(particles::alpha, 0);
-  d.alpha_of_all = store.uniform_value(particles::alpha)[0];
-  d.size = store.plane(particles::size, 0);
-  d.size_of_all = store.uniform_value(particles::size)[0];
-  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
-  return d;
-}
 
 void count(const Painter& painter, int tiles, Drawing& drawing) {
   std::vector<std::uint32_t> counts(static_cast<std::size_t>(tiles), 0);
@@ -71,15 +49,12 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const double start = rank.machine.compute_seconds();
   rank.talk.work("render", [&] {
     const image::View& view = painter.view;
-    image::Projection projection;
-    projection.any_depth = image::anything_hides(view, script.record.sprites);
-    projection.dt = rank.settings.dt;
     std::uint64_t particles = 0;
     painter.records.resize(script.systems.size());
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
       const particles::Store& store = calculator.populations[i]->store;
-      projection.system = static_cast<int>(i);
-      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i], projection);
+      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i],
+                                projection(script, i));
       particles += store.size();
     }
     count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);

@@ -50,3 +50,49 @@ def test_bloom_may_change_between_frames():
     with pytest.raises(ArgumentError, match="bloom"):
         renderer.bloom = 2
     assert renderer.bloom == 0.5
+
+
+# --- objects and what lights them
+
+MESH = motes.Mesh([(-1, -1, 0), (1, -1, 0), (0, 1, 0)], [(0, 1, 2)])
+RED = (1, 0, 0)
+
+
+def brightness(**attributes: Any) -> np.ndarray:
+    """The light of a picture without particles, by colour."""
+    return rendered(sprite=motes.Sprite("point"), **attributes).linear.reshape(-1, 3).mean(axis=0)
+
+
+def test_a_mesh_is_drawn_like_the_triangle_that_it_is():
+    triangle = motes.shapes.Triangle(*MESH.vertices)
+    assert rendered(objects=[MESH]).digest() == rendered(objects=[motes.Solid(MESH)]).digest()
+    difference = rendered(objects=[MESH]).linear - rendered(objects=[triangle]).linear
+    assert np.abs(difference).mean() < 1e-3
+    assert rendered(objects=[MESH]).digest() != rendered().digest()
+
+
+def test_lights_light_and_solids_shine():
+    night = {"objects": [MESH], "sun": (0, 0, 0)}
+    dark = brightness(**night)
+    lit = brightness(**night, lights=[motes.Light((0, 0, 2), RED, power=3)])
+    assert lit[0] > dark[0] + 0.02
+    assert lit[1] == pytest.approx(dark[1])
+    assert (brightness(objects=[motes.Solid(MESH, light=2)], sun=(0, 0, 0)) > dark + 0.02).all()
+    assert (brightness(objects=[MESH], sun=(0, 0, 1)) > dark + 0.02).all()
+
+
+def test_smooth_edges_have_colours_in_between():
+    few, many = (rendered(objects=[MESH], smooth=smooth).pixels for smooth in (False, True))
+    assert len(np.unique(many.reshape(-1, 3), axis=0)) > len(np.unique(few.reshape(-1, 3), axis=0))
+
+
+def test_lights_and_sun_may_change_between_frames():
+    renderer = motes.Renderer(96, 64, camera=CAMERA, objects=[MESH])
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    with world:
+        first = world.render()
+        renderer.lights = [motes.Light((0, 0, 2))]
+        second = world.render()
+        renderer.sun = (0, 0, 0)
+        third = world.render()
+    assert len({frame.digest() for frame in (first, second, third)}) == 3

@@ -1,4 +1,5 @@
 #include "bindings/bindings.h"
+#include "image/assets.h"
 #include "image/camera.h"
 #include "image/footprint.h"
 #include "image/scene.h"
@@ -8,11 +9,30 @@
 namespace motes::bindings {
 namespace {
 
-image::Sprite make_sprite(const std::string& kind, int pixels) {
+image::Sprite::Kind kind_of(const std::string& name) {
+  if (name == "point") return image::Sprite::Kind::point;
+  if (name == "disc") return image::Sprite::Kind::disc;
+  if (name == "sphere") return image::Sprite::Kind::sphere;
+  if (name == "image") return image::Sprite::Kind::image;
+  throw std::invalid_argument("kind must be point, disc, sphere or image, got '" + name + "'");
+}
+
+image::Sprite::Blend blend_of(const std::string& name) {
+  if (name == "add") return image::Sprite::Blend::add;
+  if (name == "alpha") return image::Sprite::Blend::alpha;
+  if (name == "opaque") return image::Sprite::Blend::opaque;
+  throw std::invalid_argument("blend must be add, alpha or opaque, got '" + name + "'");
+}
+
+image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
+                          float softness, image::AssetKey picture) {
   image::Sprite sprite;
-  if (kind != "point" && kind != "disc") throw std::invalid_argument("kind must be point or disc, got '" + kind + "'");
-  sprite.kind = kind == "point" ? image::Sprite::Kind::point : image::Sprite::Kind::disc;
+  sprite.kind = kind_of(kind);
   sprite.pixels = pixels;
+  sprite.blend = blend_of(blend);
+  sprite.of_height = of_height;
+  sprite.softness = softness;
+  sprite.picture = picture;
   image::check(sprite);
   return sprite;
 }
@@ -44,20 +64,66 @@ void bind_view(py::module_& m) {
       py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"));
   view.def(
       "add_object",
-      [](View& v, const shapes::Shape& shape, image::Color color) { v.objects.push_back({shape, color}); },
-      py::arg("shape"), py::arg("color"));
+      [](View& v, const shapes::Shape& shape, image::Color color, float light) {
+        v.objects.push_back({shape, color, 0, light});
+      },
+      py::arg("shape"), py::arg("color"), py::arg("light"));
+  view.def(
+      "add_mesh",
+      [](View& v, image::AssetKey mesh, image::Color color, float light) {
+        v.objects.push_back({{}, color, mesh, light});
+      },
+      py::arg("mesh"), py::arg("color"), py::arg("light"));
+  view.def("set_sun", [](View& v, image::Vector direction) { v.sun = direction; }, py::arg("direction"));
+  view.def(
+      "add_light",
+      [](View& v, image::Vector position, image::Color color, float power) {
+        v.lights.push_back({position, color, power});
+      },
+      py::arg("position"), py::arg("color"), py::arg("power"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
   view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
   view.def("set_path", [](View& v, const std::string& name) { v.path = path_of(name); }, py::arg("name"));
+  view.def("set_shutter", [](View& v, float part) { v.shutter = part; }, py::arg("part"));
   view.def("set_bloom", [](View& v, float part) { v.bloom = part; }, py::arg("part"));
+  view.def("set_smooth", [](View& v, bool smooth) { v.smooth = smooth; }, py::arg("smooth"));
+  view.def("set_layers", [](View& v, std::uint8_t layers) { v.layers = layers; }, py::arg("layers"));
   view.def("set_linear", [](View& v, bool keep) { v.linear = keep; }, py::arg("keep"));
   view.def("check", [](const View& v) { image::check(v); });
+}
+
+// Pictures and meshes are kept by the process, and named by their content.
+void bind_assets(py::module_& m) {
+  using Bytes = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
+  using Indices = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+  m.def(
+      "keep_picture",
+      [](const Bytes& rgba) {
+        image::Picture picture;
+        picture.height = static_cast<std::int32_t>(rgba.shape(0));
+        picture.width = static_cast<std::int32_t>(rgba.shape(1));
+        picture.rgba.assign(rgba.data(), rgba.data() + rgba.size());
+        return image::keep(std::move(picture));
+      },
+      py::arg("rgba"));
+  m.def(
+      "keep_mesh",
+      [](const FloatArray& vertices, const Indices& triangles) {
+        image::Mesh mesh;
+        mesh.vertices.assign(vertices.data(), vertices.data() + vertices.size());
+        mesh.triangles.assign(triangles.data(), triangles.data() + triangles.size());
+        return image::keep(std::move(mesh));
+      },
+      py::arg("vertices"), py::arg("triangles"));
 }
 
 }  // namespace
 
 void bind_image(py::module_& m) {
-  py::class_<image::Sprite>(m, "Sprite").def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"));
+  py::class_<image::Sprite>(m, "Sprite")
+      .def(py::init(&make_sprite), py::arg("kind"), py::arg("pixels"), py::arg("blend"), py::arg("of_height"),
+           py::arg("softness"), py::arg("picture"));
+  bind_assets(m);
   bind_view(m);
   m.def(
       "tone_16_bits",

@@ -41,10 +41,13 @@ if TYPE_CHECKING:
     )
     from .expressions import column, maximum, minimum
     from .frame import Frame
+    from .meshes import Mesh
     from .movie import Movie
     from .particles import Particles
-    from .rendering import Camera, Renderer, Solid, Sprite
+    from .rendering import Camera, Renderer
     from .roles import Roles
+    from .solids import Light, Solid
+    from .sprites import Sprite
     from .system import System
     from .world import World
 
@@ -63,10 +66,13 @@ _MODULES = {
     ),
     "expressions": ("column", "maximum", "minimum"),
     "frame": ("Frame",),
+    "meshes": ("Mesh",),
     "movie": ("Movie",),
     "particles": ("Particles",),
-    "rendering": ("Camera", "Renderer", "Solid", "Sprite"),
+    "rendering": ("Camera", "Renderer"),
     "roles": ("Roles",),
+    "solids": ("Light", "Solid"),
+    "sprites": ("Sprite",),
     "system": ("System",),
     "world": ("World",),
 }
@@ -79,8 +85,10 @@ __all__ = [
     "Camera",
     "Diffusive",
     "Frame",
+    "Light",
     "LoadTable",
     "LogError",
+    "Mesh",
     "MissingExtra",
     "MotesError",
     "MotesWarning",

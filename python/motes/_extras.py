@@ -8,7 +8,7 @@ from typing import Any
 
 from .errors import MissingExtra
 
-__all__ = ["matplotlib", "openexr", "pandas", "require_av", "require_openexr"]
+__all__ = ["matplotlib", "openexr", "pandas", "pillow", "require_av", "require_openexr", "trimesh"]
 
 _EXR = "a picture saved as .exr"
 
@@ -40,10 +40,20 @@ def require_openexr() -> None:
         raise MissingExtra(_EXR, extra="exr", package="OpenEXR")
 
 
-def _import(module: str, need: str, extra: str) -> Any:
+def pillow() -> Any:
+    """Import the part of Pillow that reads pictures. Raises MissingExtra if it is not installed."""
+    return _import("PIL.Image", "a sprite's image that is a path", "image", package="Pillow")
+
+
+def trimesh() -> Any:
+    """Import trimesh. Raises MissingExtra if it is not installed."""
+    return _import("trimesh", "Mesh.load", "mesh")
+
+
+def _import(module: str, need: str, extra: str, *, package: str | None = None) -> Any:
     try:
         return importlib.import_module(module)
     except ImportError as error:
-        package = module.partition(".")[0]
-        reason = None if isinstance(error, ModuleNotFoundError) and error.name == package else error
-        raise MissingExtra(need, extra=extra, package=package, reason=reason) from error
+        top = module.partition(".")[0]
+        reason = None if isinstance(error, ModuleNotFoundError) and error.name == top else error
+        raise MissingExtra(need, extra=extra, package=package or top, reason=reason) from error

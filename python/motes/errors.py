@@ -118,6 +118,8 @@ EXTRAS = {
     "video": ("av>=12.3",),
     "analysis": ("pandas>=2", "matplotlib>=3.8"),
     "exr": ("OpenEXR>=3.3",),
+    "image": ("Pillow>=10",),
+    "mesh": ("trimesh>=4.6",),
 }
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 

@@ -129,7 +129,7 @@ def camera_inside(renderer: Renderer) -> list[str]:
     """Return what is wrong with the camera's position."""
     position = renderer.camera.position
     for solid in renderer.solids:
-        if bool(solid.shape.contains(position)):
+        if isinstance(solid.shape, Shape) and bool(solid.shape.contains(position)):
             return [f"the camera at {position} is inside the solid {solid.shape!r}"]
     return []
 

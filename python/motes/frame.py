@@ -148,7 +148,7 @@ class Frame:
         else:
             linear, layers = self.linear, {name: self.layer(name) for name in self._layers}
             with files.whole_path(path) as draft:
-                exr.write(draft, linear, layers)
+                exr.write(_extras.openexr(), draft, linear, layers)
 
     def _pixels_16(self) -> NDArray[np.uint16]:
         return _core.tone_16_bits(self.linear, self._exposure)

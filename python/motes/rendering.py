@@ -1,4 +1,4 @@
-"""What a picture shows and from where: Renderer, Camera, Sprite, Solid. Colours are linear RGB in 0..1."""
+"""What a picture shows and from where: Renderer, Camera. Colours are linear RGB in 0..1."""
 
 from __future__ import annotations
 
@@ -11,12 +11,15 @@ from numpy.typing import ArrayLike
 from . import _core, arguments
 from .arguments import Triple
 from .errors import ArgumentError
-from .shapes import Blob, Line, Point, Shape, Union
-from .values import Settings, Value, says_near_names, shown, value
+from .meshes import Mesh
+from .shapes import Shape
+from .solids import Light, Solid
+from .values import Settings, says_near_names, shown
 
-__all__ = ["Camera", "Renderer", "Solid", "Sprite"]
+__all__ = ["Camera", "Renderer"]
 
-OBJECTS = "a list of motes.Solid or shapes"
+LIGHTS = "a list of motes.Light"
+OBJECTS = "a list of motes.Solid, shapes or meshes"
 
 
 class Camera(Settings):
@@ -72,66 +75,38 @@ class Camera(Settings):
         return f"Camera({arguments})"
 
 
-@value(init=False)
-class Solid(Value):
-    """An external object (paper 3.2.4): a shape with a surface, or a union of such shapes, and a colour.
-
-    It is drawn, lit, casts a shadow, and hides the particles behind it. Point, Line and Blob have no surface.
-    """
-
-    shape: Shape
-    color: Triple = (0.8, 0.8, 0.8)
-
-    def __init__(self, shape: Shape, color: ArrayLike = (0.8, 0.8, 0.8)) -> None:
-        """Take the shape and its colour."""
-        if not isinstance(shape, Shape):
-            raise ArgumentError("shape", shape, "a shape of motes.shapes")
-        if any(isinstance(part, (Point, Line, Blob)) for part in _parts(shape)):
-            raise ArgumentError("shape", shape, "a shape with a surface: not a Point, Line or Blob")
-        self.__dict__.update(shape=shape, color=arguments.color("color", color, low=0))
-
-
-@value()
-class Sprite(Value):
-    """How particles of a system are drawn: `point` or soft `disc`, `pixels` wide, their light added up.
-
-    `kind`: "point" or "disc". `pixels`: the diameter of a disc, 1..15. `blend`: "add".
-    """
-
-    kind: str = "disc"
-    pixels: int = 5
-    blend: str = "add"
-
-    def __post_init__(self) -> None:
-        """Check the arguments, and make the engine's value."""
-        state = self.__dict__
-        state["kind"] = arguments.choice("kind", self.kind, ("point", "disc"))
-        state["pixels"] = arguments.integer("pixels", self.pixels, low=1, high=15)
-        state["blend"] = arguments.choice("blend", self.blend, ("add",))
-        state["_core"] = _core.Sprite(self.kind, self.pixels)
-
-    @property
-    def core(self) -> _core.Sprite:
-        """The engine's value; for the package itself."""
-        made: _core.Sprite = self.__dict__["_core"]
-        return made
-
-
 class Renderer(Settings):
-    """How frames are made: size in pixels, camera, background, exposure and external objects.
+    """How frames are made: from where, of what size, with which objects and lights.
 
     All attributes but `linear` may change between frames.
     """
 
     width: int
+    """Pixels."""
     height: int
+    """Pixels."""
     camera: Camera
+    """From where it is seen; its attributes may change between frames, too."""
     background: Triple
+    """The colour of what is infinitely far."""
     exposure: float
-    objects: tuple[Solid | Shape, ...]
+    """What light is multiplied by before it is shown."""
+    objects: tuple[Solid | Shape | Mesh, ...]
+    """Solids; a shape or mesh stands for a solid of the default colour."""
+    sun: Triple
+    """The direction to the sun, which lights solids; (0, 0, 0): there is none."""
+    lights: tuple[Light, ...]
+    """What lights the solids besides the sun."""
     path: str
+    """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
+    paper). "tiles": each rank a part of the picture. "composite": each calculator a whole picture of its own
+    particles; these are added up. "auto" chooses for each frame."""
     bloom: float
+    """The part of the light that spreads around what is bright, 0..1."""
+    smooth: bool
+    """Whether edges of solids are anti-aliased."""
     linear: bool
+    """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
 
     _checks = {
         "width": partial(arguments.integer, low=1, high=16384),
@@ -140,8 +115,11 @@ class Renderer(Settings):
         "background": partial(arguments.color, low=0),
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
+        "sun": arguments.triple,
+        "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
         "bloom": partial(arguments.number, low=0, high=1),
+        "smooth": arguments.flag,
     }
 
     @says_near_names
@@ -153,20 +131,18 @@ class Renderer(Settings):
         camera: Camera,
         background: ArrayLike = (0, 0, 0),
         exposure: float = 1,
-        objects: Iterable[Solid | Shape] = (),
+        objects: Iterable[Solid | Shape | Mesh] = (),
+        sun: ArrayLike = (-0.5, 0.8, 0.4),
+        lights: Iterable[Light] = (),
         path: str = "auto",
         bloom: float = 0,
+        smooth: bool = True,
         linear: bool = False,
     ) -> None:
-        """Take the attributes.
-
-        `objects`: solids, or shapes for solids of the default colour. `path`: how particles become one
-        picture: "gather" is the paper's way, which sends records to the image generator; "auto" chooses.
-        `bloom`: the part of the light that spreads around what is bright, 0..1. `linear`: keep each frame's
-        light for `Frame.linear`.
-        """
+        """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
-        given |= {"exposure": exposure, "objects": objects, "path": path, "bloom": bloom}
+        given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
+        given |= {"bloom": bloom, "smooth": smooth}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -179,10 +155,13 @@ class Renderer(Settings):
         view.set_background(self.background)
         view.set_exposure(self.exposure)
         for solid in self.solids:
-            for part in _parts(solid.shape):
-                view.add_object(part.core, solid.color)
+            solid.add_to(view)
+        view.set_sun(self.sun)
+        for light in self.lights:
+            view.add_light(light.position, light.color, light.power)
         view.set_path(self.path)
         view.set_bloom(self.bloom)
+        view.set_smooth(self.smooth)
         view.set_linear(self.linear)
         view.check()
         return view
@@ -190,11 +169,7 @@ class Renderer(Settings):
     @property
     def solids(self) -> list[Solid]:
         """The objects as solids."""
-        return [Solid(one) if isinstance(one, Shape) else one for one in self.objects]
-
-
-def _parts(shape: Shape) -> tuple[Shape, ...]:
-    return shape.shapes if isinstance(shape, Union) else (shape,)
+        return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
 
 
 def _camera(name: str, given: Any) -> Camera:
@@ -203,11 +178,19 @@ def _camera(name: str, given: Any) -> Camera:
     return given
 
 
-def _objects(name: str, given: Any) -> tuple[Solid | Shape, ...]:
+def _objects(name: str, given: Any) -> tuple[Solid | Shape | Mesh, ...]:
     objects = arguments.listed(name, given, OBJECTS)
     for one in objects:
-        if isinstance(one, Shape):
+        if isinstance(one, (Shape, Mesh)):
             Solid(one)  # which checks that it has a surface
         elif not isinstance(one, Solid):
             raise ArgumentError(name, one, OBJECTS)
     return tuple(objects)
+
+
+def _lights(name: str, given: Any) -> tuple[Light, ...]:
+    lights = arguments.listed(name, given, LIGHTS)
+    for one in lights:
+        if not isinstance(one, Light):
+            raise ArgumentError(name, one, LIGHTS)
+    return tuple(lights)

@@ -19,8 +19,8 @@ from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
 from .first_frame import FirstFrame
 from .particles import LocalParticles, Particles
-from .rendering import Sprite
 from .shapes import Shape, as_shape
+from .sprites import Sprite
 from .values import says_near_names
 
 if TYPE_CHECKING:

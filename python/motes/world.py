@@ -28,7 +28,8 @@ from .balance import Balancer, Static
 from .errors import ArgumentError, MotesError, MotesWarning
 from .first_frame import remarks_on
 from .frame import Frame
-from .rendering import Renderer, Sprite
+from .rendering import Renderer
+from .sprites import Sprite
 from .system import System
 from .usage import Usage, Weakly, describe
 from .values import Settings, says_near_names

@@ -9,8 +9,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _extras
-
 __all__ = ["write"]
 
 _MOST = 65504
@@ -27,13 +25,14 @@ _WHOLE = ("depth",)
 """Layers that stay float32: a half float would round 10 m to 8 mm and has no 100 km."""
 
 
-def write(path: Path, linear: NDArray[np.float32], layers: Mapping[str, NDArray[np.float32]]) -> None:
-    """Write one part by scan lines: R, G, B and the channels of the layers, compressed by ZIP.
+def write(
+    library: Any, path: Path, linear: NDArray[np.float32], layers: Mapping[str, NDArray[np.float32]]
+) -> None:
+    """Write one part by scan lines, by the module OpenEXR: R, G, B and the channels of the layers.
 
-    ZIP is lossless, every reader knows it, and of those it makes particles' pictures smallest. Raises
-    MissingExtra where OpenEXR is not installed.
+    Compressed by ZIP, which is lossless; every reader knows it, and of those methods it makes pictures of
+    particles smallest.
     """
-    library = _extras.openexr()
     channels: dict[str, NDArray[Any]] = {"RGB": _half(linear)}
     for name, layer in layers.items():
         planes = np.atleast_3d(layer)

@@ -1,0 +1,151 @@
+"""Meshes, solids, lights, and a renderer's arguments: what they take, and what they refuse at the call."""
+
+from __future__ import annotations
+
+import copy
+import pickle
+import sys
+
+import numpy as np
+import pytest
+
+import motes
+from motes.errors import ArgumentError, MissingExtra, NotAssignable
+
+CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
+LEAF = np.arange(4 * 6 * 4, dtype=np.uint8).reshape(4, 6, 4)
+CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
+FACES = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
+
+NAN, INF = float("nan"), float("inf")
+
+
+def equal_and_immutable(one, other):
+    assert one is not other
+    assert one == other
+    assert hash(one) == hash(other)
+    for again in (copy.copy(one), copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
+        assert again == one
+        assert hash(again) == hash(one)
+    with pytest.raises(NotAssignable):
+        one.color = 3
+
+
+# --- meshes
+
+
+def test_meshes_are_values():
+    mesh = motes.Mesh(CORNERS, FACES)
+    equal_and_immutable(mesh, motes.Mesh(np.array(CORNERS, float), np.array(FACES)))
+    assert mesh != motes.Mesh(CORNERS, FACES[:3])
+    assert (mesh.vertices.dtype, mesh.triangles.dtype) == (np.float32, np.uint32)
+    assert repr(mesh) == "<Mesh of 4 vertices, 4 triangles>"
+    with pytest.raises(ValueError, match="read-only"):
+        mesh.vertices[0, 0] = 1
+
+
+@pytest.mark.parametrize(
+    ("vertices", "triangles", "message"),
+    [
+        (CORNERS, [(0, 1, 4)], r"triangles\[0\] must be indices of the 4 vertices, 0..3, got \[0, 1, 4\]"),
+        (CORNERS, [(0, 1, 2), (0, -1, 2)], r"triangles\[1\] must be indices"),
+        (CORNERS, [], "triangles must be"),
+        (CORNERS, [(0, 1)], "triangles must be"),
+        (CORNERS, [0, 1, 2], "triangles must be"),
+        (CORNERS, [(0.0, 1.0, 2.0)], "triangles must be"),
+        (CORNERS, [(True, False, True)], "triangles must be"),
+        (CORNERS, "triangles", "triangles must be"),
+        (CORNERS, [(0, 1, 2**40)], r"triangles\[0\] must be"),
+        ([(0, 0, 0), (1, 0, 0), (0, NAN, 0)], [(0, 1, 2)], r"vertices\[2\] must be finite"),
+        ([(0, 0, 0), (1e300, 0, 0), (0, 1, 0)], [(0, 1, 2)], r"vertices\[1\] must be finite"),
+        ([(0, 0), (1, 0), (0, 1)], [(0, 1, 2)], "vertices must be"),
+        ([], [(0, 1, 2)], "vertices must be"),
+        (None, [(0, 1, 2)], "vertices must be"),
+    ],
+)
+def test_a_broken_mesh_is_refused_at_the_call(vertices, triangles, message):
+    with pytest.raises(ArgumentError, match=message):
+        motes.Mesh(vertices, triangles)
+
+
+@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "glb"])
+def test_meshes_are_read_from_files(tmp_path, suffix):
+    library = pytest.importorskip("trimesh")
+    path = tmp_path / f"box.{suffix}"
+    library.creation.box(extents=(1, 2, 3)).export(path)
+    mesh = motes.Mesh.load(path)
+    assert len(mesh.triangles) == 12
+    assert mesh.vertices.min(axis=0).tolist() == [-0.5, -1, -1.5]
+    assert motes.Mesh.load(str(path), scale=2).vertices.max(axis=0).tolist() == [1, 2, 3]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("rock.fbx", b"", "a name ending in .obj, .ply, .stl, .glb"),
+        ("rock.obj", None, "a file that exists"),
+        ("rock.ply", b"no mesh", "a mesh that can be read"),
+        ("rock.glb", b"glTF", "a mesh that can be read"),
+        ("rock.obj", b"v 0 0 0\n", "must be"),
+    ],
+)
+def test_a_file_without_a_mesh_is_refused(tmp_path, name, content, message):
+    pytest.importorskip("trimesh")
+    if content is not None:
+        (tmp_path / name).write_bytes(content)
+    with pytest.raises(ArgumentError, match=message):
+        motes.Mesh.load(tmp_path / name)
+
+
+def test_reading_a_mesh_needs_trimesh(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "trimesh", None)
+    with pytest.raises(MissingExtra, match=r"Mesh.load needs trimesh.*\.\[mesh\]"):
+        motes.Mesh.load(tmp_path / "rock.obj")
+
+
+# --- solids, lights, and the renderer's arguments
+
+
+def test_solids_and_lights_are_values():
+    mesh = motes.Mesh(CORNERS, FACES)
+    equal_and_immutable(motes.Solid(mesh, (1, 0, 0), light=2), motes.Solid(mesh, (1, 0, 0), 2))
+    equal_and_immutable(motes.Light((0, 1, 0), power=3), motes.Light((0, 1), (1, 1, 1), 3))
+    assert repr(motes.Light((0, 1, 0))) == "Light(position=(0.0, 1.0, 0.0))"
+    assert motes.Light((0, 1, 0)) != motes.Light((0, 1, 0), power=2)
+
+
+@pytest.mark.parametrize(
+    ("make", "name"),
+    [
+        (lambda: motes.Solid("rock"), "shape"),
+        (lambda: motes.Solid(motes.shapes.Point((0, 0, 0))), "shape"),
+        (lambda: motes.Solid(motes.Mesh(CORNERS, FACES), light=-1), "light"),
+        (lambda: motes.Solid(motes.Mesh(CORNERS, FACES), light=NAN), "light"),
+        (lambda: motes.Light((0, NAN, 0)), "position"),
+        (lambda: motes.Light((0, 1, 0), (1, -1, 0)), "color"),
+        (lambda: motes.Light((0, 1, 0), power=-1), "power"),
+        (lambda: motes.Light((0, 1, 0), power=INF), "power"),
+    ],
+)
+def test_what_is_no_solid_or_light_is_refused_at_the_call(make, name):
+    with pytest.raises(ArgumentError, match=f"^{name} must be"):
+        make()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "name"),
+    [
+        ({"sun": (0, NAN, 0)}, "sun"),
+        ({"lights": [(0, 1, 0)]}, "lights"),
+        ({"lights": motes.Light((0, 1, 0))}, "lights"),
+        ({"objects": [LEAF]}, "objects"),
+        ({"path": "tile"}, "path"),
+        ({"smooth": 1}, "smooth"),
+    ],
+)
+def test_what_a_renderer_cannot_use_is_refused_at_the_call(arguments, name):
+    with pytest.raises(ArgumentError, match=f"^{name} must be"):
+        motes.Renderer(64, 48, camera=CAMERA, **arguments)
+    renderer = motes.Renderer(64, 48, camera=CAMERA)
+    with pytest.raises(ArgumentError, match=f"^{name} must be"):
+        setattr(renderer, name, arguments[name])

@@ -82,6 +82,14 @@ def test_render_measures_a_whole_frame(capsys):
         assert found["ms_per_frame"] >= found["ms_per_frame_min"]
 
 
+def test_scenery_measures_objects_and_lights(capsys):
+    found = figures(capsys, "scenery", "--size", "64x36", "--frames", "2")
+    assert (found["width"], found["height"], found["mesh_triangles"]) == (64, 36, 100_000)
+    times = [name for name in found if name.startswith("ms_")]
+    assert len(times) == 5
+    assert all(found[name] > 0 for name in times)
+
+
 def test_leavers_are_found_in_several_ways(capsys):
     found = figures(capsys, "leavers", "--particles", "5000", "--steps", "2", "--bins", "8")
     assert (found["particles"], found["bins"]) == (5000, 8)

@@ -1,6 +1,7 @@
 #include "bindings/bindings.h"
 #include "frame/bench_births.h"
 #include "image/bench.h"
+#include "image/bench_scenery.h"
 #include "recording/bench.h"
 #include "recording/bench_actions.h"
 
@@ -131,6 +132,32 @@ void bind_render(py::module_& m) {
       py::arg("fountain"));
 }
 
+void bind_scenery(py::module_& m) {
+  m.def(
+      "scenery_bench",
+      [](int width, int height, int frames) {
+        image::SceneryBench b;
+        {
+          const py::gil_scoped_release release;
+          b = image::scenery_bench(width, height, frames);
+        }
+        py::dict d;
+        d["width"] = b.width;
+        d["height"] = b.height;
+        d["frames"] = b.frames;
+        d["cores"] = 1;
+        d["simd"] = b.isa;
+        d["ms_shapes"] = b.ms_shapes;
+        d["ms_shapes_and_lights"] = b.ms_shapes_lights;
+        d["ms_light_moves"] = b.ms_light_moves;
+        d["mesh_triangles"] = b.triangles;
+        d["ms_mesh"] = b.ms_mesh;
+        d["ms_build_mesh"] = b.ms_build_mesh;
+        return d;
+      },
+      py::arg("width"), py::arg("height"), py::arg("frames"));
+}
+
 }  // namespace
 
 void bind_bench(py::module_& m) {
@@ -138,6 +165,7 @@ void bind_bench(py::module_& m) {
   bind_actions(m);
   bind_births(m);
   bind_render(m);
+  bind_scenery(m);
 }
 
 }  // namespace motes::bindings

@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
+#include "image/assets.h"
 #include "image/camera.h"
 
 namespace motes::recording {
@@ -14,7 +16,7 @@ using particles::Reader;
 
 // Like PNG's: a non-text byte, then a line end that a transfer in text mode would change.
 constexpr std::array<char, 8> kMagic = {'\x89', 'm', 'o', 't', 'e', 's', '\r', '\n'};
-constexpr std::uint32_t kSchema = 1;
+constexpr std::uint32_t kSchema = 2;
 
 struct Head {
   std::array<char, 8> magic = kMagic;
@@ -149,6 +151,20 @@ void check(const Record& record) {
   check_items(record);
 }
 
+// The pictures and meshes that frames name.
+std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>>& frames) {
+  std::set<image::AssetKey> keys;
+  for (const std::span<const std::byte> frame : frames) {
+    Reader in(frame);
+    const Record record = read(in);
+    for (const image::Sprite& sprite : record.sprites) keys.insert(sprite.picture);
+    if (!record.view) continue;
+    for (const image::Solid& solid : record.view->objects) keys.insert(solid.mesh);
+  }
+  keys.erase(0);
+  return keys;
+}
+
 }  // namespace
 
 const char* version() { return MOTES_VERSION; }
@@ -172,6 +188,7 @@ void write(const Scene& scene, Bytes& out) {
     out.put(static_cast<std::uint64_t>(frame.size()));
     out.put_raw(frame.data(), frame.size());
   }
+  image::write_assets(assets_of(scene.frames), out);
   Head head;
   head.bytes = out.size() - start;
   head.content = hash(out.view().subspan(start + sizeof(Head)));
@@ -193,7 +210,8 @@ Scene read_scene(std::span<const std::byte> bytes) {
     scene.facts.emplace_back(std::move(name), in.get_text());
   }
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
-  if (!in.done()) throw std::runtime_error("is damaged: there is data after its last frame");
+  image::read_assets(in);
+  if (!in.done()) throw std::runtime_error("is damaged: there is data after its end");
   return scene;
 }
 

@@ -20,12 +20,14 @@ struct Scene {
   std::string fact(const std::string& name) const;
 };
 
-/// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene. The version of `scene` is
-/// ignored: the file gets the version of this build.
+/// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene, and the pictures and meshes
+/// that its frames name, which this process must keep. The version of `scene` is ignored: the file gets the version of
+/// this build. Throws std::runtime_error where a frame is not a record.
 void write(const Scene& scene, particles::Bytes& out);
 
 /// Throws std::runtime_error, saying what is wrong, where the bytes are not a scene, cut off, damaged, or recorded by a
-/// version with different lists. The frames point into `bytes`.
+/// version with different lists. The frames point into `bytes`. From then on this process keeps the scene's pictures and
+/// meshes.
 Scene read_scene(std::span<const std::byte> bytes);
 
 /// One frame's record, checked against what scripts may record. Throws std::runtime_error or std::invalid_argument.

@@ -52,6 +52,7 @@ __all__: list[str] = [
     "proportional_policy",
     "quantiles",
     "render_bench",
+    "scenery_bench",
     "scripted_policy",
     "set_place",
     "simd",
@@ -359,6 +360,7 @@ def quantiles(coordinates: numpy.typing.ArrayLike, count: int) -> numpy.typing.N
 def render_bench(
     particles: int, width: int, height: int, pixels: int, frames: int, fountain: bool
 ) -> dict[str, typing.Any]: ...
+def scenery_bench(width: int, height: int, frames: int) -> dict[str, typing.Any]: ...
 def scripted_policy(
     name: str, decide: collections.abc.Callable[..., typing.Any], smoothing: float, over_all: bool
 ) -> Policy: ...

@@ -2,10 +2,14 @@
 #include <algorithm>
 #include <climits>
 #include <cstdint>
+#include <cstring>
 #include <string>
 #include <vector>
 
 #include "check.h"
+#include "image/assets.h"
+#include "image/sha256.h"
+#include "particles/fields.h"
 #include "recording/program.h"
 #include "recording/scene.h"
 
@@ -115,6 +119,43 @@ TEST(scene_comes_back) {
   CHECK(scene.frames.size() == 3);
   for (std::size_t i = 0; i < scene.frames.size(); ++i) CHECK(read_frame(scene.frames[i]) == frame(i));
   CHECK(read_scene(scene_of(0).view()).frames.empty());
+}
+
+// A process that has never seen a mesh gets it from the file. Here the mesh in the file is exchanged for another.
+TEST(scene_brings_the_meshes_that_it_shows) {
+  image::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
+  Record record = frame(0);
+  record.view->objects.push_back({{}, {1, 1, 1}, image::keep(mesh)});
+  Bytes list;
+  write(record, list);
+  Scene scene;
+  scene.frames = {list.view()};
+  Bytes file;
+  write(scene, file);
+
+  Bytes before, after;
+  particles::write_fields(mesh, before);
+  mesh.vertices[8] = 0.25f;
+  particles::write_fields(mesh, after);
+  image::Sha256 hash;
+  hash.add("mesh");
+  hash.add(after.view());
+  const image::AssetKey key = std::stoull(hash.finish().substr(0, 16), nullptr, 16);
+  const std::span<const std::byte> whole = file.view();
+  const auto at = std::search(whole.begin(), whole.end(), before.data(), before.data() + before.size());
+  CHECK(at != whole.end());
+  std::memcpy(file.data() + (at - whole.begin()), after.data(), after.size());
+  make_hash_right(file);
+  CHECK(!image::has_mesh(key));
+  read_scene(file.view());
+  CHECK(image::has_mesh(key) && *image::mesh(key) == mesh);
+
+  record.view->objects.back().mesh = 1234;  // kept nowhere
+  Bytes unknown;
+  write(record, unknown);
+  scene.frames = {unknown.view()};
+  CHECK_THROWS(write(scene, file), std::invalid_argument);
+  CHECK_THROWS(read_frame(unknown.view()), std::invalid_argument);
 }
 
 TEST(scene_refuses_what_is_none) {

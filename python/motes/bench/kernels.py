@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import _core
 
-__all__ = ["actions", "births", "leavers", "lists", "render", "scale", "scene"]
+__all__ = ["actions", "births", "leavers", "lists", "render", "scale", "scene", "scenery"]
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
@@ -87,6 +87,11 @@ def render(
 ) -> dict[str, Any]:
     """Time a whole frame: project, splat, tone map."""
     return _core.render_bench(particles, *size, pixels, frames, fountain)
+
+
+def scenery(*, size: tuple[int, int], frames: int) -> dict[str, Any]:
+    """Time external objects without particles: the camera moves around shapes and a mesh; a light moves."""
+    return _core.scenery_bench(*size, frames)
 
 
 def _one_core() -> dict[str, Any]:

@@ -123,3 +123,17 @@ def test_text_is_a_table(capsys):
     assert main(["bench", "actions", "--particles", "1000", "--repeats", "1"]) == 0
     lines = capsys.readouterr().out.splitlines()
     assert [line.split()[0] for line in lines[1:-2]] == ACTIONS
+
+
+@pytest.mark.parametrize(
+    ("path", "far", "drawn"), [("tiles", (), "tiles"), ("auto", ("--far",), "composite")]
+)
+def test_paths_compare_layouts_with_the_first(path, far, drawn, capsys):
+    sizes = ["--particles", "200000", "--rounds", "1", "--frames", "2", "--size", "320x180"]
+    found = figures(capsys, "paths", *sizes, "--path", path, *far, "--layouts", "1", "2 shared")
+    one, two = found["rows"]
+    assert (one["layout"], two["layout"]) == ("1", "2 shared")
+    assert (one["speedup"], one["cpu_speedup"]) == (1, 1)
+    assert two["path"] == drawn
+    assert 0 < two["busiest_cpu_ms"] < two["all_cpu_ms"] < 2.1 * two["busiest_cpu_ms"]
+    assert two["frame_ms"] > 0 and two["speedup"] > 0

@@ -2,6 +2,7 @@
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
 #include "frame/engine.h"
+#include "particles/enumerators.h"
 #include "recording/scene.h"
 
 namespace motes::bindings {
@@ -211,6 +212,8 @@ void bind_pictures(py::class_<Engine>& engine) {
              return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
+      .def_property_readonly("render_path",
+                             [](Engine& e) { return std::string(particles::name_of(e.painter().plan.path)); })
       .def("linear", [](Engine& e) {
         std::vector<float> light = e.painter().linear();
         const auto n = static_cast<py::ssize_t>(light.size());

@@ -53,6 +53,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     scenery = names.add_parser("scenery", help="external objects on one core: rays, shadows, lights")
     scenery.add_argument("--size", type=size, default=(1280, 720), metavar="WxH")
     scenery.add_argument("--frames", type=positive, default=9)
+    paths = names.add_parser("paths", help="whole frames with pictures on several ranks, by who draws")
+    paths.add_argument("--particles", type=positive, default=3_200_000)
+    paths.add_argument("--size", type=size, default=(1920, 1080), metavar="WxH")
+    paths.add_argument("--path", choices=("auto", "gather", "tiles", "composite"), default="auto")
+    paths.add_argument("--far", action="store_true", help="all particles in a few pixels")
+    paths.add_argument(
+        "--layouts",
+        nargs="+",
+        choices=("1", "2 shared", "2 paper", "3 paper", "4 paper"),
+        default=("1", "2 shared", "3 paper", "4 paper"),
+        help="ranks and roles; the others are compared with the first",
+    )
+    paths.add_argument("--rounds", type=positive, default=5, help="jobs of each layout")
+    paths.add_argument("--frames", type=positive, default=16, help="per job")
     balance = names.add_parser("balance", help="balancers compared on synthetic and recorded loads")
     balance.add_argument("--calculators", type=positive, default=16)
     balance.add_argument("--particles", type=positive, default=3_200_000)
@@ -81,6 +95,10 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench import balancers
 
         return balancers.balance(**sizes) if name == "balance" else balancers.overhead(**sizes)
+    if name == "paths":
+        from ..bench.paths import paths
+
+        return paths(**sizes)
     if name == "recording":
         from ..bench.recording import recording
 
@@ -138,4 +156,4 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
-_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table}
+_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table, "paths": _table}

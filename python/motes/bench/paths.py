@@ -1,0 +1,144 @@
+"""Whole frames with pictures on several ranks: `python -m motes bench paths`.
+
+Each layout is a job of its own. Layouts take turns, round after round, and ratios compare jobs of one round:
+what else the machine does affects all of them. Beside wall time there is the processor time of the busiest
+rank: what a frame would take at least on a machine with a free processor for each rank.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Sequence
+from typing import Any
+
+from .. import launch
+from ..errors import MotesError
+
+__all__ = ["LAYOUTS", "main", "paths"]
+
+LAYOUTS = {
+    "1": (1, "auto"),
+    "2 shared": (2, "shared"),
+    "2 paper": (2, "auto"),
+    "3 paper": (3, "auto"),
+    "4 paper": (4, "auto"),
+}
+"""Ranks and roles. "paper": manager and image generator have no particles, if there are two ranks or more."""
+SYSTEMS = 8
+WARM = 4  # frames before the first that counts
+
+
+def paths(
+    *,
+    particles: int,
+    size: tuple[int, int],
+    path: str,
+    far: bool,
+    layouts: Sequence[str],
+    rounds: int,
+    frames: int,
+) -> dict[str, Any]:
+    """Compare layouts of ranks with the first of them."""
+    options = [
+        f"--particles={particles}",
+        f"--size={size[0]}x{size[1]}",
+        f"--path={path}",
+        f"--frames={frames}",
+    ]
+    options += ["--far"] if far else []
+    found: dict[str, list[dict[str, Any]]] = {name: [] for name in layouts}
+    for number in range(rounds):
+        for name in layouts if number % 2 == 0 else reversed(layouts):
+            found[name].append(_job(*LAYOUTS[name], options))
+    rows = []
+    for name in layouts:
+        speedups = [
+            first["frame_ms"] / one["frame_ms"]
+            for first, one in zip(found[layouts[0]], found[name], strict=True)
+        ]
+        medians = {
+            figure: statistics.median(one[figure] for one in found[name])
+            for figure in ("frame_ms", "busiest_cpu_ms", "all_cpu_ms")
+        }
+        row = {"layout": name, "path": found[name][-1]["path"], **medians}
+        rows.append({**row, "speedup": statistics.median(speedups)})
+    for row in rows:
+        row["cpu_speedup"] = rows[0]["busiest_cpu_ms"] / row["busiest_cpu_ms"]
+    facts = {"particles": particles, "width": size[0], "height": size[1], "far": far}
+    return {**facts, "rounds": rounds, "frames": frames, "rows": rows}
+
+
+def _job(ranks: int, roles: str, options: Sequence[str]) -> dict[str, Any]:
+    argv = launch.command(ranks, [sys.executable, "-m", "motes.bench.paths", f"--roles={roles}", *options])
+    job = subprocess.run(argv, check=False, capture_output=True, text=True)
+    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
+    if job.returncode != 0 or not lines:
+        raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
+    figures: dict[str, Any] = json.loads(lines[-1])
+    return figures
+
+
+def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
+    """Make the film on this rank; rank 0 returns what it took."""
+    from mpi4py import MPI
+
+    from ..rendering import Camera, Renderer
+    from ..world import World
+    from .snow import Snow
+
+    snow = Snow(width=24, top=14, depth=16)
+    width, height = map(int, arguments.size.split("x"))
+    camera = Camera((0, 7, 2000 if arguments.far else 26), (0, 7, 0))
+    world = World(
+        seed=1,
+        space=(-12, 12),
+        roles=arguments.roles,
+        renderer=Renderer(
+            width, height, camera=camera, path=arguments.path, background=(0.004, 0.006, 0.014)
+        ),
+        progress="off",
+    )
+    each = arguments.particles // SYSTEMS
+    layers = [world.system(f"snow {i}", capacity=2 * each) for i in range(SYSTEMS)]
+    wall, cpu = [], []
+    with world:
+        for frame in world.frames(WARM + arguments.frames):
+            start, cpu_start = time.perf_counter(), time.process_time()
+            for layer in layers:
+                snow.record(layer, frame, each)
+            world.render()
+            wall.append(time.perf_counter() - start)
+            cpu.append(time.process_time() - cpu_start)
+        path = world._engine.render_path if world._engine is not None else ""
+    everyone = MPI.COMM_WORLD.gather((sum(wall[WARM:]), sum(cpu[WARM:])), root=0)
+    if everyone is None:
+        return None
+    to_ms = 1e3 / arguments.frames
+    return {
+        "path": path,
+        "frame_ms": to_ms * max(one[0] for one in everyone),
+        "busiest_cpu_ms": to_ms * max(one[1] for one in everyone),
+        "all_cpu_ms": to_ms * sum(one[1] for one in everyone),
+    }
+
+
+def main(argv: Sequence[str] | None = None) -> None:
+    """Run one rank of a job."""
+    parser = argparse.ArgumentParser(prog="python -m motes.bench.paths")
+    parser.add_argument("--particles", type=int, required=True)
+    parser.add_argument("--frames", type=int, required=True)
+    for name in ("size", "path", "roles"):
+        parser.add_argument(f"--{name}", required=True)
+    parser.add_argument("--far", action="store_true")
+    figures = _film(parser.parse_args(argv))
+    if figures is not None:
+        print(json.dumps(figures), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -160,14 +160,7 @@ void check(const Sprite& sprite) {
 
 void check_drawn(const View& view) {
   const View plain;
-  if (view.shutter != plain.shutter) refuse_drawing("shutter: streaks");
   if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
-}
-
-void check_drawn(const Sprite& sprite) {
-  if (sprite.kind > Sprite::Kind::disc) refuse_drawing("sprite.kind: spheres and images");
-  if (sprite.blend != Sprite::Blend::add) refuse_drawing("sprite.blend: alpha and opaque");
-  if (layout(sprite, View{}, false) == Layout::wide) refuse_drawing("sprite.pixels: sizes in metres or above 15 px");
 }
 
 }  // namespace motes::image

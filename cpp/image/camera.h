@@ -24,6 +24,5 @@ void check(const Sprite& sprite);
 
 /// The same where a view or a sprite asks for what nobody draws yet: a line here goes when its drawing comes.
 void check_drawn(const View& view);
-void check_drawn(const Sprite& sprite);
 
 }  // namespace motes::image

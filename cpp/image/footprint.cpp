@@ -5,6 +5,7 @@
 #include <numeric>
 
 #include "image/grid.h"
+#include "image/kinds/disc.h"
 
 namespace motes::image {
 namespace {
@@ -18,7 +19,7 @@ bool is_point(const Sprite& sprite) { return sprite.kind == Sprite::Kind::point 
 double disc_profile(double x, double y, int diameter) {
   const double radius = 0.5 * diameter;
   const double q = (x * x + y * y) / (radius * radius);
-  return q < 1 ? (1 - q) * (1 - q) : 0;
+  return q < 1 ? Disc::weight(q) : 0;
 }
 
 double point_profile(double x, double y) {

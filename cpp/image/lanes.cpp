@@ -4,6 +4,7 @@
 #include "image/project_lanes.h"
 #include "image/project_wide_lanes.h"
 #include "image/splat_lanes.h"
+#include "image/wide_lanes.h"
 #include "simd/isa.h"
 
 namespace motes::image {
@@ -18,6 +19,8 @@ const ProjectLanes& project_lanes() {
 const ProjectWideLanes& project_wide_lanes() {
   return simd::choose(sse2::project_wide_lanes, avx2::project_wide_lanes, avx512::project_wide_lanes);
 }
+
+const WideLanes& wide_lanes() { return simd::choose(sse2::wide_lanes, avx2::wide_lanes, avx512::wide_lanes); }
 
 const SplatLanes& splat_lanes() { return simd::choose(sse2::splat_lanes, avx2::splat_lanes, avx512::splat_lanes); }
 

@@ -6,21 +6,10 @@
 #include <span>
 #include <vector>
 
-#include "image/grid.h"
+#include "image/brush.h"
 #include "image/records.h"
-#include "image/splat_lanes.h"
 
 namespace motes::image {
-
-/// How the records of one message are drawn: worked out once per message and frame.
-struct Brush {
-  explicit Brush(const RecordsView& records);
-
-  Sprite sprite;
-  Grid grid;
-  std::size_t record_bytes;
-  Splat splat;
-};
 
 /// Records of one message for one tile. The order of pieces, and of records in them, has no meaning.
 struct Piece {
@@ -46,12 +35,14 @@ class Pieces {
  private:
   struct Part {
     RecordsView records;
-    Brush brush;
+    const Brush* brush;
   };
 
-  Grid grid_;
-  bool with_depth_ = false;
-  std::deque<Part> parts_;  // a deque: pieces point to brushes
+  const Brush& brush_for(const Sprite& sprite, Layout layout);
+
+  View view_;
+  std::deque<Brush> brushes_;  // a deque: pieces point to brushes
+  std::vector<Part> parts_;
 };
 
 }  // namespace motes::image

@@ -1,119 +1,26 @@
-// Compiled once for each instruction set: see simd/simd.h for the rules. Integers only: sums do not depend on order.
+// Compiled once for each instruction set: see simd/simd.h for the rules. Sums are integers: they do not depend on
+// order.
 #include "image/splat_lanes.h"
 
 #include "image/grid.h"
-#include "simd/simd.h"
+#include "image/pixel_lanes.h"
 
 namespace motes::MOTES_ISA {
 namespace {
 
+using image::kLightStride;
+using image::kPixelStride;
 using image::Splat;
-using image::TileSums;
+using image::TilePlanes;
 
-constexpr int kWidth = static_cast<int>(kLanes);
-
-MOTES_INLINE Uints load_uints(const std::uint32_t* from) {
-  Uints v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
-}
-MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) { __builtin_memcpy(to, &v, sizeof v); }
-
-// The products of lanes that are below 2^15.
-MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
-#if MOTES_WIDTH == 512
-  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
-#elif MOTES_WIDTH == 128
-  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
-#else
-  return a * b;
-#endif
-}
-
-// Puts one byte into each lane.
-MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
-#if MOTES_WIDTH == 512
-  // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
-  return (Uints)_mm512_maskz_cvtepu8_epi32(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
-#elif MOTES_WIDTH == 256
-  return (Uints)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
-#elif MOTES_WIDTH == 128
-  std::int32_t four;
-  __builtin_memcpy(&four, from, sizeof four);
-  const __m128i bytes = _mm_cvtsi32_si128(four);
-  return (Uints)_mm_unpacklo_epi16(_mm_unpacklo_epi8(bytes, _mm_setzero_si128()), _mm_setzero_si128());
-#else
-  Uints v;
-  for (int lane = 0; lane < kWidth; ++lane) v[lane] = from[lane];
-  return v;
-#endif
-}
-
-// A record's light as three vectors that repeat red, green, blue: 12 bits per colour, colour * alpha / 16.
-struct Light {
-  Uints part[3];
+// Where a footprint starts in the tile, and its rows in tables.
+struct Place {
+  std::ptrdiff_t light, pixel;
+  int row;
 };
 
-#if MOTES_WIDTH == 512 || MOTES_WIDTH == 256
-// Shuffle controls: lane l of vector j takes byte (l + kWidth * j) % 3 and zeros.
-struct Channels {
-  Uints part[3];
-};
-MOTES_INLINE Channels channels() {
-  Channels c;
-  for (int j = 0; j < 3; ++j) {
-    for (int lane = 0; lane < kWidth; ++lane) {
-      c.part[j][lane] = 0x80808000u | static_cast<std::uint32_t>((lane + kWidth * j) % 3);
-    }
-  }
-  return c;
-}
-MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
-  const Uints word = all_uints(color);
-  const Uints alpha = word >> 24;
-  Light light;
-  for (int j = 0; j < 3; ++j) {
-#if MOTES_WIDTH == 512
-    const Uints bytes = (Uints)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
-#else
-    const Uints bytes = (Uints)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
-#endif
-    light.part[j] = (multiply_short(bytes, alpha) + 8u) >> 4;
-  }
-  return light;
-}
-#else
-struct Channels {};
-MOTES_INLINE Channels channels() { return {}; }
-MOTES_INLINE Light light_of(const Channels&, std::uint32_t color) {
-  const std::uint32_t alpha = color >> 24;
-  const std::uint32_t r = ((color & 0xffu) * alpha + 8) >> 4;
-  const std::uint32_t g = ((color >> 8 & 0xffu) * alpha + 8) >> 4;
-  const std::uint32_t b = ((color >> 16 & 0xffu) * alpha + 8) >> 4;
-  static_assert(kLanes == 4 || MOTES_WIDTH != 0);
-  return {{Uints{r, g, b, r}, Uints{g, b, r, g}, Uints{b, r, g, b}}};
-}
-#endif
-
-template <bool kSaturating>
-MOTES_INLINE void add(std::uint32_t* to, Uints more) {
-  const Uints before = load_uints(to);
-  Uints sum = before + more;
-  if (kSaturating) sum |= (Uints)(sum < before);
-  store_uints(to, sum);
-}
-
-MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
-  std::uint32_t word;
-  __builtin_memcpy(&word, from, sizeof word);
-  return word;
-}
-
-// Where a footprint starts in the tile, and its weights; false where the record does not belong to this tile.
-MOTES_INLINE bool place(const Splat& s, int stride, std::uint32_t position, std::ptrdiff_t& at,
-                        const std::uint8_t*& weights) {
+// False where the record does not belong to this tile.
+MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
   const int y = static_cast<std::int16_t>(position >> 16) - s.origin_y;
   const int column = x >> s.sub_bits;
@@ -122,77 +29,300 @@ MOTES_INLINE bool place(const Splat& s, int stride, std::uint32_t position, std:
   if (static_cast<unsigned>(column + s.size - 1) >= reach || static_cast<unsigned>(row + s.size - 1) >= reach) {
     return false;
   }
-  at = static_cast<std::ptrdiff_t>(row) * stride + 3 * column;
+  at.light = static_cast<std::ptrdiff_t>(row) * kLightStride + 3 * column;
+  at.pixel = static_cast<std::ptrdiff_t>(row) * kPixelStride + column;
   const int up = 4 - s.sub_bits;
   const int down = 4 - s.phase_bits;
   const int phase_x = (x << up & 15) >> down;
   const int phase_y = (y << up & 15) >> down;
-  weights = s.weights + static_cast<std::ptrdiff_t>((phase_y << s.phase_bits | phase_x) * s.size) * s.row_bytes;
+  at.row = (phase_y << s.phase_bits | phase_x) * s.size;
   return true;
 }
 
-template <int kVectors, bool kSaturating, bool kDepth>
-void splat(const TileSums& sums, const Splat& task, const unsigned char* records, std::size_t count) {
+// The rows of a record that nothing hides.
+template <int kVectors, bool kSaturating>
+MOTES_INLINE void add_rows(const Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  for (int row = 0; row < s.size; ++row, to += kLightStride, weights += s.row_bytes) {
+    for (int j = 0; j < kVectors; ++j) {
+      add<kSaturating>(to + j * kWidth, multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]));
+    }
+  }
+}
+
+#if MOTES_WIDTH == 512
+// Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
+  for (int row = 0; row < 2; ++row, to += kLightStride, weights += 16) {
+    const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
+    const __m256i before = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(to));
+    __m256i sum = _mm256_add_epi32(before, _mm256_madd_epi16(weight, color));
+    if (kSaturating) sum = _mm256_mask_set1_epi32(sum, _mm256_cmplt_epu32_mask(sum, before), -1);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), sum);
+  }
+}
+#endif
+
+template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
+void add_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
-  const TileSums tile = sums;
+  const TilePlanes tile = planes;
   const Channels channel = channels();
-  const std::size_t record_bytes = s.with_depth ? 12 : 8;
-  for (const unsigned char* r = records; r != records + count * record_bytes; r += record_bytes) {
-    std::ptrdiff_t at;
-    const std::uint8_t* weights;
-    if (!place(s, tile.stride, word_at(r), at, weights)) continue;
+  const Spread spreading = spread();
+  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
+  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
+    Place at;
+    if (!place(s, word_at(r), at)) continue;
     const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
     if (kDepth && depth > tile.farthest) continue;
     const Light light = light_of(channel, word_at(r + 4));
-    std::uint32_t* to = tile.light + at;
-    if (kDepth && depth > tile.nearest) {
-      const std::uint32_t* wall = tile.depth + at;
-      for (int row = 0; row < s.size; ++row, to += tile.stride, wall += tile.stride, weights += s.row_bytes) {
-        for (int j = 0; j < kVectors; ++j) {
-          const Uints more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
-          const Uints before_wall = (Uints)(load_uints(wall + j * kWidth) >= all_uints(depth));
-          add<kSaturating>(to + j * kWidth, more & before_wall);
-        }
+    const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
+    std::uint32_t* to = tile.light + at.light;
+    if (!kFade && (!kDepth || depth <= tile.nearest)) {
+#if MOTES_WIDTH == 512
+      if (kVectors == 1 && s.size == 2) {
+        add_point<kSaturating>(light, weights, to);
+        continue;
       }
+#endif
+      add_rows<kVectors, kSaturating>(s, light, weights, to);
       continue;
     }
-    for (int row = 0; row < s.size; ++row, to += tile.stride, weights += s.row_bytes) {
+    const std::uint32_t* wall = tile.depth + at.pixel;
+    for (int row = 0; row < s.size; ++row, to += kLightStride, wall += kPixelStride, weights += s.row_bytes) {
       for (int j = 0; j < kVectors; ++j) {
-        add<kSaturating>(to + j * kWidth, multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]));
+        const Uints here = load_spread(spreading, wall, j);
+        Uints more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
+        if (kFade) more = more * faded(here, depth, s.fade) >> 12;
+        add<kSaturating>(to + j * kWidth, more & (Uints)((Ints)here >= (Ints)all_uints(depth)));
       }
     }
   }
 }
 
-template <int kVectors>
-MOTES_INLINE void splat_rows(const TileSums& sums, const Splat& s, const unsigned char* records, std::size_t count) {
-  const bool depth = s.with_depth && sums.depth != nullptr;
-  if (s.saturating) {
-    depth ? splat<kVectors, true, true>(sums, s, records, count)
-          : splat<kVectors, true, false>(sums, s, records, count);
-  } else {
-    depth ? splat<kVectors, false, true>(sums, s, records, count)
-          : splat<kVectors, false, false>(sums, s, records, count);
+template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
+void over_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
+  const Splat s = task;
+  const TilePlanes tile = planes;
+  const Channels channel = channels();
+  const Spread spreading = spread();
+  const bool flat = s.cover == s.weights;
+  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
+  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
+    Place at;
+    if (!place(s, word_at(r), at)) continue;
+    const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
+    if (kDepth && depth > tile.farthest) continue;
+    const bool test = kDepth && (kFade || depth > tile.nearest);
+    const std::uint32_t color = word_at(r + 4);
+    const Light light = light_of(channel, color);
+    const Uints alpha = all_uints(color >> 24);
+    const std::ptrdiff_t in_table = static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
+    const std::uint8_t* weights = s.weights + in_table;
+    const std::uint8_t* cover = s.cover + in_table;
+    std::uint32_t* to = tile.light + at.light;
+    const std::uint32_t* wall = tile.depth + at.pixel;
+    for (int row = 0; row < s.size; ++row) {
+      for (int j = 0; j < kVectors; ++j) {
+        const Uints weight = load_bytes(weights + j * kWidth);
+        const Uints covered = flat ? weight : load_bytes(cover + j * kWidth);
+        Uints more = multiply_short(weight, light.part[j % 3]);
+        Uints opacity = opacity_of(multiply_short(covered, alpha));
+        if (test) {
+          const Uints here = load_spread(spreading, wall, j);
+          const Uints seen = (Uints)((Ints)here >= (Ints)all_uints(depth));
+          if (kFade) {
+            const Uints left = faded(here, depth, s.fade);
+            more = more * left >> 12;
+            opacity = opacity * left >> 12;
+          }
+          more &= seen;
+          opacity &= seen;
+        }
+        const Uints kept = behind(load_uints(to + j * kWidth), opacity);
+        Uints sum = kept + more;
+        if (kSaturating) sum |= (Uints)(sum < kept);
+        store_uints(to + j * kWidth, sum);
+      }
+      to += kLightStride;
+      wall += kPixelStride;
+      weights += s.row_bytes;
+      cover += s.row_bytes;
+    }
   }
+}
+
+// `kVectors` of kLongs pixels.
+template <int kVectors>
+void flat_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
+  const Splat s = task;
+  image::Nearest* const surfaces = planes.surfaces;
+  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
+  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
+    Place at;
+    if (!place(s, word_at(r), at)) continue;
+    const Longs here = all_longs(image::Nearest{word_at(r + 8)} << 32 | 0xff000000u | word_at(r + 4));
+    const std::uint16_t* covered = s.covered + at.row;
+    image::Nearest* to = surfaces + at.pixel;
+    for (int row = 0; row < s.size; ++row, to += kPixelStride) {
+      for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
+    }
+  }
+}
+
+// `kVectors` of kWidth pixels.
+template <int kVectors>
+void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
+  const Splat s = task;
+  image::Nearest* const surfaces = planes.surfaces;
+  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
+  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
+    Place at;
+    if (!place(s, word_at(r), at)) continue;
+    const Uints color = all_uints(word_at(r + 4) & 0xffffffu);
+    const Floats center = (Floats)all_uints(word_at(r + 8));
+    const Floats radius = center * all(s.radius);
+    const std::uint16_t* covered = s.covered + at.row;
+    const std::uint8_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * image::kSurfaceRow;
+    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * image::kSurfaceRow;
+    image::Nearest* to = surfaces + at.pixel;
+    for (int row = 0; row < s.size; ++row, to += kPixelStride) {
+      for (int j = 0; j < kVectors; ++j) {
+        const Uints surface = color | load_bytes(shade + j * kWidth) << 24;
+        const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
+        const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
+        keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
+        if (bits >> kLongs != 0) keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
+      }
+      shade += image::kSurfaceRow;
+      bulge += image::kSurfaceRow;
+    }
+  }
+}
+
+template <int kVectors, bool kSaturating>
+MOTES_INLINE void add_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  const bool depth = s.with_depth && tile.hides;
+  if (!depth) return add_records<kVectors, kSaturating, false, false>(tile, s, records, count);
+  if (!(s.fade > 0)) return add_records<kVectors, kSaturating, true, false>(tile, s, records, count);
+  add_records<kVectors, kSaturating, true, true>(tile, s, records, count);
+}
+
+template <int kVectors, bool kSaturating>
+MOTES_INLINE void over_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  const bool depth = s.with_depth && tile.hides;
+  if (!depth) return over_records<kVectors, kSaturating, false, false>(tile, s, records, count);
+  if (!(s.fade > 0)) return over_records<kVectors, kSaturating, true, false>(tile, s, records, count);
+  over_records<kVectors, kSaturating, true, true>(tile, s, records, count);
 }
 
 // The number of vectors per row is a constant of each build's loop.
 template <int kVectors>
-void splat_from(const TileSums& sums, const Splat& s, const unsigned char* records, std::size_t count) {
+void add_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
-    if (kVectors * kWidth < 3 * s.size) return splat_from<kVectors + 1>(sums, s, records, count);
+    if (kVectors * kWidth < 3 * s.size) return add_from<kVectors + 1>(tile, s, records, count);
   }
-  splat_rows<kVectors>(sums, s, records, count);
+  s.saturating ? add_in<kVectors, true>(tile, s, records, count) : add_in<kVectors, false>(tile, s, records, count);
 }
 
-void splat_any(const TileSums& sums, const Splat& s, const unsigned char* records, std::size_t count) {
-  splat_from<1>(sums, s, records, count);
+template <int kVectors>
+void over_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
+    if (kVectors * kWidth < 3 * s.size) return over_from<kVectors + 1>(tile, s, records, count);
+  }
+  s.saturating ? over_in<kVectors, true>(tile, s, records, count) : over_in<kVectors, false>(tile, s, records, count);
 }
 
-std::uint32_t brightest(const TileSums& sums, int rows, int lanes) {
+template <int kVectors>
+void flat_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  if constexpr (kVectors * kLongs < image::kMaxFootprint) {
+    if (kVectors * kLongs < s.size) return flat_from<kVectors + 1>(tile, s, records, count);
+  }
+  flat_records<kVectors>(tile, s, records, count);
+}
+
+template <int kVectors>
+void round_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  if constexpr (kVectors * kWidth < image::kMaxFootprint) {
+    if (kVectors * kWidth < s.size) return round_from<kVectors + 1>(tile, s, records, count);
+  }
+  round_records<kVectors>(tile, s, records, count);
+}
+
+void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  add_from<1>(tile, s, records, count);
+}
+void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  over_from<1>(tile, s, records, count);
+}
+void opaque_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  s.bulge != nullptr ? round_from<1>(tile, s, records, count) : flat_from<1>(tile, s, records, count);
+}
+
+// Shifts that bring a pixel's red, green, blue to the lowest byte, in the order of the lanes of light.
+struct Shifts {
+  Uints part[3];
+};
+MOTES_INLINE Shifts channel_shifts() {
+  Shifts s;
+  for (int j = 0; j < 3; ++j) {
+    for (int lane = 0; lane < kWidth; ++lane) s.part[j][lane] = static_cast<std::uint32_t>((lane + kWidth * j) % 3 * 8);
+  }
+  return s;
+}
+
+// A surface has the light of an additive record with its shade as alpha and the weight 255.
+MOTES_INLINE Uints surface_light(Uints surface, Uints shift) {
+  return ((multiply_short(surface >> shift & 0xffu, surface >> 24) + 8u) >> 4) * 255u;
+}
+
+image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
+  const Spread spreading = spread();
+  const Shifts shifts = channel_shifts();
+  Ints least = (Ints)all_uints(0x7f800000u), greatest{};
+  for (int row = 0; row < rows; ++row) {
+    const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * kPixelStride;
+    // The row's surfaces where they are seen, elsewhere 0: of those that are seen the shade is at least 1.
+    std::uint32_t seen[image::kTile + kLanes];
+    for (int x = 0; x < columns; ++x) {
+      const image::Nearest surface = tile.surfaces[first + x];
+      std::uint32_t& depth = tile.depth[first + x];
+      const bool shows = surface < image::no_surface(depth);
+      seen[x] = shows ? static_cast<std::uint32_t>(surface) : 0u;
+      depth = shows ? static_cast<std::uint32_t>(surface >> 32) : depth;
+    }
+    for (int x = columns; x < columns + kWidth; ++x) seen[x] = 0;
+    std::uint32_t* light = tile.light + static_cast<std::ptrdiff_t>(row) * kLightStride;
+    for (int x = 0; x < columns; x += kWidth, light += 3 * kWidth) {
+      for (int j = 0; j < 3; ++j) {
+        const Uints surface = load_spread(spreading, seen + x, j);
+        const Uints shows = (Uints)(surface != 0u);
+        const Uints under = load_uints(light + j * kWidth) & ~shows;
+        store_uints(light + j * kWidth, (surface_light(surface, shifts.part[j]) & shows) | under);
+      }
+      const int inside = columns - x < kWidth ? columns - x : kWidth;
+      Ints depth = (Ints)load_uints(tile.depth + first + x);
+      if (inside < kWidth) {
+        for (int i = inside; i < kWidth; ++i) depth[i] = depth[0];
+      }
+      least = depth < least ? depth : least;
+      greatest = depth > greatest ? depth : greatest;
+    }
+  }
+  image::DepthRange range{0x7f800000u, 0};
+  for (int lane = 0; lane < kWidth; ++lane) {
+    const auto low = static_cast<std::uint32_t>(least[lane]), high = static_cast<std::uint32_t>(greatest[lane]);
+    range.nearest = low < range.nearest ? low : range.nearest;
+    range.farthest = high > range.farthest ? high : range.farthest;
+  }
+  return range;
+}
+
+std::uint32_t brightest(const std::uint32_t* first, int rows, int lanes) {
   std::uint32_t most = 0;
   for (int row = 0; row < rows; ++row) {
-    const std::uint32_t* light = sums.light + static_cast<std::ptrdiff_t>(row) * sums.stride;
+    const std::uint32_t* light = first + static_cast<std::ptrdiff_t>(row) * image::kLightStride;
     int i = 0;
     Uints greatest{};
     for (; i + kWidth <= lanes; i += kWidth) {
@@ -236,6 +366,6 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
 
 }  // namespace
 
-extern const image::SplatLanes splat_lanes = {splat_any, brightest, start, tone};
+extern const image::SplatLanes splat_lanes = {add_any, over_any, opaque_any, show_surfaces, brightest, start, tone};
 
 }  // namespace motes::MOTES_ISA

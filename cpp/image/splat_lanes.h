@@ -1,14 +1,12 @@
-// Records to light: the inner loops of the image generator, on one tile's sums.
+// Records to light: the inner loops of a tile's painter. Records of one fixed size, up to kMaxFootprint pixels.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 
-namespace motes::image {
+#include "image/tile_planes.h"
 
-/// The sum that represents a linear value of 1: a record of full colour and alpha (4064) times a weight of 255. A sum
-/// holds 4144 such records; with more it stays at its greatest value.
-inline constexpr std::uint32_t kUnit = 4064 * 255;
+namespace motes::image {
 
 /// The scenery's light is stored in units of 64 sums.
 inline constexpr int kSceneryShift = 6;
@@ -17,34 +15,45 @@ inline constexpr int kSceneryShift = 6;
 inline constexpr int kToneBits = 8;
 inline constexpr int kToneEntries = 33 << kToneBits;
 
-/// A tile's sums, with a margin for footprints that extend over its edges: `stride` lanes per row, three lanes per
-/// pixel. What falls into the margin is not read: the neighbouring tile has its own copy of the record.
-struct TileSums {
-  std::uint32_t* light;        // the tile's first pixel
-  const std::uint32_t* depth;  // the same layout: bits of the scenery's depth, each three times; null: no scenery
-  int stride;
+/// Pixels per row in the tables of opaque sprites.
+inline constexpr int kSurfaceRow = 16;
 
-  // Bits of the nearest and the farthest depth in the tile: a particle in front of or behind both needs no test per
-  // pixel.
+/// How records of one sprite find their pixels. Rows of a sub-pixel phase follow one another, see Footprint.
+struct Splat {
+  const std::uint8_t* weights;  // of light, three per pixel
+  const std::uint8_t* cover;  // of what is covered, three per pixel: for alpha; the same table where both are equal
+  const std::uint16_t* covered;  // opaque: bit c of a row is set where it covers column c
+  const std::uint8_t* shade;  // opaque: kSurfaceRow per row; null: fully lit
+  const float* bulge;  // opaque: how much nearer than its centre the particle is, in radii; null: flat
+  float radius;  // of the particle at a depth of 1 m, m
+  int size, phase_bits, row_bytes;
+  int sub_bits;
+  int record_bytes;
+  int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
+  bool with_depth;  // records have a depth
+  bool saturating;  // the sums may overflow
+  float fade;  // 1 / softness, 1/m; 0: hard
+};
+
+/// Bits of depths.
+struct DepthRange {
   std::uint32_t nearest, farthest;
 };
 
-/// How records of one sprite find their pixels.
-struct Splat {
-  const std::uint8_t* weights;  // see Footprint
-  int size, phase_bits, row_bytes;
-  int sub_bits;
-  int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
-  bool with_depth;         // records of 12 bytes instead of 8
-  bool saturating;         // the sums may overflow
-};
+/// Draws `count` records.
+using SplatKernel = void(const TilePlanes& tile, const Splat& splat, const unsigned char* records, std::size_t count);
 
 struct SplatLanes {
-  /// Adds `count` records.
-  void (*splat)(const TileSums& sums, const Splat& splat, const unsigned char* records, std::size_t count);
+  SplatKernel* add;
+  SplatKernel* over;  // far to near, in the order of the records
+  SplatKernel* opaque;  // the nearest wins; see Nearest
+
+  /// Gives opaque particles their light, wherever tile.surfaces is nearer than tile.depth, and their depth. Returns the
+  /// range of tile.depth.
+  DepthRange (*show_surfaces)(const TilePlanes& tile, int rows, int columns);
 
   /// The greatest of the sums in `rows` rows of `lanes` lanes.
-  std::uint32_t (*brightest)(const TileSums& sums, int rows, int lanes);
+  std::uint32_t (*brightest)(const std::uint32_t* light, int rows, int lanes);
 
   /// light[i] = scenery[i] << kSceneryShift.
   void (*start)(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count);

@@ -1,6 +1,7 @@
 #include "image/tile_painter.h"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <limits>
 #include <stdexcept>
@@ -10,135 +11,211 @@
 namespace motes::image {
 namespace {
 
-// Footprints extend over a tile's edges by less than the largest footprint; vectors are read and written whole.
-constexpr int kMargin = kMaxFootprint - 1;
-constexpr int kStride = 3 * (kTile + 2 * kMargin) + 4;
-constexpr int kRows = kTile + 2 * kMargin;
-constexpr int kFirst = kMargin * kStride + 3 * kMargin;
-constexpr std::size_t kLanesInAll = static_cast<std::size_t>(kRows) * kStride + 64;
-
 // With room for fewer records than this, another search for the greatest sum costs more than saturating.
 constexpr std::uint32_t kWorthCounting = 256;
 
 // How many records can be added before a sum may overflow, where the greatest is now `brightest`.
-std::uint32_t room(std::uint32_t brightest) { return (std::numeric_limits<std::uint32_t>::max() - brightest) / kUnit; }
+std::uint32_t room(std::uint32_t brightest) {
+  constexpr auto kMost = static_cast<std::uint32_t>(kUnit * kMostLight) + 1;
+  return (std::numeric_limits<std::uint32_t>::max() - brightest) / kMost;
+}
 
 void prefetch(const Piece& piece) {
-  const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes, 4096);
+  const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
 }
 
 const unsigned char* raw(const std::byte* bytes) { return reinterpret_cast<const unsigned char*>(bytes); }
 
+bool any(std::span<const Piece> pieces, Sprite::Blend blend) {
+  return std::any_of(pieces.begin(), pieces.end(), [&](const Piece& p) { return p.brush->blends(blend); });
+}
+
+template <class Number>
+Number* cleared(BufferOf<Number>& plane, std::size_t numbers, int first) {
+  plane.resize(numbers);
+  std::fill_n(plane.data(), numbers, Number{0});
+  return plane.data() + first;
+}
+
 }  // namespace
 
-TilePainter::TilePainter(const SplatLanes& lanes) : lanes_(&lanes) {
-  light_.resize(kLanesInAll);
-  depth_.resize(kLanesInAll);
-  std::fill_n(light_.data(), kLanesInAll, 0u);
-  std::fill_n(depth_.data(), kLanesInAll, 0u);
-  sums_.light = light_.data() + kFirst;
-  sums_.stride = kStride;
+TilePainter::TilePainter(const SplatLanes& lanes, const WideLanes& wide) : lanes_(&lanes), wide_lanes_(&wide) {
+  planes_.light = cleared(light_, kLightNumbers, kFirstLight);
+  planes_.depth = cleared(depth_, kPixelNumbers, kFirstPixel);
+  planes_.surfaces = cleared(nearest_, kPixelNumbers, kFirstPixel);
 }
 
 void TilePainter::begin(const PreparedScene& scene) { scene_ = &scene; }
 
-const std::uint32_t* TilePainter::row(int y) const { return sums_.light + y * kStride; }
+void TilePainter::clear(const Area& area, std::uint32_t brightest) {
+  area_ = area;
+  surfaces_ = false;
+  room_ = room(brightest);
+  saturating_ = false;
+  const Scenery& scenery = scene_->scenery();
+  planes_.hides = scenery.occupied(area.tile);
+  if (!planes_.hides) return;
+  planes_.nearest = scenery.nearest(area.tile);
+  planes_.farthest = scenery.farthest(area.tile);
+  for (int y = 0; y < area.height; ++y) {
+    std::memcpy(planes_.depth + y * kPixelStride, scenery.depth(area.x, area.y + y),
+                static_cast<std::size_t>(area.width) * 4);
+  }
+}
 
 void TilePainter::start(const Area& area) {
-  area_ = area;
+  bare_ = false;
+  clear(area, std::uint32_t{65536} << kSceneryShift);  // the scenery's light is below this
   const Scenery& scenery = scene_->scenery();
   const auto lanes = static_cast<std::size_t>(area.width) * 3;
-  if (scenery.occupied(area.tile)) {
+  if (planes_.hides) {
     for (int y = 0; y < area.height; ++y) {
-      lanes_->start(sums_.light + y * kStride, scenery.light(area.x, area.y + y), lanes);
+      lanes_->start(planes_.light + y * kLightStride, scenery.light(area.x, area.y + y), lanes);
     }
   } else {
     std::uint16_t background[3 * kTile];
     for (std::size_t i = 0; i < lanes; ++i) background[i] = scenery.background()[i % 3];
-    for (int y = 0; y < area.height; ++y) lanes_->start(sums_.light + y * kStride, background, lanes);
+    for (int y = 0; y < area.height; ++y) lanes_->start(planes_.light + y * kLightStride, background, lanes);
   }
-  // The scenery's light is below 2^16 << kSceneryShift.
-  room_ = room(std::uint32_t{65536} << kSceneryShift);
-  saturating_ = false;
-  start_depth();
 }
 
 void TilePainter::start_bare(const Area& area) {
-  area_ = area;
-  for (int y = 0; y < area.height; ++y) std::fill_n(sums_.light + y * kStride, 3 * area.width, 0u);
-  room_ = room(0);
-  saturating_ = false;
-  start_depth();
+  bare_ = true;
+  clear(area, 0);
+  for (int y = 0; y < area.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area.width, 0u);
 }
 
-void TilePainter::start_depth() {
-  const Scenery& scenery = scene_->scenery();
-  sums_.depth = nullptr;
-  if (!scenery.occupied(area_.tile)) return;
-  const auto lanes = static_cast<std::size_t>(area_.width) * 3;
+void TilePainter::start_surfaces() {
+  if (surfaces_) return;
+  surfaces_ = true;
   for (int y = 0; y < area_.height; ++y) {
-    const std::uint32_t* from = scenery.depth(area_.x, area_.y + y);
-    std::uint32_t* to = depth_.data() + kFirst + y * kStride;
-    for (std::size_t i = 0; i < lanes; ++i) to[i] = from[i / 3];
+    std::uint32_t* depth = planes_.depth + y * kPixelStride;
+    if (!planes_.hides) std::fill_n(depth, area_.width, Scenery::kNothing);
+    Nearest* nearest = planes_.surfaces + y * kPixelStride;
+    for (int x = 0; x < area_.width; ++x) nearest[x] = no_surface(depth[x]);
   }
-  sums_.depth = depth_.data() + kFirst;
-  sums_.nearest = scenery.nearest(area_.tile);
-  sums_.farthest = scenery.farthest(area_.tile);
 }
 
 void TilePainter::merge(std::span<const std::byte> partial) {
-  add_partial(partial, area_, sums_.light, kStride);
+  const PartialTile part(partial, area_);
+  part.add_light(planes_.light);
   room_ = 0;  // unknown: counted when records are added
+  if (!part.has_surfaces()) return;
+  start_surfaces();
+  part.keep_nearest(planes_.surfaces);
 }
 
 void TilePainter::paint(std::span<const Piece> pieces) {
+  if (bare_) return paint_bare(pieces);
+  if (any(pieces, Sprite::Blend::opaque) || surfaces_) {
+    paint_surfaces(pieces);
+    const DepthRange range = lanes_->show_surfaces(planes_, area_.height, area_.width);
+    planes_.hides = true;
+    planes_.nearest = range.nearest;
+    planes_.farthest = range.farthest;
+  }
+  if (any(pieces, Sprite::Blend::alpha)) {
+    ordered_.sort(pieces);
+    for (const Piece& run : ordered_.runs()) blend(run);
+    return;
+  }
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i + 1 < pieces.size()) prefetch(pieces[i + 1]);
-    add_records(pieces[i]);
+    if (pieces[i].brush->blends(Sprite::Blend::add)) blend(pieces[i]);
   }
 }
 
-void TilePainter::add_records(const Piece& piece) {
+void TilePainter::paint_bare(std::span<const Piece> pieces) {
+  const bool opaque = any(pieces, Sprite::Blend::opaque), added = any(pieces, Sprite::Blend::add);
+  if (any(pieces, Sprite::Blend::alpha) || (added && (opaque || surfaces_))) {
+    throw std::logic_error("TilePainter: a partial tile has either opaque records or additive ones");
+  }
+  if (opaque) paint_surfaces(pieces);
+  if (added) std::for_each(pieces.begin(), pieces.end(), [this](const Piece& piece) { blend(piece); });
+}
+
+void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
+  start_surfaces();
+  for (const Piece& piece : pieces) {
+    if (!piece.brush->blends(Sprite::Blend::opaque)) continue;
+    prefetch(piece);
+    if (piece.brush->layout() == Layout::wide) {
+      kernels(*piece.brush).opaque(planes_, piece.brush->wide_at(area_), raw(piece.records), piece.count);
+    } else {
+      lanes_->opaque(planes_, piece.brush->splat_at(area_.x, area_.y), raw(piece.records), piece.count);
+    }
+  }
+}
+
+void TilePainter::blend(const Piece& piece) {
   const Brush& brush = *piece.brush;
-  Splat splat = brush.splat;
-  const int half = 1 << (splat.sub_bits - 1);
-  splat.origin_x = 2 * half * area_.x - (brush.grid.width + 1 - splat.size) * half;
-  splat.origin_y = 2 * half * area_.y - (brush.grid.height + 1 - splat.size) * half;
+  const bool over = brush.blends(Sprite::Blend::alpha);
+  if (brush.layout() == Layout::wide) {
+    WideSplat task = brush.wide_at(area_);
+    WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
+    in_parts(piece, [&](const unsigned char* records, std::size_t count) {
+      task.saturating = saturating_;
+      kernel(planes_, task, records, count);
+    });
+  } else {
+    Splat splat = brush.splat_at(area_.x, area_.y);
+    SplatKernel* kernel = over ? lanes_->over : lanes_->add;
+    in_parts(piece, [&](const unsigned char* records, std::size_t count) {
+      splat.saturating = saturating_;
+      kernel(planes_, splat, records, count);
+    });
+  }
+}
+
+// In parts that cannot overflow a sum, until that costs more than saturating.
+template <class Draw>
+void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
   const unsigned char* records = raw(piece.records);
   std::size_t count = piece.count;
   while (count != 0) {
     if (room_ < kWorthCounting && !saturating_) {
-      room_ = room(lanes_->brightest(sums_, area_.height, 3 * area_.width));
+      room_ = room(lanes_->brightest(planes_.light, area_.height, 3 * area_.width));
       saturating_ = room_ < kWorthCounting;
     }
     const std::size_t part = saturating_ ? count : std::min<std::size_t>(count, room_);
-    splat.saturating = saturating_;
-    lanes_->splat(sums_, splat, records, part);
-    records += part * brush.record_bytes;
+    draw(records, part);
+    records += part * piece.brush->record_bytes();
     count -= part;
     if (!saturating_) room_ -= static_cast<std::uint32_t>(part);
   }
 }
 
-void TilePainter::save_partial(Buffer& to) const { append_partial(area_, sums_.light, kStride, to); }
+const WideKernels& TilePainter::kernels(const Brush& brush) const {
+  return wide_lanes_->kinds[static_cast<std::size_t>(brush.sprite().kind)];
+}
+
+void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_, surfaces_, to); }
 
 void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
   for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
-    lanes_->tone(row(y), lanes, scene_->tone().data(), pixels);
+    lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);
   }
 }
 
 void TilePainter::sums(std::uint32_t* to, std::size_t row_lanes) const {
-  for (int y = 0; y < area_.height; ++y, to += row_lanes) std::copy_n(row(y), 3 * area_.width, to);
+  for (int y = 0; y < area_.height; ++y, to += row_lanes)
+    std::copy_n(planes_.light + y * kLightStride, 3 * area_.width, to);
 }
 
 void TilePainter::light(float* linear, std::size_t row_floats) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
   for (int y = 0; y < area_.height; ++y, linear += row_floats) {
-    const std::uint32_t* sums = row(y);
+    const std::uint32_t* sums = planes_.light + y * kLightStride;
     for (std::size_t i = 0; i < lanes; ++i) linear[i] = static_cast<float>(sums[i] / double{kUnit});
+  }
+}
+
+void TilePainter::depth(float* depths, std::size_t row_floats) const {
+  for (int y = 0; y < area_.height; ++y, depths += row_floats) {
+    const std::uint32_t* bits = planes_.depth + y * kPixelStride;
+    for (int x = 0; x < area_.width; ++x) depths[x] = std::bit_cast<float>(planes_.hides ? bits[x] : Scenery::kNothing);
   }
 }
 

@@ -6,6 +6,7 @@
 #include <span>
 
 #include "image/buffer.h"
+#include "image/ordered.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
 #include "image/splat_lanes.h"
@@ -13,12 +14,16 @@
 namespace motes::image {
 
 /// Usage: begin for each frame; then for each tile start or start_bare, merge for each partial tile, paint once, and
-/// any of show, sums, light and save_partial. Pixels depend only on the set of particles, not on the order or grouping
-/// of their records, nor on how many partial tiles they were first added up in. It holds the working memory of one
-/// tile; there may be several, one per thread.
+/// any of show, sums, light, depth and save_partial. Pixels depend only on the set of particles, not on the order or
+/// grouping of their records, nor on how many partial tiles they were first added up in. It holds the working memory of
+/// one tile; there may be several painters, one per thread.
+///
+/// What hides what, pixel by pixel: opaque particles and the scenery hide what is behind them, the nearest wins. All
+/// others are drawn before that: where none of a tile's records is blended by alpha they are added in any order;
+/// otherwise all of them, additive ones too, are blended from far to near.
 class TilePainter {
  public:
-  explicit TilePainter(const SplatLanes& lanes = splat_lanes());
+  explicit TilePainter(const SplatLanes& lanes = splat_lanes(), const WideLanes& wide = wide_lanes());
 
   /// The scene must not change before the frame's last tile is painted.
   void begin(const PreparedScene& scene);
@@ -26,17 +31,19 @@ class TilePainter {
   /// Starts with the scenery's light, and hides what is behind it.
   void start(const Area& area);
 
-  /// Starts without light: for a partial tile, which is added to others. The scenery still hides what is behind it.
+  /// Starts without light: for a partial tile, which is merged into another. The scenery still hides what is behind it.
   void start_bare(const Area& area);
 
   /// Adds what save_partial() wrote, here or on another rank, for the same tile. Throws std::runtime_error where the
   /// bytes are malformed or of another tile.
   void merge(std::span<const std::byte> partial);
 
-  /// Draws all records of this tile that have not been merged.
+  /// Draws all records of this tile that have not been merged. Partial tiles can be merged in any order, so a bare tile
+  /// takes only opaque records, or only additive ones of a frame in which no system is opaque or blended by alpha:
+  /// throws std::logic_error where its records are of another blend or of both.
   void paint(std::span<const Piece> pieces);
 
-  /// Appends the tile's light to `to`: the bounding box of all pixels that have some.
+  /// Appends what a bare tile holds to `to`: the pixels that have light or an opaque particle.
   void save_partial(Buffer& to) const;
 
   /// Writes sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has `row_bytes`.
@@ -48,23 +55,34 @@ class TilePainter {
   /// Writes linear RGB before exposure and roll-off, three floats per pixel; a row of the picture has `row_floats`.
   void light(float* linear, std::size_t row_floats) const;
 
+  /// Writes the view depth of the nearest solid or opaque particle, m; infinite where there is none.
+  void depth(float* depths, std::size_t row_floats) const;
+
  private:
-  void start_depth();
-  void add_records(const Piece& piece);
-  const std::uint32_t* row(int y) const;
+  void clear(const Area& area, std::uint32_t brightest);
+  void start_surfaces();
+  void paint_surfaces(std::span<const Piece> pieces);
+  void paint_bare(std::span<const Piece> pieces);
+  void blend(const Piece& piece);
+  template <class Draw>
+  void in_parts(const Piece& piece, const Draw& draw);
+  const WideKernels& kernels(const Brush& brush) const;
 
   const SplatLanes* lanes_;
+  const WideLanes* wide_lanes_;
   const PreparedScene* scene_ = nullptr;
   Area area_;
+  bool bare_ = false;
+  bool surfaces_ = false;  // planes_.surfaces is in use
 
   // How many more records of full light can be added before a sum may overflow; and whether sums may have.
   std::uint32_t room_ = 0;
   bool saturating_ = false;
 
-  // The tile's sums, and the scenery's depth in the same layout.
-  BufferOf<std::uint32_t> light_;
-  BufferOf<std::uint32_t> depth_;
-  TileSums sums_{};
+  BufferOf<std::uint32_t> light_, depth_;
+  BufferOf<Nearest> nearest_;
+  TilePlanes planes_{};
+  Ordered ordered_;
 };
 
 }  // namespace motes::image

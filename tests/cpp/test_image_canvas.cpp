@@ -92,13 +92,14 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
   for (const std::size_t count : {4000u, 4144u, 4145u, 9000u}) {
     const auto records = message(Cloud(count), {Sprite::Kind::disc, 3}, view);
     const RecordsView seen(records);
-    const Footprint& f = footprint({Sprite::Kind::disc, 3});
-    const Splat splat{f.weights.data(), f.size, f.phase_bits, f.row_bytes, 4, -8 * 68, -8 * 68, false, true};
+    const Brush brush({Sprite::Kind::disc, 3}, Layout::plain, view);
+    Splat splat = brush.splat_at(0, 0);
+    splat.saturating = true;
     const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
     for (const auto* lanes : usable_splat_lanes()) {
-      std::vector<std::uint32_t> light(200 * 110);
-      const TileSums sums{light.data() + 20 * 200 + 60, nullptr, 200, 0, 0};
-      lanes->splat(sums, splat, reinterpret_cast<const unsigned char*>(piece.records), piece.count);
+      std::vector<std::uint32_t> light(kLightNumbers);
+      const TilePlanes planes{light.data() + kFirstLight, nullptr, nullptr, false, 0, 0};
+      lanes->add(planes, splat, reinterpret_cast<const unsigned char*>(piece.records), piece.count);
       View dark = view;
       dark.background = {0, 0, 0};
       Canvas canvas(*lanes);
@@ -109,7 +110,7 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
       bool same = true;
       for (std::size_t y = 0; y < 64; ++y) {
         for (std::size_t i = 0; i < 192; ++i) {
-          same &= linear[y * 210 + i] == static_cast<float>(sums.light[y * 200 + i] / double{kUnit});
+          same &= linear[y * 210 + i] == static_cast<float>(planes.light[y * kLightStride + i] / double{kUnit});
         }
       }
       CHECK(same);

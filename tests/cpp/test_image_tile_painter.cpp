@@ -4,20 +4,11 @@
 
 #include "check.h"
 #include "image/tile_painter.h"
-#include "test_image_scene.h"
+#include "test_image_painter_scene.h"
 
 using namespace image_test;
 
 namespace {
-
-Solid ball(float x, float y, float radius) {
-  Solid solid;
-  solid.shape.kind = motes::shapes::Kind::sphere;
-  solid.shape.number[0] = x;
-  solid.shape.number[1] = y;
-  solid.shape.number[3] = radius;
-  return solid;
-}
 
 Cloud every(const Cloud& cloud, std::size_t first, std::size_t step) {
   Cloud part((cloud.count - first + step - 1) / step, cloud.colored);

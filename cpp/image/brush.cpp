@@ -1,0 +1,178 @@
+#include "image/brush.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <tuple>
+
+#include "image/camera.h"
+#include "image/daylight.h"
+#include "image/footprint.h"
+
+namespace motes::image {
+namespace {
+
+constexpr double kFull = 255, kWeight = 254;
+constexpr double kPi = 3.14159265358979323846;
+
+// Calls `use` for each pixel of each phase: the row in tables, the column, and the distance in pixels from the
+// particle's centre to the pixel's, to the right and down.
+template <class Use>
+void for_each_pixel(int size, int phase_bits, const Use& use) {
+  const int phases = 1 << phase_bits;
+  std::size_t row = 0;
+  for (int py = 0; py < phases; ++py) {
+    for (int px = 0; px < phases; ++px) {
+      for (int r = 0; r < size; ++r, ++row) {
+        for (int c = 0; c < size; ++c) {
+          use(row, static_cast<std::size_t>(c), c + 1 - (px + 0.5) / phases - 0.5 * size,
+              r + 1 - (py + 0.5) / phases - 0.5 * size);
+        }
+      }
+    }
+  }
+}
+
+std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(value + 0.5); }
+
+std::size_t rows_of(int size, int phase_bits) { return static_cast<std::size_t>(size) << (2 * phase_bits); }
+
+// Covers every pixel whose centre is inside; a point covers the pixel that it is in.
+SurfaceTables flat_surface(const Sprite& sprite, const Footprint& f) {
+  SurfaceTables t;
+  t.covered.assign(rows_of(f.size, f.phase_bits), 0);
+  const bool point = sprite.kind == Sprite::Kind::point || sprite.pixels <= 1;
+  const double radius = 0.5 * sprite.pixels;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
+    const bool inside = point ? std::fabs(x) < 0.5 && std::fabs(y) < 0.5 : x * x + y * y < radius * radius;
+    t.covered[row] |= static_cast<std::uint16_t>(inside ? 1u << column : 0u);
+  });
+  return t;
+}
+
+SurfaceTables sphere_tables(int size, int phase_bits, int row_bytes, const View& view) {
+  SurfaceTables t;
+  const std::size_t rows = rows_of(size, phase_bits);
+  t.weights.assign(rows * static_cast<std::size_t>(row_bytes), 0);
+  t.cover = t.weights;
+  t.covered.assign(rows, 0);
+  t.shade.assign((rows + 1) * kSurfaceRow, 0);
+  t.bulge.assign((rows + 1) * kSurfaceRow, 0);
+  const Daylight daylight(view);
+  const double radius = 0.5 * size;
+  for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
+    const double distance = std::sqrt(x * x + y * y);
+    const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
+    const double shrink = distance < radius ? 1 / radius : 1 / distance;  // outside: the direction at the rim
+    const double nx = x * shrink, ny = -y * shrink;
+    const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
+    const double shade = daylight.shade({nx, ny, nz});
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = row * static_cast<std::size_t>(row_bytes) + 3 * column + c;
+      t.weights[at] = to_byte(kWeight * edge * shade);
+      t.cover[at] = to_byte(kWeight * edge);
+    }
+    if (distance >= radius) return;
+    t.covered[row] |= static_cast<std::uint16_t>(1u << column);
+    t.shade[row * kSurfaceRow + column] = std::max<std::uint8_t>(1, to_byte(kFull * shade));
+    t.bulge[row * kSurfaceRow + column] = static_cast<float>(nz);
+  });
+  return t;
+}
+
+// A footprint's light beside that of the profile that it samples.
+float gain_at(Sprite::Kind kind, int pixels) {
+  const Footprint& f = footprint({kind, pixels});
+  double sum = 0;
+  for (int i = 0; i < f.size * f.row_bytes; ++i) sum += f.weights[static_cast<std::size_t>(i)];
+  return static_cast<float>(sum / 3 / (kFull * (kPi / 12) * f.size * f.size));
+}
+
+auto key(const Sprite& s, Layout layout) {
+  return std::tuple(s.kind, s.blend, layout, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
+                    std::bit_cast<std::uint32_t>(s.softness), s.picture);
+}
+
+}  // namespace
+
+Brush::Brush(const Sprite& sprite, Layout layout, const View& view)
+    : sprite_(sprite), layout_(layout),
+      record_bytes_(image::record_bytes(layout) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
+      width_(view.width), height_(view.height) {
+  layout == Layout::wide ? set_wide(view) : set_splat(view);
+}
+
+void Brush::set_splat(const View& view) {
+  const bool sphere = sprite_.kind == Sprite::Kind::sphere && sprite_.pixels > 1;
+  Sprite outline = sprite_;
+  if (sphere) outline.kind = Sprite::Kind::disc;
+  const Footprint& f = footprint(outline);
+  splat_.size = f.size;
+  splat_.phase_bits = f.phase_bits;
+  splat_.row_bytes = f.row_bytes;
+  splat_.sub_bits = Grid{width_, height_}.sub_bits();
+  splat_.record_bytes = static_cast<int>(record_bytes_);
+  splat_.with_depth = layout_ != Layout::plain;
+  splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
+  splat_.radius = static_cast<float>(0.5 * f.size / lens(view).focal_px);
+  if (sphere) {
+    tables_ = sphere_tables(f.size, f.phase_bits, f.row_bytes, view);
+  } else if (sprite_.blend == Sprite::Blend::opaque) {
+    tables_ = flat_surface(sprite_, f);
+  }
+}
+
+// Pointers are taken here, not kept: a brush may be moved.
+Splat Brush::splat_at(int x, int y) const {
+  Splat s = splat_;
+  const bool own = !tables_.weights.empty();
+  s.weights = own ? tables_.weights.data() : footprint(sprite_).weights.data();
+  s.cover = own ? tables_.cover.data() : s.weights;
+  s.covered = tables_.covered.data();
+  s.shade = tables_.shade.empty() ? nullptr : tables_.shade.data();
+  s.bulge = tables_.bulge.empty() ? nullptr : tables_.bulge.data();
+  const int half = 1 << (s.sub_bits - 1);
+  s.origin_x = 2 * half * x - (width_ + 1 - s.size) * half;
+  s.origin_y = 2 * half * y - (height_ + 1 - s.size) * half;
+  return s;
+}
+
+void Brush::set_wide(const View& view) {
+  wide_.record_bytes = static_cast<int>(record_bytes_);
+  wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
+  wide_.radius = static_cast<float>(1 / lens(view).focal_px);
+  for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) wide_.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
+  if (sprite_.kind == Sprite::Kind::point) wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
+  if (sprite_.kind == Sprite::Kind::sphere) {
+    const Daylight daylight(view);
+    for (std::size_t i = 0; i < 3; ++i) {
+      wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
+      wide_.upward[i] = static_cast<float>(daylight.upward()[i]);
+    }
+    wide_.low = static_cast<float>(daylight.low());
+    wide_.high = static_cast<float>(daylight.high());
+    wide_.mean_shade = static_cast<float>(daylight.mean_shade());
+  }
+  if (sprite_.kind == Sprite::Kind::image) {
+    const ImageLevels& picture = image_levels(sprite_.picture);
+    wide_.levels = picture.levels().data();
+    wide_.level_count = static_cast<int>(picture.levels().size());
+    wide_.image_cover = static_cast<float>(picture.cover());
+  }
+}
+
+WideSplat Brush::wide_at(const Area& area) const {
+  WideSplat t = wide_;
+  constexpr int kUnitsPerPixel = 1 << kWideBits, kHalf = kUnitsPerPixel / 2;
+  t.origin_x = kUnitsPerPixel * area.x + kHalf - kHalf * width_;
+  t.origin_y = kUnitsPerPixel * area.y + kHalf - kHalf * height_;
+  t.columns = area.width;
+  t.rows = area.height;
+  return t;
+}
+
+std::strong_ordering Brush::operator<=>(const Brush& other) const {
+  return key(sprite_, layout_) <=> key(other.sprite_, other.layout_);
+}
+
+}  // namespace motes::image

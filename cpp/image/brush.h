@@ -1,0 +1,57 @@
+// How the records of one sprite are drawn: worked out once per frame.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "image/layout.h"
+#include "image/scene.h"
+#include "image/splat_lanes.h"
+#include "image/wide_lanes.h"
+
+namespace motes::image {
+
+/// Tables of a sprite of fixed size that is not a plain footprint: rows as in Footprint.
+struct SurfaceTables {
+  std::vector<std::uint8_t> weights, cover;  // three per pixel
+  std::vector<std::uint16_t> covered;        // bits of a row
+  std::vector<std::uint8_t> shade;           // kSurfaceRow per row; empty: fully lit
+  std::vector<float> bulge;                  // the same; empty: flat
+};
+
+class Brush {
+ public:
+  Brush(const Sprite& sprite, Layout layout, const View& view);
+
+  const Sprite& sprite() const { return sprite_; }
+  Layout layout() const { return layout_; }
+  bool blends(Sprite::Blend blend) const { return sprite_.blend == blend; }
+  std::size_t record_bytes() const { return record_bytes_; }
+
+  /// For the tile whose first pixel is (x, y).
+  Splat splat_at(int x, int y) const;
+  WideSplat wide_at(const Area& area) const;
+
+  /// Whether records of both are drawn in the same way.
+  bool same(const Sprite& sprite, Layout layout) const { return sprite == sprite_ && layout == layout_; }
+
+  /// A total order that depends only on what is drawn: the same on every rank.
+  std::strong_ordering operator<=>(const Brush& other) const;
+  bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_); }
+
+ private:
+  void set_splat(const View& view);
+  void set_wide(const View& view);
+
+  Sprite sprite_;
+  Layout layout_;
+  std::size_t record_bytes_;
+  int width_, height_;
+  SurfaceTables tables_;
+  Splat splat_{};
+  WideSplat wide_{};
+};
+
+}  // namespace motes::image

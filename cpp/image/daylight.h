@@ -1,0 +1,66 @@
+// The light on spheres: the sun and the sky.
+#pragma once
+
+#include <cmath>
+
+#include "image/camera.h"
+#include "image/scene.h"
+#include "image/vectors.h"
+
+namespace motes::image {
+
+/// How much light a sphere shows where its surface has a given direction. The light of the scenery's solids (see
+/// caster.cpp) without shadows and without colour: one number per pixel then says it all.
+class Daylight {
+ public:
+  explicit Daylight(const View& view) : sun_(unit(view.sun)) {
+    const Lens l = lens(view);
+    right_ = l.right;
+    up_ = l.up;
+    back_ = l.forward * -1.0;
+    const double background = (view.background[0] + view.background[1] + view.background[2]) / 3.0;
+    low_ = kBounce;
+    high_ = kSky + kTint * background;
+    // The shade is linear in each of these, with x to the right, y up and z to the camera.
+    toward_sun_ = {dot(right_, sun_), dot(up_, sun_), dot(back_, sun_)};
+    upward_ = {right_[1], up_[1], back_[1]};
+  }
+
+  /// Of a unit vector; 0..1.
+  double shade(const Vector& normal) const {
+    const double facing = dot(normal, toward_sun_);
+    const double shade = low_ + (high_ - low_) * (0.5 + 0.5 * dot(normal, upward_)) + (facing > 0 ? kSun * facing : 0);
+    return shade < 1 ? shade : 1;
+  }
+
+  /// The mean over a sphere's picture: over a disc.
+  double mean_shade() const {
+    constexpr int kSteps = 64;
+    double sum = 0;
+    int count = 0;
+    for (int i = 0; i < kSteps; ++i) {
+      for (int j = 0; j < kSteps; ++j) {
+        const double x = (2 * i + 1.0) / kSteps - 1, y = (2 * j + 1.0) / kSteps - 1;
+        const double under = 1 - x * x - y * y;
+        if (under < 0) continue;
+        sum += shade({x, y, std::sqrt(under)});
+        ++count;
+      }
+    }
+    return sum / count;
+  }
+
+  /// The same in numbers: see kinds/sphere.h.
+  const Vector& toward_sun() const { return toward_sun_; }
+  const Vector& upward() const { return upward_; }
+  double low() const { return low_; }
+  double high() const { return high_; }
+
+  static constexpr double kSun = 0.70, kSky = 0.24, kBounce = 0.10, kTint = 0.5;
+
+ private:
+  Vector sun_, right_, up_, back_, toward_sun_, upward_;
+  double low_, high_;
+};
+
+}  // namespace motes::image

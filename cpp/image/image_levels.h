@@ -1,0 +1,36 @@
+// A sprite's picture, ready to be drawn at any size.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "image/assets.h"
+
+namespace motes::image {
+
+/// Linear light times alpha, and alpha: 0..65535, four numbers per pixel; a frame of one transparent pixel surrounds
+/// it.
+struct ImageLevel {
+  const std::uint16_t* texels;  // the first pixel of the frame
+  int width, height;            // without the frame
+};
+
+/// The picture, and smaller ones, each of half the size (rounded up) of the one before, down to one pixel.
+class ImageLevels {
+ public:
+  explicit ImageLevels(const Picture& picture);
+  const std::vector<ImageLevel>& levels() const { return levels_; }
+  /// The part of a square as wide as the picture's longer side that it covers.
+  double cover() const { return cover_; }
+
+ private:
+  std::vector<std::vector<std::uint16_t>> texels_;
+  std::vector<ImageLevel> levels_;
+  double cover_ = 0;
+};
+
+/// Computed at first use, kept until the process ends; thread-safe. Throws std::invalid_argument where this process
+/// keeps no such picture.
+const ImageLevels& image_levels(AssetKey key);
+
+}  // namespace motes::image

@@ -1,0 +1,67 @@
+// sphere: lit by the sun and the sky, round in depth.
+#pragma once
+
+#include "image/wide_sprite.h"
+
+namespace motes::MOTES_ISA {
+
+struct Sphere {
+  static constexpr bool kColored = false;
+  static constexpr float kNarrow = 8;
+
+  WideSprite s;
+  const image::WideSplat& task;
+  float half;  // of the streak, in radii
+
+  MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
+    half = s.half > kShortest * s.radius ? s.half / s.radius : 0;
+  }
+  MOTES_INLINE float reach() const { return s.radius + 0.5f; }
+  MOTES_INLINE Floats measured(const Glow& glow) const { return glow.light[0]; }
+  MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * task.mean_shade * s.light; }
+
+  /// At a place on the sphere: along the streak and across it, in radii; outside it, the shade at the rim.
+  MOTES_INLINE Floats shade(Floats along, Floats across) const {
+    const Floats square = along * along + across * across;
+    const Floats shrink = select(square > 1.0f, 1.0f / sqrt(square), all(1.0f));
+    const Floats x = (along * s.along_x - across * s.along_y) * shrink;
+    const Floats y = (along * s.along_y + across * s.along_x) * shrink;
+    const Floats z = sqrt(max(1.0f - square, Floats{}));
+    const Floats facing = x * task.toward_sun[0] - y * task.toward_sun[1] + z * task.toward_sun[2];
+    const Floats up = x * task.upward[0] - y * task.upward[1] + z * task.upward[2];
+    return min(task.low + (task.high - task.low) * (0.5f + 0.5f * up) + kSun * max(facing, Floats{}), all(1.0f));
+  }
+
+  MOTES_INLINE Glow glow(Floats x, Floats y) const {
+    const Beside p = beside(s, x, y);
+    if (!(half > 0)) {
+      const Floats distance = sqrt(p.along * p.along + p.across * p.across);
+      const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
+      const Floats light = cover * shade(p.along, p.across);
+      return {cover, {light, light, light}};
+    }
+    // The mean of its shade over the time in which it is over the pixel.
+    const Chord c = chord(p, half);
+    const Floats length = max(c.last - c.first, Floats{});
+    const Floats cover = length * (0.5f / half * s.light);
+    Floats mean{};
+    for (int i = 0; i < kSteps; ++i) {
+      mean += shade(c.first + length * ((static_cast<float>(i) + 0.5f) / kSteps), p.across);
+    }
+    const Floats light = cover * mean * (1.0f / kSteps);
+    return {cover, {light, light, light}};
+  }
+
+  MOTES_INLINE Front front(Floats x, Floats y) const {
+    const Beside p = beside(s, x, y);
+    const Floats along = p.along - clamp(p.along, -half, half);
+    const Floats under = 1.0f - (along * along + p.across * p.across);
+    return {under > 0.0f, all_uints(s.color), shade(along, p.across), sqrt(max(under, Floats{})) * s.radius};
+  }
+
+ private:
+  static constexpr float kSun = 0.70f;  // see Daylight
+  static constexpr int kSteps = 6;
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,41 @@
+// Records of a tile from far to near.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "image/buffer.h"
+#include "image/pieces.h"
+
+namespace motes::image {
+
+/// Sorts the records that are not opaque by depth, the farthest first. Equally deep ones are in the order of their
+/// content (brush, then bytes), so the order depends only on the set of records. Keeps its memory from tile to tile.
+class Ordered {
+ public:
+  /// Records without a depth are nearer than all others. The pieces must not change while the order is in use.
+  void sort(std::span<const Piece> pieces);
+
+  /// Neighbours that share a brush, one behind the other in memory; in order.
+  std::span<const Piece> runs() const { return runs_; }
+
+ private:
+  struct Entry {
+    const std::byte* record;
+    const Brush* brush;
+  };
+
+  void sort_keys();
+  void order_equals();
+  void gather();
+
+  // A key is the complement of the depth, then the number of the entry.
+  std::vector<std::uint64_t> keys_, other_keys_;
+  std::vector<Entry> entries_;
+  std::vector<Piece> runs_;
+  Buffer records_;
+};
+
+}  // namespace motes::image

@@ -1,0 +1,210 @@
+// What the kernels of a tile's painter share: pixels have three lanes each in light, and one in everything else.
+#pragma once
+
+#include "image/tile_planes.h"
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+
+inline constexpr int kWidth = static_cast<int>(kLanes);
+
+// The products of lanes that are below 2^15.
+MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif MOTES_WIDTH == 256
+  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif MOTES_WIDTH == 128
+  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#else
+  return a * b;
+#endif
+}
+
+// Puts one byte into each lane.
+MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
+#if MOTES_WIDTH == 512
+  // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
+  return (Uints)_mm512_maskz_cvtepu8_epi32(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+#elif MOTES_WIDTH == 256
+  return (Uints)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
+#elif MOTES_WIDTH == 128
+  std::int32_t four;
+  __builtin_memcpy(&four, from, sizeof four);
+  const __m128i bytes = _mm_cvtsi32_si128(four);
+  return (Uints)_mm_unpacklo_epi16(_mm_unpacklo_epi8(bytes, _mm_setzero_si128()), _mm_setzero_si128());
+#else
+  Uints v;
+  for (int lane = 0; lane < kWidth; ++lane) v[lane] = from[lane];
+  return v;
+#endif
+}
+
+// A record's light as three vectors that repeat red, green, blue: 12 bits per colour, colour * alpha / 16.
+struct Light {
+  Uints part[3];
+};
+
+#if MOTES_WIDTH == 512 || MOTES_WIDTH == 256
+// Shuffle controls: lane l of vector j takes byte (l + kWidth * j) % 3 and zeros.
+struct Channels {
+  Uints part[3];
+};
+MOTES_INLINE Channels channels() {
+  Channels c;
+  for (int j = 0; j < 3; ++j) {
+    for (int lane = 0; lane < kWidth; ++lane) {
+      c.part[j][lane] = 0x80808000u | static_cast<std::uint32_t>((lane + kWidth * j) % 3);
+    }
+  }
+  return c;
+}
+MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
+  const Uints word = all_uints(color);
+  const Uints alpha = word >> 24;
+  Light light;
+  for (int j = 0; j < 3; ++j) {
+#if MOTES_WIDTH == 512
+    const Uints bytes = (Uints)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
+#else
+    const Uints bytes = (Uints)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
+#endif
+    light.part[j] = (multiply_short(bytes, alpha) + 8u) >> 4;
+  }
+  return light;
+}
+#else
+struct Channels {};
+MOTES_INLINE Channels channels() { return {}; }
+MOTES_INLINE Light light_of(const Channels&, std::uint32_t color) {
+  const std::uint32_t alpha = color >> 24;
+  const std::uint32_t r = ((color & 0xffu) * alpha + 8) >> 4;
+  const std::uint32_t g = ((color >> 8 & 0xffu) * alpha + 8) >> 4;
+  const std::uint32_t b = ((color >> 16 & 0xffu) * alpha + 8) >> 4;
+  static_assert(kLanes == 4);
+  return {{Uints{r, g, b, r}, Uints{g, b, r, g}, Uints{b, r, g, b}}};
+}
+#endif
+
+template <bool kSaturating>
+MOTES_INLINE void add(std::uint32_t* to, Uints more) {
+  const Uints before = load_uints(to);
+  Uints sum = before + more;
+  if (kSaturating) sum |= (Uints)(sum < before);
+  store_uints(to, sum);
+}
+
+MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
+  std::uint32_t word;
+  __builtin_memcpy(&word, from, sizeof word);
+  return word;
+}
+
+// One value per pixel to three lanes per pixel: lane l of vector j takes pixel (l + kWidth * j) / 3.
+#if MOTES_WIDTH >= 256
+struct Spread {
+  Uints from[3];
+};
+MOTES_INLINE Spread spread() {
+  Spread s;
+  for (int j = 0; j < 3; ++j) {
+    for (int lane = 0; lane < kWidth; ++lane) {
+      s.from[j][lane] = static_cast<std::uint32_t>((lane + kWidth * j) / 3 - kWidth * j / 3);
+    }
+  }
+  return s;
+}
+MOTES_INLINE Uints spread(const Spread& s, Uints pixels, int j) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_maskz_permutexvar_epi32(0xffff, (__m512i)s.from[j], (__m512i)pixels);
+#else
+  return (Uints)_mm256_permutevar8x32_epi32((__m256i)pixels, (__m256i)s.from[j]);
+#endif
+}
+#else
+struct Spread {};
+MOTES_INLINE Spread spread() { return {}; }
+MOTES_INLINE Uints spread(const Spread&, Uints p, int j) {
+  static_assert(kLanes == 4);
+  return j == 0   ? Uints{p[0], p[0], p[0], p[1]}
+         : j == 1 ? Uints{p[0], p[0], p[1], p[1]}
+                  : Uints{p[0], p[1], p[1], p[1]};
+}
+#endif
+// Vector j of any number: `pixels` is the first pixel's value.
+MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int j) {
+  return spread(s, load_uints(pixels + kWidth * j / 3), j % 3);
+}
+
+// What is left of light after something of this opacity, 0..65536, has covered it: light - light * opacity / 65536,
+// rounded up; exact for any 32 bits.
+MOTES_INLINE Uints behind(Uints light, Uints opacity) {
+  return light - (light >> 16) * opacity - ((light & 0xffffu) * opacity >> 16);
+}
+
+// The opacity of alpha * weight, 0..255 each: 255 * 255 becomes 65533.
+MOTES_INLINE Uints opacity_of(Uints alpha_weight) { return alpha_weight + (alpha_weight >> 7); }
+
+// The part of a particle's light that is left near an opaque surface, in 4096 parts: times a record's greatest light,
+// 4064 * 255, it stays below 2^32.
+MOTES_INLINE Uints faded(Uints wall, std::uint32_t depth, float fade) {
+  float center;
+  __builtin_memcpy(&center, &depth, sizeof center);
+  const Floats room = ((Floats)wall - all(center)) * all(fade);
+  return (Uints)to_ints(min(max(room, Floats{}), all(1.0f)) * all(4096.0f) + all(0.5f));
+}
+
+// A sphere's front may be nearer than the camera; depths stay positive.
+inline constexpr float kLeastDepth = 1e-6f;
+
+// 64-bit lanes: half as many as other vectors have.
+using Longs = std::int64_t __attribute__((vector_size(4 * MOTES_LANES)));
+inline constexpr int kLongs = kWidth / 2;
+
+MOTES_INLINE Longs all_longs(image::Nearest value) { return Longs{} + static_cast<std::int64_t>(value); }
+MOTES_INLINE Longs load_longs(const image::Nearest* from) {
+  Longs v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+
+// Keeps the lesser number of each pixel where the lowest kLongs bits of `covered` say so. All are positive.
+MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered) {
+  const Longs before = load_longs(to);
+#if MOTES_WIDTH == 512
+  _mm512_storeu_si512(
+      to, _mm512_mask_min_epu64((__m512i)before, static_cast<__mmask8>(covered), (__m512i)before, (__m512i)more));
+#elif MOTES_WIDTH == 256
+  const Longs bits = {1, 2, 4, 8};
+  const Longs wins = (before > more) & (((Longs{} + static_cast<std::int64_t>(covered)) & bits) == bits);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                      (__m256i)_mm256_blendv_epi8((__m256i)before, (__m256i)more, (__m256i)wins));
+#else
+  for (int lane = 0; lane < kLongs; ++lane) {
+    const auto old = static_cast<image::Nearest>(before[lane]), here = static_cast<image::Nearest>(more[lane]);
+    if ((covered >> lane & 1u) != 0 && here < old) to[lane] = here;
+  }
+#endif
+}
+
+// Eight pixels' depths and surfaces as numbers to compare; `half` selects which of two vectors.
+MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
+#if MOTES_WIDTH == 512
+  const __m512i low =
+      _mm512_maskz_cvtepu32_epi64(0xff, half == 0 ? _mm512_castsi512_si256((__m512i)surface)
+                                                  : _mm512_maskz_extracti64x4_epi64(0xf, (__m512i)surface, 1));
+  const __m512i high =
+      _mm512_maskz_cvtepu32_epi64(0xff, half == 0 ? _mm512_castsi512_si256((__m512i)depth)
+                                                  : _mm512_maskz_extracti64x4_epi64(0xf, (__m512i)depth, 1));
+  return (Longs)high << 32 | (Longs)low;
+#else
+  Longs v;
+  for (int lane = 0; lane < kLongs; ++lane) {
+    v[lane] =
+        static_cast<std::int64_t>(image::Nearest{depth[lane + half * kLongs]} << 32 | surface[lane + half * kLongs]);
+  }
+  return v;
+#endif
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,64 @@
+// Wide records to light: sprites of any size up to kMaxDiameter, streaks and images, computed pixel by pixel.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "image/grid.h"
+#include "image/image_levels.h"
+#include "image/tile_planes.h"
+
+namespace motes::image {
+
+/// A normalised sprite may be brighter in its middle than a footprint by this factor.
+inline constexpr float kMostLight = 1.125f;
+
+/// How wide records of one sprite find their pixels.
+struct WideSplat {
+  int origin_x, origin_y;  // 1/256 px: middle of the tile's first pixel, from the centre of the image
+  int columns, rows;       // of the tile
+  int record_bytes;
+  bool saturating;  // the sums may overflow
+  float fade;       // 1 / softness, 1/m; 0: hard
+  float radius;     // of something with a radius of one pixel at a depth of 1 m, m
+
+  /// Discs and points: what their light is multiplied by at a diameter of n pixels, so that it is that of a footprint
+  /// of this size; the last one holds for all larger ones.
+  float gain[kMaxFootprint + 1];
+
+  /// Spheres: see Daylight.
+  float toward_sun[3], upward[3], low, high, mean_shade;
+
+  const ImageLevel* levels;  // images
+  int level_count;
+  float image_cover;  // the part of a square around the picture that it covers
+};
+
+/// Draws `count` wide records.
+using WideKernel = void(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count);
+
+struct WideKernels {
+  WideKernel* add;
+  WideKernel* over;
+  WideKernel* opaque;
+};
+
+struct WideLanes {
+  /// By Sprite::Kind.
+  WideKernels kinds[4];
+};
+
+/// The build that suits this processor.
+const WideLanes& wide_lanes();
+
+}  // namespace motes::image
+
+namespace motes::sse2 {
+extern const image::WideLanes wide_lanes;
+}
+namespace motes::avx2 {
+extern const image::WideLanes wide_lanes;
+}
+namespace motes::avx512 {
+extern const image::WideLanes wide_lanes;
+}

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from launching import mpirun
 
 import motes
 from motes.errors import ArgumentError
@@ -50,6 +51,36 @@ def test_bloom_may_change_between_frames():
     with pytest.raises(ArgumentError, match="bloom"):
         renderer.bloom = 2
     assert renderer.bloom == 0.5
+
+
+ON_RANKS = """
+import json, sys
+import motes
+from motes import shapes
+
+path, linear = sys.argv[1:]
+renderer = motes.Renderer(
+    320, 180, camera=motes.Camera((0, 0, 11), (0, 0, 0)), path=path, linear=linear == "True", bloom=0.3,
+    objects=[shapes.Sphere((1, 0, 0), 1)],
+)
+world = motes.World(seed=3, space=(-8, 8), roles="shared", renderer=renderer, progress="off")
+dust = world.system("dust")
+with world:
+    for _ in world.frames(2):
+        dust.configure(color=(0.2, 0.5, 1), alpha=0.3)
+        dust.burst(shapes.Box((-8, -4, -1), (8, 4, 1)), count=20_000)
+        picture = world.render()
+        if picture:
+            print(json.dumps([picture.digest(), float(picture.linear.sum()) if renderer.linear else None]))
+"""
+
+
+@pytest.mark.parametrize("linear", [False, True])
+def test_bloom_is_the_same_on_all_paths(linear: bool):
+    alone = mpirun(1, ON_RANKS, "gather", linear).lines
+    assert len(set(alone)) == 2
+    for path in ("gather", "tiles", "composite"):
+        assert mpirun(3, ON_RANKS, path, linear).lines == alone
 
 
 # --- objects and what lights them

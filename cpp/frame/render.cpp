@@ -45,7 +45,6 @@ void draw_all(Rank& rank, Painter& painter) {
       for (particles::Reader in = message.reader(); !in.done();) add(in.take(in.get<std::uint64_t>()));
     }
     painter.pixels = painter.canvas.finish();
-    if (view.linear) painter.light = painter.canvas.linear();
     rank.machine.charge(rank.machine.costs().draw * records);
     rank.machine.charge_once(rank.machine.costs().picture);
   });
@@ -63,7 +62,7 @@ void open_tiles(Rank& rank, Painter& painter) {
     if (!rank.talk.draws()) return;
     const std::size_t lanes = 3 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
     painter.pixels.resize(lanes);
-    if (view.linear) painter.light.resize(lanes);
+    if (image::PictureLight::needed(view, view.linear)) painter.whole.begin(painter.scene.grid());
   });
 }
 
@@ -80,14 +79,14 @@ void await_all(Rank& rank, const Painter& painter) {
 
 }  // namespace
 
-const std::vector<float>& Painter::linear() const {
-  if (light.empty()) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
-  return light;
+std::vector<float> Painter::linear() const {
+  if (!light_kept) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
+  return plan.path == Path::gather ? canvas.linear() : whole.linear();
 }
 
 void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   painter.drawing = {};
-  painter.light.clear();
+  painter.light_kept = false;
   if (!script.record.view) return;
   Conversation& talk = rank.talk;
   painter.view = *script.record.view;
@@ -105,6 +104,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
     draw_tiles(rank, painter);
     if (talk.draws()) assemble(rank, painter);
   }
+  painter.light_kept = painter.view.linear && talk.draws() && !talk.failed();
 }
 
 }  // namespace motes::frame

@@ -11,6 +11,7 @@
 #include "frame/report.h"
 #include "frame/script.h"
 #include "image/canvas.h"
+#include "image/picture_light.h"
 #include "image/projector.h"
 #include "image/records.h"
 #include "image/tile_painter.h"
@@ -30,13 +31,14 @@ struct Painter {
   image::TilePainter tile;
   image::Buffer partial;
   std::vector<std::uint8_t> pixels;
-  std::vector<float> light;
+  image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
+  bool light_kept = false;
   Drawing drawing;  // what this rank did for this frame's picture
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   std::vector<std::uint8_t> take_pixels() { return std::move(pixels); }
   /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
-  const std::vector<float>& linear() const;
+  std::vector<float> linear() const;
 };
 
 /// Draws the frame where its record has a view.

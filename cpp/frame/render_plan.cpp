@@ -190,7 +190,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
 
 }  // namespace
 
-bool may_be_divided(const image::View& view) { return !(view.bloom > 0) && view.layers == 0; }
+bool may_be_divided(const image::View& view) { return view.layers == 0; }
 
 bool may_be_added_up(std::span<const image::Sprite> sprites) {
   return std::all_of(sprites.begin(), sprites.end(),

@@ -10,19 +10,17 @@ namespace {
 
 using image::Area;
 
-// How a tile is sent: one colour, or all of its pixels; each followed by the same as light where the view keeps it.
+// How a tile is sent: one colour, or all of its pixels. Where the picture is shown as a whole these are sums of light,
+// else sRGB.
 enum class Content : std::uint8_t { one_color, pixels };
 
 std::size_t lanes(const Area& area) {
   return 3 * static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height);
 }
 
-// A tile of the picture in memory of its own, or in the whole picture's.
-struct Canvas {
-  std::uint8_t* pixels;
-  float* light;  // null: not kept
-  std::size_t row;
-};
+std::size_t first_pixel(const Area& area, std::size_t row) {
+  return static_cast<std::size_t>(area.y) * row + 3 * static_cast<std::size_t>(area.x);
+}
 
 // What calculators have sent for this rank's tiles.
 std::vector<comm::Message> receive_records(Rank& rank) {
@@ -40,7 +38,7 @@ class TilesOfRank {
  public:
   TilesOfRank(Rank& rank, const image::View& view, Painter& painter)
       : rank_(rank), view_(view), painter_(painter), first_(painter.plan.first(rank.talk.rank())),
-        end_(painter.plan.end(rank.talk.rank())) {}
+        end_(painter.plan.end(rank.talk.rank())), whole_(image::PictureLight::needed(view, view.linear)) {}
 
   void take(const std::vector<comm::Message>& messages) {
     double received = 0;
@@ -62,9 +60,12 @@ class TilesOfRank {
     const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
     for (int tile = first_; tile < end_; ++tile) {
       const Area area = painter_.scene.grid().area(tile);
-      const std::size_t at = static_cast<std::size_t>(area.y) * row + 3 * static_cast<std::size_t>(area.x);
       paint(tile);
-      show({painter_.pixels.data() + at, view_.linear ? painter_.light.data() + at : nullptr, row});
+      if (whole_) {
+        painter_.tile.sums(painter_.whole.at(area), row);
+      } else {
+        painter_.tile.show(painter_.pixels.data() + first_pixel(area, row), row);
+      }
     }
     finish();
   }
@@ -73,17 +74,19 @@ class TilesOfRank {
     for (int tile = first_; tile < end_; ++tile) {
       const Area area = painter_.scene.grid().area(tile);
       const bool blank = paint(tile);
-      std::vector<float> light(view_.linear ? lanes(area) : 0);
-      const std::size_t row = 3 * static_cast<std::size_t>(area.width);
       out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
-      if (blank) {
+      const std::size_t row = 3 * static_cast<std::size_t>(area.width);
+      if (whole_) {
+        std::vector<std::uint32_t> sums(lanes(area));
+        painter_.tile.sums(sums.data(), row);
+        out.put_raw(sums.data(), (blank ? 3 : sums.size()) * sizeof(std::uint32_t));
+      } else if (blank) {
         std::vector<std::uint8_t> pixels(lanes(area));
-        show({pixels.data(), view_.linear ? light.data() : nullptr, row});
+        painter_.tile.show(pixels.data(), row);
         out.put_raw(pixels.data(), 3);
       } else {
-        show({reinterpret_cast<std::uint8_t*>(out.extend(lanes(area))), view_.linear ? light.data() : nullptr, row});
+        painter_.tile.show(reinterpret_cast<std::uint8_t*>(out.extend(lanes(area))), row);
       }
-      out.put_raw(light.data(), (blank && view_.linear ? 3 : light.size()) * sizeof(float));
     }
     finish();
   }
@@ -101,11 +104,6 @@ class TilesOfRank {
     return records == 0 && !painter_.scene.scenery().occupied(tile);
   }
 
-  void show(const Canvas& to) {
-    painter_.tile.show(to.pixels, to.row);
-    if (to.light != nullptr) painter_.tile.light(to.light, to.row);
-  }
-
   void finish() {
     for (const Partials& partials : partials_) partials.check_done();
     rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_));
@@ -116,6 +114,7 @@ class TilesOfRank {
   const image::View& view_;
   Painter& painter_;
   int first_, end_;
+  bool whole_;
   std::vector<Partials> partials_;
   std::uint64_t drawn_ = 0;
 };
@@ -124,7 +123,6 @@ class TilesOfRank {
 void place(particles::Reader& in, const Area& area, const image::View& view, Painter& painter) {
   const std::size_t row = 3 * static_cast<std::size_t>(area.width);
   const std::size_t picture_row = 3 * static_cast<std::size_t>(view.width);
-  const std::size_t at = static_cast<std::size_t>(area.y) * picture_row + 3 * static_cast<std::size_t>(area.x);
   const auto content = in.get<std::uint8_t>();
   const bool blank = content == static_cast<std::uint8_t>(Content::one_color);
   const auto put = [&]<class T>(T* to) {
@@ -134,8 +132,11 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
       if (!blank) std::memcpy(to, bytes.data() + static_cast<std::size_t>(y) * row * sizeof(T), row * sizeof(T));
     }
   };
-  put(painter.pixels.data() + at);
-  if (view.linear) put(painter.light.data() + at);
+  if (image::PictureLight::needed(view, view.linear)) {
+    put(painter.whole.at(area));
+  } else {
+    put(painter.pixels.data() + first_pixel(area, picture_row));
+  }
 }
 
 }  // namespace
@@ -196,6 +197,9 @@ void assemble(Rank& rank, Painter& painter) {
       if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
     });
   }
+  if (talk.failed() || !image::PictureLight::needed(view, view.linear)) return;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread and show light");
+  talk.work("render", [&] { painter.whole.finish(painter.scene, painter.pixels); });
 }
 
 }  // namespace motes::frame

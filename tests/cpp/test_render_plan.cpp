@@ -107,7 +107,7 @@ TEST(what_cannot_be_divided_is_drawn_by_one_rank) {
   const RenderLoad some = load(cast, 3.2e6, 200, 201);
   image::View glowing = view(Path::tiles);
   glowing.bloom = 0.1f;
-  CHECK(plan(glowing, some, cast, 4).path == Path::gather);
+  CHECK(plan(glowing, some, cast, 4).path == Path::tiles);
   glowing = view(Path::composite);
   glowing.layers = image::kDepthLayer;
   CHECK(plan(glowing, some, cast, 4).path == Path::gather);

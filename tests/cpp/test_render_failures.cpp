@@ -20,7 +20,7 @@ constexpr int kFrame = 2;  // in which the rank fails
 std::size_t no_projection(const image::ProjectTask&, std::size_t, std::size_t, const image::ProjectedBatch&) {
   throw std::runtime_error("the projection broke");
 }
-void no_light(const image::TileSums&, const image::Splat&, const unsigned char*, std::size_t) {
+void no_light(const image::TilePlanes&, const image::Splat&, const unsigned char*, std::size_t) {
   throw std::runtime_error("the brush broke");
 }
 
@@ -36,7 +36,7 @@ void break_down(frame::Painter& painter, bool projecting) {
   static const image::ProjectLanes kProject{no_projection};
   static const image::SplatLanes kSplat = [] {
     image::SplatLanes lanes = image::splat_lanes();
-    lanes.splat = no_light;
+    lanes.add = no_light;
     return lanes;
   }();
   if (projecting) {

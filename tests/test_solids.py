@@ -135,12 +135,19 @@ def test_what_is_no_solid_or_light_is_refused_at_the_call(make, name):
 @pytest.mark.parametrize(
     ("arguments", "name"),
     [
+        ({"shutter": 1.1}, "shutter"),
+        ({"shutter": -0.1}, "shutter"),
+        ({"shutter": NAN}, "shutter"),
         ({"sun": (0, NAN, 0)}, "sun"),
         ({"lights": [(0, 1, 0)]}, "lights"),
         ({"lights": motes.Light((0, 1, 0))}, "lights"),
         ({"objects": [LEAF]}, "objects"),
         ({"path": "tile"}, "path"),
         ({"smooth": 1}, "smooth"),
+        ({"layers": "depth"}, "layers"),
+        ({"layers": ["depht"]}, "layers"),
+        ({"layers": [1]}, "layers"),
+        ({"layers": 7}, "layers"),
     ],
 )
 def test_what_a_renderer_cannot_use_is_refused_at_the_call(arguments, name):
@@ -149,3 +156,10 @@ def test_what_a_renderer_cannot_use_is_refused_at_the_call(arguments, name):
     renderer = motes.Renderer(64, 48, camera=CAMERA)
     with pytest.raises(ArgumentError, match=f"^{name} must be"):
         setattr(renderer, name, arguments[name])
+
+
+def test_layers_have_one_order_and_suggest_near_names():
+    renderer = motes.Renderer(64, 48, camera=CAMERA, layers=["velocity", "depth", "depth"])
+    assert renderer.layers == ("depth", "velocity")
+    with pytest.raises(ArgumentError, match="did you mean 'velocity'"):
+        renderer.layers = ["velocty"]

@@ -218,7 +218,15 @@ void bind_pictures(py::class_<Engine>& engine) {
         std::vector<float> light = e.painter().linear();
         const auto n = static_cast<py::ssize_t>(light.size());
         return owned_array(std::move(light), {n});
-      });
+      })
+      .def(
+          "layer",
+          [](Engine& e, std::uint8_t bit) {
+            std::vector<float> values = e.painter().layer(bit);
+            const auto n = static_cast<py::ssize_t>(values.size());
+            return owned_array(std::move(values), {n});
+          },
+          py::arg("bit"));
 }
 
 // What needs no engine: columns of every system, roles, the MPI library.

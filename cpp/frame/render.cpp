@@ -63,6 +63,7 @@ void open_tiles(Rank& rank, Painter& painter) {
     const std::size_t lanes = 3 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
     painter.pixels.resize(lanes);
     if (image::PictureLight::needed(view, view.linear)) painter.whole.begin(painter.scene.grid());
+    painter.layers.begin(view);
   });
 }
 
@@ -82,6 +83,10 @@ void await_all(Rank& rank, const Painter& painter) {
 std::vector<float> Painter::linear() const {
   if (!light_kept) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
   return plan.path == Path::gather ? canvas.linear() : whole.linear();
+}
+
+const std::vector<float>& Painter::layer(std::uint8_t bit) const {
+  return (plan.path == Path::gather ? canvas.layers() : layers).layer(bit);
 }
 
 void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {

@@ -33,12 +33,15 @@ struct Painter {
   std::vector<std::uint8_t> pixels;
   image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
   bool light_kept = false;
+  image::Layers layers;
   Drawing drawing;  // what this rank did for this frame's picture
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   std::vector<std::uint8_t> take_pixels() { return std::move(pixels); }
   /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
   std::vector<float> linear() const;
+  /// One of the view's layers: see Layers. Throws std::logic_error where the view does not ask for it.
+  const std::vector<float>& layer(std::uint8_t bit) const;
 };
 
 /// Draws the frame where its record has a view.

@@ -190,8 +190,6 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
 
 }  // namespace
 
-bool may_be_divided(const image::View& view) { return view.layers == 0; }
-
 bool may_be_added_up(std::span<const image::Sprite> sprites) {
   return std::all_of(sprites.begin(), sprites.end(),
                      [](const image::Sprite& s) { return s.blend == image::Sprite::Blend::add; });
@@ -209,9 +207,7 @@ RenderEstimate estimate(Path path, const image::View& view, std::span<const imag
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
                        const roles::Cast& cast, int ranks) {
   std::vector<Path> paths;
-  if (!may_be_divided(view)) {
-    paths = {Path::gather};
-  } else if (view.path == Path::automatic) {
+  if (view.path == Path::automatic) {
     paths = {Path::gather};
     if (ranks > 1) paths.push_back(Path::tiles);
     if (ranks > 1 && may_be_added_up(sprites)) paths.push_back(Path::composite);

@@ -61,11 +61,8 @@ RenderEstimate estimate(image::View::Path path, const image::View& view, std::sp
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
                        const roles::Cast& cast, int ranks);
 
-/// Whether ranks may draw parts of the picture: layers are kept by the image generator alone. If not, it draws alone.
-bool may_be_divided(const image::View& view);
-
 /// Whether partial tiles may be added up: where light is all that particles give. If not, records go to the owners of
-/// tiles.
+/// tiles. (Opaque particles in partial tiles would have no velocity for that layer.)
 bool may_be_added_up(std::span<const image::Sprite> sprites);
 
 }  // namespace motes::frame

@@ -63,6 +63,7 @@ class TilesOfRank {
       paint(tile);
       if (whole_) {
         painter_.tile.sums(painter_.whole.at(area), row);
+        painter_.layers.keep(painter_.tile, painter_.of_tile, area);
       } else {
         painter_.tile.show(painter_.pixels.data() + first_pixel(area, row), row);
       }
@@ -80,6 +81,7 @@ class TilesOfRank {
         std::vector<std::uint32_t> sums(lanes(area));
         painter_.tile.sums(sums.data(), row);
         out.put_raw(sums.data(), (blank ? 3 : sums.size()) * sizeof(std::uint32_t));
+        if (!blank) image::Layers::send(view_, painter_.tile, painter_.of_tile, area, out);
       } else if (blank) {
         std::vector<std::uint8_t> pixels(lanes(area));
         painter_.tile.show(pixels.data(), row);
@@ -134,6 +136,7 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
   };
   if (image::PictureLight::needed(view, view.linear)) {
     put(painter.whole.at(area));
+    blank ? painter.layers.keep_blank(area) : painter.layers.take(area, in);
   } else {
     put(painter.pixels.data() + first_pixel(area, picture_row));
   }

@@ -72,10 +72,6 @@ void check(const Camera& camera) {
   }
 }
 
-[[noreturn]] void refuse_drawing(const char* what) {
-  throw std::invalid_argument(std::string(what) + " cannot be drawn by this version");
-}
-
 Lens lens_of(const Camera& camera, int height) {
   Lens lens;
   lens.eye = camera.position;
@@ -156,11 +152,6 @@ void check(const Sprite& sprite) {
   if ((sprite.kind == Sprite::Kind::image) != (sprite.picture != 0)) {
     refuse("sprite.picture", "given for kind image and for no other", std::to_string(sprite.picture));
   }
-}
-
-void check_drawn(const View& view) {
-  const View plain;
-  if (view.layers != plain.layers) refuse_drawing("layers: pictures beside the frame");
 }
 
 }  // namespace motes::image

@@ -22,7 +22,4 @@ Lens lens_at_opening(const View& view);
 void check(const View& view);
 void check(const Sprite& sprite);
 
-/// The same where a view or a sprite asks for what nobody draws yet: a line here goes when its drawing comes.
-void check_drawn(const View& view);
-
 }  // namespace motes::image

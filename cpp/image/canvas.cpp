@@ -51,12 +51,14 @@ void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
 
 void Canvas::finish_as_a_whole(std::span<std::uint8_t> pixels) {
   light_.begin(scene_.grid());
+  layers_.begin(scene_.view());
   for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
     const Area area = scene_.grid().area(tile);
     messages_.collect(tile, pieces_);
     painter_.start(area);
     painter_.paint(pieces_);
     painter_.sums(light_.at(area), light_.row_lanes());
+    layers_.keep(painter_, pieces_, area);
   }
   light_.finish(scene_, pixels);
   light_kept_ = keep_linear_;

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "image/layers.h"
 #include "image/picture_light.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
@@ -36,6 +37,9 @@ class Canvas {
   /// that frame was begun without keep_linear.
   std::vector<float> linear() const;
 
+  /// The last frame's layers.
+  const Layers& layers() const { return layers_; }
+
  private:
   void finish_by_tiles(std::span<std::uint8_t> pixels);
   void finish_as_a_whole(std::span<std::uint8_t> pixels);
@@ -52,6 +56,7 @@ class Canvas {
   Pieces messages_;
   std::vector<Piece> pieces_;  // of the current tile
   TilePainter painter_;
+  Layers layers_;
   PictureLight light_;  // where the frame needs it
 };
 

@@ -17,8 +17,9 @@ namespace motes::image {
 /// Usage: begin for each frame; fill all tiles with sums of light, such as TilePainter::sums() writes; then finish.
 class PictureLight {
  public:
-  /// Whether a picture of this view needs it: else each tile can be shown as soon as it is painted.
-  static bool needed(const View& view, bool keep_linear) { return keep_linear || view.bloom > 0; }
+  /// Whether a picture of this view needs it: else each tile can be shown as soon as it is painted. (Layers do: reading
+  /// them overwrites a tile's light.)
+  static bool needed(const View& view, bool keep_linear) { return keep_linear || view.bloom > 0 || view.layers != 0; }
 
   explicit PictureLight(const SplatLanes& lanes = splat_lanes()) : lanes_(&lanes) {}
 

@@ -6,7 +6,7 @@
 namespace motes::image {
 
 void PreparedScene::prepare(const View& view) {
-  check_drawn(view);
+  check(view);
   const std::uint64_t before = scenery_.version();
   scenery_.prepare(view);
   if (!prepared_ || scenery_.version() != before || view.exposure != view_.exposure) {

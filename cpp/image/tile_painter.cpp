@@ -140,11 +140,15 @@ void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
   for (const Piece& piece : pieces) {
     if (!piece.brush->blends(Sprite::Blend::opaque)) continue;
     prefetch(piece);
-    if (piece.brush->layout() == Layout::wide) {
-      kernels(*piece.brush).opaque(planes_, piece.brush->wide_at(area_), raw(piece.records), piece.count);
-    } else {
-      lanes_->opaque(planes_, piece.brush->splat_at(area_.x, area_.y), raw(piece.records), piece.count);
-    }
+    draw_opaque(piece, planes_);
+  }
+}
+
+void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) const {
+  if (piece.brush->layout() == Layout::wide) {
+    kernels(*piece.brush).opaque(planes, piece.brush->wide_at(area_), raw(piece.records), piece.count);
+  } else {
+    lanes_->opaque(planes, piece.brush->splat_at(area_.x, area_.y), raw(piece.records), piece.count);
   }
 }
 

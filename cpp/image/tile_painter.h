@@ -58,10 +58,19 @@ class TilePainter {
   /// Writes the view depth of the nearest solid or opaque particle, m; infinite where there is none.
   void depth(float* depths, std::size_t row_floats) const;
 
+  /// Writes the part of the light from behind that the painted `pieces`, and what hides some of them, hold back, 0..1.
+  /// Overwrites the tile's light.
+  void alpha(std::span<const Piece> pieces, float* alphas, std::size_t row_floats);
+
+  /// Writes the velocity of the nearest opaque particle of the painted `pieces`, m/s, three floats per pixel; 0 where
+  /// something else is nearer.
+  void velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats) const;
+
  private:
   void clear(const Area& area, std::uint32_t brightest);
   void start_surfaces();
   void paint_surfaces(std::span<const Piece> pieces);
+  void draw_opaque(const Piece& piece, const TilePlanes& planes) const;
   void paint_bare(std::span<const Piece> pieces);
   void blend(const Piece& piece);
   template <class Draw>

@@ -6,7 +6,8 @@ from collections.abc import Iterable
 from functools import partial
 from typing import Any
 
-from numpy.typing import ArrayLike
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
 
 from . import _core, arguments
 from .arguments import Triple
@@ -16,8 +17,9 @@ from .shapes import Shape
 from .solids import Light, Solid
 from .values import Settings, says_near_names, shown
 
-__all__ = ["Camera", "Renderer"]
+__all__ = ["LAYERS", "Camera", "Renderer"]
 
+LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
 OBJECTS = "a list of motes.Solid, shapes or meshes"
 
@@ -94,19 +96,23 @@ class Renderer(Settings):
     objects: tuple[Solid | Shape | Mesh, ...]
     """Solids; a shape or mesh stands for a solid of the default colour."""
     sun: Triple
-    """The direction to the sun, which lights solids; (0, 0, 0): there is none."""
+    """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
     lights: tuple[Light, ...]
     """What lights the solids besides the sun."""
     path: str
     """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
     paper). "tiles": each rank a part of the picture. "composite": each calculator a whole picture of its own
     particles; these are added up. "auto" chooses for each frame."""
+    shutter: float
+    """The part of the frame's time that the shutter is open, 0..1: particles that move become streaks."""
     bloom: float
     """The part of the light that spreads around what is bright, 0..1."""
     smooth: bool
     """Whether edges of solids are anti-aliased."""
     linear: bool
     """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
+    layers: tuple[str, ...]
+    """What frames keep for `Frame.layer` and `.exr`, of "depth", "alpha" and "velocity"."""
 
     _checks = {
         "width": partial(arguments.integer, low=1, high=16384),
@@ -118,8 +124,10 @@ class Renderer(Settings):
         "sun": arguments.triple,
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
+        "shutter": partial(arguments.number, low=0, high=1),
         "bloom": partial(arguments.number, low=0, high=1),
         "smooth": arguments.flag,
+        "layers": lambda name, given: _layers(name, given),
     }
 
     @says_near_names
@@ -135,14 +143,16 @@ class Renderer(Settings):
         sun: ArrayLike = (-0.5, 0.8, 0.4),
         lights: Iterable[Light] = (),
         path: str = "auto",
+        shutter: float = 0,
         bloom: float = 0,
         smooth: bool = True,
         linear: bool = False,
+        layers: Iterable[str] = (),
     ) -> None:
         """Take the attributes, which are described with their names."""
         given = {"width": width, "height": height, "camera": camera, "background": background}
         given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
-        given |= {"bloom": bloom, "smooth": smooth}
+        given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers}
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
@@ -160,11 +170,23 @@ class Renderer(Settings):
         for light in self.lights:
             view.add_light(light.position, light.color, light.power)
         view.set_path(self.path)
+        view.set_shutter(self.shutter)
         view.set_bloom(self.bloom)
         view.set_smooth(self.smooth)
         view.set_linear(self.linear)
+        view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers))
         view.check()
         return view
+
+    def kept(self, engine: _core.Engine) -> dict[str, Any]:
+        """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture."""
+        size = (self.height, self.width)
+        shapes = {name: (*size, 3) if name == "velocity" else size for name in self.layers}
+        return {
+            "linear": (lambda: engine.linear().reshape(*size, 3)) if self.linear else None,
+            "exposure": self.exposure,
+            "layers": {name: partial(_layer, engine, name, shape) for name, shape in shapes.items()},
+        }
 
     @property
     def solids(self) -> list[Solid]:
@@ -194,3 +216,18 @@ def _lights(name: str, given: Any) -> tuple[Light, ...]:
         if not isinstance(one, Light):
             raise ArgumentError(name, one, LIGHTS)
     return tuple(lights)
+
+
+def _layers(name: str, given: Any) -> tuple[str, ...]:
+    allowed = "a list of " + ", ".join(map(repr, LAYERS))
+    if isinstance(given, str):
+        raise ArgumentError(name, given, allowed)
+    named = arguments.listed(name, given, allowed)
+    for one in named:
+        if not isinstance(one, str) or one not in LAYERS:
+            raise ArgumentError(name, one, allowed, known=LAYERS)
+    return tuple(layer for layer in LAYERS if layer in named)
+
+
+def _layer(engine: _core.Engine, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    return engine.layer(1 << LAYERS.index(name)).reshape(shape)

@@ -398,13 +398,11 @@ class World(Settings):
         time = (index + 1) * self._dt
         if self._recording is not None and not self._recording.full:
             return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
+        kept = self.renderer.kept(engine)
         if self.rank != home:
-            return Frame(index, time, None, home=home, rank=self.rank)
+            return Frame(index, time, None, **kept, home=home, rank=self.rank)
         pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
-        size = (self.renderer.height, self.renderer.width, 3)
-        linear = (lambda: engine.linear().reshape(size)) if self.renderer.linear else None
-        exposure = self.renderer.exposure
-        frame = Frame(index, time, pixels, linear=linear, exposure=exposure, home=home, rank=self.rank)
+        frame = Frame(index, time, pixels, **kept, home=home, rank=self.rank)
         self._last_picture = weakref.ref(frame)
         if self._digest:
             engine.set_image_sha256(frame.digest())

@@ -102,15 +102,9 @@ TEST(auto_picks_the_path_of_the_least_time) {
   CHECK(plan(small, load(cast, 100), cast, 4).path == Path::gather);
 }
 
-TEST(what_cannot_be_divided_is_drawn_by_one_rank) {
+TEST(what_cannot_be_added_up_goes_to_the_owners_of_tiles) {
   const roles::Cast cast = roles::cast_shared(4);
   const RenderLoad some = load(cast, 3.2e6, 200, 201);
-  image::View glowing = view(Path::tiles);
-  glowing.bloom = 0.1f;
-  CHECK(plan(glowing, some, cast, 4).path == Path::tiles);
-  glowing = view(Path::composite);
-  glowing.layers = image::kDepthLayer;
-  CHECK(plan(glowing, some, cast, 4).path == Path::gather);
   std::vector<image::Sprite> smoke = kDiscs;
   smoke.back().blend = image::Sprite::Blend::alpha;
   CHECK(frame::plan_render(view(Path::composite), smoke, some, cast, 4).path == Path::tiles);

@@ -127,3 +127,140 @@ def test_lights_and_sun_may_change_between_frames():
         renderer.sun = (0, 0, 0)
         third = world.render()
     assert len({frame.digest() for frame in (first, second, third)}) == 3
+
+
+# --- sprites, and what is kept beside the picture
+
+ALL_SPRITES = """
+import hashlib, json, sys
+import numpy as np
+import motes
+from motes import shapes
+
+path, roles = sys.argv[1:]
+renderer = motes.Renderer(
+    320, 180, camera=motes.Camera((0, 0, 11), (0, 0, 0)), path=path, linear=True, bloom=0.2, shutter=0.5,
+    layers=["depth", "alpha", "velocity"], objects=[shapes.Sphere((1, 0, 0), 1)],
+)
+world = motes.World(seed=3, space=(-8, 8), roles=roles, renderer=renderer, progress="off")
+leaf = np.random.default_rng(1).integers(0, 255, (9, 7, 4), dtype=np.uint8)
+sprites = [motes.Sprite("point"), motes.Sprite("disc", 7, "alpha", softness=0.3)]
+for blend in ("add", "alpha", "opaque"):
+    sprites.append(motes.Sprite("sphere", pixels=None, blend=blend))
+    sprites.append(motes.Sprite("image", height=0.05, blend=blend, image=leaf))
+systems = [world.system(f"s{i}", sprite=sprite) for i, sprite in enumerate(sprites)]
+with world:
+    for _ in world.frames(2):
+        for system in systems:
+            system.configure(color=(0.2, 0.5, 1), alpha=0.3, size=0.3, velocity=shapes.Sphere((0, 0, 0), 8))
+            system.burst(shapes.Box((-8, -4, -1), (8, 4, 1)), count=150)
+            system.move()
+        picture = world.render()
+        if picture:
+            layers = [hashlib.sha256(picture.layer(name).tobytes()).hexdigest() for name in renderer.layers]
+            print(json.dumps([picture.digest(), *layers]))
+"""
+
+
+def test_pictures_and_layers_are_the_same_on_all_paths_and_ranks():
+    alone = mpirun(1, ALL_SPRITES, "gather", "auto").lines
+    assert len(set(alone)) == 2
+    for path in ("gather", "tiles", "composite"):
+        assert mpirun(2, ALL_SPRITES, path, "shared").lines == alone
+        assert mpirun(3, ALL_SPRITES, path, "auto").lines == alone
+
+
+def balls(**attributes: Any) -> motes.Frame:
+    """A ball of 1 m, 2 m in front of the middle, that moves to the right; smoke in front of all of it."""
+    renderer = motes.Renderer(96, 64, camera=CAMERA, layers=["depth", "alpha", "velocity"], **attributes)
+    world = motes.World(seed=1, renderer=renderer, progress="off", dt=1e-6)
+    ball = world.system("ball", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
+    smoke = world.system("smoke", sprite=motes.Sprite(pixels=None, blend="alpha"))
+    with world:
+        ball.configure(size=1, velocity=(3, 0, 0))
+        ball.vertex((0, 0, 2))
+        ball.move()
+        smoke.configure(size=0.5, alpha=0.5)
+        smoke.vertex((0.9, 0, 2.5))
+        return world.render()
+
+
+def test_layers_hold_metres_parts_and_metres_per_second():
+    frame = balls()
+    depth, alpha, velocity = (frame.layer(name) for name in ("depth", "alpha", "velocity"))
+    middle = (32, 48)
+    assert depth[middle] == pytest.approx(2.5, abs=0.01)  # 5 m away, less 2 m and the radius
+    assert np.isinf(depth[0, 0])
+    assert np.isinf(depth).mean() == pytest.approx((velocity == 0).all(axis=2).mean())
+    assert velocity[middle].tolist() == [3, 0, 0]
+    assert velocity[0, 0].tolist() == [0, 0, 0]
+    assert (alpha[middle], alpha[0, 0]) == (1, 0)
+    assert alpha[np.isinf(depth)].max() == pytest.approx(0.5, abs=0.05)  # where the smoke is
+    pixels_per_metre = 0.5 * 64 / np.tan(np.radians(20))
+    assert (~np.isinf(depth)).sum() == pytest.approx(np.pi * (0.5 * pixels_per_metre / 3) ** 2, rel=0.1)
+
+
+def test_a_layer_that_was_not_asked_for_is_refused():
+    with pytest.raises(ArgumentError, match="which has none"):
+        rendered().layer("depth")
+    with pytest.raises(ArgumentError, match="'depth', got 'alpha'"):
+        rendered(layers=["depth"]).layer("alpha")
+
+
+def test_layers_stay_with_their_frame():
+    renderer = motes.Renderer(96, 64, camera=CAMERA, layers=["depth"])
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    system = world.system("a", sprite=motes.Sprite(pixels=9, blend="opaque"))
+    with world:
+        system.vertex((0, 0, 0))
+        first = world.render()
+        system.kill_old(-1)
+        second = world.render()
+        assert first.layer("depth").min() == pytest.approx(5)
+        assert np.isinf(second.layer("depth").min())
+
+
+def test_all_layers_are_in_an_exr(tmp_path):
+    library = pytest.importorskip("OpenEXR")
+    frame = balls(linear=True)
+    frame.save(tmp_path / "a.exr")
+    with library.File(str(tmp_path / "a.exr"), separate_channels=True) as file:
+        read = {name: channel.pixels for name, channel in file.channels().items()}
+    assert np.array_equal(read["depth.Z"], frame.layer("depth"))
+    assert read["velocity.X"].max() == 3
+
+
+def test_a_sprite_with_an_image_shows_it():
+    image = np.zeros((8, 8, 4), np.uint8)
+    image[:4] = (255, 0, 0, 255)
+    image[4:] = (0, 0, 255, 255)
+    sprite = motes.Sprite("image", pixels=40, blend="opaque", image=image)
+    pixels = rendered(sprite=sprite).pixels
+    assert pixels[22, 48, 0] > 200 > 50 > pixels[22, 48, 2]
+    assert pixels[42, 48, 2] > 200 > 50 > pixels[42, 48, 0]
+
+
+def test_sizes_in_metres_and_in_parts_of_the_height():
+    metre = 0.5 * 64 / np.tan(np.radians(20)) / 5  # pixels at 5 m
+    for sprite, size in (
+        (motes.Sprite(pixels=None, blend="opaque"), metre),
+        (motes.Sprite(height=0.5, blend="opaque"), 32),
+    ):
+        drawn = rendered(sprite=sprite).linear[:, :, 0] > 0
+        assert drawn.any(axis=0).sum() == pytest.approx(size, abs=1)
+
+
+def test_a_streak_keeps_the_light_of_what_stands_still():
+    def streak(shutter: float) -> np.ndarray:
+        renderer = motes.Renderer(96, 64, camera=CAMERA, linear=True, shutter=shutter)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("a", sprite=motes.Sprite(pixels=5))
+        with world:
+            system.configure(velocity=(10, 0, 0))
+            system.vertex((0, 0, 0))
+            system.move()
+            return world.render().linear
+
+    still, moved = streak(0), streak(1)
+    assert moved.sum() == pytest.approx(still.sum(), rel=0.01)
+    assert (moved > 0).any(axis=(0, 2)).sum() > 2 * (still > 0).any(axis=(0, 2)).sum()

@@ -46,7 +46,8 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
     hiding.push_back({piece.brush, black.back().data(), piece.count});
   }
   for (int y = 0; y < area_.height; ++y) std::fill_n(planes_.light + y * kLightStride, 3 * area_.width, kUnit);
-  for (const Piece& piece : hiding) blend(piece);
+  ordered_.sort(hiding);  // rounding depends on the order
+  for (const Piece& run : ordered_.runs()) blend(run);
   for (int y = 0; y < area_.height; ++y, alphas += row_floats) {
     const std::uint32_t* light = planes_.light + y * kLightStride;
     const std::uint32_t* depth = planes_.depth + y * kPixelStride;

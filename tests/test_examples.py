@@ -29,6 +29,8 @@ GALLERY = {
     "photo": (1, 9000, 40),
     "flame": (2, 4000, 24),
     "smoke": (3, 12000, 40),
+    "rain": (2, 3000, 12),
+    "leaves": (3, 600, 30),
 }  # systems, particles of each, frames
 
 

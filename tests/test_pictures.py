@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from typing import Any
 
 import numpy as np
@@ -264,3 +266,23 @@ def test_a_streak_keeps_the_light_of_what_stands_still():
     still, moved = streak(0), streak(1)
     assert moved.sum() == pytest.approx(still.sum(), rel=0.01)
     assert (moved > 0).any(axis=(0, 2)).sum() > 2 * (still > 0).any(axis=(0, 2)).sum()
+
+
+LARGE = """
+import resource
+import motes
+
+camera = motes.Camera((0, 0, 5), (0, 0, 0))
+renderer = motes.Renderer(16384, 16384, camera=camera, bloom=0.1)
+world = motes.World(seed=1, progress="off", renderer=renderer)
+with world:
+    world.step()
+    resource.setrlimit(resource.RLIMIT_AS, (2 << 30, 2 << 30))
+    world.render()
+"""
+
+
+def test_a_picture_larger_than_memory_says_so():
+    job = subprocess.run([sys.executable, "-c", LARGE], capture_output=True, text=True, timeout=60)
+    assert "MemoryError: a picture of 16384x16384 pixels" in job.stderr
+    assert "does not fit into the memory" in job.stderr

@@ -1,6 +1,8 @@
 #include "frame/render.h"
 
+#include <new>
 #include <stdexcept>
+#include <string>
 
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
@@ -26,12 +28,36 @@ std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   return messages;
 }
 
+// A picture larger than this rank's memory.
+class TooLarge : public std::bad_alloc {
+ public:
+  explicit TooLarge(const image::View& view)
+      : text_("a picture of " + std::to_string(view.width) + "x" + std::to_string(view.height) +
+              " pixels, with its scenery, light and layers, does not fit into the memory of the rank that draws it") {}
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
+};
+
+// The same as talk.work, but memory that is not there is said to be the picture's.
+template <class Work>
+void draw_work(Rank& rank, const image::View& view, const Work& draw) {
+  rank.talk.work("render", [&] {
+    try {
+      draw();
+    } catch (const std::bad_alloc&) {
+      throw TooLarge(view);
+    }
+  });
+}
+
 // Path gather: the image generator draws all of it.
 void draw_all(Rank& rank, Painter& painter) {
   double records = static_cast<double>(painter.drawing.records);  // its own
   const std::vector<comm::Message> messages = receive_all(rank, records);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
-  rank.talk.work("render", [&] {
+  draw_work(rank, painter.view, [&] {
     const image::View& view = painter.view;
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
@@ -53,7 +79,7 @@ void draw_all(Rank& rank, Painter& painter) {
 // What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
 void open_tiles(Rank& rank, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
-  rank.talk.work("render", [&] {
+  draw_work(rank, painter.view, [&] {
     const image::View& view = painter.view;
     painter.scene.prepare(view);
     painter.tile.begin(painter.scene);

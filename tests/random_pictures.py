@@ -1,0 +1,96 @@
+"""Random pictures as hypothesis draws them: systems of every kind, size and blend in one scene."""
+
+from __future__ import annotations
+
+from hypothesis import strategies as st
+from random_lists import FRAMES, numbers, triples
+
+__all__ = ["HEADER", "picture_script"]
+
+Text = st.SearchStrategy[str]
+KINDS = ("point", "disc", "sphere", "image")
+BLENDS = ("add", "alpha", "opaque")
+PATHS = ("auto", "gather", "tiles", "composite")
+SOLIDS = (
+    "Plane((0, -1, 0), (0, 1, 0))",
+    "Sphere((0.5, 0, 0), 0.8)",
+    "motes.Solid(Box((-1, -1, -1), (0, 0.5, 0.25)), (0.9, 0.4, 0.2), light=0.5)",
+    "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
+)
+HEADER = """\
+import hashlib
+import numpy as np
+import motes
+from motes import Normal, Uniform
+from motes.shapes import *
+
+LEAF = (np.arange(9 * 7 * 4).reshape(9, 7, 4) * 37 % 256).astype(np.uint8)
+
+def shown(picture):
+    layers = world.renderer.layers if picture else ()
+    return " ".join(hashlib.sha256(picture.layer(name).tobytes()).hexdigest() for name in layers)
+"""
+
+
+@st.composite
+def sprite(draw: st.DrawFn) -> str:
+    """Draw a sprite of any kind."""
+    kind = draw(st.sampled_from(KINDS))
+    facts = [f"{kind!r}", f"blend={draw(st.sampled_from(BLENDS))!r}"]
+    width = draw(st.sampled_from(["", "pixels=None", "pixels=#", "pixels=#", "height=0.#"]))
+    if width:
+        facts.append(width.replace("#", str(draw(st.integers(1, 40)))))
+    if kind == "image":
+        facts.append("image=LEAF")
+    if draw(st.booleans()):
+        facts.append(f"softness={draw(numbers(0, 1))}")
+    return f"motes.Sprite({', '.join(facts)})"
+
+
+@st.composite
+def renderer(draw: st.DrawFn) -> list[str]:
+    """Draw the lines that make a renderer."""
+    width, height = draw(st.integers(1, 200)), draw(st.integers(1, 150))
+    facts = [f"path={draw(st.sampled_from(PATHS))!r}", f"exposure={draw(numbers(0.25, 2))}"]
+    optional = {
+        "shutter": numbers(0.05, 1).map(str),
+        "bloom": numbers(0.05, 0.5).map(str),
+        "smooth": st.just("False"),
+        "layers": st.just("('depth', 'alpha', 'velocity')"),
+        "background": triples(0, 1).map(str),
+        "objects": st.lists(st.sampled_from(SOLIDS), min_size=1, unique=True).map(
+            lambda s: f"[{', '.join(s)}]"
+        ),
+        "lights": triples(-3, 3).map(lambda p: f"[motes.Light({p}, (1, 0.6, 0.2), 2)]"),
+    }
+    facts += [f"{name}={draw(value)}" for name, value in optional.items() if draw(st.booleans())]
+    camera = "motes.Camera((0, 0.5, 6), (0, 0, 0))"
+    return [f"world.renderer = motes.Renderer({width}, {height}, camera={camera}, {', '.join(facts)})"]
+
+
+@st.composite
+def picture_script(draw: st.DrawFn) -> str:
+    """Draw a script of three systems that move, seen by a camera that moves."""
+    facts = f"seed={draw(st.integers(0, 1000))}, roles={draw(st.sampled_from(['auto', 'shared']))!r}"
+    lines = [f"world = motes.World({facts}, progress='off')", *draw(renderer())]
+    for name in "abc":
+        lines.append(
+            f"{name} = world.system({name!r}, axis={draw(st.sampled_from('xyz'))!r}, sprite={draw(sprite())})"
+        )
+    lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
+    body = [f"world.renderer.camera = motes.Camera(({draw(numbers(-1, 1))} * frame, 0.5, 6), (0, 0, 0))"]
+    for name in "abc":
+        size = draw(st.sampled_from(["Uniform((0, 0, 0), (0.5, 0, 0))", "(0.02, 0, 0)", "(2, 1, 1)"]))
+        states = {
+            "velocity": "Normal((0, 0, 0), (9, 9, 9))",
+            "up": "Normal((0, 1, 0), (1, 1, 1))",
+            "rotational_velocity": "Normal((0, 0, 0), (3, 3, 3))",
+            "size": size,
+            "color": "Uniform((0, 0, 0), (1, 1, 1))",
+            "alpha": "Uniform(0, 1)",
+        }
+        body.append(f"{name}.configure({', '.join(f'{key}={value}' for key, value in states.items())})")
+        body.append(f"{name}.burst(Sphere((0, 0, 0), 2), count={draw(st.sampled_from([1, 60, 600]))})")
+        body.append(f"{name}.move()")
+    body += ["picture = world.render()", "note(f'{world.digest()} {shown(picture)}', picture)"]
+    return "\n".join(lines + [f"        {line}" for line in body]) + "\n"

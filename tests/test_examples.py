@@ -28,7 +28,7 @@ GALLERY = {
     "bounce_toy": (3, 1000, 40),
     "photo": (1, 9000, 40),
     "flame": (2, 4000, 24),
-    "smoke": (3, 12000, 40),
+    "smoke": (3, 900, 40),
     "rain": (2, 3000, 12),
     "leaves": (3, 600, 30),
 }  # systems, particles of each, frames

@@ -104,8 +104,8 @@ TEST(image_streaks_keep_their_light) {
   const View still = dark_view(640, 360);
   View open = still;
   open.shutter = 0.5f;
-  const Sprite sprites[] = {{Sprite::Kind::disc, 0}, {Sprite::Kind::disc, 5}, {Sprite::Kind::disc, 30},
-                            {Sprite::Kind::point, 1}};
+  const Sprite sprites[] = {
+      {Sprite::Kind::disc, 0}, {Sprite::Kind::disc, 5}, {Sprite::Kind::disc, 30}, {Sprite::Kind::point, 1}};
   for (const Sprite& sprite : sprites) {
     for (const float speed : {0.5f, 4.0f, 40.0f}) {
       Cloud one(1);

@@ -1,8 +1,7 @@
 """A camp fire at night: python -m motes run -n 4 examples/flame.py."""
 
 import motes
-from motes import column
-from motes.shapes import Blob, Cylinder, Disc, Plane, Sphere, Union
+from motes.shapes import Cylinder, Disc, Plane, Sphere, Union
 
 args = motes.script.options(
     __doc__, space="-0.6,0.6", systems=6, particles=120_000, frames=144, size="960x540"
@@ -24,7 +23,10 @@ solids = [
     motes.Solid(Union(*stones), (0.07, 0.05, 0.04)),
 ]
 camera = motes.Camera((0, 1.15, 5.2), (0, 0.95, 0), fov_deg=30)
-renderer = motes.Renderer(*args.size, camera=camera, background=(0.002, 0.003, 0.007), objects=solids)
+dark = (0.002, 0.003, 0.007)
+renderer = motes.Renderer(
+    *args.size, camera=camera, background=dark, objects=solids, sun=(0, 0, 0), bloom=0.1
+)
 world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
 
 # The colours of a flame over its life, as part of the lifetime: blue at the foot, white, orange, red, dark.
@@ -43,16 +45,13 @@ for i in range(args.systems):
     fire = world.system(f"fire {i}", capacity=args.particles, sprite=motes.Sprite(pixels=4 + 2 * (i % 4)))
     fire.configure(lifetime=motes.Uniform(0.2, 0.9), velocity=Sphere((0, 0.5, 0), 0.1))
     flames.append(fire)
-glow = world.system("glow", sprite=motes.Sprite(pixels=15))  # the light of the fire on the ground
-glow.configure(alpha=0.004)
 sparks = world.system("sparks", capacity=4000, sprite=motes.Sprite(pixels=3))
 sparks.configure(lifetime=motes.Uniform(0.8, 3), velocity=Sphere((0, 2.2, 0), 1.1))
 
 with world, motes.Movie(f"{args.out}/flame.mp4") as movie:
     for frame in world.frames(args.frames):
-        if frame == 0:
-            glow.burst(Blob((0, 0, 0), 0.9), count=args.particles)
-        glow.set(position=column("position") * (1, 0, 1), color=(0.5, 0.17, 0.035))  # flat on the ground
+        flicker = 1 + 0.25 * (frame * 5 % 7 / 3 - 1)  # the fire lights its logs and stones
+        renderer.lights = [motes.Light((0.05 * flicker, 0.6, 0), (1, 0.42, 0.1), power=4 * flicker)]
 
         for fire in flames:
             fire.source(Disc((0, 0.15, 0), (0, 1, 0), 0.45), rate=args.particles / 0.6, jitter=True)

@@ -22,7 +22,7 @@ constexpr float kSky = 0.24f;     // from above
 constexpr float kBounce = 0.10f;  // from below
 constexpr float kTint = 0.5f;     // how much of the background's colour the sky adds
 
-constexpr float kCrease = 0.97f;  // the cosine of the angle between normals from which on an edge is smoothed
+constexpr float kCrease = 0.85f;  // the cosine of the angle between normals from which on an edge is smoothed
 
 MOTES_INLINE Ints load_ints(const std::uint32_t* from) { return (Ints)load_uints(from); }
 MOTES_INLINE Ints choose(Mask mask, Ints yes, Ints no) { return (mask & yes) | (~mask & no); }

@@ -189,10 +189,6 @@ const CastView& CastScene::aim(double left, double top, double right, double bot
   return cast_;
 }
 
-bool CastScene::sees_mesh() const {
-  return std::any_of(seen_.begin(), seen_.end(), [](const CastSolid& solid) { return solid.nodes != nullptr; });
-}
-
 // Objects that emit light throw no shadow: a light may stand in a lamp.
 const ShadeView& CastScene::light(const Reach& reach) {
   const Ball ball = ball_around(reach);

@@ -23,9 +23,6 @@ class CastScene {
   /// For surfaces within `reach`: only what may throw a shadow on them. Valid until the next call.
   const ShadeView& light(const Reach& reach);
 
-  /// Whether one of the objects that aim() selected is a mesh.
-  bool sees_mesh() const;
-
  private:
   // Bounds of an object on the screen, as tangents of the angles of view.
   struct Bounds {

@@ -14,7 +14,7 @@
 namespace motes::image {
 namespace {
 
-constexpr std::uint32_t kLeaf = 4;  // triangles that are not worth another split
+constexpr std::uint32_t kLeaf = 2;  // triangles that are not worth another split
 constexpr int kBins = 16;
 constexpr int kBalancedDepth = kMaxMeshDepth - 28;  // from here on halves: 2^28 triangles fit below it
 

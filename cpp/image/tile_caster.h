@@ -34,7 +34,7 @@ struct TileSurfaces {
   SurfaceList centers;  // met at the centres of pixels: kTile + 2 rows of kTile + 2, the neighbours' first ones around
   SurfaceList border;  // these neighbours again: kTile above, below, left and right
   std::vector<std::uint32_t> edge_pixels;  // 64 y + x of pixels on an edge
-  SurfaceList edges;  // their samples, all pixels' first ones in front
+  SurfaceList edges;  // their samples, one pixel's after the other's
   Reach reach;
 };
 
@@ -53,11 +53,17 @@ class TileCaster {
  private:
   void place_row(const TilePart& part, int y);
   void place_border(const TilePart& part);
+  void place_blocks(const TilePart& part);
   void place_samples(const TilePart& part, const std::vector<std::uint32_t>& pixels);
   void reserve_points(std::size_t count);
+  void put_in_blocks(std::vector<std::uint32_t>& pixels);
+  void reserve_samples(std::size_t count);
+  Shades samples();
+  void trace_blocks(const CastView& view, const TilePart& part, TileSurfaces& to);
+  void shade_blocks(const ShadeView& view, const TilePart& part, TileSurfaces& from);
   void trace_edges(const CastView& view, const TilePart& part, bool meshes, TileSurfaces& to);
-  void find_shadow_edges(const ShadeView& view, const TilePart& part, TileSurfaces& from);
-  void shade_samples(const ShadeView& view, const std::vector<std::uint32_t>& pixels, SurfaceList& samples);
+  void find_shadow_edges(const ShadeView& view, const TilePart& part, bool meshes, TileSurfaces& from);
+  void shade_samples(const ShadeView& view, const std::vector<std::uint32_t>& pixels, SurfaceList& surfaces);
 
   const CastLanes* lanes_;
   std::vector<float> x_, y_;  // points, pixels
@@ -68,6 +74,8 @@ class TileCaster {
   std::vector<std::uint32_t> shadow_pixels_;  // on the edge of a shadow
   std::vector<std::uint8_t> on_edge_;  // per pixel of the tile
   SurfaceList shadow_edges_;
+  std::vector<std::uint32_t> blocks_;  // all pixels of the tile, in blocks
+  SurfaceList in_blocks_;
 };
 
 }  // namespace motes::image

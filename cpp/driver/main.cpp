@@ -143,6 +143,14 @@ class Player {
 
   std::string describe(int rank) const { return "rank " + std::to_string(rank) + " (" + cast_.describe(rank) + ")"; }
 
+  static image::View::Path path_named(const std::string& name) {
+    using Path = image::View::Path;
+    return name == "gather"      ? Path::gather
+           : name == "tiles"     ? Path::tiles
+           : name == "composite" ? Path::composite
+                                 : Path::automatic;
+  }
+
   recording::Record read(std::size_t i) const {
     recording::Record record = recording::read_frame(opened_.scene.frames[i]);
     if (record.seed != run_.seed || record.dt != run_.dt || record.substeps != run_.substeps) {
@@ -151,7 +159,8 @@ class Player {
     return record;
   }
 
-  void play_frame(const recording::Record& record) {
+  void play_frame(recording::Record record) {
+    if (record.view && !options_.path.empty()) record.view->path = path_named(options_.path);
     const std::uint64_t index = engine_->frame();
     frame::replay(*engine_, record, options_.images);
     std::string sha256 = "-";

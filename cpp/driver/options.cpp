@@ -66,6 +66,8 @@ Options read_options(std::span<char* const> arguments) {
       options.frames = number(argument, value());
     } else if (argument == "--roles") {
       options.roles = chosen(argument, value(), {"auto", "shared"});
+    } else if (argument == "--path") {
+      options.path = chosen(argument, value(), {"auto", "gather", "tiles", "composite"});
     } else if (argument == "--combine") {
       options.combine = chosen(argument, value(), {"one_by_one", "together", "overlapped"});
     } else if (argument == "--balancer") {
@@ -132,6 +134,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --out DIR             write the pictures there: frame-00000.ppm, ...
   --log DIR             write the run's log there
   --roles auto|shared   auto: ranks 0 and 1 draw and manage, the others calculate; shared: all calculate
+  --path WAY            who draws, instead of the scene's way: auto, gather, tiles or composite
   --spans               with --log: write a timeline of each rank too
   --balancer TEXT       instead of the scene's, such as "Pairwise(threshold=0.1)", "PrefixCuts" or "Static"
   --combine WAY         instead of the scene's: one_by_one, together or overlapped

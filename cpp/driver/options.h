@@ -16,6 +16,7 @@ struct Options {
   std::string out;               // directory for the pictures, or empty
   std::string log;               // directory for the log, or empty
   std::string roles = "auto";    // auto | shared
+  std::string path;              // auto | gather | tiles | composite, or empty: as the scene's views say
   std::string balancer;          // empty: the scene's own
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
   std::string births = "manager";  // manager | calculators

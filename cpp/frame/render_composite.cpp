@@ -7,6 +7,7 @@ namespace motes::frame {
 // tile u32, records u64, size u64, then the partial tile.
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out) {
   std::uint64_t all = 0;
+  int made = 0;
   for (int tile = first; tile < end; ++tile) {
     const std::size_t records = painter.pieces.collect(tile, painter.of_tile);
     if (records == 0) continue;
@@ -20,7 +21,9 @@ std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int en
     out.put(static_cast<std::uint64_t>(painter.partial.size()));
     out.put_raw(painter.partial.data(), painter.partial.size());
     all += records;
+    ++made;
   }
+  rank.machine.charge_once(rank.machine.costs().picture * made / painter.scene.grid().tiles());
   rank.machine.charge(rank.machine.costs().draw * static_cast<double>(all));
   return all;
 }

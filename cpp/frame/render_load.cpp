@@ -40,6 +40,7 @@ void note_pictures(const Rank& rank, const Script& script, const Round& round, c
                    RenderLoad& load) {
   const roles::Cast& cast = rank.talk.cast();
   load.calculators.resize(cast.calculators.size());
+  load.scale = rank.settings.costs.messages.scale;
   if (round.first == 0) note_tiles(reports, cast, load);
   if (!script.in_frame()) return;
   for (std::size_t c = 0; c < cast.calculators.size(); ++c) {
@@ -61,6 +62,7 @@ void put_plan(const Rank& rank, const Script& script, const Round& round, const 
   const bool nothing_known = load.calculators.empty() || script.record.frame == 0;
   if (nothing_known) {
     expected.calculators.resize(rank.talk.calculators());
+    expected.scale = rank.settings.costs.messages.scale;
     expect_births(script, expected);
   }
   RenderPlan plan = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load,

@@ -27,7 +27,7 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
   Work w;
   const image::Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles());
-  for (const auto& calculator : load.calculators) w.particles += calculator.particles;
+  for (const auto& calculator : load.calculators) w.particles += calculator.particles * load.scale;
   w.pixels.resize(tiles);
   for (std::size_t t = 0; t < tiles; ++t) {
     const image::Area area = grid.area(static_cast<int>(t));
@@ -37,7 +37,7 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
   w.records.resize(tiles);
   const bool counted = load.grid.width == view.width && load.grid.height == view.height && load.counts.size() == tiles;
   for (std::size_t t = 0; t < tiles; ++t) {
-    w.records[t] = counted ? load.counts[t] : w.particles * w.pixels[t] / w.all_pixels;
+    w.records[t] = counted ? load.counts[t] * load.scale : w.particles * w.pixels[t] / w.all_pixels;
     w.all_records += w.records[t];
     w.active += w.records[t] > 0 ? 1 : 0;
   }
@@ -112,7 +112,7 @@ std::vector<double> busy(const RenderLoad& load, const roles::Cast& cast, int ra
 double slowest_projection(const RenderLoad& load) {
   double most = 0;
   for (const auto& calculator : load.calculators) most = std::max(most, calculator.particles);
-  return most * costs::kProject * kNano;
+  return most * load.scale * costs::kProject * kNano;
 }
 
 RenderEstimate estimate_gather(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
@@ -167,7 +167,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
   double partials = 0;  // partial tiles of all calculators
   for (const RenderLoad::Calculator& c : load.calculators) {
     const double active = c.active > 0 ? c.active : w.active;
-    const double share = w.particles > 0 ? c.particles / w.particles : 0;
+    const double share = w.particles > 0 ? c.particles * load.scale / w.particles : 0;
     partials += active;
     most =
         std::max(most, share * w.all_records * w.record_s +

@@ -43,6 +43,7 @@ struct RenderLoad {
   image::Grid grid;                     // of the picture that was counted; 0x0: none was
   std::vector<std::uint32_t> counts;    // records in each of its tiles
   std::vector<Calculator> calculators;  // in the order of the domains
+  double scale = 1;                     // under a simulator: what each particle and record stands for
 };
 
 /// What a picture would take on one path: seconds from the first projected particle to the last actions of the next

@@ -97,19 +97,23 @@ class TilesOfRank {
   // Returns whether the tile is background and nothing else.
   bool paint(int tile) {
     std::uint64_t records = painter_.pieces.collect(tile, painter_.of_tile);
+    drawn_ += records;
     painter_.scene.render({&tile, 1});
     painter_.tile.start(painter_.scene.grid().area(tile));
-    for (Partials& partials : partials_) records += partials.add_to(tile, painter_.tile);
+    for (Partials& partials : partials_) {
+      added_ += partials.has(tile) ? 1 : 0;
+      records += partials.add_to(tile, painter_.tile);
+    }
     painter_.tile.paint(painter_.of_tile);
     painter_.drawing.counts[static_cast<std::size_t>(tile - first_)] = static_cast<std::uint32_t>(records);
-    drawn_ += painter_.of_tile.empty() ? 0 : records;
     return records == 0 && !painter_.scene.scenery().occupied(tile);
   }
 
   void finish() {
     for (const Partials& partials : partials_) partials.check_done();
     rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_));
-    rank_.machine.charge_once(rank_.machine.costs().picture * (end_ - first_) / painter_.scene.grid().tiles());
+    const int passes = end_ - first_ + added_;  // over the pixels of a tile
+    rank_.machine.charge_once(rank_.machine.costs().picture * passes / painter_.scene.grid().tiles());
   }
 
   Rank& rank_;
@@ -118,7 +122,8 @@ class TilesOfRank {
   int first_, end_;
   bool whole_;
   std::vector<Partials> partials_;
-  std::uint64_t drawn_ = 0;
+  std::uint64_t drawn_ = 0;  // records
+  int added_ = 0;            // partial tiles
 };
 
 // Puts one tile of a message into the picture.

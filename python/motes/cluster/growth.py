@@ -21,6 +21,8 @@ PARTICLES = 400_000
 """Per rank."""
 COMPUTED = 33_000_000
 """Most particles that are computed in all; each stands for several, so that their number is made up for."""
+PICTURE = (1920, 1080)
+"""Pixels."""
 METRES = 4.0
 """Width of a rank's domain."""
 FRAMES, MEASURED = 5, 3
@@ -36,7 +38,10 @@ PHASES = {
     "agree": ("report", "judge", "wait for verdict"),
     "exchange": ("send leavers", "receive"),
     "balance": ("plan", "wait for plan", "balance"),
-    "render": ("project", "draw"),
+    "render": (
+        *("project", "send records", "wait for records", "open tiles", "draw"),
+        *("wait for tiles", "assemble"),
+    ),
 }
 """Phases of a frame, with the spans (docs/analysis.md) of which each consists."""
 FOLDER = Path(__file__).parent
@@ -92,9 +97,11 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     computed = min(8000, COMPUTED // calculators)
     half = METRES * calculators / 2
     sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
+    sizes += [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []  # all are seen
     scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
     record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={FRAMES}", *sizes])
-    options = [*WAYS[way], "--balancer", "PrefixCuts", "--spans", *([] if pictures else ["--no-images"])]
+    options = [*WAYS[way], "--balancer", "PrefixCuts", "--spans"]
+    options += ["--path", "auto"] if pictures else ["--no-images"]
     run = simulate(
         scene,
         Cluster([Node("node", count=ranks)], network()),

@@ -10,7 +10,7 @@ args = motes.script.options(
 )
 gravity, up, life = np.array([0, -9.81, 0]), 16.0, 200 / 60  # m/s^2, m/s, s
 camera = motes.Camera((50, 10, 80), (50, 10, 0), fov_deg=75)
-renderer = motes.Renderer(*args.size, camera=camera)
+renderer = motes.Renderer(*args.size, camera=camera, path="gather")
 world = motes.World(seed=args.seed, dt=1 / 90, space=args.space, renderer=renderer, log=args.log)
 fountains = [
     (world.system(f"fountain {i}", capacity=args.particles), np.array([args.first + i * args.step, 0.1, 0]))

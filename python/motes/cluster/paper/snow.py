@@ -3,9 +3,11 @@
 import motes
 from motes.bench.snow import Snow
 
-args = motes.script.options(__doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0)
-camera = motes.Camera((0, 6, 60), (0, 6, 0), fov_deg=60)
-renderer = motes.Renderer(*args.size, camera=camera)
+args = motes.script.options(
+    __doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0, distance=60.0
+)
+camera = motes.Camera((0, 6, args.distance), (0, 6, 0), fov_deg=60)
+renderer = motes.Renderer(*args.size, camera=camera, path="gather")
 world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
 layers = [world.system(f"snow {i}", capacity=args.particles) for i in range(args.systems)]
 snow = Snow(width=args.width)

@@ -64,9 +64,19 @@ double level_of(const std::vector<double>& busy, double work) {
   return level;
 }
 
+// How much more each has to do than who has least, up to an even share of the work: seconds of one frame say little of
+// the next one where many particles were born, and a rank that was thought to be idle must not keep all others waiting.
+std::vector<double> ahead(std::vector<double> busy, double work) {
+  const double least = *std::min_element(busy.begin(), busy.end());
+  const double most = work / static_cast<double>(busy.size());
+  for (double& b : busy) b = std::min(b - least, most);
+  return busy;
+}
+
 // Cuts the row of tiles into stretches, one per rank, whose work comes near what each rank has time for.
-std::vector<std::uint32_t> deal_tiles(const std::vector<double>& work, const std::vector<double>& busy) {
+std::vector<std::uint32_t> deal_tiles(const std::vector<double>& work, const std::vector<double>& seconds) {
   const double all = std::accumulate(work.begin(), work.end(), 0.0);
+  const std::vector<double> busy = ahead(seconds, all);
   const double level = level_of(busy, all);
   std::vector<std::uint32_t> ends;
   double wanted = 0;

@@ -86,7 +86,7 @@ TEST(who_has_other_things_to_do_draws_less) {
   // Seconds of one frame are no promise for the next: nobody draws much more than twice an even share.
   const RenderLoad busy = load(cast, 3.2e6, 0, kTiles, 100);
   const RenderPlan q = plan(view(Path::tiles), busy, cast, 4);
-  CHECK(records_of(q, busy, 0) > generator);
+  CHECK(records_of(q, busy, 0) >= generator);
   CHECK(records_of(q, busy, 0) < 0.5 * 3.2e6 && q.draws(2));
 }
 

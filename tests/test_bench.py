@@ -80,6 +80,11 @@ def test_render_measures_a_whole_frame(capsys):
         assert found["particles"] == 5000
         assert found["ms_project"] > 0 and found["ms_splat"] > 0
         assert found["ms_per_frame"] >= found["ms_per_frame_min"]
+        rows = {(row["kind"], row["blend"]) for row in found["rows"]}
+        kinds, blends = ("point", "disc", "sphere", "image"), ("add", "alpha", "opaque")
+        assert rows == {(kind, blend) for kind in kinds for blend in blends}
+        assert found["rows"][0]["ratio"] == 1
+        assert all(row["ms_per_frame"] > row["ms_project"] > 0 for row in found["rows"])
 
 
 def test_scenery_measures_objects_and_lights(capsys):

@@ -126,6 +126,19 @@ void bind_render(py::module_& m) {
         d["ms_project"] = b.ms_project;
         d["ms_splat"] = b.ms_splat;
         d["message_bytes"] = b.bytes;
+        py::list rows;
+        for (const image::RenderRow& r : b.rows) {
+          py::dict row;
+          row["name"] = r.name;
+          row["kind"] = r.kind;
+          row["blend"] = r.blend;
+          row["pixels"] = r.pixels;
+          row["ms_per_frame"] = r.ms_per_frame;
+          row["ms_project"] = r.ms_project;
+          row["ratio"] = r.ratio;
+          rows.append(row);
+        }
+        d["rows"] = rows;
         return d;
       },
       py::arg("particles"), py::arg("width"), py::arg("height"), py::arg("pixels"), py::arg("frames"),

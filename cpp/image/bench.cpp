@@ -1,9 +1,11 @@
 #include "image/bench.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
+#include <ctime>
 #include <stdexcept>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "image/canvas.h"
@@ -77,45 +79,201 @@ double median(std::vector<double> values) {
   return values[values.size() / 2];
 }
 
+// CPU time of this thread: whatever else runs on the machine counts as little as possible.
 double now_ms() {
-  const auto since = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration<double, std::milli>(since).count();
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
 }
 
-}  // namespace
+struct FrameTime {
+  double whole, project;
+};
 
-RenderBench render_bench(std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
-  if (particles < 1 || frames < 1) throw std::invalid_argument("particles and frames must be at least 1");
+// One way to draw the systems, with memory of its own.
+class Drawing {
+ public:
+  Drawing(std::string name, const Sprite& sprite, const View& view)
+      : name_(std::move(name)), sprite_(sprite), view_(view), records_(kSystems) {
+    projection_.any_depth = anything_hides(view, {&sprite, 1});
+    projection_.dt = 1;
+  }
+
+  FrameTime draw(const std::vector<System>& systems) {
+    const double start = now_ms();
+    for (std::size_t i = 0; i < kSystems; ++i) {
+      Drawn drawn = systems[i].drawn();
+      drawn.velocity_of_all = {kStreak * 0.6f, kStreak * -0.8f, 0};
+      projector_.project(drawn, sprite_, view_, records_[i], projection_);
+    }
+    const double projected = now_ms();
+    canvas_.begin(view_);
+    for (const Records& r : records_) canvas_.add(r.bytes());
+    picture_.resize(static_cast<std::size_t>(view_.width) * static_cast<std::size_t>(view_.height) * 3);
+    canvas_.finish(picture_);
+    return {now_ms() - start, projected - start};
+  }
+
+  void measure(const std::vector<System>& systems, double additive_ms) {
+    const FrameTime time = draw(systems);
+    whole.push_back(time.whole);
+    project.push_back(time.project);
+    ratio.push_back(time.whole / (additive_ms > 0 ? additive_ms : time.whole));
+  }
+
+  RenderRow row() const {
+    RenderRow row;
+    row.name = name_;
+    constexpr const char* kBlends[] = {"add", "alpha", "opaque"};
+    constexpr const char* kKinds[] = {
+#define MOTES_SPRITE_KIND(kind, Name) #kind,
+#include "image/kinds/list.inc"
+    };
+    row.kind = kKinds[static_cast<std::size_t>(sprite_.kind)];
+    row.blend = kBlends[static_cast<std::size_t>(sprite_.blend)];
+    row.pixels = sprite_.kind == Sprite::Kind::point ? 1 : sprite_.pixels;
+    row.ms_per_frame = median(whole);
+    row.ms_project = median(project);
+    row.ratio = median(ratio);
+    return row;
+  }
+  const std::vector<Records>& records() const { return records_; }
+
+  std::vector<double> whole, project, ratio;
+
+ private:
+  // m/s with a frame of 1 s: 10 pixels in the middle of the box, at 1080 pixels of height.
+  static constexpr float kStreak = 0.135f;
+
+  std::string name_;
+  Sprite sprite_;
+  View view_;
+  Projection projection_;
+  Projector projector_;
+  std::vector<Records> records_;
+  Canvas canvas_;
+  std::vector<std::uint8_t> picture_;
+};
+
+View bench_view(int width, int height) {
   View view;
   view.width = width;
   view.height = height;
   view.camera.position = {0, 0, 20};
   view.camera.fov_deg = 40;
   view.background = {0.004f, 0.006f, 0.014f};
-  const Sprite sprite{Sprite::Kind::disc, pixels};
+  return view;
+}
 
+// Balls in the middle of the box, in every tile: they hide about a quarter of the particles.
+View with_solids(View view) {
+  for (int row = -3; row <= 3; ++row) {
+    for (int column = -6; column <= 6; ++column) {
+      Solid ball;
+      ball.shape.kind = shapes::Kind::sphere;
+      ball.shape.number[0] = 2 * static_cast<float>(column);
+      ball.shape.number[1] = 2 * static_cast<float>(row);
+      ball.shape.number[2] = -2;
+      ball.shape.number[3] = 0.8f;
+      view.objects.push_back(ball);
+    }
+  }
+  return view;
+}
+
+Sprite leaf(int pixels) {
+  Picture picture;
+  picture.width = picture.height = 32;
+  for (int i = 0; i < 32 * 32; ++i) {
+    const int x = 2 * (i % 32) - 31, y = 2 * (i / 32) - 31;
+    const auto alpha = static_cast<std::uint8_t>(x * x + 3 * y * y < 900 ? 255 : 0);
+    for (const std::uint8_t v : {std::uint8_t{90}, std::uint8_t{160}, std::uint8_t{60}, alpha})
+      picture.rgba.push_back(v);
+  }
+  Sprite sprite;
+  sprite.kind = Sprite::Kind::image;
+  sprite.pixels = pixels;
+  sprite.picture = keep(picture);
+  return sprite;
+}
+
+struct Form {
+  const char* name;
+  Sprite sprite;
+  View view;
+};
+
+// The first one is what the others are compared with.
+std::vector<Form> all_forms(const View& view, int pixels) {
+  std::vector<Form> all;
+  Sprite disc;
+  disc.pixels = pixels;
+  Sprite sphere = disc, point = disc;
+  sphere.kind = Sprite::Kind::sphere;
+  point.kind = Sprite::Kind::point;
+  View open = view;
+  open.shutter = 1;
+  View open_solids = with_solids(view);
+  const auto add = [&](const char* name, Sprite sprite, Sprite::Blend blend, const View& seen) {
+    sprite.blend = blend;
+    all.push_back({name, sprite, seen});
+  };
+  using Blend = Sprite::Blend;
+  add("disc", disc, Blend::add, view);
+  add("disc, tested by depth", disc, Blend::add, open_solids);
+  Sprite soft = disc;
+  soft.softness = 0.5f;
+  add("disc, soft", soft, Blend::add, open_solids);
+  add("disc", disc, Blend::alpha, view);
+  add("disc", disc, Blend::opaque, view);
+  add("point", point, Blend::add, view);
+  add("point", point, Blend::alpha, view);
+  add("point", point, Blend::opaque, view);
+  add("sphere", sphere, Blend::add, view);
+  add("sphere", sphere, Blend::alpha, view);
+  add("sphere", sphere, Blend::opaque, view);
+  for (const Blend blend : {Blend::add, Blend::alpha, Blend::opaque}) add("image", leaf(pixels), blend, view);
+  Sprite sized = disc;
+  sized.of_height = static_cast<float>(pixels) / static_cast<float>(view.height);
+  add("disc, size from the picture's height", sized, Blend::add, view);
+  add("disc, streak of 10 pixels", disc, Blend::add, open);
+  add("point, streak of 10 pixels", point, Blend::add, open);
+  return all;
+}
+
+// One after the other: the records of one form may be a hundred megabytes.
+std::vector<RenderRow> measured(const std::vector<Form>& forms, const std::vector<System>& systems, int frames) {
+  Drawing additive(forms[0].name, forms[0].sprite, forms[0].view);
+  additive.draw(systems);  // warms up memory and tables
+  additive.measure(systems, 0);
+  std::vector<RenderRow> rows{additive.row()};
+  for (std::size_t i = 1; i < forms.size(); ++i) {
+    Drawing form(forms[i].name, forms[i].sprite, forms[i].view);
+    form.draw(systems);
+    for (int frame = 0; frame < frames; ++frame) {
+      additive.measure(systems, 0);
+      form.measure(systems, additive.whole.back());
+    }
+    rows.push_back(form.row());
+  }
+  rows[0] = additive.row();
+  return rows;
+}
+
+}  // namespace
+
+RenderBench render_bench(std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
+  if (particles < 1 || frames < 1) throw std::invalid_argument("particles and frames must be at least 1");
+  const View view = bench_view(width, height);
   std::vector<System> systems;
   for (std::size_t i = 0; i < kSystems; ++i) {
     systems.push_back(make_system(i, particles / kSystems + (i < particles % kSystems ? 1 : 0), fountain));
   }
-  std::vector<Records> records(kSystems);
-  std::vector<std::uint8_t> picture;
-  Projector projector;
-  Canvas canvas;
-  std::vector<double> whole, project;
-  for (int frame = -1; frame < frames; ++frame) {  // the first one warms up memory and tables
-    const double start = now_ms();
-    for (std::size_t i = 0; i < kSystems; ++i) projector.project(systems[i].drawn(), sprite, view, records[i]);
-    const double projected = now_ms();
-    canvas.begin(view);
-    for (const Records& r : records) canvas.add(r.bytes());
-    picture.resize(static_cast<std::size_t>(width) * static_cast<std::size_t>(height) * 3);
-    canvas.finish(picture);
-    const double end = now_ms();
-    if (frame < 0) continue;
-    whole.push_back(end - start);
-    project.push_back(projected - start);
-  }
+  Sprite sprite;
+  sprite.pixels = pixels;
+  Drawing discs("disc", sprite, view);
+  discs.draw(systems);
+  for (int frame = 0; frame < frames; ++frame) discs.measure(systems, 0);
 
   RenderBench result;
   result.particles = particles;
@@ -124,15 +282,17 @@ RenderBench render_bench(std::size_t particles, int width, int height, int pixel
   result.pixels = pixels;
   result.frames = frames;
   result.isa = simd::name(simd::isa());
-  for (const Records& r : records) {
+  for (const Records& r : discs.records()) {
     result.records += RecordsView(r.bytes()).count();
     result.bytes += r.bytes().size();
   }
-  result.ms_per_frame = median(whole);
-  result.ms_per_frame_min = *std::min_element(whole.begin(), whole.end());
-  result.ms_project = median(project);
-  for (std::size_t i = 0; i < whole.size(); ++i) whole[i] -= project[i];
-  result.ms_splat = median(whole);
+  result.ms_per_frame = median(discs.whole);
+  result.ms_per_frame_min = *std::min_element(discs.whole.begin(), discs.whole.end());
+  result.ms_project = median(discs.project);
+  std::vector<double> splat = discs.whole;
+  for (std::size_t i = 0; i < splat.size(); ++i) splat[i] -= discs.project[i];
+  result.ms_splat = median(splat);
+  result.rows = measured(all_forms(view, pixels), systems, frames);
   return result;
 }
 

@@ -8,9 +8,23 @@
 #include "image/camera.h"
 #include "image/daylight.h"
 #include "image/footprint.h"
+#include "particles/enumerators.h"
 
 namespace motes::image {
 namespace {
+
+// The list is in the order of the enumeration.
+constexpr Sprite::Kind kKinds[] = {
+#define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
+#include "image/kinds/list.inc"
+};
+constexpr bool in_order() {
+  for (int i = 0; i < kSpriteKinds; ++i) {
+    if (static_cast<int>(kKinds[i]) != i) return false;
+  }
+  return true;
+}
+static_assert(in_order() && kSpriteKinds == particles::enumerators<Sprite::Kind>());
 
 constexpr double kFull = 255, kWeight = 254;
 constexpr double kPi = 3.14159265358979323846;

@@ -58,15 +58,22 @@ MOTES_INLINE Pixels rows_of(const WideSprite& s, float reach, int least, int gre
   return between(s.y - extent, s.y + extent, least, greatest);
 }
 // In one row: what is within `reach` of the streak's line, and not beyond its ends.
-MOTES_INLINE Pixels columns_of(const WideSprite& s, float reach, float y, int least, int greatest) {
-  const float extent = reach + s.half * (s.along_x < 0 ? -s.along_x : s.along_x);
-  float low = -extent, high = extent;
-  const float slope = s.along_y < 0 ? -s.along_y : s.along_y;
-  if (s.half > 0 && slope > 0.01f) {
-    const float middle = y * s.along_x / s.along_y, side = reach / slope;
-    low = middle - side > low ? middle - side : low;
-    high = middle + side < high ? middle + side : high;
+struct Outline {
+  float extent;       // to each side of the middle
+  float shift, side;  // per row: where the streak's line is, and how far its edge is from there
+
+  MOTES_INLINE Outline(const WideSprite& s, float reach) {
+    extent = reach + s.half * (s.along_x < 0 ? -s.along_x : s.along_x);
+    const float slope = s.along_y < 0 ? -s.along_y : s.along_y;
+    const bool steep = s.half > 0 && slope > 0.01f;
+    shift = steep ? s.along_x / s.along_y : 0;
+    side = steep ? reach / slope : extent;
   }
+};
+MOTES_INLINE Pixels columns_of(const WideSprite& s, const Outline& o, float y, int least, int greatest) {
+  const float middle = y * o.shift;
+  const float low = middle - o.side > -o.extent ? middle - o.side : -o.extent;
+  const float high = middle + o.side < o.extent ? middle + o.side : o.extent;
   return between(s.x + low, s.x + high, least, greatest);
 }
 
@@ -87,12 +94,13 @@ float scale_of(const Kind& kind) {
   const WideSprite& s = kind.s;
   if (!(s.radius < Kind::kNarrow) || !(s.half < kLongest)) return kFull;
   const float reach = kind.reach();
+  const Outline outline(s, reach);
   std::uint64_t sum = 0;
   const int far = 1 << 20;
   const Pixels rows = rows_of(s, reach, -far, far);
   for (int row = rows.first; row <= rows.last; ++row) {
     const float y = static_cast<float>(row) - s.y;
-    const Pixels columns = columns_of(s, reach, y, -far, far);
+    const Pixels columns = columns_of(s, outline, y, -far, far);
     for (int x = columns.first; x <= columns.last; x += kWidth) {
       const Uints weight = weight_of(kind.measured(kind.glow(numbers_from(x) - s.x, all(y))), kFull, kFull);
       for (int lane = 0; lane < kWidth; ++lane) sum += x + lane <= columns.last ? weight[lane] : 0;
@@ -183,11 +191,12 @@ MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const 
   const Pixels rows = rows_of(s, reach, 0, task.rows - 1);
   if (rows.first > rows.last) return;
   const float scale = scale_of(kind);
+  const Outline outline(s, reach);
   const Light color = light_of(drawing.channel, s.color);
   const Uints alpha = all_uints(s.color >> 24);
   for (int row = rows.first; row <= rows.last; ++row) {
     const float y = static_cast<float>(row) - s.y;
-    const Pixels columns = columns_of(s, reach, y, 0, task.columns - 1);
+    const Pixels columns = columns_of(s, outline, y, 0, task.columns - 1);
     for (int x = columns.first; x <= columns.last; x += kWidth) {
       const Glow glow = kind.glow(numbers_from(x) - s.x, all(y));
       Floats left = all(1.0f);
@@ -259,10 +268,11 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
     const float reach = kind.reach();
     const Floats center = (Floats)all_uints(s.depth);
     const Floats metres = center * all(task.radius);  // per pixel
+    const Outline outline(s, reach);
     const Pixels rows = rows_of(s, reach, 0, task.rows - 1);
     for (int row = rows.first; row <= rows.last; ++row) {
       const float y = static_cast<float>(row) - s.y;
-      const Pixels columns = columns_of(s, reach, y, 0, task.columns - 1);
+      const Pixels columns = columns_of(s, outline, y, 0, task.columns - 1);
       image::Nearest* to = tile.surfaces + static_cast<std::ptrdiff_t>(row) * kPixelStride;
       for (int x = columns.first; x <= columns.last; x += kWidth) {
         const Front front = kind.front(numbers_from(x) - s.x, all(y));

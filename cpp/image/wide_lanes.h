@@ -43,9 +43,13 @@ struct WideKernels {
   WideKernel* opaque;
 };
 
+inline constexpr int kSpriteKinds = 0
+#define MOTES_SPRITE_KIND(kind, Name) +1
+#include "image/kinds/list.inc"
+    ;
+
 struct WideLanes {
-  /// By Sprite::Kind.
-  WideKernels kinds[4];
+  WideKernels kinds[kSpriteKinds];  // by Sprite::Kind
 };
 
 /// The build that suits this processor.

@@ -66,6 +66,15 @@ struct Image {
  private:
   static constexpr int kMostSteps = 64;
 
+  using Channels4 = float __attribute__((vector_size(16)));
+  static MOTES_INLINE Channels4 channels_at(const std::uint16_t* texel) {
+    using Shorts = std::uint16_t __attribute__((vector_size(8)));
+    using Numbers = std::int32_t __attribute__((vector_size(16)));
+    Shorts four;
+    __builtin_memcpy(&four, texel, sizeof four);
+    return __builtin_convertvector(__builtin_convertvector(four, Numbers), Channels4);
+  }
+
   /// Between the middles of four texels, by how near they are.
   MOTES_INLINE Texels texels(Floats x, Floats y) const {
     // The picture's x is a quarter turn to the right of `up`.
@@ -82,11 +91,10 @@ struct Image {
       const float right = column[lane] - static_cast<float>(c), below = row[lane] - static_cast<float>(r);
       const std::uint16_t* upper = level.texels + 4 * (static_cast<std::ptrdiff_t>(r) * (level.width + 2) + c);
       const std::uint16_t* lower = upper + static_cast<std::ptrdiff_t>(4) * (level.width + 2);
-      for (int i = 0; i < 4; ++i) {
-        const float above = static_cast<float>(upper[i]) * (1 - right) + static_cast<float>(upper[i + 4]) * right;
-        const float under = static_cast<float>(lower[i]) * (1 - right) + static_cast<float>(lower[i + 4]) * right;
-        t.channel[i][lane] = (above * (1 - below) + under * below) * (1 / 65535.0f);
-      }
+      const Channels4 above = channels_at(upper) * (1 - right) + channels_at(upper + 4) * right;
+      const Channels4 under = channels_at(lower) * (1 - right) + channels_at(lower + 4) * right;
+      const Channels4 here = (above * (1 - below) + under * below) * (1 / 65535.0f);
+      for (int i = 0; i < 4; ++i) t.channel[i][lane] = here[i];
     }
     return t;
   }

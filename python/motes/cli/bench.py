@@ -44,7 +44,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     births.add_argument("--calculators", type=positive, default=4094)
     births.add_argument("--births", type=positive, default=1389, help="per frame, of one calculator")
     births.add_argument("--repeats", type=positive, default=1000)
-    render = names.add_parser("render", help="a whole frame on one core: project, splat, tone map")
+    render = names.add_parser(
+        "render", help="a whole frame on one core: project, splat, tone map; all kinds and blends"
+    )
     render.add_argument("--particles", type=positive, default=3_200_000)
     render.add_argument("--size", type=size, default=(1920, 1080), metavar="WxH")
     render.add_argument("--pixels", type=positive, default=5, help="diameter of the discs")
@@ -156,4 +158,4 @@ def _shown(value: Any) -> str:
     return str(value)
 
 
-_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table, "paths": _table}
+_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table, "paths": _table, "render": _table}

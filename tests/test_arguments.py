@@ -218,7 +218,7 @@ def test_calls(system, call, message):
         (lambda: BALL.sample(1, seed=-1), "seed must be an integer"),
         (lambda: motes.Camera((0, 0, 0, 0), (0, 0, 0)), "position must be 3 numbers"),
         (lambda: motes.Sprite("square"), "kind must be"),
-        (lambda: motes.Sprite(pixels=99), "pixels must be an integer in"),
+        (lambda: motes.Sprite(pixels=999), "pixels must be an integer in"),
         (lambda: motes.Sprite(blend="multiply"), "blend must be"),
         (lambda: motes.Renderer(0, 10, camera=CAMERA), "width must be an integer in"),
         (lambda: motes.Renderer(10, 10**6, camera=CAMERA), "height must be an integer in"),

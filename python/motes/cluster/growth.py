@@ -26,6 +26,8 @@ PICTURE = (1920, 1080)
 METRES = 4.0
 """Width of a rank's domain."""
 FRAMES, MEASURED = 5, 3
+UNKNOWN = 3
+"""Frames more where there are pictures: the first ones are divided by guess, and the next waits for them."""
 RANKS = (8, 16, 32, 64, 128)
 WAYS = {
     "calculators": ("--births", "calculators"),
@@ -99,7 +101,8 @@ def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
     sizes += [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []  # all are seen
     scene, log = folder / f"{ranks}.motes", folder / f"{ranks}"
-    record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={FRAMES}", *sizes])
+    frames = FRAMES + (UNKNOWN if pictures else 0)
+    record(scene, FOLDER / "paper" / "snow.py", ["--systems=1", f"--frames={frames}", *sizes])
     options = [*WAYS[way], "--balancer", "PrefixCuts", "--spans"]
     options += ["--path", "auto"] if pictures else ["--no-images"]
     run = simulate(
@@ -120,7 +123,8 @@ def _seconds(run: Run, spans: Sequence[str]) -> float:
     """Return seconds per measured frame, the mean over calculators."""
     calculators = run.facts["calculators"]
     rows = run.spans
-    wanted = rows["phase"].isin(spans) & rows["rank"].isin(calculators) & (rows["frame"] >= FRAMES - MEASURED)
+    first = rows["frame"].max() + 1 - MEASURED
+    wanted = rows["phase"].isin(spans) & rows["rank"].isin(calculators) & (rows["frame"] >= first)
     chosen = rows[wanted]
     return float((chosen["end_s"] - chosen["start_s"]).sum()) / (MEASURED * len(calculators))
 

@@ -168,7 +168,7 @@ def test_pictures_of_many_ranks_are_drawn_by_all(simulated_replay: Path, monkeyp
     monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
     few, many = growth.grow([6, 16], pictures=True)
     assert few.pictures and few.phases["render"] > 0.001, "400,000 particles per rank"
-    assert many.phases["render"] < 2 * few.phases["render"], "one rank that draws would take 3.5 times as long"
+    assert many.phases["render"] < 2 * few.phases["render"], "one rank alone would take 3.5 times as long"
 
 
 def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):

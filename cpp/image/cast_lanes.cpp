@@ -192,7 +192,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     at.point = along * distance;
     at.normal = load3(from.normal, i);
     at.offset = distance * 2e-5f + view.grain;
-    at.object = (Ints)((Uints)(surface - 1) >> 2);
+    at.object = (Ints)(((Uints)surface - 1u) >> 2);
     const Floats up = 0.5f + 0.5f * at.normal.y;
     at.arriving = Floats3{kBounce + (kSky - kBounce + kTint * background.x) * up,
                           kBounce + (kSky - kBounce + kTint * background.y) * up,

@@ -13,7 +13,7 @@ namespace motes::image {
 /// caster.cpp) without shadows and without colour: one number per pixel then says it all.
 class Daylight {
  public:
-  explicit Daylight(const View& view) : sun_(unit(view.sun)) {
+  explicit Daylight(const View& view) : sun_(length(view.sun) > 0 ? unit(view.sun) : Vector{}) {
     const Lens l = lens(view);
     right_ = l.right;
     up_ = l.up;

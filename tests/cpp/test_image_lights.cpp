@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "check.h"
+#include "image/daylight.h"
 #include "image/scenery.h"
 #include "image/splat_lanes.h"
 #include "test_image_scene.h"
@@ -97,6 +98,14 @@ TEST(image_the_sun_may_stand_anywhere) {
   const double evening = light_at(view, 64, 64);
   CHECK(noon > dark + 0.5);
   CHECK_NEAR((evening - dark) / (noon - dark), 0.5, 1e-3);
+}
+
+TEST(image_spheres_without_a_sun_have_the_light_of_the_sky) {
+  View view = night();
+  view.sun = {0, 0, 0};
+  const Daylight daylight(view);
+  for (const double x : daylight.toward_sun()) CHECK(x == 0);
+  CHECK_NEAR(daylight.shade({0, 0, 1}), Daylight::kSky, 1e-12);  // seen from above
 }
 
 namespace {

@@ -33,7 +33,7 @@ comparison of columns. `s.gravity(...)` records `motes.actions.Gravity(...)`; ar
 name, `where` by name only.
 
 Most actions have the meaning that they have in D. McAllister's Particle System API;
-`tests/test_conformance.py` holds them against 108 cases that his library computed. Where ours is another:
+`tests/test_conformance.py` holds them against 108 cases that his library computed. Where ours differs:
 
 | what | cases | ours | his |
 |---|---|---|---|
@@ -41,8 +41,8 @@ Most actions have the meaning that they have in D. McAllister's Particle System 
 | `bounce` | 10 | at the true place and time of the hit | `exact_hit=False` |
 | `gravitate` | 2 | not an action of each particle alone | |
 
-The cases of `sink` with a `Plane` run with `inside` turned round, those of `bounce` with `exact_hit=False`.
-Samples of his shapes crowd where ours are uniform, and his generator is another one: what is random is held
+The cases of `sink` with a `Plane` run with `inside` inverted, those of `bounce` with `exact_hit=False`.
+Samples of his shapes crowd where ours are uniform, and his generator differs: what is random is held
 against its distribution by `tests/test_actions.py`.
 """
 
@@ -66,7 +66,7 @@ REASONS = {
     "set": "depends on the expression: here two instructions",
     "target_color target_size": "up to four columns that other actions do not touch",
     "restore copy_vertex_b": "up to 18 columns that other actions do not touch, hardly arithmetic",
-    "sort": "no action of blocks: all particles are sorted when the list has run: four passes over "
+    "sort": "does not act on blocks: all particles are sorted after the list has run: four passes over "
     "keys, then one for each column, to places all over memory",
 }
 

@@ -7,7 +7,7 @@ namespace motes::comm {
 
 /// From now on a crash (SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT) prints "*** motes: rank 2 (calculator 0), frame 7:
 /// segmentation fault", then the handlers that were installed before run. A stack overflow does so too on the thread
-/// that called this. `mark`: a folder that whoever reports a failed job makes first; a crash is silent where it exists.
+/// that called this. `mark`: a folder that the reporter of a failed job makes first; a crash is silent where it exists.
 /// Empty: no such folder.
 void name_crashes(const std::string& mark);
 

@@ -18,7 +18,7 @@ struct Weights {
 };
 
 /// One rank's end of all connections. Nothing here throws because another rank is late: the questions answer "not yet",
-/// and whoever asks calls pause() and asks again. Transports of simulators may answer a question only when it is time.
+/// and the caller calls pause() and asks again. Transports of simulators may answer a question only when it is time.
 ///
 /// What is under way when a wait is given up outlives the transport: its memory stays valid.
 class Transport {

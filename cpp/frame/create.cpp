@@ -152,7 +152,7 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
     for (std::size_t p = 0; p < piece.size(); ++p) {
       if (all || system.domains.owner_of(x[p]) == rank.talk.calculator()) mine.push_back(static_cast<std::uint32_t>(p));
     }
-    append(piece, mine, store);
+    store.append(piece, mine);
   });
 }
 

@@ -12,13 +12,6 @@ std::vector<std::uint32_t> first_indices(std::size_t count) {
   return indices;
 }
 
-void append(const particles::Store& from, const std::vector<std::uint32_t>& indices, particles::Store& to) {
-  particles::Bytes bytes;
-  from.pack(indices, bytes);
-  particles::Reader in(bytes.view());
-  to.unpack(in);
-}
-
 void start_frame(Population& here) {
   here.preview.reset();
   here.moved = false;

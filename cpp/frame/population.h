@@ -60,9 +60,6 @@ struct Calculator {
 /// 0, 1, ... count - 1.
 std::vector<std::uint32_t> first_indices(std::size_t count);
 
-/// Appends the particles at `indices` of one store to another of the same schema.
-void append(const particles::Store& from, const std::vector<std::uint32_t>& indices, particles::Store& to);
-
 /// Starts a frame: nothing has happened yet.
 void start_frame(Population& here);
 

@@ -86,7 +86,7 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
   const Tally tally = here.tally;
   const recording::Outcome outcome = here.outcome;
   Store before(system.schema);
-  append(here.store, first_indices(here.store.size()), before);
+  before.append(here.store, first_indices(here.store.size()));
   const auto restore = [&] {
     here.preview = std::make_unique<Preview>(
         Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});

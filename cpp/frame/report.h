@@ -52,7 +52,7 @@ struct Failure {
   Kind kind = Kind::none;
   std::string action;  // what it was doing
   std::string text;
-  ItemPlace place;  // the item that it was doing it for
+  ItemPlace place{};  // the item that it was doing it for
 
   bool failed() const { return kind != Kind::none; }
 };

@@ -61,7 +61,7 @@ void make_children(const Script& script, Calculator& calculator, const std::vect
   }
   const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
   Population& here = *calculator.populations[into];
-  append(made, first_indices(made.size()), here.store);
+  here.store.append(made, first_indices(made.size()));
   here.tally.created += made.size();
   if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(made);
 }

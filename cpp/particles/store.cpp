@@ -220,6 +220,13 @@ bool Store::adopt_uniform(int attribute, std::array<float, 3> value, std::size_t
   return same_bits(column.value, value, width(attribute));
 }
 
+void Store::append(const Store& from, const std::vector<std::uint32_t>& indices) {
+  Bytes bytes;
+  from.pack(indices, bytes);
+  Reader in(bytes.view());
+  unpack(in);
+}
+
 void Store::unpack(Reader& in) {
   const auto count = in.get<std::uint64_t>();
   if (count == 0) return;

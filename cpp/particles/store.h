@@ -81,6 +81,9 @@ class Store {
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
   void unpack(Reader& in);
 
+  /// Appends the particles at `indices` of another store of the same schema.
+  void append(const Store& from, const std::vector<std::uint32_t>& indices);
+
   /// Bytes of memory that the planes and ids take.
   std::size_t memory_bytes() const;
 

@@ -53,10 +53,7 @@ void check(const Spawn& spawn, const particles::Schema& parents, const particles
 std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std::vector<std::uint32_t>& indices) {
   const simd::FloatMode mode;
   Store chosen(parents.schema());
-  particles::Bytes bytes;
-  parents.pack(indices, bytes);
-  particles::Reader in(bytes.view());
-  chosen.unpack(in);
+  chosen.append(parents, indices);
   keep_where(spawn, chosen);
   std::vector<Event> events(chosen.size());
   for (std::size_t i = 0; i < events.size(); ++i) {

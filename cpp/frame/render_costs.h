@@ -1,6 +1,7 @@
-// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. Measured on
-// one core of an Intel Xeon (2020, AVX-512) by `python -m motes bench render` and `python -m motes bench paths
-// --costs`; only their ratios matter, and those are alike on other processors.
+// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. Projecting
+// and drawing a record are what `python -m motes bench render` measures on one core of an Intel Xeon (2020, AVX-512);
+// the costs of pixels, bytes, messages and partial tiles are estimates. Only ratios matter, and those are alike on
+// other processors.
 #pragma once
 
 #include "image/scene.h"

@@ -34,8 +34,7 @@ solids += [motes.Solid(shape, color=(0.02, 0.022, 0.03)) for shape in trunks]
 solids += [motes.Solid(shape, color=(1, 0.4, 0.1), light=2.6) for shape in panes]
 
 camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
-sky = (0.028, 0.045, 0.095)
-renderer = motes.Renderer(*args.size, camera=camera, background=sky, objects=solids, bloom=0.08)
+renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
 world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
 
 # A flake falls through the air in life - rest seconds, and then lies on the ground.
@@ -51,9 +50,10 @@ back, depth = -26, 40
 layers = []
 for i in range(args.systems):
     near = (i + 0.5) / args.systems
-    size, alpha = (0.16, motes.Normal(0, 0.015)) if near < 0.3 else (0.035, motes.Normal(-0.12, 0.16))
-    snow = world.system(f"snow {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    snow.configure(color=(0.7, 0.82, 1), alpha=alpha, size=size)  # m: near flakes are larger
+    pixels, alpha = (5, motes.Normal(0, 0.015)) if near < 0.3 else (3, motes.Normal(-0.12, 0.16))
+    sprite = motes.Sprite(pixels=pixels + int(6 * near**4))
+    snow = world.system(f"snow {i}", capacity=args.particles, sprite=sprite)
+    snow.configure(color=(0.7, 0.82, 1), alpha=alpha)
     snow.configure(velocity=Box((-0.3, -fall - 0.1, -0.3), (0.4, -fall + 0.1, 0.3)))
     layers.append((snow, back + depth * i / args.systems, back + depth * (i + 1) / args.systems))
 

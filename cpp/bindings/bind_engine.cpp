@@ -214,11 +214,12 @@ void bind_pictures(py::class_<Engine>& engine) {
       .def("set_image_sha256", &Engine::set_image_sha256)
       .def_property_readonly("render_path",
                              [](Engine& e) { return std::string(particles::name_of(e.painter().plan.path)); })
-      .def("linear", [](Engine& e) {
-        std::vector<float> light = e.painter().linear();
-        const auto n = static_cast<py::ssize_t>(light.size());
-        return owned_array(std::move(light), {n});
-      })
+      .def("linear",
+           [](Engine& e) {
+             std::vector<float> light = e.painter().linear();
+             const auto n = static_cast<py::ssize_t>(light.size());
+             return owned_array(std::move(light), {n});
+           })
       .def(
           "layer",
           [](Engine& e, std::uint8_t bit) {

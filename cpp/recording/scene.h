@@ -26,8 +26,8 @@ struct Scene {
 void write(const Scene& scene, particles::Bytes& out);
 
 /// Throws std::runtime_error, saying what is wrong, where the bytes are not a scene, cut off, damaged, or recorded by a
-/// version with different lists. The frames point into `bytes`. From then on this process keeps the scene's pictures and
-/// meshes.
+/// version with different lists. The frames point into `bytes`. From then on this process keeps the scene's pictures
+/// and meshes.
 Scene read_scene(std::span<const std::byte> bytes);
 
 /// One frame's record, checked against what scripts may record. Throws std::runtime_error or std::invalid_argument.

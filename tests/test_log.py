@@ -100,11 +100,15 @@ def run(request, tmp_path_factory):
     return log, said, 2 if roles == "auto" else 3
 
 
+OF_PICTURES = {"image_sha256", "render_path", "records", "render_bytes"}
+OF_PICTURES |= {"t_project_s", "t_draw_s", "t_assemble_s"}
+
+
 def test_columns(run):
     log, _, _ = run
     for name, wanted in (("load", LOAD), ("frames", FRAMES)):
         for row in rows_of(log / f"{name}.jsonl"):
-            missing = wanted - set(row) - {"image_sha256"}
+            missing = wanted - set(row) - OF_PICTURES
             assert not missing, f"{name}: {missing}"
             assert all(isinstance(value, (int, float, str, type(None))) for value in row.values()), (
                 "flat scalars"

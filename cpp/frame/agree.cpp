@@ -130,7 +130,7 @@ std::vector<Report>& hear_reports(Rank& rank, Manager& manager, const Round& rou
 }
 
 // What all ranks did well: counts, children, the account, the loads that the plan will follow from.
-void settle_well(Rank& rank, const Script& script, Manager& manager, const Round& round, Verdict& verdict) {
+void settle_well(const Rank& rank, const Script& script, Manager& manager, const Round& round, Verdict& verdict) {
   if (round.first == 0) manager.account.note_tails(manager.reports, rank.talk.cast());
   note_pictures(rank, script, round, manager.reports, manager.picture);
   sum_up(rank, script, round, manager.reports, verdict, manager.orders);

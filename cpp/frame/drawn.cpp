@@ -25,7 +25,7 @@ image::Drawn drawn(const particles::Store& store) {
 image::Projection projection(const Script& script, std::size_t system) {
   image::Projection p;
   p.system = static_cast<int>(system);
-  p.any_depth = image::anything_hides(*script.record.view, script.record.sprites);
+  p.any_depth = image::anything_hides(script.record.view.value(), script.record.sprites);
   p.dt = script.record.dt;
   return p;
 }

@@ -30,7 +30,7 @@ void settle(Parts& p, Round& round) {
   send_leavers(p.rank, p.script, p.calculator, round);  // calculators -> calculators
 }
 
-void close(Parts& p, Round& round) {
+void close(Parts& p, const Round& round) {
   receive_arrivals(p.rank, p.script, p.calculator, round);
   p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
 }

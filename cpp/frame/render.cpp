@@ -119,7 +119,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.drawing = {};
   painter.light_kept = false;
   if (!script.record.view) return;
-  Conversation& talk = rank.talk;
+  const Conversation& talk = rank.talk;
   painter.view = *script.record.view;
   painter.drawing.width = painter.view.width;
   painter.drawing.height = painter.view.height;

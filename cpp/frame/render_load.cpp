@@ -65,8 +65,8 @@ void put_plan(const Rank& rank, const Script& script, const Round& round, const 
     expected.scale = rank.settings.costs.messages.scale;
     expect_births(script, expected);
   }
-  RenderPlan plan = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load,
-                                rank.talk.cast(), rank.talk.size());
+  const RenderPlan plan = plan_render(*script.record.view, script.record.sprites, nothing_known ? expected : load,
+                                      rank.talk.cast(), rank.talk.size());
   particles::write_fields(plan, out);
 }
 

@@ -89,8 +89,7 @@ void send_records(Rank& rank, Painter& painter) {
 comm::Message failure_message(int failed_rank, const Failure& failure) {
   comm::Message message;
   message.bytes().put(static_cast<std::int32_t>(failed_rank));
-  Failure written = failure;
-  particles::write_fields(written, message.bytes());
+  particles::write_fields(failure, message.bytes());
   return message;
 }
 

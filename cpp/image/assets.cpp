@@ -51,7 +51,7 @@ class Registry {
 
   AssetKey keep(T asset) {
     const AssetKey key = fingerprint(asset, kind_);
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     auto& kept = all_[key];
     if (kept == nullptr) {
       kept = std::make_shared<const T>(std::move(asset));
@@ -62,7 +62,7 @@ class Registry {
   }
 
   std::shared_ptr<const T> find(AssetKey key) {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     const auto found = all_.find(key);
     return found == all_.end() ? nullptr : found->second;
   }

@@ -213,7 +213,7 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   point.kind = Sprite::Kind::point;
   View open = view;
   open.shutter = 1;
-  View open_solids = with_solids(view);
+  const View open_solids = with_solids(view);
   const auto add = [&](const char* name, Sprite sprite, Sprite::Blend blend, const View& seen) {
     sprite.blend = blend;
     all.push_back({name, sprite, seen});

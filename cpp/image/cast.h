@@ -44,7 +44,7 @@ struct Surfaces {
 };
 
 /// The number of the object that shows a surface.
-inline constexpr std::uint32_t object_of(std::uint32_t surface) { return (surface - 1) >> 2; }
+constexpr std::uint32_t object_of(std::uint32_t surface) { return (surface - 1) >> 2; }
 
 struct CastLight {
   float position[3];

@@ -202,7 +202,7 @@ MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, co
     }
     case Kind::cylinder: return ShellRays(v, rays, false).normals(crossing);
     case Kind::cone: return ShellRays(v, rays, true).normals(crossing);
-    case Kind::sphere: break;
+    case Kind::sphere:
     case Kind::point:
     case Kind::line:
     case Kind::blob:

@@ -24,7 +24,7 @@ void Layers::begin(const View& view) {
   }
 }
 
-float* Layers::at(Plane& plane, const Area& area) {
+float* Layers::at(Plane& plane, const Area& area) const {
   return plane.all.data() +
          plane.values * (static_cast<std::size_t>(area.y) * width_ + static_cast<std::size_t>(area.x));
 }

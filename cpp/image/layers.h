@@ -46,7 +46,7 @@ class Layers {
     std::vector<float> all;
   };
 
-  float* at(Plane& plane, const Area& area);
+  float* at(Plane& plane, const Area& area) const;
 
   std::size_t width_ = 0;
   std::array<Plane, 3> planes_{{{kDepthLayer, 1, {}}, {kAlphaLayer, 1, {}}, {kVelocityLayer, 3, {}}}};

@@ -184,7 +184,7 @@ MeshTree build_tree(const Mesh& mesh) {
 std::shared_ptr<const MeshTree> tree_of(AssetKey key) {
   static std::mutex mutex;
   static std::map<AssetKey, std::shared_ptr<const MeshTree>> trees;
-  const std::lock_guard lock(mutex);
+  const std::scoped_lock lock(mutex);
   auto& tree = trees[key];
   if (tree == nullptr) tree = std::make_shared<const MeshTree>(build_tree(*mesh(key)));
   return tree;

@@ -178,7 +178,7 @@ MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered)
   const Longs bits = {1, 2, 4, 8};
   const Longs wins = (before > more) & (((Longs{} + static_cast<std::int64_t>(covered)) & bits) == bits);
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
-                      (__m256i)_mm256_blendv_epi8((__m256i)before, (__m256i)more, (__m256i)wins));
+                      _mm256_blendv_epi8((__m256i)before, (__m256i)more, (__m256i)wins));
 #else
   for (int lane = 0; lane < kLongs; ++lane) {
     const auto old = static_cast<image::Nearest>(before[lane]), here = static_cast<image::Nearest>(more[lane]);

@@ -147,7 +147,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Sight now = sight(t.now, place);
   const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
-  Mask visible = w.visible & s.visible;
+  const Mask visible = w.visible & s.visible;
   const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
   const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
   const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));

@@ -43,10 +43,12 @@ struct WideKernels {
   WideKernel* opaque;
 };
 
-inline constexpr int kSpriteKinds = 0
-#define MOTES_SPRITE_KIND(kind, Name) +1
+inline constexpr int kSpriteKinds = [] {
+  int kinds = 0;
+#define MOTES_SPRITE_KIND(kind, Name) ++kinds;
 #include "image/kinds/list.inc"
-    ;
+  return kinds;
+}();
 
 struct WideLanes {
   WideKernels kinds[kSpriteKinds];  // by Sprite::Kind

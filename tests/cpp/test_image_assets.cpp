@@ -73,9 +73,9 @@ TEST(image_assets_from_damaged_files_are_refused) {
 TEST(image_assets_may_be_kept_by_several_threads) {
   std::vector<std::thread> threads;
   std::vector<AssetKey> keys(4);
-  for (std::size_t t = 0; t < keys.size(); ++t) {
-    threads.emplace_back([&keys, t] {
-      for (int i = 0; i < 50; ++i) keys[t] = keep(corner(static_cast<float>(100 + i)));
+  for (AssetKey& key : keys) {
+    threads.emplace_back([&key] {
+      for (int i = 0; i < 50; ++i) key = keep(corner(static_cast<float>(100 + i)));
     });
   }
   for (std::thread& thread : threads) thread.join();

@@ -136,7 +136,7 @@ TEST(image_of_opaque_particles_the_nearest_shows) {
     const View view = painter_view(solid);
     for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere}) {
       for (const int pixels : {1, 2, 5, 8, 15}) {
-        std::vector<Batch> batches{random_batch(sprite_of(kind, Blend::opaque, pixels), view, 150, 9)};
+        const std::vector<Batch> batches{random_batch(sprite_of(kind, Blend::opaque, pixels), view, 150, 9)};
         for (int tile = 0; tile < 4; ++tile) {
           PaintedTile painted(view, tile);
           const auto bare = painted.paint({});
@@ -214,7 +214,7 @@ TEST(image_alpha_and_light_agree_with_sorting_every_fragment) {
 
 TEST(image_many_layers_of_alpha_stay_exact) {
   // 3000 layers over one pixel: errors must not pile up.
-  View view = painter_view();
+  const View view = painter_view();
   std::vector<Batch> batches{Batch(sprite_of(Kind::disc, Blend::alpha, 9), Layout::deep, view)};
   test::Dice dice(5);
   for (int i = 0; i < 3000; ++i) {
@@ -345,7 +345,7 @@ TEST(image_a_sphere_is_as_round_as_ray_tracing_says) {
 }
 
 TEST(image_spheres_are_brighter_toward_the_sun) {
-  View view = painter_view();
+  const View view = painter_view();
   Batch one(sprite_of(Kind::sphere, Blend::opaque, 15), Layout::deep, view);
   one.put(DeepRecord{-480, -240, {255, 255, 255}, 255, 0x41200000});
   PaintedTile painted(view);

@@ -208,7 +208,7 @@ TEST(image_trees_of_strange_meshes_stay_shallow_enough) {
     const std::vector<int> light = light_of(view_of({mesh_solid(mesh)}));
     CHECK(light.size() == 3 * 320 * 200);
   }
-  Mesh flat{{0, 0, 0, 1, 1, 1, 2, 2, 2}, {0, 1, 2}};
+  const Mesh flat{{0, 0, 0, 1, 1, 1, 2, 2, 2}, {0, 1, 2}};
   CHECK(build_tree(flat).triangles.empty());
   CHECK(light_of(view_of({mesh_solid(flat)})) == light_of(view_of({})));
 }

@@ -40,7 +40,8 @@ TEST(image_messages_say_whose_records_they_have) {
 
 TEST(image_light_has_a_depth_where_another_system_may_hide_it) {
   const Cloud cloud = random_cloud(5000, 3);
-  Projection alone, behind;
+  const Projection alone;
+  Projection behind;
   behind.any_depth = true;
   const auto plain = projected(cloud.drawn(), {}, small_view(), alone);
   const auto deep = projected(cloud.drawn(), {}, small_view(), behind);
@@ -60,7 +61,7 @@ TEST(image_opaque_records_carry_velocities_for_their_layer) {
   view.layers = kVelocityLayer;
   for (const int pixels : {5, 0}) {
     Sprite ball{Sprite::Kind::sphere, pixels};
-    Cloud one(1);
+    const Cloud one(1);
     Drawn drawn = one.drawn();
     drawn.size_of_all = 0.1f;
     drawn.velocity_of_all = {1.5f, kInf, -2};

@@ -228,7 +228,7 @@ TEST(image_slots_are_tiles_in_another_order) {
   for (int tile = 0; tile < 24; ++tile) CHECK(slots.tile(slots.slot(tile)) == tile);
   Projection projection;
   projection.slots = &slots;
-  Sprite in_metres{Sprite::Kind::disc, 0};
+  const Sprite in_metres{Sprite::Kind::disc, 0};
   for (const Sprite& sprite : {Sprite{}, in_metres}) {
     Projector projector;
     Records by_tile, by_slot;

@@ -48,7 +48,8 @@ std::vector<double> parts(const std::vector<float>& light, int width, int height
     for (int x = 0; x < width; ++x) {
       const auto part = static_cast<std::size_t>(y * side / height * side + x * side / width);
       const std::size_t at = static_cast<std::size_t>(y * width + x) * 3;
-      mean[part] += (light[at] + light[at + 1] + light[at + 2]) * side * side / (3.0 * width * height);
+      mean[part] +=
+          (light[at] + light[at + 1] + light[at + 2]) * static_cast<float>(side * side) / (3.0 * width * height);
     }
   }
   return mean;

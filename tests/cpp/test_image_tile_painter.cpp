@@ -132,7 +132,7 @@ TEST(image_malformed_partial_tiles_are_refused) {
   Tile owner(view, 0, {});
   owner.painter.start(owner.area);
   owner.painter.merge(good);
-  for (std::size_t length : {std::size_t{0}, std::size_t{15}, std::size_t{16}, good.size() - 1}) {
+  for (const std::size_t length : {std::size_t{0}, std::size_t{15}, std::size_t{16}, good.size() - 1}) {
     CHECK_THROWS(owner.painter.merge({good.data(), length}), std::runtime_error);
   }
   for (std::size_t byte = 0; byte < 12; ++byte) {

@@ -138,11 +138,11 @@ TEST(image_wide_discs_look_like_footprints) {
       // Footprints know few positions: take one of them.
       const double at = step * 0.25 + 0.125 + (pixels > 7 ? 0 : -0.0625) + 1.0 / 32;
       Batch small(fixed, Layout::deep, view);
-      DeepRecord r{static_cast<std::int16_t>(std::floor(at * 16)),
-                   static_cast<std::int16_t>(std::floor(at * 16)),
-                   {255, 255, 255},
-                   255,
-                   0x41200000};
+      const DeepRecord r{static_cast<std::int16_t>(std::floor(at * 16)),
+                         static_cast<std::int16_t>(std::floor(at * 16)),
+                         {255, 255, 255},
+                         255,
+                         0x41200000};
       small.put(r);
       const auto expected = whole_picture(view, {small.piece()});
       const auto light = picture_of(view, wide_sprite(Kind::disc, Blend::add), wide_record(at, at, pixels));
@@ -201,7 +201,7 @@ TEST(image_a_streak_is_as_long_and_wide_as_it_should_be) {
 }
 
 TEST(image_opaque_sprites_keep_their_size) {
-  View view = wide_view(600, 560);
+  const View view = wide_view(600, 560);
   for (const Kind kind : {Kind::disc, Kind::sphere}) {
     for (const double diameter : {2.0, 4.5, 17.0, 100.25, 512.0}) {
       Batch one(wide_sprite(kind, Blend::opaque), Layout::wide, view);

@@ -96,7 +96,8 @@ Ends run(const Fault& fault, std::uint64_t seed, frame::RenderPlan& plan) {
   simulation.seed = seed;
   try {
     comm::simulate(simulation, [&](SimulatedRank& self) { play(self, fault, ends, plan); });
-  } catch (const comm::Deadlock&) {  // seen by the ranks that wait
+  } catch (const comm::Deadlock&) {
+    return ends;  // seen by the ranks that wait
   }
   return ends;
 }

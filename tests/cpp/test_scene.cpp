@@ -125,7 +125,9 @@ TEST(scene_comes_back) {
 TEST(scene_brings_the_meshes_that_it_shows) {
   image::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
   Record record = frame(0);
-  record.view->objects.push_back({{}, {1, 1, 1}, image::keep(mesh)});
+  image::View view = record.view.value();
+  view.objects.push_back({{}, {1, 1, 1}, image::keep(mesh)});
+  record.view = view;
   Bytes list;
   write(record, list);
   Scene scene;
@@ -150,7 +152,8 @@ TEST(scene_brings_the_meshes_that_it_shows) {
   read_scene(file.view());
   CHECK(image::has_mesh(key) && *image::mesh(key) == mesh);
 
-  record.view->objects.back().mesh = 1234;  // kept nowhere
+  view.objects.back().mesh = 1234;  // kept nowhere
+  record.view = view;
   Bytes unknown;
   write(record, unknown);
   scene.frames = {unknown.view()};

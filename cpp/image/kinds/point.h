@@ -10,6 +10,7 @@ struct Point : Disc {
   MOTES_INLINE Point(const image::WideSplat& task, const WideSprite& sprite) : Disc(task, sprite) {}
 
   /// The narrowest disc that covers a pixel wherever it is.
+  // NOLINTNEXTLINE(bugprone-derived-method-shadowing-base-method): kernels know the kind when they are compiled
   MOTES_INLINE Front front(Floats x, Floats y) const {
     const Floats along = x * s.along_x + y * s.along_y, across = y * s.along_x - x * s.along_y;
     const Floats rest = along - clamp(along, -s.half, s.half);

@@ -25,7 +25,8 @@ image::Drawn drawn(const particles::Store& store) {
 image::Projection projection(const Script& script, std::size_t system) {
   image::Projection p;
   p.system = static_cast<int>(system);
-  p.any_depth = image::anything_hides(script.record.view.value(), script.record.sprites);
+  const auto& view = script.record.view;
+  p.any_depth = view && image::anything_hides(*view, script.record.sprites);
   p.dt = script.record.dt;
   return p;
 }

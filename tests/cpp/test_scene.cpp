@@ -125,7 +125,10 @@ TEST(scene_comes_back) {
 TEST(scene_brings_the_meshes_that_it_shows) {
   image::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
   Record record = frame(0);
-  image::View view = record.view.value();
+  image::View view;
+  view.width = 64;
+  view.height = 36;
+  view.camera.position = {0, 1, 8};
   view.objects.push_back({{}, {1, 1, 1}, image::keep(mesh)});
   record.view = view;
   Bytes list;

@@ -47,6 +47,31 @@ void collect(const actions::Block& block, const float* axis, const Slice& slice,
   std::copy_n(left_here.data(), left_count, outcome.left.data() + left);
 }
 
+void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+// A range holds so many particles: whole blocks, long enough that starting one costs nothing, and many more ranges than
+// threads where it matters that all end at the same time.
+constexpr std::size_t kRange = 32 * kBlock;
+
+// Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
+template <class Work>
+void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
+  const std::size_t count = end - begin;
+  if (pool.threads() == 1 || count < 2 * kRange) return work(begin, end, outcome);
+  std::vector<Outcome> outcomes((count + kRange - 1) / kRange);
+  threads::over_ranges(pool, count, kRange, [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
+    outcomes[part].wants_hits = outcome.wants_hits;
+    work(begin + first, begin + last, outcomes[part]);
+  });
+  for (const Outcome& part : outcomes) {
+    append(outcome.dead, part.dead);
+    append(outcome.left, part.left);
+    append(outcome.hits, part.hits);
+  }
+}
+
 std::vector<int> components_of(std::uint64_t attributes, const particles::Schema& schema) {
   std::vector<int> components;
   for (int a = 0; a < schema.size(); ++a) {
@@ -120,9 +145,16 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
 }
 
 void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-                  const Slice& slice, Outcome& outcome) const {
+                  const Slice& slice, Outcome& outcome, threads::Pool& pool) const {
   if (list_.empty() || begin >= store.size()) return;
-  const simd::FloatMode mode;
+  const Pass pass = prepare(store, entry, span, key, slice);
+  share(pool, begin, store.size(), outcome,
+        [&](std::size_t first, std::size_t last, Outcome& of_range) { run_range(pass, first, last, of_range); });
+}
+
+// Allocates what the list writes to; from then on parts may run at the same time.
+Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span, particles::Key key,
+                               const Slice& slice) const {
   const bool spins = turns(store, list_);
   std::uint64_t reads = 0;
   std::uint64_t writes = 0;
@@ -134,39 +166,48 @@ void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
+  return {store, entry, span, key, slice, spins, reads | writes};
+}
+
+void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
+  const simd::FloatMode mode;
   std::vector<float> scratch(actions::kScratch);
-  const std::vector<Operation> operations = bind(store, spins, scratch.data());
-  Planes planes(store, reads | writes);
-  const float* axis = store.plane(particles::position, slice.axis);
-  const float dt = static_cast<float>(span.dt / span.substeps);
+  const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
+  Planes planes(pass.store, pass.touched);
+  const float* axis = pass.store.plane(particles::position, pass.slice.axis);
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
-  const int last = span.last > 0 ? span.last : span.substeps;
-
-  for (std::size_t at = begin; at < store.size(); at += kBlock) {
-    const std::size_t count = std::min(kBlock, store.size() - at);
-    const actions::Block block{count, planes.at(at), store.ids() + at, dead.data(),
+  for (std::size_t at = first; at < last; at += kBlock) {
+    const std::size_t count = std::min(kBlock, last - at);
+    const actions::Block block{count, planes.at(at), pass.store.ids() + at, dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
-    for (int substep = span.first; substep < last; ++substep) {
-      const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
-                        static_cast<std::uint32_t>(substep);
-      const double time = (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
-      for (std::size_t o = substep == span.first ? entry : 0; o < operations.size(); ++o) {
-        const Operation& operation = operations[o];
-        const actions::Step now{dt, step, operation.stream, key, time};
-        if (operation.where->empty()) {
-          operation.kernel(operation.parameters, block, now);
-        } else {
-          run_where(operation, block, now);
-        }
-      }
-    }
-    collect(block, axis == nullptr ? nullptr : axis + at, slice, at, outcome);
+    run_block(pass, operations, block);
+    collect(block, axis == nullptr ? nullptr : axis + at, pass.slice, at, outcome);
     dead.fill(0);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
     }
     if (outcome.wants_hits) hit.fill(0);
+  }
+}
+
+void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block) const {
+  const Span& span = pass.span;
+  const float dt = static_cast<float>(span.dt / span.substeps);
+  const int last = span.last > 0 ? span.last : span.substeps;
+  for (int substep = span.first; substep < last; ++substep) {
+    const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
+                      static_cast<std::uint32_t>(substep);
+    const double time = (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
+    for (std::size_t o = substep == span.first ? pass.entry : 0; o < operations.size(); ++o) {
+      const Operation& operation = operations[o];
+      const actions::Step now{dt, step, operation.stream, pass.key, time};
+      if (operation.where->empty()) {
+        operation.kernel(operation.parameters, block, now);
+      } else {
+        run_where(operation, block, now);
+      }
+    }
   }
 }
 
@@ -197,14 +238,17 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
   }
 }
 
-void Program::find_leavers(const Store& store, std::size_t begin, const Slice& slice, Outcome& outcome) {
+void Program::find_leavers(const Store& store, std::size_t begin, const Slice& slice, Outcome& outcome,
+                           threads::Pool& pool) {
   const float* axis = store.plane(particles::position, slice.axis);
-  if (axis == nullptr) return;
-  std::array<std::int32_t, kBlock + particles::kPadding> dead{};
-  for (std::size_t at = begin; at < store.size(); at += kBlock) {
-    const actions::Block block{std::min(kBlock, store.size() - at), nullptr, nullptr, dead.data()};
-    collect(block, axis + at, slice, at, outcome);
-  }
+  if (axis == nullptr || begin >= store.size()) return;
+  share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
+    std::array<std::int32_t, kBlock + particles::kPadding> dead{};
+    for (std::size_t at = first; at < last; at += kBlock) {
+      const actions::Block block{std::min(kBlock, last - at), nullptr, nullptr, dead.data()};
+      collect(block, axis + at, slice, at, of_range);
+    }
+  });
 }
 
 }  // namespace motes::recording

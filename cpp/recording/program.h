@@ -8,6 +8,7 @@
 #include "actions/action.h"
 #include "actions/kernels.h"
 #include "particles/store.h"
+#include "threads/pool.h"
 
 namespace motes::recording {
 
@@ -48,14 +49,15 @@ class Program {
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
   /// `entry` on, the others in full. Adds the dead and those outside the slice to `outcome`; removes none. An empty
-  /// list does nothing; it does not even look for leavers.
+  /// list does nothing; it does not even look for leavers. The threads of the pool share the particles.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-           const Slice& slice, Outcome& outcome) const;
+           const Slice& slice, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
 
   std::size_t size() const { return list_.size(); }
 
   /// Adds the particles outside the slice to outcome.left.
-  static void find_leavers(const particles::Store& store, std::size_t begin, const Slice& slice, Outcome& outcome);
+  static void find_leavers(const particles::Store& store, std::size_t begin, const Slice& slice, Outcome& outcome,
+                           threads::Pool& pool = threads::alone());
 
  private:
   struct Operation {
@@ -67,6 +69,21 @@ class Program {
     std::vector<int> written;  // components, where there is a condition
   };
 
+  // What a run is about, the same for all of its parts.
+  struct Pass {
+    particles::Store& store;
+    std::size_t entry;
+    const Span& span;
+    particles::Key key;
+    const Slice& slice;
+    bool spins;
+    std::uint64_t touched;  // attributes
+  };
+
+  Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
+               const Slice& slice) const;
+  void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
+  void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block) const;
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 

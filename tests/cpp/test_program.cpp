@@ -1,4 +1,5 @@
 // The compiled list: sub-steps, newborns, the dead and the leavers; births by number and time.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -265,4 +266,31 @@ TEST(system_counts_births_and_drops_those_above_the_capacity) {
   system.list.emplace_back(burst);
   system.count_births(0, 0.1, 2);
   CHECK(system.groups.front().count == 5 && system.counts.dropped == 5 && system.counts.born == 25);
+}
+
+TEST(program_gives_the_same_on_any_number_of_threads) {
+  const Store before = random_store(200003, 9);
+  const Slice slice{0, -0.9f, 0.9f};
+  const Span span{3, 2, 0.1, 0};
+  const Program program({gravity(), shake(), move(), kill_old(0.15)});
+  std::vector<Outcome> outcomes;
+  std::vector<particles::Digest> digests;
+  for (const int threads : {1, 2, 3, 7}) {
+    threads::Pool pool(threads);
+    Store store = copy_of(before);
+    float* age = store.writable_plane(particles::age, 0);
+    for (std::size_t i = 0; i < store.size(); ++i) age[i] = static_cast<float>(i % 100) * 0.001f;
+    Outcome outcome;
+    program.run(store, 77, 1, span, kKey, slice, outcome, pool);
+    digests.push_back(particles::digest(store));
+    Outcome found;
+    Program::find_leavers(store, 5, slice, found, pool);
+    CHECK(std::is_sorted(found.left.begin(), found.left.end()) && found.left.size() > outcome.left.size());
+    outcomes.push_back(outcome);
+  }
+  CHECK(!outcomes[0].dead.empty() && !outcomes[0].left.empty());
+  for (std::size_t i = 1; i < outcomes.size(); ++i) {
+    CHECK(digests[i] == digests[0]);
+    CHECK(outcomes[i].dead == outcomes[0].dead && outcomes[i].left == outcomes[0].left);
+  }
 }

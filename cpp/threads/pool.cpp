@@ -1,0 +1,178 @@
+#include "threads/pool.h"
+
+#include <pthread.h>
+#include <signal.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace motes::threads {
+namespace {
+
+constexpr int kMost = 1024;
+
+// A thread that waits looks so often before it sleeps: a few tens of microseconds, what sleeping and waking would cost.
+constexpr int kLooks = 2000;
+
+double cpu_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void rest() {
+#if defined(__x86_64__)
+  __builtin_ia32_pause();
+#endif
+}
+
+// Signals belong to the thread that runs the script.
+class WithoutSignals {
+ public:
+  WithoutSignals() {
+    sigset_t all;
+    sigfillset(&all);
+    for (const int crash : {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT}) sigdelset(&all, crash);
+    pthread_sigmask(SIG_BLOCK, &all, &before_);
+  }
+  ~WithoutSignals() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
+  WithoutSignals(const WithoutSignals&) = delete;
+  WithoutSignals& operator=(const WithoutSignals&) = delete;
+
+ private:
+  sigset_t before_{};
+};
+
+}  // namespace
+
+Pool::Pool(int threads) : threads_(threads), workers_(1) {
+  if (threads < 1 || threads > kMost) {
+    throw std::invalid_argument("threads must be 1.." + std::to_string(kMost) + ", got " + std::to_string(threads));
+  }
+}
+
+Pool::~Pool() {
+  {
+    const std::lock_guard lock(mutex_);
+    ends_ = true;
+  }
+  task_begins_.notify_all();
+  for (Worker& worker : workers_) {
+    if (!worker.thread.joinable()) continue;
+    process_ == getpid() ? worker.thread.join() : worker.thread.detach();
+  }
+}
+
+void Pool::start() {
+  const WithoutSignals blocked;
+  process_ = getpid();
+  workers_.reserve(static_cast<std::size_t>(threads_));
+  while (workers_.size() < static_cast<std::size_t>(threads_)) {
+    workers_.emplace_back();
+    const std::size_t number = workers_.size() - 1;
+    try {
+      workers_.back().thread = std::thread([this, number] { serve(number); });
+    } catch (...) {
+      workers_.pop_back();  // those that started are a smaller pool; the next task tries again
+      throw;
+    }
+  }
+}
+
+void Pool::run(std::size_t parts, const Work& work) {
+  if (threads_ == 1 || parts <= 1) {
+    for (std::size_t part = 0; part < parts; ++part) work(part, 0);
+    return;
+  }
+  if (workers_.size() < static_cast<std::size_t>(threads_)) start();
+  open(parts, work);
+  take_parts(0);
+  close();
+  note_time();
+  if (failure_) std::rethrow_exception(std::exchange(failure_, nullptr));
+}
+
+void Pool::open(std::size_t parts, const Work& work) {
+  {
+    const std::lock_guard lock(mutex_);
+    for (Worker& worker : workers_) worker.took_part = false;
+    work_ = &work;
+    parts_ = parts;
+    next_.store(0, std::memory_order_relaxed);
+    open_ = true;
+    tasks_.fetch_add(1, std::memory_order_release);
+  }
+  task_begins_.notify_all();
+}
+
+void Pool::close() {
+  std::unique_lock lock(mutex_);
+  open_ = false;
+  lock.unlock();
+  for (int look = 0; look < kLooks && at_work_.load(std::memory_order_acquire) != 0; ++look) rest();
+  lock.lock();
+  task_ends_.wait(lock, [&] { return at_work_.load(std::memory_order_acquire) == 0; });
+}
+
+void Pool::take_parts(std::size_t worker) {
+  const double start = cpu_seconds();
+  bool took_part = false;
+  for (std::size_t part = 0; (part = next_.fetch_add(1, std::memory_order_relaxed)) < parts_; took_part = true) {
+    try {
+      (*work_)(part, worker);
+    } catch (...) {
+      const std::lock_guard lock(mutex_);
+      if (!failure_ || part < failed_part_) {
+        failure_ = std::current_exception();
+        failed_part_ = part;
+      }
+      next_.store(parts_, std::memory_order_relaxed);
+    }
+  }
+  workers_[worker].took_part = took_part;
+  workers_[worker].busy_s = cpu_seconds() - start;
+}
+
+void Pool::serve(std::size_t worker) {
+  for (std::size_t seen = 0; join_task(seen);) {
+    take_parts(worker);
+    const std::lock_guard lock(mutex_);
+    if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) task_ends_.notify_one();
+  }
+}
+
+// Waits for a task that is still open. False where the pool ends.
+bool Pool::join_task(std::size_t& seen) {
+  for (;;) {
+    for (int look = 0; look < kLooks && tasks_.load(std::memory_order_acquire) == seen; ++look) rest();
+    std::unique_lock lock(mutex_);
+    task_begins_.wait(lock, [&] { return ends_ || tasks_.load(std::memory_order_relaxed) != seen; });
+    if (ends_) return false;
+    seen = tasks_.load(std::memory_order_relaxed);
+    if (!open_) continue;
+    at_work_.fetch_add(1, std::memory_order_relaxed);
+    return true;
+  }
+}
+
+void Pool::note_time() {
+  double all = 0;
+  int shared_by = 0;
+  for (const Worker& worker : workers_) {
+    all += worker.took_part ? worker.busy_s : 0;
+    shared_by += worker.took_part ? 1 : 0;
+  }
+  const double callers = workers_[0].took_part ? workers_[0].busy_s : 0;
+  beyond_caller_s_ += all / shared_by - callers;
+}
+
+Pool& alone() {
+  static Pool pool(1);
+  return pool;
+}
+
+}  // namespace motes::threads

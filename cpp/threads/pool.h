@@ -1,0 +1,87 @@
+// The threads of a rank: parts of one task on several processors.
+#pragma once
+
+#include <atomic>
+#include <condition_variable>
+#include <cstddef>
+#include <exception>
+#include <functional>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace motes::threads {
+
+/// Runs the parts of a task on the calling thread and on threads of its own. What the parts compute must not depend on
+/// who runs them, nor on the order. The pool's threads start with the first task of several parts; a while after the
+/// last part they sleep.
+class Pool {
+ public:
+  /// A part of a task, and who runs it: worker 0..threads() - 1, for working memory that parts do not share.
+  using Work = std::function<void(std::size_t part, std::size_t worker)>;
+
+  /// Throws std::invalid_argument where `threads` is not 1..1024.
+  explicit Pool(int threads = 1);
+  ~Pool();
+  Pool(const Pool&) = delete;
+  Pool& operator=(const Pool&) = delete;
+
+  int threads() const { return threads_; }
+
+  /// Calls work(part, worker) for the parts 0..parts - 1, which begin in this order, and returns when all have ended.
+  /// After a part has thrown no other begins; what the lowest of them threw is thrown. One task at a time: parts must
+  /// not call this.
+  void run(std::size_t parts, const Work& work);
+
+  /// What to add to the calling thread's processor time for the time that its work would take on a thread that is as
+  /// fast as all at work: a task that n threads shared counts as the n-th part of their processor time.
+  double beyond_caller_s() const { return beyond_caller_s_; }
+
+ private:
+  struct Worker {
+    std::thread thread;
+    double busy_s = 0;  // processor time of this task's parts
+    bool took_part = false;
+  };
+
+  void start();
+  void open(std::size_t parts, const Work& work);
+  void close();
+  void serve(std::size_t worker);
+  bool join_task(std::size_t& seen);
+  void take_parts(std::size_t worker);
+  void note_time();
+
+  int threads_;
+  std::vector<Worker> workers_;  // the first is the caller
+  double beyond_caller_s_ = 0;
+  int process_ = 0;  // that started the threads: a copy of it has none
+
+  // The task under way.
+  const Work* work_ = nullptr;
+  std::size_t parts_ = 0;
+  std::atomic<std::size_t> next_{0};  // part
+
+  std::mutex mutex_;  // what follows changes under it
+  std::condition_variable task_begins_, task_ends_;
+  std::atomic<std::size_t> tasks_{0};  // begun so far
+  std::atomic<int> at_work_{0};        // threads of the pool
+  bool open_ = false;  // a thread that wakes may still join; one that wakes too late is not waited for
+  bool ends_ = false;
+  std::size_t failed_part_ = 0;
+  std::exception_ptr failure_;
+};
+
+/// One thread: the caller's.
+Pool& alone();
+
+/// Cuts 0..count into ranges of `size` (the last may be shorter) and calls work(part, worker, first, last).
+template <class Work>
+void over_ranges(Pool& pool, std::size_t count, std::size_t size, const Work& work) {
+  pool.run((count + size - 1) / size, [&](std::size_t part, std::size_t worker) {
+    const std::size_t first = part * size;
+    work(part, worker, first, first + size < count ? first + size : count);
+  });
+}
+
+}  // namespace motes::threads

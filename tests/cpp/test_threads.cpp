@@ -1,0 +1,125 @@
+// The pool: each part once, failures, sleep; and what the engine's loops make of it: the same bits as one thread.
+#include "threads/pool.h"
+
+#include <time.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "check.h"
+
+using namespace motes;
+using threads::Pool;
+
+namespace {
+
+double process_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+double thread_seconds() {
+  timespec now{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+void work_for(double seconds) {
+  for (const double start = thread_seconds(); thread_seconds() - start < seconds;) {
+  }
+}
+
+}  // namespace
+
+TEST(a_pool_runs_each_part_once) {
+  for (const int threads : {1, 2, 3, 7}) {
+    Pool pool(threads);
+    for (std::size_t parts = 0; parts < 300; parts += parts < 10 ? 1 : 97) {
+      std::vector<std::atomic<int>> runs(parts);
+      std::atomic<bool> known{true};
+      pool.run(parts, [&](std::size_t part, std::size_t worker) {
+        ++runs[part];
+        if (worker >= static_cast<std::size_t>(threads)) known = false;
+      });
+      for (const std::atomic<int>& count : runs) CHECK(count == 1);
+      CHECK(known);
+    }
+  }
+}
+
+TEST(a_worker_runs_one_part_at_a_time) {
+  Pool pool(3);
+  std::array<std::atomic<int>, 3> inside{};
+  std::atomic<int> at_once{0};
+  for (int task = 0; task < 200; ++task) {
+    pool.run(50, [&](std::size_t, std::size_t worker) {
+      if (++inside[worker] > 1) ++at_once;
+      --inside[worker];
+    });
+  }
+  CHECK(at_once == 0);
+}
+
+TEST(ranges_cover_all_and_do_not_overlap) {
+  Pool pool(2);
+  for (const std::size_t count : {0u, 1u, 9u, 10u, 11u, 95u}) {
+    std::vector<std::atomic<int>> seen(count);
+    threads::over_ranges(pool, count, 10, [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
+      CHECK(first == part * 10 && last <= count && first < last);
+      for (std::size_t i = first; i < last; ++i) ++seen[i];
+    });
+    for (const std::atomic<int>& once : seen) CHECK(once == 1);
+  }
+}
+
+TEST(a_task_throws_what_its_lowest_failing_part_threw) {
+  for (const int threads : {1, 2, 5}) {
+    Pool pool(threads);
+    for (int round = 0; round < 50; ++round) {
+      std::string what;
+      try {
+        pool.run(100, [](std::size_t part, std::size_t) {
+          if (part % 7 == 6) throw std::runtime_error("part " + std::to_string(part));
+        });
+      } catch (const std::runtime_error& error) {
+        what = error.what();
+      }
+      CHECK(what == "part 6");
+      int runs = 0;
+      pool.run(1, [&](std::size_t, std::size_t) { ++runs; });
+      CHECK(runs == 1);  // the pool goes on
+    }
+  }
+}
+
+TEST(a_pool_that_waits_uses_no_processor) {
+  Pool pool(4);
+  std::atomic<int> runs{0};
+  pool.run(100, [&](std::size_t, std::size_t) { ++runs; });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));  // all have gone to sleep
+  const double before = process_seconds();
+  std::this_thread::sleep_for(std::chrono::milliseconds(200));
+  CHECK(process_seconds() - before < 0.02);
+}
+
+TEST(shared_work_counts_as_its_share_of_processor_time) {
+  Pool pool(2);
+  const double caller = thread_seconds();
+  pool.run(200, [](std::size_t, std::size_t) { work_for(1e-3); });
+  const double seconds = thread_seconds() - caller + pool.beyond_caller_s();
+  CHECK(seconds > 0.09 && seconds < 0.13);  // of 0.2 on two threads
+  Pool one(1);
+  one.run(2, [](std::size_t, std::size_t) { work_for(1e-3); });
+  CHECK(one.beyond_caller_s() == 0);
+}
+
+TEST(a_pool_has_1_to_1024_threads) {
+  CHECK_THROWS(Pool(0), std::invalid_argument);
+  CHECK_THROWS(Pool(-1), std::invalid_argument);
+  CHECK_THROWS(Pool(1025), std::invalid_argument);
+}

@@ -35,7 +35,7 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
       if (rank.creates_in_place()) {
         create_own(rank, system, group, here.store);
       } else {
-        take_births(group, newborn, here.store);
+        take_births(group, newborn, here.store, *rank.pool);
       }
     });
   };
@@ -66,7 +66,7 @@ std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, con
 void pack_leavers(const Rank& rank, const System& system, Population& here, Round& round, std::uint32_t index) {
   Store& store = here.store;
   if (rank.settings.log.digest) {
-    here.digest = particles::digest(store);
+    here.digest = particles::digest(store, *rank.pool);
     here.digest -= particles::digest(store, here.outcome.dead);
   }
   std::vector<std::uint32_t> gone;
@@ -74,7 +74,7 @@ void pack_leavers(const Rank& rank, const System& system, Population& here, Roun
     particles::Bytes& bytes = round.leaving[owner].bytes();
     const std::size_t before = bytes.size();
     bytes.put(index);
-    store.pack(leavers, bytes);
+    store.pack(leavers, bytes, *rank.pool);
     here.sent.push_back({owner, leavers.size()});
     here.tally.bytes_sent += bytes.size() - before;
     gone.insert(gone.end(), leavers.begin(), leavers.end());
@@ -87,7 +87,7 @@ void pack_leavers(const Rank& rank, const System& system, Population& here, Roun
   std::vector<std::uint32_t> all;
   all.reserve(gone.size() + here.outcome.dead.size());
   std::merge(gone.begin(), gone.end(), here.outcome.dead.begin(), here.outcome.dead.end(), std::back_inserter(all));
-  store.remove(all);
+  store.remove(all, *rank.pool);
   here.outcome.clear();
 }
 
@@ -122,7 +122,7 @@ void sort_all(Rank& rank, const Script& script, Calculator& calculator) {
   const double start = rank.machine.compute_seconds();
   rank.talk.work("sort", [&] {
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
-      sort(*script.systems[i], calculator.populations[i]->store, 0);
+      sort(rank, *script.systems[i], calculator.populations[i]->store, 0);
     }
   });
   rank.machine.slow_down(start);

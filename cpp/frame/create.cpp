@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
 #include <utility>
 
 #include "frame/item_failure.h"
@@ -44,7 +45,7 @@ void deal_out(const Rank& rank, const System& system, const particles::Store& ne
   for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
     Part& part = parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))];
-    newborn.pack(owned[c], part.bytes);
+    newborn.pack(owned[c], part.bytes, *rank.pool);
     part.count += owned[c].size();
   }
 }
@@ -133,14 +134,22 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
 
 void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
                  std::uint64_t last, const std::function<void(particles::Store&&)>& use) {
-  for (; first < last; first += std::min(kPiece, last - first)) {
-    use(system.make(group, first, std::min(kPiece, last - first), rank.settings.dt, rank.settings.substeps));
+  // As many pieces at a time as there are threads; they are used in order.
+  const std::uint64_t at_a_time = kPiece * static_cast<std::uint64_t>(rank.pool->threads());
+  for (; first < last; first += std::min(at_a_time, last - first)) {
+    const std::uint64_t count = std::min(at_a_time, last - first);
+    std::vector<std::optional<particles::Store>> pieces((count + kPiece - 1) / kPiece);
+    threads::over_ranges(
+        *rank.pool, count, kPiece, [&](std::size_t part, std::size_t, std::size_t begin, std::size_t end) {
+          pieces[part] = system.make(group, first + begin, end - begin, rank.settings.dt, rank.settings.substeps);
+        });
+    for (std::optional<particles::Store>& piece : pieces) use(std::move(*piece));
   }
 }
 
-void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store) {
+void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store, threads::Pool& pool) {
   if (newborn.shared) return take_shares(newborn, store);
-  for (std::uint64_t first = 0; first < group.count; first += kPiece) store.unpack(newborn.dealt);
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) store.unpack(newborn.dealt, pool);
 }
 
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store) {
@@ -152,7 +161,7 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
     for (std::size_t p = 0; p < piece.size(); ++p) {
       if (all || system.domains.owner_of(x[p]) == rank.talk.calculator()) mine.push_back(static_cast<std::uint32_t>(p));
     }
-    store.append(piece, mine);
+    store.append(piece, mine, *rank.pool);
   });
 }
 

@@ -34,7 +34,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round);
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t round);
 
 /// Calculator: takes its particles of the next group into the store.
-void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store);
+void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store, threads::Pool& pool);
 
 /// Makes what belongs to this calculator of a group, where all ranks do so.
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store);

@@ -148,7 +148,7 @@ void Engine::finish() {
 std::vector<particles::Digest> Engine::digest() {
   catch_up();
   parts_.rank.talk.work("act", [&] {
-    for (int i = 0; i < system_count(); ++i) note_digest(local(i), population(i));
+    for (int i = 0; i < system_count(); ++i) note_digest(parts_.rank, local(i), population(i));
   });
   ask_all(parts_, Verb::digest, "");
   std::vector<particles::Digest> found;

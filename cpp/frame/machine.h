@@ -3,18 +3,24 @@
 
 #include "comm/clock.h"
 #include "frame/settings.h"
+#include "threads/pool.h"
 
 namespace motes::frame {
 
 class Machine {
  public:
-  explicit Machine(const Settings& settings)
-      : wall_clock_(settings.wall_clock), speed_(settings.speed), costs_(settings.costs) {}
+  /// The pool must outlive it.
+  Machine(const Settings& settings, const threads::Pool& pool)
+      : wall_clock_(settings.wall_clock), speed_(settings.speed), costs_(settings.costs), pool_(&pool) {}
 
   const Costs& costs() const { return costs_; }
 
-  /// Seconds of work so far, by the clock that the run chose.
-  double compute_seconds() const { return wall_clock_ ? comm::wall_seconds() : comm::cpu_seconds(); }
+  /// Seconds of work so far, by the clock that the run chose. What n threads do at the same time counts as the n-th
+  /// part of their processor time: a rank with four threads is four times as fast.
+  double compute_seconds() const {
+    if (wall_clock_) return comm::wall_seconds();
+    return comm::cpu_seconds() + (comm::simulated() ? 0 : pool_->beyond_caller_s());
+  }
 
   /// A slower machine would have taken longer for what was done since `start`: spends the rest.
   void slow_down(double start) const {
@@ -32,6 +38,7 @@ class Machine {
   bool wall_clock_;
   double speed_;
   Costs costs_;
+  const threads::Pool* pool_;
 };
 
 }  // namespace motes::frame

@@ -9,18 +9,21 @@
 #include "frame/machine.h"
 #include "frame/settings.h"
 #include "frame/stopwatch.h"
+#include "threads/pool.h"
 
 namespace motes::frame {
 
 struct Rank {
   Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
-      : settings(std::move(given)), talk(std::move(communicator), std::move(cast)), machine(settings) {}
+      : settings(std::move(given)), talk(std::move(communicator), std::move(cast)),
+        pool(std::make_unique<threads::Pool>(settings.threads)), machine(settings, *pool) {}
 
   /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
   bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }
 
   Settings settings;
   Conversation talk;
+  std::unique_ptr<threads::Pool> pool;  // shares this rank's work; only the thread that runs the frame talks
   Machine machine;
   Stopwatch watch;
 };

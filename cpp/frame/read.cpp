@@ -29,7 +29,7 @@ void follow(recording::Outcome& outcome, const std::vector<std::uint32_t>& from)
 
 // The dead of a list that has run in part move behind the living: a script does not see them, but they keep moving
 // until the frame ends.
-void set_dead_aside(Population& here) {
+void set_dead_aside(const Rank& rank, Population& here) {
   recording::Outcome& outcome = here.outcome;
   outcome.left.clear();  // looked for at the frame's end
   if (outcome.dead.empty()) return;
@@ -44,7 +44,7 @@ void set_dead_aside(Population& here) {
     }
   }
   from.insert(from.end(), outcome.dead.begin(), outcome.dead.end());
-  here.store.permute(from);
+  here.store.permute(from, *rank.pool);
   follow(outcome, from);
 }
 
@@ -58,9 +58,9 @@ void run_and_arrange(Rank& rank, System& system, const Calculator& calculator, s
       [&](const recording::Callback& callback, std::size_t begin) { call_back(calculator, index, callback, begin); },
       true);
   for (const actions::Action* action : system.sorts(system.run_items)) {
-    follow(here.outcome, recording::order(*action, here.store));
+    follow(here.outcome, recording::order(*action, here.store, *rank.pool));
   }
-  set_dead_aside(here);
+  set_dead_aside(rank, here);
 }
 
 // In place: the rest of the list comes to the same whether it runs with this part or behind it.
@@ -86,7 +86,7 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
   const Tally tally = here.tally;
   const recording::Outcome outcome = here.outcome;
   Store before(system.schema);
-  before.append(here.store, first_indices(here.store.size()));
+  before.append(here.store, first_indices(here.store.size()), *rank.pool);
   const auto restore = [&] {
     here.preview = std::make_unique<Preview>(
         Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});
@@ -108,9 +108,9 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
   restore();
 }
 
-Message packed(const Seen& seen) {
+Message packed(const Rank& rank, const Seen& seen) {
   Message message;
-  seen.store->pack(first_indices(seen.count), message.bytes());
+  seen.store->pack(first_indices(seen.count), message.bytes(), *rank.pool);
   return message;
 }
 
@@ -121,7 +121,7 @@ void pass_around(Rank& rank, Message own, std::uint64_t count, Store& gathered) 
   const int previous = (talk.rank() + talk.size() - 1) % talk.size();
   const auto take = [&](const Message& message) {
     particles::Reader in = message.reader();
-    if (!in.done()) gathered.unpack(in);
+    if (!in.done()) gathered.unpack(in, *rank.pool);
   };
   Message passing = std::move(own);
   for (int step = 1; step < talk.size(); ++step) {
@@ -165,8 +165,8 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   here.store = std::move(written->store);
 }
 
-void note_digest(const Seen& seen, Population& here) {
-  here.digest = particles::digest(*seen.store);
+void note_digest(const Rank& rank, const Seen& seen, Population& here) {
+  here.digest = particles::digest(*seen.store, *rank.pool);
   if (seen.count == seen.store->size()) return;
   std::vector<std::uint32_t> unseen(seen.store->size() - seen.count);
   std::iota(unseen.begin(), unseen.end(), static_cast<std::uint32_t>(seen.count));
@@ -175,7 +175,7 @@ void note_digest(const Seen& seen, Population& here) {
 
 std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
   Conversation& talk = rank.talk;
-  Message own = talk.calculates() ? packed(seen) : Message();
+  Message own = talk.calculates() ? packed(rank, seen) : Message();
   const std::uint64_t count = talk.calculates() ? seen.count : 0;
   if (to_all) {
     auto gathered = std::make_unique<Store>(system.schema);
@@ -188,7 +188,7 @@ std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen
   for (const int from : talk.cast().calculators) {
     const Message message = talk.comm().expect(from, Phase::gather, talk.stamp());
     particles::Reader in = message.reader();
-    gathered->unpack(in);
+    gathered->unpack(in, *rank.pool);
   }
   return gathered;
 }

@@ -30,7 +30,7 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);
 
 /// Collective, after read(): a fingerprint of what is seen is part of the next report.
-void note_digest(const Seen& seen, Population& here);
+void note_digest(const Rank& rank, const Seen& seen, Population& here);
 
 /// Collective, within a conversation of verb gather: all particles on rank 0, or on every rank; null elsewhere. Each
 /// particle is sent once to a rank 0, and along a ring of all ranks where all want it. Not sorted.

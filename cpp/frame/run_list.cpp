@@ -35,7 +35,8 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
   const Settings& run = rank.settings;
   recording::Span span{rank.talk.frame, run.substeps, run.dt, group.substep, 0};
   if (!calls_back(pieces)) {
-    pieces[0].program.run(store, begin, group.entry, span, system.key, slice_of(rank, system), here.outcome);
+    pieces[0].program.run(store, begin, group.entry, span, system.key, slice_of(rank, system), here.outcome,
+                          *rank.pool);
     return;
   }
   if (begin >= store.size()) return;
@@ -47,7 +48,7 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
     for (const Piece& piece : pieces) {
       const std::size_t end = piece.first + piece.program.size();
       const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
-      piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome);
+      piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
       if (piece.callback != nullptr && from <= end) call_back(*piece.callback, begin);
     }
   }
@@ -62,7 +63,7 @@ recording::Slice slice_of(const Rank& rank, const System& system) {
 
 void find_leavers(const Rank& rank, const System& system, Population& here) {
   here.outcome.left.clear();
-  recording::Program::find_leavers(here.store, 0, slice_of(rank, system), here.outcome);
+  recording::Program::find_leavers(here.store, 0, slice_of(rank, system), here.outcome, *rank.pool);
   tidy(here.outcome);
 }
 
@@ -85,8 +86,8 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
   }
 }
 
-void sort(const System& system, particles::Store& store, std::size_t first) {
-  for (const actions::Action* action : system.sorts(first)) recording::order(*action, store);
+void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first) {
+  for (const actions::Action* action : system.sorts(first)) recording::order(*action, store, *rank.pool);
 }
 
 }  // namespace motes::frame

@@ -27,6 +27,6 @@ recording::Slice slice_of(const Rank& rank, const System& system);
 void find_leavers(const Rank& rank, const System& system, Population& here);
 
 /// Obeys the sorts from item `first` of the list on: the particles stand in the order of drawing.
-void sort(const System& system, particles::Store& store, std::size_t first);
+void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first);
 
 }  // namespace motes::frame

@@ -1,4 +1,4 @@
-// What a run is set to: equal on all ranks but for `speed`.
+// What a run is set to: equal on all ranks but for `speed` and `threads`.
 #pragma once
 
 #include <cstdint>
@@ -29,6 +29,7 @@ struct Settings {
   balance::PolicyPtr policy;  // null: cuts stay
   Combine combine = Combine::together;
   Births births = Births::manager;
+  int threads = 1;          // of this rank, for calculating and drawing
   int fan_out = 8;          // a rank relays the manager's messages to at most this many others
   bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
   bool wall_clock = false;  // compute seconds are wall time, not this thread's processor time

@@ -23,14 +23,14 @@ std::uint64_t fold(std::uint64_t hash, float value) {
   return std::rotl((hash ^ bits) * kOdd, 29);
 }
 
-// `at(i)` is the index of the i-th particle to count.
+// Of the particles first .. last - 1, where `at(i)` is the index of particle i.
 template <class At>
-Digest sum(const Store& store, std::size_t count, const At& at) {
+Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at) {
   Digest result;
-  result.particles = count;
+  result.particles = last - first;
   std::array<std::uint64_t, kBlock> hash;
-  for (std::size_t begin = 0; begin < count; begin += kBlock) {
-    const std::size_t length = std::min(kBlock, count - begin);
+  for (std::size_t begin = first; begin < last; begin += kBlock) {
+    const std::size_t length = std::min(kBlock, last - begin);
     for (std::size_t i = 0; i < length; ++i) hash[i] = mix(store.ids()[at(begin + i)] + kOdd);
     for (int a = 0; a < store.schema().size(); ++a) {
       for (int c = 0; c < store.schema()[a].width; ++c) {
@@ -76,12 +76,20 @@ std::string Digest::text() const {
   return text;
 }
 
-Digest digest(const Store& store) {
-  return sum(store, store.size(), [](std::size_t i) { return i; });
+Digest digest(const Store& store, threads::Pool& pool) {
+  constexpr std::size_t kRange = 64 * kBlock;
+  std::vector<Digest> parts((store.size() + kRange - 1) / kRange);
+  threads::over_ranges(pool, store.size(), kRange,
+                       [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
+                         parts[part] = sum(store, first, last, [](std::size_t i) { return i; });
+                       });
+  Digest all;
+  for (const Digest& part : parts) all += part;
+  return all;
 }
 
 Digest digest(const Store& store, std::span<const std::uint32_t> indices) {
-  return sum(store, indices.size(), [&](std::size_t i) { return indices[i]; });
+  return sum(store, 0, indices.size(), [&](std::size_t i) { return indices[i]; });
 }
 
 Digest combine(std::span<const Digest> systems) {

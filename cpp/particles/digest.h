@@ -28,7 +28,7 @@ constexpr void fields(Visitor& visit, Digest& digest) {
   visit(digest.first, digest.second, digest.particles);
 }
 
-Digest digest(const Store& store);
+Digest digest(const Store& store, threads::Pool& pool = threads::alone());
 
 /// The digest of these particles only (ascending indices).
 Digest digest(const Store& store, std::span<const std::uint32_t> indices);

@@ -22,13 +22,30 @@ bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
 // A column of packed particles holds the default initial value, another value shared by all, or separate values.
 enum class Packed : std::uint8_t { initial, uniform, planes };
 
+// A thread copies so many values at once: enough that taking them costs nothing.
+constexpr std::size_t kRange = std::size_t{1} << 15;
+
+// Calls work(column, first, last) for ranges of 0..count of each column.
+template <class Column, class Work>
+void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::size_t count, const Work& work) {
+  const std::size_t ranges = (count + kRange - 1) / kRange;
+  pool.run(ranges * columns.size(), [&](std::size_t part, std::size_t) {
+    const std::size_t first = part % ranges * kRange;
+    work(columns[part / ranges], first, std::min(count, first + kRange));
+  });
+}
+
+// A column's values, which lie one after another in a message.
+struct PackedColumn {
+  const void* plane;
+  std::size_t width;
+  std::byte* bytes;
+};
+
 template <class T>
-void gather(const T* plane, std::span<const std::uint32_t> indices, Bytes& out) {
-  std::byte* to = out.extend(indices.size() * sizeof(T));
-  for (const std::uint32_t i : indices) {
-    std::memcpy(to, plane + i, sizeof(T));
-    to += sizeof(T);
-  }
+void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, std::size_t first, std::size_t last) {
+  const T* plane = static_cast<const T*>(column.plane);
+  for (std::size_t k = first; k < last; ++k) std::memcpy(column.bytes + k * sizeof(T), plane + indices[k], sizeof(T));
 }
 
 }  // namespace
@@ -144,7 +161,7 @@ void Store::copy_attribute(int from, int to) {
   for (int c = 0; c < width(to); ++c) std::memcpy(writable_plane(to, c), plane(from, c), size_ * sizeof(float));
 }
 
-void Store::remove(std::span<const std::uint32_t> indices) {
+void Store::remove(std::span<const std::uint32_t> indices, threads::Pool& pool) {
   // Survivors above the new size fill the holes below it, each taken once, in order.
   const std::size_t left = size_ - indices.size();
   std::vector<std::uint32_t> from;
@@ -159,31 +176,37 @@ void Store::remove(std::span<const std::uint32_t> indices) {
       from.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  for (int a = 0; a < schema_->size(); ++a) {
-    const Column& column = columns_[index(a)];
-    for (int c = 0; column.planes && c < width(a); ++c) {
-      float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
-      for (std::size_t h = 0; h < holes; ++h) plane[indices[h]] = plane[from[h]];
-    }
-  }
-  for (std::size_t h = 0; h < holes; ++h) ids_[indices[h]] = ids_[from[h]];
+  over_columns(pool, planes_and_ids(), holes, [&](const Plane& plane, std::size_t first, std::size_t last) {
+    plane.visit([&](auto* values) {
+      for (std::size_t h = first; h < last; ++h) values[indices[h]] = values[from[h]];
+    });
+  });
   size_ = left;
 }
 
-void Store::permute(std::span<const std::uint32_t> from) {
-  const auto shuffle = [&](auto* plane, auto& before) {
-    before.assign(plane, plane + size_);
-    for (std::size_t i = 0; i < size_; ++i) plane[i] = before[from[i]];
-  };
-  std::vector<std::uint64_t> ids;
-  if (size_ != 0) shuffle(ids_.get(), ids);
-  std::vector<float> values;
+void Store::permute(std::span<const std::uint32_t> from, threads::Pool& pool) {
+  if (size_ == 0) return;
+  const std::vector<Plane> planes = planes_and_ids();
+  std::vector<std::vector<std::byte>> before(static_cast<std::size_t>(pool.threads()));  // one per worker
+  pool.run(planes.size(), [&](std::size_t part, std::size_t worker) {
+    planes[part].visit([&](auto* values) {
+      before[worker].resize(size_ * sizeof(values[0]));
+      std::memcpy(before[worker].data(), values, before[worker].size());
+      const auto* old = reinterpret_cast<const std::remove_pointer_t<decltype(values)>*>(before[worker].data());
+      for (std::size_t i = 0; i < size_; ++i) values[i] = old[from[i]];
+    });
+  });
+}
+
+std::vector<Store::Plane> Store::planes_and_ids() const {
+  std::vector<Plane> planes{{nullptr, ids_.get()}};
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
     for (int c = 0; column.planes && c < width(a); ++c) {
-      shuffle(column.planes.get() + static_cast<std::size_t>(c) * capacity_, values);
+      planes.push_back({column.planes.get() + static_cast<std::size_t>(c) * capacity_, nullptr});
     }
   }
+  return planes;
 }
 
 std::size_t Store::packed_bytes(std::size_t count) const {
@@ -195,11 +218,12 @@ std::size_t Store::packed_bytes(std::size_t count) const {
   return once + count * each;
 }
 
-void Store::pack(std::span<const std::uint32_t> indices, Bytes& out) const {
+void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Pool& pool) const {
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;
-  out.reserve(out.size() + packed_bytes(indices.size()));
-  gather(ids_.get(), indices, out);
+  out.reserve(out.size() + packed_bytes(indices.size()));  // from here on the message stays where it is
+  std::vector<PackedColumn> packed{
+      {ids_.get(), sizeof(std::uint64_t), out.extend(indices.size() * sizeof(std::uint64_t))}};
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
     const Packed how = column.planes                                              ? Packed::planes
@@ -208,9 +232,14 @@ void Store::pack(std::span<const std::uint32_t> indices, Bytes& out) const {
     out.put(how);
     if (how == Packed::uniform) out.put_raw(column.value.data(), sizeof(float) * static_cast<std::size_t>(width(a)));
     for (int c = 0; how == Packed::planes && c < width(a); ++c) {
-      gather(column.planes.get() + static_cast<std::size_t>(c) * capacity_, indices, out);
+      const float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
+      packed.push_back({plane, sizeof(float), out.extend(indices.size() * sizeof(float))});
     }
   }
+  over_columns(pool, packed, indices.size(), [&](const PackedColumn& column, std::size_t first, std::size_t last) {
+    column.width == sizeof(float) ? gather<float>(column, indices, first, last)
+                                  : gather<std::uint64_t>(column, indices, first, last);
+  });
 }
 
 bool Store::adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before) {
@@ -220,19 +249,25 @@ bool Store::adopt_uniform(int attribute, std::array<float, 3> value, std::size_t
   return same_bits(column.value, value, width(attribute));
 }
 
-void Store::append(const Store& from, const std::vector<std::uint32_t>& indices) {
+void Store::append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool) {
   Bytes bytes;
-  from.pack(indices, bytes);
+  from.pack(indices, bytes, pool);
   Reader in(bytes.view());
-  unpack(in);
+  unpack(in, pool);
 }
 
-void Store::unpack(Reader& in) {
+void Store::unpack(Reader& in, threads::Pool& pool) {
   const auto count = in.get<std::uint64_t>();
   if (count == 0) return;
+  struct Arrived {
+    const std::byte* bytes;
+    std::byte* plane;
+    std::size_t width;
+  };
   const auto id_bytes = in.take(count * sizeof(std::uint64_t));
   const std::size_t first = grow(count);
-  std::memcpy(ids_.get() + first, id_bytes.data(), id_bytes.size());
+  std::vector<Arrived> arrived{
+      {id_bytes.data(), reinterpret_cast<std::byte*>(ids_.get() + first), sizeof(std::uint64_t)}};
   for (int a = 0; a < schema_->size(); ++a) {
     const int components = width(a);
     const auto how = in.get<Packed>();
@@ -245,7 +280,7 @@ void Store::unpack(Reader& in) {
       }
       for (int c = 0; c < components; ++c) {
         const auto bytes = in.take(count * sizeof(float));
-        std::memcpy(writable_plane(a, c) + first, bytes.data(), bytes.size());
+        arrived.push_back({bytes.data(), reinterpret_cast<std::byte*>(writable_plane(a, c) + first), sizeof(float)});
       }
       continue;
     }
@@ -257,6 +292,9 @@ void Store::unpack(Reader& in) {
       for (std::size_t i = 0; i < count; ++i) plane[i] = value[static_cast<std::size_t>(c)];
     }
   }
+  over_columns(pool, arrived, count, [](const Arrived& column, std::size_t begin, std::size_t end) {
+    std::memcpy(column.plane + begin * column.width, column.bytes + begin * column.width, (end - begin) * column.width);
+  });
 }
 
 std::size_t Store::memory_bytes() const {

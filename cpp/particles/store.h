@@ -11,6 +11,7 @@
 #include "particles/blocks.h"
 #include "particles/bytes.h"
 #include "particles/schema.h"
+#include "threads/pool.h"
 
 namespace motes::particles {
 
@@ -66,23 +67,23 @@ class Store {
   void copy_attribute(int from, int to);
 
   /// Removes the particles at these indices (ascending, no duplicates): the last particles move into the holes.
-  void remove(std::span<const std::uint32_t> indices);
+  void remove(std::span<const std::uint32_t> indices, threads::Pool& pool = threads::alone());
   void clear() { size_ = 0; }
 
   /// Moves the particle at from[i] to index i, for every i: `from` holds each index once. Planes stay where they are.
-  void permute(std::span<const std::uint32_t> from);
+  void permute(std::span<const std::uint32_t> from, threads::Pool& pool = threads::alone());
 
   /// Appends the particles at `indices` of this store to a message, in that order.
-  void pack(std::span<const std::uint32_t> indices, Bytes& out) const;
+  void pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Pool& pool = threads::alone()) const;
 
   /// The most bytes that pack() appends for this many particles.
   std::size_t packed_bytes(std::size_t count) const;
 
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
-  void unpack(Reader& in);
+  void unpack(Reader& in, threads::Pool& pool = threads::alone());
 
   /// Appends the particles at `indices` of another store of the same schema.
-  void append(const Store& from, const std::vector<std::uint32_t>& indices);
+  void append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool = threads::alone());
 
   /// Bytes of memory that the planes and ids take.
   std::size_t memory_bytes() const;
@@ -93,9 +94,21 @@ class Store {
     std::array<float, 3> value{};
   };
 
+  // A plane of floats, or the ids.
+  struct Plane {
+    float* values;
+    std::uint64_t* ids;
+
+    template <class Visitor>
+    void visit(const Visitor& visitor) const {
+      ids != nullptr ? visitor(ids) : visitor(values);
+    }
+  };
+
   static std::size_t index(int attribute) { return static_cast<std::size_t>(attribute); }
   int width(int attribute) const { return (*schema_)[attribute].width; }
   void materialize(int attribute);
+  std::vector<Plane> planes_and_ids() const;
   /// Adopts the uniform value of arriving particles: true where it is (or becomes) the value of all.
   bool adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before);
 

@@ -27,6 +27,7 @@ std::uint64_t key_of(double distance) {
 }
 
 constexpr int kDigitBits = 11, kDigits = 4, kRest = 64 - kDigits * kDigitBits;
+constexpr std::size_t kRange = std::size_t{1} << 14;  // places of one thread at a time
 constexpr std::size_t kValues = std::size_t{1} << kDigitBits;
 
 std::size_t digit_of(std::uint64_t key, int digit) { return key >> (kRest + digit * kDigitBits) & (kValues - 1); }
@@ -64,26 +65,29 @@ void sort_places(std::vector<Place>& places, const std::uint64_t* ids) {
 
 }  // namespace
 
-std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store) {
+std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store, threads::Pool& pool) {
   const double* eye = sort.numbers.data();
   const double* look = eye + 3;
   const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, store);
   const std::array<float, 3> everywhere = store.uniform_value(particles::position);
   std::vector<Place> places(chosen.size());
-  for (std::size_t k = 0; k < chosen.size(); ++k) {
+  const auto distance_of = [&](std::uint32_t particle) {
     double distance = 0;
     for (int c = 0; c < 3; ++c) {
       const float* x = store.plane(particles::position, c);
-      const double at = x != nullptr ? x[chosen[k]] : everywhere[static_cast<std::size_t>(c)];
+      const double at = x != nullptr ? x[particle] : everywhere[static_cast<std::size_t>(c)];
       distance += (at - eye[c]) * look[c];
     }
-    places[k] = {key_of(distance), chosen[k]};
-  }
+    return distance;
+  };
+  threads::over_ranges(pool, chosen.size(), kRange, [&](std::size_t, std::size_t, std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) places[k] = {key_of(distance_of(chosen[k])), chosen[k]};
+  });
   sort_places(places, store.ids());
   std::vector<std::uint32_t> from(store.size());
   std::iota(from.begin(), from.end(), 0u);
   for (std::size_t k = 0; k < chosen.size(); ++k) from[chosen[k]] = places[k].index;
-  store.permute(from);
+  store.permute(from, pool);
   return from;
 }
 

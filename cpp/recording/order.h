@@ -12,6 +12,7 @@ namespace motes::recording {
 /// Sorts the particles for which the action's condition holds by their distance from the eye along the look direction,
 /// far ones first, then by id; the others keep their places. NaN comes last. Returns where each particle came from: the
 /// particle that was at index [i] is now at index i.
-std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store);
+std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store,
+                                 threads::Pool& pool = threads::alone());
 
 }  // namespace motes::recording

@@ -10,6 +10,8 @@
 #include <string>
 #include <utility>
 
+#include "simd/float_mode.h"
+
 namespace motes::threads {
 namespace {
 
@@ -138,6 +140,7 @@ void Pool::take_parts(std::size_t worker) {
 }
 
 void Pool::serve(std::size_t worker) {
+  const simd::FloatMode mode;
   for (std::size_t seen = 0; join_task(seen);) {
     take_parts(worker);
     const std::lock_guard lock(mutex_);

@@ -13,7 +13,7 @@
 namespace motes::threads {
 
 /// Runs the parts of a task on the calling thread and on threads of its own. What the parts compute must not depend on
-/// who runs them, nor on the order. The pool's threads start with the first task of several parts; a while after the
+/// who runs them, nor on the order. The pool's threads compute in the engine's floating-point mode. They start with the first task of several parts; a while after the
 /// last part they sleep.
 class Pool {
  public:

@@ -16,10 +16,16 @@ std::string path_of(const std::string& directory, int rank) {
 Spans::Spans(const std::string& directory, int rank, double zero)
     : table_(path_of(directory, rank), 256), zero_(zero) {}
 
-void Spans::add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end) {
+void Spans::add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,
+                std::optional<double> cpu_s) {
   Row row;
   row.field("frame", frame).field("phase", std::string(phase)).field("system", system);
   row.field("start_s", start - zero_).field("end_s", end - zero_);
+  if (cpu_s) {
+    row.field("cpu_s", *cpu_s);
+  } else {
+    row.null("cpu_s");
+  }
   table_.add(row);
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "frame/table.h"
@@ -15,8 +16,9 @@ class Spans {
   /// Throws std::runtime_error, naming the path, where it cannot write.
   Spans(const std::string& directory, int rank, double zero);
 
-  /// `system`: its name, or empty for all.
-  void add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end);
+  /// `system`: its name, or empty for all. `cpu_s`: processor time of the rank's thread; none where phases overlap.
+  void add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,
+           std::optional<double> cpu_s);
   void write() { table_.write(); }
 
  private:

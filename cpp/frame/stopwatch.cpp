@@ -7,12 +7,14 @@
 namespace motes::frame {
 
 Stopwatch::Phase::Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system)
-    : watch_(watch), seconds_(seconds), phase_(phase), system_(std::move(system)), start_(comm::wall_seconds()) {}
+    : watch_(watch), seconds_(seconds), phase_(phase), system_(std::move(system)), start_(comm::wall_seconds()),
+      cpu_start_(watch.spans_ ? comm::cpu_seconds() : 0) {}
 
 Stopwatch::Phase::~Phase() {
   const double end = comm::wall_seconds();
   watch_.now_.*seconds_ += end - start_;
-  if (watch_.spans_ && watch_.in_frame_) watch_.spans_->add(watch_.frame_, phase_, system_, start_, end);
+  if (!watch_.spans_ || !watch_.in_frame_) return;
+  watch_.spans_->add(watch_.frame_, phase_, system_, start_, end, comm::cpu_seconds() - cpu_start_);
 }
 
 void Stopwatch::start() { frame_start_s_ = comm::wall_seconds(); }
@@ -38,7 +40,7 @@ void Stopwatch::keep_spans(const std::string& directory, int rank, double zero) 
 }
 
 void Stopwatch::note_messages(const std::string& system, double start) {
-  if (spans_ && in_frame_) spans_->add(frame_, "messages", system, start, comm::wall_seconds());
+  if (spans_ && in_frame_) spans_->add(frame_, "messages", system, start, comm::wall_seconds(), std::nullopt);
 }
 
 void Stopwatch::write_spans() {

@@ -24,7 +24,7 @@ class Stopwatch {
     double PhaseTimes::* seconds_;
     const char* phase_;
     std::string system_;
-    double start_;
+    double start_, cpu_start_;
   };
 
   /// The run begins: `waited_s` seconds were spent waiting for messages before.

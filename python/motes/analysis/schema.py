@@ -161,7 +161,8 @@ SPANS = Table(
         _FRAME
         + "rank int! - the file's rank\nphase str! - act, exchange, ...\n"
         + _SYSTEM.replace("!", "")
-        + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end"
+        + "start_s float! s since the run's start, on a clock common to all ranks\nend_s float! s its end\n"
+        + "cpu_s float s processor time of the rank's thread; null: overlaps other phases"
     ),
 )
 

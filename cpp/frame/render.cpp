@@ -53,12 +53,11 @@ void draw_work(Rank& rank, const image::View& view, const Work& draw) {
 }
 
 // Path gather: the image generator draws all of it.
-void draw_all(Rank& rank, Painter& painter) {
+void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   double records = static_cast<double>(painter.drawing.records);  // its own
   const std::vector<comm::Message> messages = receive_all(rank, records);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
-  draw_work(rank, painter.view, [&] {
-    const image::View& view = painter.view;
+  draw_work(rank, view, [&] {
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
     painter.canvas.begin(view, view.linear);
@@ -77,13 +76,12 @@ void draw_all(Rank& rank, Painter& painter) {
 }
 
 // What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
-void open_tiles(Rank& rank, Painter& painter) {
+void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
-  draw_work(rank, painter.view, [&] {
-    const image::View& view = painter.view;
+  draw_work(rank, view, [&] {
     painter.scene.prepare(view);
     painter.tile.begin(painter.scene);
-    painter.pieces.begin(view);
+    painter.pieces.begin(view, painter.slots);
     for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
     if (!rank.talk.draws()) return;
     const std::size_t lanes = 3 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
@@ -120,22 +118,24 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.light_kept = false;
   if (!script.record.view) return;
   const Conversation& talk = rank.talk;
-  painter.view = *script.record.view;
-  painter.drawing.width = painter.view.width;
-  painter.drawing.height = painter.view.height;
+  const image::View& view = *script.record.view;
+  painter.drawing.width = view.width;
+  painter.drawing.height = view.height;
   painter.drawing.path = painter.plan.path;
+  painter.drawing.order = painter.plan.order;
+  painter.slots = slots_of(painter.plan.order, {view.width, view.height});
   await_all(rank, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {
     if (talk.calculates()) send_records(rank, painter);
-    if (talk.draws()) draw_all(rank, painter);
+    if (talk.draws()) draw_all(rank, view, painter);
   } else {
-    open_tiles(rank, painter);
+    open_tiles(rank, view, painter);
     if (talk.calculates()) send_records(rank, painter);
-    draw_tiles(rank, painter);
-    if (talk.draws()) assemble(rank, painter);
+    draw_tiles(rank, view, painter);
+    if (talk.draws()) assemble(rank, view, painter);
   }
-  painter.light_kept = painter.view.linear && talk.draws() && !talk.failed();
+  painter.light_kept = view.linear && talk.draws() && !talk.failed();
 }
 
 }  // namespace motes::frame

@@ -1,5 +1,5 @@
-// render (paper 3.2.4): calculators project their particles and send what is visible to whoever draws it; the image
-// generator has the whole picture in the end. render_plan.h says who draws what.
+// render (paper 3.2.4): calculators project their particles and send what is visible to the ranks that draw it; the
+// image generator has the whole picture in the end. render_plan.h says who draws what.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ namespace motes::frame {
 
 /// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
 struct Painter {
-  RenderPlan plan;   // of this frame's picture, as the manager told it
-  image::View view;  // of this frame
+  RenderPlan plan;     // of this frame's picture, as the manager told it
+  image::Slots slots;  // its order of tiles
   image::Projector projector;
   std::vector<image::Records> records;  // of this rank's particles, one per system
   image::Canvas canvas;                 // path gather: all of the picture

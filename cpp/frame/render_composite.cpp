@@ -8,7 +8,8 @@ namespace motes::frame {
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out) {
   std::uint64_t all = 0;
   int made = 0;
-  for (int tile = first; tile < end; ++tile) {
+  for (int slot = first; slot < end; ++slot) {
+    const int tile = painter.slots.tile(slot);
     const std::size_t records = painter.pieces.collect(tile, painter.of_tile);
     if (records == 0) continue;
     painter.scene.render({&tile, 1});  // objects hide what is behind them

@@ -9,17 +9,17 @@
 
 namespace motes::frame {
 
-/// Appends what this calculator's particles make of those of tiles first .. end - 1 that they touch. Returns how many
-/// records that stands for.
+/// Appends what this calculator's particles make of those tiles in slots first .. end - 1 that they touch. Returns how
+/// many records that stands for.
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out);
 
-/// Partial tiles of one message, in the order of their tiles.
+/// Partial tiles of one message, in the order of their slots.
 class Partials {
  public:
   explicit Partials(particles::Reader in) : in_(in) { next(); }
 
   /// Adds what the message has of a tile to the painter's sums; returns how many records that stands for. Tiles must be
-  /// asked for in ascending order.
+  /// asked for in the order of their slots.
   std::uint64_t add_to(int tile, image::TilePainter& painter);
   /// Whether the message has something of this tile.
   bool has(int tile) const { return tile_ == tile; }

@@ -17,8 +17,7 @@ void note_pictures(const Rank& rank, const Script& script, const Round& round, c
                    RenderLoad& load);
 
 /// Manager: the plan of the frame's picture, where it has one and this is its first round.
-void put_plan(const Rank& rank, const Script& script, const Round& round, const RenderLoad& load,
-              particles::Bytes& out);
+void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, particles::Bytes& out);
 /// All ranks.
 std::optional<RenderPlan> take_plan(particles::Reader& in);
 

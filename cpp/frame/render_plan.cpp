@@ -13,33 +13,35 @@ constexpr double kNano = 1e-9;
 
 // What there is to draw, in seconds and records.
 struct Work {
-  std::vector<double> records;    // in each tile
-  std::vector<double> pixels;     // in each tile
+  std::vector<double> records;    // in each slot
+  std::vector<double> pixels;     // in each slot
   double all_records = 0;
   double all_pixels = 0;
   double active = 0;              // tiles with records
   double particles = 0;
   double record_s = 0;            // drawing one record, the mean over systems
   double byte_s = costs::kByte * kNano;
+  Deal deal;
 };
 
-Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load) {
+Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
+             const roles::Cast& cast, int ranks) {
   Work w;
+  w.deal = deal_along(load.axis, view, cast, ranks);
   const image::Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles());
+  const image::Slots slots = slots_of(w.deal.order, grid);
   for (const auto& calculator : load.calculators) w.particles += calculator.particles * load.scale;
-  w.pixels.resize(tiles);
-  for (std::size_t t = 0; t < tiles; ++t) {
-    const image::Area area = grid.area(static_cast<int>(t));
-    w.pixels[t] = static_cast<double>(area.width) * area.height;
-    w.all_pixels += w.pixels[t];
-  }
-  w.records.resize(tiles);
+  w.all_pixels = static_cast<double>(view.width) * view.height;
   const bool counted = load.grid.width == view.width && load.grid.height == view.height && load.counts.size() == tiles;
-  for (std::size_t t = 0; t < tiles; ++t) {
-    w.records[t] = counted ? load.counts[t] * load.scale : w.particles * w.pixels[t] / w.all_pixels;
-    w.all_records += w.records[t];
-    w.active += w.records[t] > 0 ? 1 : 0;
+  for (std::size_t s = 0; s < tiles; ++s) {
+    const int tile = slots.tile(static_cast<int>(s));
+    const image::Area area = grid.area(tile);
+    w.pixels.push_back(static_cast<double>(area.width) * area.height);
+    w.records.push_back(counted ? load.counts[static_cast<std::size_t>(tile)] * load.scale
+                                : w.particles * w.pixels[s] / w.all_pixels);
+    w.all_records += w.records[s];
+    w.active += w.records[s] > 0 ? 1 : 0;
   }
   double record = 0;
   for (const image::Sprite& sprite : sprites) record += costs::record(sprite, view);
@@ -73,26 +75,28 @@ std::vector<double> ahead(std::vector<double> busy, double work) {
   return busy;
 }
 
-// Cuts the row of tiles into stretches, one per rank, whose work comes near what each rank has time for.
-std::vector<std::uint32_t> deal_tiles(const std::vector<double>& work, const std::vector<double>& seconds) {
+// Cuts the row of slots into stretches, one per rank, whose work comes near what each rank has time for.
+RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& work,
+                      const std::vector<double>& seconds) {
   const double all = std::accumulate(work.begin(), work.end(), 0.0);
   const std::vector<double> busy = ahead(seconds, all);
   const double level = level_of(busy, all);
-  std::vector<std::uint32_t> ends;
+  RenderPlan plan{path, deal.order, std::vector<std::uint32_t>(busy.size()), std::vector<std::uint32_t>(busy.size())};
+  // Sums are rounded: what is left goes to the last rank that draws at all.
+  const auto draws = [&](int rank) { return level > busy[static_cast<std::size_t>(rank)]; };
+  const auto found = std::find_if(deal.ranks.rbegin(), deal.ranks.rend(), draws);
+  const int last = found == deal.ranks.rend() ? deal.ranks.back() : *found;
   double wanted = 0;
   double dealt = 0;
-  std::uint32_t tile = 0;
-  for (const double b : busy) {
-    wanted += std::max(0.0, level - b);
-    while (tile < work.size() && dealt + work[tile] / 2 <= wanted) dealt += work[tile++];
-    ends.push_back(tile);
+  std::uint32_t slot = 0;
+  for (const int rank : deal.ranks) {
+    const auto r = static_cast<std::size_t>(rank);
+    plan.firsts[r] = slot;
+    wanted += std::max(0.0, level - busy[r]);
+    while (slot < work.size() && (rank == last || dealt + work[slot] / 2 <= wanted)) dealt += work[slot++];
+    plan.ends[r] = slot;
   }
-  // Sums are rounded: what is left goes to the last rank that draws at all.
-  for (std::size_t r = ends.size(); r-- > 0;) {
-    ends[r] = static_cast<std::uint32_t>(work.size());
-    if (level > busy[r]) break;
-  }
-  return ends;
+  return plan;
 }
 
 // The slowest rank's end, with the tiles that it really got.
@@ -103,6 +107,18 @@ double slowest(const RenderPlan& plan, const std::vector<double>& work, const st
     most = std::max(most, std::accumulate(work.begin() + plan.first(rank), work.begin() + plan.end(rank), busy[r]));
   }
   return most;
+}
+
+// A tile's scenery is rendered by its owner and kept while camera and objects stand still. So tiles with objects stay
+// with their owners, as long as other stretches would not be better by more than what seconds differ from frame to
+// frame.
+RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& load, const std::vector<double>& work,
+                  const std::vector<double>& busy) {
+  constexpr double kNoise = 1.02;
+  const bool comparable = load.last.path == next.path && load.last.order == next.order &&
+                          load.grid.width == view.width && load.grid.height == view.height;
+  if (view.objects.empty() || !comparable) return next;
+  return slowest(load.last, work, busy) <= kNoise * slowest(next, work, busy) ? load.last : next;
 }
 
 // When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
@@ -130,8 +146,9 @@ RenderEstimate estimate_gather(const Work& w, const image::View& view, const Ren
   RenderEstimate e;
   const auto home = static_cast<std::size_t>(cast.image_generator);
   e.plan.path = Path::gather;
+  e.plan.firsts.assign(seconds.size(), 0);
   e.plan.ends.assign(seconds.size(), 0);
-  std::fill(e.plan.ends.begin() + cast.image_generator, e.plan.ends.end(), static_cast<std::uint32_t>(w.pixels.size()));
+  e.plan.ends[home] = static_cast<std::uint32_t>(w.pixels.size());
   const double own = cast.calculator_of(cast.image_generator) >= 0 && !load.calculators.empty()
                          ? 1.0 / static_cast<double>(load.calculators.size())
                          : 0.0;
@@ -152,7 +169,6 @@ double assembly(const Work& w, std::size_t ranks) {
 RenderEstimate estimate_tiles(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
                               std::vector<double> seconds) {
   RenderEstimate e;
-  e.plan.path = Path::tiles;
   const auto ranks = static_cast<double>(seconds.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
@@ -160,8 +176,9 @@ RenderEstimate estimate_tiles(const Work& w, const image::View& view, const Rend
   for (std::size_t t = 0; t < work.size(); ++t) {
     work[t] = w.records[t] * w.record_s + w.pixels[t] * costs::kPixel * kNano;
   }
-  e.plan.ends = deal_tiles(work, seconds);
-  const double bytes = w.all_records * (1 - 1 / ranks) * costs::record_bytes(view);
+  e.plan = steady(deal_tiles(Path::tiles, w.deal, work, seconds), view, load, work, seconds);
+  const double crossing = load.crossing >= 0 ? load.crossing : 1 - 1 / ranks;
+  const double bytes = w.all_records * crossing * costs::record_bytes(view);
   const double exchange = bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
   e.seconds = slowest_projection(load) + exchange + slowest(e.plan, work, seconds);
   return e;
@@ -170,7 +187,6 @@ RenderEstimate estimate_tiles(const Work& w, const image::View& view, const Rend
 RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const roles::Cast& cast,
                                   std::vector<double> seconds) {
   RenderEstimate e;
-  e.plan.path = Path::composite;
   const auto ranks = static_cast<double>(seconds.size());
   const double tile_pixels = w.all_pixels / static_cast<double>(w.pixels.size());
   double most = 0;      // the slowest calculator's own particles
@@ -191,7 +207,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
     work[t] = w.pixels[t] * kNano *
               (costs::kPixel + added * (costs::kPartialPixel + costs::kPartialBytes * (1 - 1 / ranks) * costs::kByte));
   }
-  e.plan.ends = deal_tiles(work, seconds);
+  e.plan = deal_tiles(Path::composite, w.deal, work, seconds);
   const auto senders = static_cast<double>(load.calculators.size());
   e.seconds =
       slowest_projection(load) + most + (ranks + senders) * costs::kMessage * kNano + slowest(e.plan, work, seconds);
@@ -207,7 +223,7 @@ bool may_be_added_up(std::span<const image::Sprite> sprites) {
 
 RenderEstimate estimate(Path path, const image::View& view, std::span<const image::Sprite> sprites,
                         const RenderLoad& load, const roles::Cast& cast, int ranks) {
-  const Work w = work_of(view, sprites, load);
+  const Work w = work_of(view, sprites, load, cast, ranks);
   std::vector<double> seconds = busy(load, cast, ranks);
   if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(seconds));
   if (path == Path::composite) return estimate_composite(w, load, cast, std::move(seconds));

@@ -7,19 +7,21 @@
 #include <vector>
 
 #include "frame/render_costs.h"
+#include "frame/render_order.h"
 #include "image/grid.h"
 #include "image/scene.h"
 #include "roles/cast.h"
 
 namespace motes::frame {
 
-/// The tiles of a picture are dealt out in rows from the top left, a stretch of them to each rank: what a rank needs of
-/// a batch of records is then one range, and its part of the picture is nearly a rectangle.
+/// Each rank draws a stretch of the picture's tiles in some order (slots): what it needs of a batch of records is then
+/// one range, and its part of the picture is nearly a rectangle.
 struct RenderPlan {
   image::View::Path path = image::View::Path::gather;  // never automatic
-  std::vector<std::uint32_t> ends;  // rank r draws tiles ends[r - 1] (or 0) .. ends[r] - 1
+  TileOrder order = TileOrder::rows;                   // of slots; rows where one rank draws all of them
+  std::vector<std::uint32_t> firsts, ends;             // rank r draws slots firsts[r] .. ends[r] - 1
 
-  int first(int rank) const { return rank == 0 ? 0 : static_cast<int>(ends[static_cast<std::size_t>(rank) - 1]); }
+  int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
   int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
   bool draws(int rank) const { return first(rank) < end(rank); }
 
@@ -28,7 +30,7 @@ struct RenderPlan {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, RenderPlan& plan) {
-  visit(plan.path, plan.ends);
+  visit(plan.path, plan.order, plan.firsts, plan.ends);
 }
 
 /// What the manager knows of the work that a picture makes: the newest that ranks have told.
@@ -44,6 +46,9 @@ struct RenderLoad {
   std::vector<std::uint32_t> counts;    // records in each of its tiles
   std::vector<Calculator> calculators;  // in the order of the domains
   double scale = 1;                     // under a simulator: what each particle and record stands for
+  double crossing = -1;                 // the part of records that went to other ranks' tiles; below 0: not known
+  RenderPlan last;                      // of the last picture
+  int axis = 0;                         // of the domains
 };
 
 /// What a picture would take on one path: seconds from the first projected particle to the last actions of the next

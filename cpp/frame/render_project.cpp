@@ -48,13 +48,14 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "project");
   const double start = rank.machine.compute_seconds();
   rank.talk.work("render", [&] {
-    const image::View& view = painter.view;
+    const image::View& view = *script.record.view;
     std::uint64_t particles = 0;
     painter.records.resize(script.systems.size());
     for (std::size_t i = 0; i < script.systems.size(); ++i) {
       const particles::Store& store = calculator.populations[i]->store;
-      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i],
-                                projection(script, i));
+      image::Projection how = projection(script, i);
+      how.slots = &painter.slots;
+      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i], how);
       particles += store.size();
     }
     count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);
@@ -79,6 +80,7 @@ void send_records(Rank& rank, Painter& painter) {
                     : put_records(painter, plan.first(to), plan.end(to), message.bytes());
     });
     if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
+    painter.drawing.sent += records;
     painter.drawing.bytes += message.payload().size();
     talk.comm().post(to, comm::Phase::records, talk.stamp(), std::move(message), records, talk.failed());
   }

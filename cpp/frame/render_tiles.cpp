@@ -58,9 +58,9 @@ class TilesOfRank {
   // Draws into the picture itself, or into a message.
   void draw_here() {
     const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
-    for (int tile = first_; tile < end_; ++tile) {
-      const Area area = painter_.scene.grid().area(tile);
-      paint(tile);
+    for (int slot = first_; slot < end_; ++slot) {
+      const Area area = painter_.scene.grid().area(painter_.slots.tile(slot));
+      paint(slot);
       if (whole_) {
         painter_.tile.sums(painter_.whole.at(area), row);
         painter_.layers.keep(painter_.tile, painter_.of_tile, area);
@@ -72,9 +72,9 @@ class TilesOfRank {
   }
 
   void draw_into(particles::Bytes& out) {
-    for (int tile = first_; tile < end_; ++tile) {
-      const Area area = painter_.scene.grid().area(tile);
-      const bool blank = paint(tile);
+    for (int slot = first_; slot < end_; ++slot) {
+      const Area area = painter_.scene.grid().area(painter_.slots.tile(slot));
+      const bool blank = paint(slot);
       out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
       const std::size_t row = 3 * static_cast<std::size_t>(area.width);
       if (whole_) {
@@ -95,7 +95,8 @@ class TilesOfRank {
 
  private:
   // Returns whether the tile is background and nothing else.
-  bool paint(int tile) {
+  bool paint(int slot) {
+    const int tile = painter_.slots.tile(slot);
     std::uint64_t records = painter_.pieces.collect(tile, painter_.of_tile);
     drawn_ += records;
     painter_.scene.render({&tile, 1});
@@ -105,7 +106,7 @@ class TilesOfRank {
       records += partials.add_to(tile, painter_.tile);
     }
     painter_.tile.paint(painter_.of_tile);
-    painter_.drawing.counts[static_cast<std::size_t>(tile - first_)] = static_cast<std::uint32_t>(records);
+    painter_.drawing.counts[static_cast<std::size_t>(slot - first_)] = static_cast<std::uint32_t>(records);
     return records == 0 && !painter_.scene.scenery().occupied(tile);
   }
 
@@ -149,7 +150,7 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
 
 }  // namespace
 
-void draw_tiles(Rank& rank, Painter& painter) {
+void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
   Conversation& talk = rank.talk;
   if (!painter.plan.draws(talk.rank())) return;
   const std::vector<comm::Message> messages = receive_records(rank);
@@ -160,7 +161,7 @@ void draw_tiles(Rank& rank, Painter& painter) {
     const double start = rank.machine.compute_seconds();
     if (!told) {
       talk.work("render", [&] {
-        TilesOfRank tiles(rank, painter.view, painter);
+        TilesOfRank tiles(rank, view, painter);
         tiles.take(messages);
         if (talk.draws()) {
           tiles.draw_here();
@@ -185,9 +186,8 @@ void draw_tiles(Rank& rank, Painter& painter) {
   if (told && !talk.failed()) give_up_for(rank, messages.back());
 }
 
-void assemble(Rank& rank, Painter& painter) {
+void assemble(Rank& rank, const image::View& view, Painter& painter) {
   Conversation& talk = rank.talk;
-  const image::View& view = painter.view;
   const image::Grid grid{view.width, view.height};
   for (int from = 0; from < talk.size() && !talk.failed(); ++from) {
     if (from == talk.rank() || !painter.plan.draws(from)) continue;
@@ -199,8 +199,8 @@ void assemble(Rank& rank, Painter& painter) {
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
     talk.work("render", [&] {
       particles::Reader in = message.reader();
-      for (int tile = painter.plan.first(from); tile < painter.plan.end(from); ++tile) {
-        place(in, grid.area(tile), view, painter);
+      for (int slot = painter.plan.first(from); slot < painter.plan.end(from); ++slot) {
+        place(in, grid.area(painter.slots.tile(slot)), view, painter);
       }
       if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
     });

@@ -7,9 +7,9 @@
 namespace motes::frame {
 
 /// Each rank that owns tiles: receives what belongs into them, draws them, and sends them to the image generator.
-void draw_tiles(Rank& rank, Painter& painter);
+void draw_tiles(Rank& rank, const image::View& view, Painter& painter);
 
 /// Image generator: puts the tiles of all ranks together.
-void assemble(Rank& rank, Painter& painter);
+void assemble(Rank& rank, const image::View& view, Painter& painter);
 
 }  // namespace motes::frame

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "balance/cuts.h"
+#include "frame/render_order.h"
 #include "image/scene.h"
 #include "particles/bytes.h"
 #include "particles/digest.h"
@@ -133,16 +134,18 @@ struct Drawing {
   std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
   image::View::Path path = image::View::Path::gather;
   std::uint64_t records = 0;  // of its own particles
+  std::uint64_t sent = 0;     // those that went to other ranks, as they are or drawn
   std::uint64_t bytes = 0;    // sent to other ranks
   std::uint32_t active = 0;   // tiles that its own particles touch
-  std::uint32_t first = 0;    // the first tile that it drew
-  std::vector<std::uint32_t> counts;  // records in each tile that it drew
+  TileOrder order = TileOrder::rows;
+  std::uint32_t first = 0;            // the first slot that it drew
+  std::vector<std::uint32_t> counts;  // records in each slot that it drew
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Drawing& drawing) {
-  visit(drawing.width, drawing.height, drawing.path, drawing.records, drawing.bytes, drawing.active, drawing.first,
-        drawing.counts);
+  visit(drawing.width, drawing.height, drawing.path, drawing.records, drawing.sent, drawing.bytes, drawing.active,
+        drawing.order, drawing.first, drawing.counts);
 }
 
 /// What became known too late for the report of its own frame: it is sent with the next one.

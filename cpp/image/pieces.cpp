@@ -5,10 +5,11 @@
 
 namespace motes::image {
 
-void Pieces::begin(const View& view) {
+void Pieces::begin(const View& view, const Slots& slots) {
   parts_.clear();
   brushes_.clear();
   view_ = view;
+  slots_ = slots;
 }
 
 void Pieces::add(std::span<const std::byte> message) {
@@ -31,10 +32,11 @@ const Brush& Pieces::brush_for(const Sprite& sprite, Layout layout) {
 
 std::size_t Pieces::collect(int tile, std::vector<Piece>& pieces) const {
   pieces.clear();
+  const int slot = slots_.slot(tile);
   std::size_t count = 0;
   for (const Part& part : parts_) {
     for (const RecordsView::Batch& batch : part.records.batches()) {
-      const RecordsView::Piece piece = part.records.piece(batch, tile);
+      const RecordsView::Piece piece = part.records.piece(batch, slot);
       if (piece.count == 0) continue;
       pieces.push_back({part.brush, piece.records, piece.count});
       count += piece.count;

@@ -8,6 +8,7 @@
 
 #include "image/brush.h"
 #include "image/records.h"
+#include "image/slots.h"
 
 namespace motes::image {
 
@@ -21,8 +22,8 @@ struct Piece {
 /// All messages of a frame, from any number of ranks.
 class Pieces {
  public:
-  /// Forgets the last frame's messages.
-  void begin(const View& view);
+  /// Forgets the last frame's messages. `slots`: the order of tiles that they were made with.
+  void begin(const View& view, const Slots& slots = {});
 
   /// The bytes must not change while pieces of them are in use. Throws std::runtime_error where they are malformed or
   /// made for a different view.
@@ -41,6 +42,7 @@ class Pieces {
   const Brush& brush_for(const Sprite& sprite, Layout layout);
 
   View view_;
+  Slots slots_;
   std::deque<Brush> brushes_;  // a deque: pieces point to brushes
   std::vector<Part> parts_;
 };

@@ -1,4 +1,4 @@
-// What calculators send to whoever draws: the visible particles of one system as screen-space records.
+// What calculators send to the ranks that draw: the visible particles of one system as screen-space records.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,4 @@
-// A rank that fails in the middle of a picture: all who need its part hear why, whoever draws, in any order of events.
+// A rank that fails in the middle of a picture: all who need its part hear why, on every path, in any order of events.
 #include <map>
 #include <memory>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-// Who draws what: the plan of a picture from counts and seconds.
+// Who draws what: the plan of a picture from counts and seconds; and in which order tiles are dealt out.
 #include <numeric>
 
 #include "check.h"
@@ -40,7 +40,29 @@ RenderPlan plan(const image::View& view, const RenderLoad& load, const roles::Ca
 }
 
 double records_of(const RenderPlan& plan, const RenderLoad& load, int rank) {
-  return std::accumulate(load.counts.begin() + plan.first(rank), load.counts.begin() + plan.end(rank), 0.0);
+  const image::Slots slots = frame::slots_of(plan.order, load.grid);
+  double records = 0;
+  for (int s = plan.first(rank); s < plan.end(rank); ++s)
+    records += load.counts[static_cast<std::size_t>(slots.tile(s))];
+  return records;
+}
+
+// Every slot has one owner, in the order in which the tiles are dealt out.
+void check_owners(const RenderPlan& plan, int ranks, int slots) {
+  std::vector<int> owners(static_cast<std::size_t>(slots), 0);
+  for (int r = 0; r < ranks; ++r) {
+    CHECK(plan.first(r) <= plan.end(r));
+    for (int s = plan.first(r); s < plan.end(r); ++s) ++owners[static_cast<std::size_t>(s)];
+  }
+  for (const int n : owners) CHECK(n == 1);
+}
+
+image::View seen_from(image::Vector position, image::Vector up = {0, 1, 0}) {
+  image::View view = ::view(Path::tiles);
+  view.camera.position = position;
+  view.camera.look_at = {0, 0, 0};
+  view.camera.up = up;
+  return view;
 }
 
 }  // namespace
@@ -55,9 +77,9 @@ TEST(each_tile_has_one_owner_whatever_the_loads) {
           some.calculators.front().act_s *= ranks;
           const RenderPlan p = plan(view(path), some, cast, ranks);
           CHECK(p.ends.size() == static_cast<std::size_t>(ranks));
-          CHECK(p.path != Path::automatic && p.end(ranks - 1) == kTiles);
+          CHECK(p.path != Path::automatic);
           CHECK(path == Path::automatic || p.path == path);
-          for (int r = 0; r < ranks; ++r) CHECK(p.first(r) <= p.end(r));
+          check_owners(p, ranks, kTiles);
           if (p.path == Path::gather)
             CHECK(p.first(cast.image_generator) == 0 && p.end(cast.image_generator) == kTiles);
         }
@@ -118,5 +140,53 @@ TEST(counts_of_another_picture_are_not_used) {
   RenderLoad other = load(cast, 3.2e6, 0, 1);
   other.grid = {1080, 1920};
   CHECK_NEAR(plan(view(Path::tiles), other, cast, 2).end(0), kTiles / 2, 20);
-  CHECK(plan(view(Path::tiles), {}, cast, 2).end(1) == kTiles);
+  check_owners(plan(view(Path::tiles), {}, cast, 2), 2, kTiles);
+}
+
+TEST(slots_are_tiles_row_by_row_or_column_by_column) {
+  const image::Grid grid{3 * image::kTile, 2 * image::kTile};
+  const image::Slots columns = frame::slots_of(frame::TileOrder::columns, grid);
+  const image::Slots rows = frame::slots_of(frame::TileOrder::rows, grid);
+  const int tiles[6] = {0, 3, 1, 4, 2, 5};
+  for (int s = 0; s < 6; ++s) {
+    CHECK(columns.tile(s) == tiles[s] && columns.slot(tiles[s]) == s);
+    CHECK(rows.tile(s) == s);
+  }
+}
+
+TEST(calculators_draw_where_their_slices_are_seen) {
+  const roles::Cast four = roles::cast_shared(4);
+  const auto dealt = [&](int axis, const image::View& view) { return frame::deal_along(axis, view, four, 4); };
+  const std::vector<int> up{0, 1, 2, 3}, down{3, 2, 1, 0};
+  using frame::TileOrder;
+  const image::View front = seen_from({0, 1, 9}), back = seen_from({0, 1, -9}), top = seen_from({0, 9, 0}, {1, 0, 0});
+  CHECK(dealt(0, front).order == TileOrder::columns && dealt(0, front).ranks == up);
+  CHECK(dealt(0, back).order == TileOrder::columns && dealt(0, back).ranks == down);
+  CHECK(dealt(1, front).order == TileOrder::rows &&
+        dealt(1, front).ranks == down);  // the lowest slice is at the bottom
+  CHECK(dealt(0, top).order == TileOrder::rows && dealt(0, top).ranks == down);
+  CHECK(dealt(2, top).order == TileOrder::columns);
+}
+
+TEST(ranks_without_particles_draw_between_the_calculators) {
+  const auto ranks = [](const roles::Cast& cast, int size) {
+    return frame::deal_along(0, seen_from({0, 0, 9}), cast, size).ranks;
+  };
+  CHECK(ranks(roles::cast_auto(3), 3).at(1) == 2);
+  CHECK((ranks(roles::cast_auto(4), 4) == std::vector<int>{2, 0, 1, 3}));
+  CHECK((ranks(roles::cast_auto(6), 6) == std::vector<int>{2, 0, 3, 4, 1, 5}));
+}
+
+TEST(tiles_with_objects_stay_with_their_owners_while_others_are_no_better) {
+  const roles::Cast cast = roles::cast_shared(4);
+  image::View still = view(Path::tiles);
+  RenderLoad some = load(cast, 3.2e6);
+  some.last = plan(still, some, cast, 4);
+  RenderLoad later = some;
+  later.calculators[0].act_s *= 1.05;  // of 2.5 ms, where drawing takes 10
+  CHECK(plan(still, later, cast, 4) != some.last);
+  still.objects.resize(1);
+  CHECK(plan(still, later, cast, 4) == some.last);
+  later.calculators[0].act_s *= 2;
+  CHECK(plan(still, later, cast, 4) != some.last);
 }

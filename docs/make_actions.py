@@ -54,9 +54,9 @@ repeats over {particles} particles (`python -m motes bench actions`). "in cache"
 """
 # Why an action adds more than 1 ns.
 REASONS = {
-    "random_acceleration random_velocity random_displacement random_rotational_velocity": "ten rounds of "
-    "Philox, the generator that makes a draw a function of seed, particle and step alone",
-    "jet": "draws, as above, for each vector of particles with one inside",
+    "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers, "
+    "a function of seed, particle and step alone: ten multiplications of integers for four words",
+    "jet": "random numbers for each vector of particles with one inside",
     "explosion": "an exponential, a square root and a division",
     "vortex": "a logarithm and an exponential, a square root and divisions",
     "avoid": "where the path meets the shape: a square root, divisions and, for those that do, more of them",

@@ -1,4 +1,5 @@
-// Philox4x32 counter-based random numbers: J. Salmon et al., "Parallel random numbers: as easy as 1, 2, 3", SC11.
+// Counter-based random numbers: a draw is a function of its counter. Philox4x32 (J. Salmon et al., "Parallel random
+// numbers: as easy as 1, 2, 3", SC11) makes keys, and a cheaper function of a key makes the draws of a particle.
 #pragma once
 
 #include "particles/blocks.h"
@@ -65,39 +66,89 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// What all draws of one action have in common.
-struct Stream {
-  std::uint32_t step, stream;
-  RoundKeys<particles::philox_rounds> keys;
-
-  MOTES_INLINE Stream(std::uint32_t step_number, std::uint32_t stream_number, particles::Key key)
-      : step(step_number), stream(stream_number), keys(key.low, key.high) {}
+/// The words of one draw that are the same for all particles: Philox of seed, system, step, stream and draw.
+struct DrawKey {
+  std::uint32_t word[8];
 };
 
-/// Philox of (id, step, stream and draw) for the particles in `Vectors` vectors. The rounds of a single vector spend
-/// most of the time waiting for each other; a second vector fills the gaps.
-template <int Vectors>
-MOTES_INLINE void random_bits(const Stream& from, const std::uint64_t* ids, std::uint32_t draw, Uints4* out) {
-  // The second half of the counter is the same in all lanes, so round 0 needs only half of the multiplications.
-  const std::uint64_t second = std::uint64_t{from.step} * kSecondFactor;
-  const Wide a = all_wide(static_cast<std::uint32_t>(second >> 32)) ^ from.keys.low[0];
-  const Wide b = all_wide(static_cast<std::uint32_t>(second));
-  const Wide c = all_wide(from.stream << particles::draw_bits | draw) ^ from.keys.high[0];
-  Counter counter[2 * Vectors];
-#pragma GCC unroll 4
-  for (int k = 0; k < Vectors; ++k) {
-    const Wides id = load_ids(ids + static_cast<std::size_t>(k) * kLanes);
-    const Wide first = multiply(id.first, all_wide(kFirstFactor)), other = multiply(id.second, all_wide(kFirstFactor));
-    counter[2 * k] = {upper(id.first) ^ a, b, upper(first) ^ c, first};
-    counter[2 * k + 1] = {upper(id.second) ^ a, b, upper(other) ^ c, other};
+/// What all draws of one action have in common. Keys are computed when a draw is first asked for, a vector of them at
+/// once.
+class Stream {
+ public:
+  MOTES_INLINE Stream(std::uint32_t step, std::uint32_t stream, particles::Key key)
+      : step_(step), stream_(stream), key_(key) {}
+
+  MOTES_INLINE const DrawKey& of(std::uint32_t draw) const {
+    draw %= kMost;
+    while (draw >= ready_) prepare();
+    return draws_[draw];
   }
-#pragma GCC unroll 10
-  for (int round = 1; round < particles::philox_rounds; ++round) {
-#pragma GCC unroll 4
-    for (int k = 0; k < 2 * Vectors; ++k) counter[k] = philox_round(counter[k], from.keys, round);
+
+ private:
+  static constexpr std::uint32_t kMost = 1u << particles::draw_bits;
+  static constexpr std::uint32_t kAtOnce = kLanes / 2;  // each draw takes two of Philox's results
+
+  __attribute__((noinline)) void prepare() const {
+    std::uint64_t lane[kLanes];
+    for (std::size_t i = 0; i < kLanes; ++i) {
+      lane[i] = stream_ << particles::draw_bits | (ready_ + static_cast<std::uint32_t>(i / 2));
+    }
+    const Wides streams = load_ids(lane);
+    for (std::size_t i = 0; i < kLanes; ++i) lane[i] = i % 2;
+    const Wides halves = load_ids(lane);
+    const RoundKeys<particles::philox_rounds> keys(key_.low, key_.high);
+    const Wide step = all_wide(step_), tag = all_wide(0x6d6f7465u);  // "mote"
+    const Counter one = philox<particles::philox_rounds>({step, streams.first, tag, halves.first}, keys);
+    const Counter two = philox<particles::philox_rounds>({step, streams.second, tag, halves.second}, keys);
+    const Uints4 words = join(one, two);
+    for (std::uint32_t i = 0; i < kLanes; ++i) {
+      std::uint32_t* to = draws_[ready_ + i / 2].word + 4 * (i % 2);
+      to[0] = words.a[i];
+      to[1] = words.b[i];
+      to[2] = words.c[i];
+      to[3] = words.d[i];
+    }
+    ready_ += kAtOnce;
   }
-#pragma GCC unroll 4
-  for (int k = 0; k < Vectors; ++k) out[k] = join(counter[2 * k], counter[2 * k + 1]);
+
+  std::uint32_t step_, stream_;
+  particles::Key key_;
+  mutable std::uint32_t ready_ = 0;
+  mutable DrawKey draws_[kMost];
+};
+
+/// Four words for each of kLanes ids: two keyed 32-bit mixes of the id (multiply and xor-shift, after C. Wellons'
+/// search for integer hashes), then each word from both, so that no word is a permutation of the ids. The key hides
+/// what steps, places, draws, systems and seeds have in common; the mixes, what ids have. docs/speed.md has the tests
+/// that it passes.
+MOTES_INLINE Uints4 random_bits(const DrawKey& key, const std::uint64_t* ids) {
+  const Wides id = load_ids(ids);
+  const Uints low = join(id), high = join({upper(id.first), upper(id.second)});
+  const auto k = [&](int i) { return all_uints(key.word[i]); };
+  Uints a = (low + high * 0x9E3779B1u) ^ k(0);
+  a ^= a >> 16;
+  a *= 0x7feb352du;
+  a ^= a >> 15;
+  a += k(1);
+  a *= 0x846ca68bu;
+  a ^= a >> 16;
+  Uints b = (low + high * 0x85EBCA6Au) ^ k(2);  // even: (low, high) -> (a, b) is one to one
+  b ^= b >> 15;
+  b *= 0xd168aaadu;
+  b ^= b >> 15;
+  b += k(3);
+  b *= 0xaf723597u;
+  b ^= b >> 15;
+  Uints4 out;
+  out.a = (a ^ k(4)) * 0x9E3779B1u;
+  out.a = (out.a ^ out.a >> 16) + b;
+  out.b = (b ^ k(5)) * 0x85EBCA77u;
+  out.b = (out.b ^ out.b >> 16) + (a << 16 | a >> 16);
+  out.c = (a + b + k(6)) * 0xC2B2AE3Du;
+  out.c ^= out.c >> 16;
+  out.d = ((a ^ (b << 7 | b >> 25)) + k(7)) * 0x27D4EB2Fu;
+  out.d ^= out.d >> 15;
+  return out;
 }
 
 /// The first draws of all particles in a block.
@@ -108,18 +159,11 @@ struct BlockBits {
   // Not inlined: all actions and shapes share this code. `ask` is called with 0, 16, 32, ... below count along the way.
   template <class Ask>
   __attribute__((noinline)) void fill(const Stream& from, const std::uint64_t* ids, std::size_t count, const Ask& ask) {
-    std::size_t i = 0, asked = 0;
-    for (; i + kLanes < count; i += 2 * kLanes) {
-      for (; asked < i + 2 * kLanes; asked += 16) ask(asked);
-      Uints4 bits[2];
-      random_bits<2>(from, ids + i, 0, bits);
-      put(bits[0], i);
-      put(bits[1], i + kLanes);
+    const DrawKey& key = from.of(0);
+    for (std::size_t i = 0, asked = 0; i < count; i += kLanes) {
+      for (; asked < i + kLanes; asked += 16) ask(asked);
+      put(random_bits(key, ids + i), i);
     }
-    if (i >= count) return;
-    Uints4 bits[1];
-    random_bits<1>(from, ids + i, 0, bits);
-    put(bits[0], i);
   }
   MOTES_INLINE Uints4 at(std::size_t i) const {
     return {load_uints(drawn[0] + i), load_uints(drawn[1] + i), load_uints(drawn[2] + i), load_uints(drawn[3] + i)};
@@ -136,9 +180,7 @@ struct BlockBits {
 
 __attribute__((noinline)) inline Uints4 random_bits_of(const Stream& from, const std::uint64_t* ids,
                                                        std::uint32_t draw) {
-  Uints4 bits[1];
-  random_bits<1>(from, ids, draw, bits);
-  return bits[0];
+  return random_bits(from.of(draw), ids);
 }
 
 /// The draws of one stream for the particles in one vector, one after another.

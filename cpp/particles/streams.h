@@ -17,11 +17,11 @@ inline constexpr std::uint32_t action = 0x10000;
 /// Shape.sample(): independent of every run.
 inline constexpr std::uint32_t user_sample = 3;
 
-/// Draws of one stream: the low 4 bits of the counter's last uint32.
+/// Draws of one stream: at most 16, numbered from 0.
 inline constexpr int draw_bits = 4;
 
-/// Number of Philox4x32 rounds everywhere. Seven pass TestU01's BigCrush (Salmon et al. 2011, table 2); the authors
-/// recommend ten for a margin, which costs 5 % of a snow step.
+/// Rounds of the Philox4x32 that makes keys: the authors' recommendation. Keys are made for blocks of particles, so
+/// their cost does not matter.
 inline constexpr int philox_rounds = 10;
 
 /// The key of one system's draws.

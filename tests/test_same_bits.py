@@ -95,6 +95,13 @@ def test_any_way_of_talking(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
+@pytest.mark.parametrize(("size", "threads"), [(1, 2), (1, 7), (2, 3), (3, 2), (5, 3)])
+def test_any_threads(size: int, threads: int):
+    variants = [{"roles": wish, "space": [-3, 3]} for wish in ("auto", "shared")]
+    env = {"MOTES_THREADS": str(threads), "MOTES_GRAIN": "64"}
+    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120, env=env).lines), variants)
+
+
 def widths() -> list[str]:
     """Names of the instruction sets that this processor has."""
     flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []

@@ -66,6 +66,8 @@ frame::Settings make_settings(const py::dict& facts) {
   const bool shared = facts["births"].cast<std::string>() == "calculators";
   settings.births = shared ? frame::Births::calculators : frame::Births::manager;
   settings.fan_out = facts["fan_out"].cast<int>();
+  settings.threads = facts["threads"].cast<int>();
+  if (!facts["grain"].is_none()) settings.grain = facts["grain"].cast<std::size_t>();
   settings.wall_clock = facts["clock"].cast<std::string>() == "wall";
   settings.speed = facts["speed"].cast<double>();
   settings.log.spans = facts["spans"].cast<bool>();

@@ -75,6 +75,7 @@ class Player {
     run_.combine = combine();
     run_.births = options.births == "calculators" ? frame::Births::calculators : frame::Births::manager;
     run_.fan_out = options.fan_out;
+    run_.threads = options.threads;
     run_.log.spans = options.spans;
     run_.blocking = options.blocking;
     run_.costs = costs();

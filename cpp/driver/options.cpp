@@ -8,6 +8,7 @@
 #include <stdexcept>
 
 #include "balance/named.h"
+#include "threads/pool.h"
 
 namespace motes::driver {
 namespace {
@@ -21,6 +22,14 @@ std::uint64_t number(const std::string& name, const std::string& text) {
     throw std::invalid_argument(name + " must be a whole number, got '" + text + "'");
   }
   return value;
+}
+
+int number_up_to(int most, const std::string& name, const std::string& text) {
+  const std::uint64_t value = number(name, text);
+  if (value < 1 || value > static_cast<std::uint64_t>(most)) {
+    throw std::invalid_argument(name + " must be 1.." + std::to_string(most) + ", got " + text);
+  }
+  return static_cast<int>(value);
 }
 
 double scale(const std::string& name, const std::string& text) {
@@ -76,9 +85,9 @@ Options read_options(std::span<char* const> arguments) {
     } else if (argument == "--births") {
       options.births = chosen(argument, value(), {"manager", "calculators"});
     } else if (argument == "--fan-out") {
-      const std::uint64_t most = number(argument, value());
-      if (most < 1 || most > INT32_MAX) throw std::invalid_argument("--fan-out must be a whole number >= 1");
-      options.fan_out = static_cast<int>(most);
+      options.fan_out = number_up_to(INT32_MAX, argument, value());
+    } else if (argument == "--threads") {
+      options.threads = number_up_to(threads::Pool::kMost, argument, value());
     } else if (argument == "--costs") {
       options.costs = value();
     } else if (argument == "--scale") {
@@ -140,6 +149,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --combine WAY         instead of the scene's: one_by_one, together or overlapped
   --births WHO          who creates particles: manager (and sends them to their owners) or calculators (each a part)
   --fan-out N           each rank relays the manager's messages to at most N others (8)
+  --threads N           threads per rank for calculating and drawing (1)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper
   --costs FILE          under a simulator: what work costs, in lines "name = nanoseconds" (cpp/frame/costs.h)
   --scale R             under a simulator: each computed particle stands for R

@@ -21,6 +21,7 @@ struct Options {
   std::string combine;           // one_by_one | together | overlapped, or empty: the scene's own
   std::string births = "manager";  // manager | calculators
   int fan_out = 8;               // each rank relays the manager's messages to at most this many
+  int threads = 1;               // of each rank
   std::string costs;             // file with the costs on a simulated machine, or empty
   double scale = 1;              // particles that each computed one stands for
   bool blocking = false;         // calculators wait for the image generator, as in the paper

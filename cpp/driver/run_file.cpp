@@ -47,10 +47,11 @@ std::string machine() {
   return uname(&facts) == 0 ? facts.machine : "unknown";
 }
 
-std::string ranks(const std::vector<std::string>& hosts) {
+std::string ranks(const std::vector<std::string>& hosts, int threads) {
   int rank = 0;
   return listed(hosts, [&](const std::string& host) {
-    return "{\"rank\": " + std::to_string(rank++) + ", \"host\": " + quoted(host) + "}";
+    return "{\"rank\": " + std::to_string(rank++) + ", \"host\": " + quoted(host) +
+           ", \"threads\": " + std::to_string(threads) + "}";
   });
 }
 
@@ -78,7 +79,7 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("calculators", listed(facts.cast.calculators, number));
   field("systems", listed(facts.systems, [](const auto& system) { return quoted(system.name); }));
   field("axes", listed(facts.systems, [](const auto& s) { return quoted(std::string(1, "xyz"[s.axis])); }));
-  field("ranks", ranks(facts.settings.log.hosts));
+  field("ranks", ranks(facts.settings.log.hosts, facts.settings.threads));
   const std::string speeds =
       listed(facts.speeds, [](const auto& of) { return quoted(std::to_string(of.first)) + ": " + decimal(of.second); });
   field("speeds", "{" + speeds.substr(1, speeds.size() - 2) + "}");

@@ -1,6 +1,7 @@
 // What a run is set to: equal on all ranks but for `speed` and `threads`.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -30,6 +31,7 @@ struct Settings {
   Combine combine = Combine::together;
   Births births = Births::manager;
   int threads = 1;          // of this rank, for calculating and drawing
+  std::size_t grain = SIZE_MAX;  // see threads::Pool
   int fan_out = 8;          // a rank relays the manager's messages to at most this many others
   bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
   bool wall_clock = false;  // compute seconds are wall time, not this thread's processor time

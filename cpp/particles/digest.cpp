@@ -78,8 +78,9 @@ std::string Digest::text() const {
 
 Digest digest(const Store& store, threads::Pool& pool) {
   constexpr std::size_t kRange = 64 * kBlock;
-  std::vector<Digest> parts((store.size() + kRange - 1) / kRange);
-  threads::over_ranges(pool, store.size(), kRange,
+  const std::size_t range = pool.items(kRange);
+  std::vector<Digest> parts((store.size() + range - 1) / range);
+  threads::over_ranges(pool, store.size(), range,
                        [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
                          parts[part] = sum(store, first, last, [](std::size_t i) { return i; });
                        });

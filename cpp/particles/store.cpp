@@ -28,10 +28,11 @@ constexpr std::size_t kRange = std::size_t{1} << 15;
 // Calls work(column, first, last) for ranges of 0..count of each column.
 template <class Column, class Work>
 void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::size_t count, const Work& work) {
-  const std::size_t ranges = (count + kRange - 1) / kRange;
+  const std::size_t range = pool.items(kRange);
+  const std::size_t ranges = (count + range - 1) / range;
   pool.run(ranges * columns.size(), [&](std::size_t part, std::size_t) {
-    const std::size_t first = part % ranges * kRange;
-    work(columns[part / ranges], first, std::min(count, first + kRange));
+    const std::size_t first = part % ranges * range;
+    work(columns[part / ranges], first, std::min(count, first + range));
   });
 }
 

@@ -54,16 +54,19 @@ void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& mo
 // A range holds so many particles: whole blocks, long enough that starting one costs nothing, and many more ranges than
 // threads where it matters that all end at the same time.
 constexpr std::size_t kRange = 32 * kBlock;
+constexpr std::size_t kLeast = 64;  // whole vectors: kernels write whole ones
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
 template <class Work>
 void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
   const std::size_t count = end - begin;
-  if (pool.threads() == 1 || count < 2 * kRange) return work(begin, end, outcome);
-  std::vector<Outcome> outcomes((count + kRange - 1) / kRange);
-  threads::over_ranges(pool, count, kRange, [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
+  const std::size_t range = std::max(pool.items(kRange) / kLeast, std::size_t{1}) * kLeast;
+  if (pool.threads() == 1 || count < 2 * range) return work(begin, end, outcome);
+  std::vector<Outcome> outcomes((count + range - 1) / range);
+  pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
+    const std::size_t first = begin + part * range;
     outcomes[part].wants_hits = outcome.wants_hits;
-    work(begin + first, begin + last, outcomes[part]);
+    work(first, std::min(end, first + range), outcomes[part]);
   });
   for (const Outcome& part : outcomes) {
     append(outcome.dead, part.dead);

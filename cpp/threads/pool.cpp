@@ -15,8 +15,6 @@
 namespace motes::threads {
 namespace {
 
-constexpr int kMost = 1024;
-
 // A thread that waits looks so often before it sleeps: a few tens of microseconds, what sleeping and waking would cost.
 constexpr int kLooks = 2000;
 
@@ -51,7 +49,8 @@ class WithoutSignals {
 
 }  // namespace
 
-Pool::Pool(int threads) : threads_(threads), workers_(1) {
+Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), workers_(1) {
+  if (grain == 0) throw std::invalid_argument("grain must be 1 or more, got 0");
   if (threads < 1 || threads > kMost) {
     throw std::invalid_argument("threads must be 1.." + std::to_string(kMost) + ", got " + std::to_string(threads));
   }

@@ -4,6 +4,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstddef>
+#include <cstdint>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -13,20 +14,26 @@
 namespace motes::threads {
 
 /// Runs the parts of a task on the calling thread and on threads of its own. What the parts compute must not depend on
-/// who runs them, nor on the order. The pool's threads compute in the engine's floating-point mode. They start with the first task of several parts; a while after the
-/// last part they sleep.
+/// who runs them, nor on the order. The pool's threads compute in the engine's floating-point mode. They start with the
+/// first task of several parts; a while after the last part they sleep.
 class Pool {
  public:
+  static constexpr int kMost = 1024;
+
   /// A part of a task, and who runs it: worker 0..threads() - 1, for working memory that parts do not share.
   using Work = std::function<void(std::size_t part, std::size_t worker)>;
 
-  /// Throws std::invalid_argument where `threads` is not 1..1024.
-  explicit Pool(int threads = 1);
+  /// `grain`: a part holds at most so many items where a task can be cut anywhere; small ones are for tests. Throws
+  /// std::invalid_argument where `threads` is not 1..kMost, or `grain` is 0.
+  explicit Pool(int threads = 1, std::size_t grain = SIZE_MAX);
   ~Pool();
   Pool(const Pool&) = delete;
   Pool& operator=(const Pool&) = delete;
 
   int threads() const { return threads_; }
+
+  /// Items in a part of a task for which parts of `best` items are best.
+  std::size_t items(std::size_t best) const { return best < grain_ ? best : grain_; }
 
   /// Calls work(part, worker) for the parts 0..parts - 1, which begin in this order, and returns when all have ended.
   /// After a part has thrown no other begins; what the lowest of them threw is thrown. One task at a time: parts must
@@ -53,6 +60,7 @@ class Pool {
   void note_time();
 
   int threads_;
+  std::size_t grain_;
   std::vector<Worker> workers_;  // the first is the caller
   double beyond_caller_s_ = 0;
   int process_ = 0;  // that started the threads: a copy of it has none
@@ -75,9 +83,10 @@ class Pool {
 /// One thread: the caller's.
 Pool& alone();
 
-/// Cuts 0..count into ranges of `size` (the last may be shorter) and calls work(part, worker, first, last).
+/// Cuts 0..count into ranges of `best` items, or fewer (see Pool), and calls work(part, worker, first, last).
 template <class Work>
-void over_ranges(Pool& pool, std::size_t count, std::size_t size, const Work& work) {
+void over_ranges(Pool& pool, std::size_t count, std::size_t best, const Work& work) {
+  const std::size_t size = pool.items(best);
   pool.run((count + size - 1) / size, [&](std::size_t part, std::size_t worker) {
     const std::size_t first = part * size;
     work(part, worker, first, first + size < count ? first + size : count);

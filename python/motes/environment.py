@@ -12,12 +12,13 @@ from typing import Any
 
 from .errors import ArgumentError
 
-__all__ = ["TABLE", "Variable", "alone", "births", "fan_out", "is_set", "read", "stall_s"]
+__all__ = ["TABLE", "Variable", "alone", "births", "fan_out", "grain", "is_set", "read", "stall_s", "threads"]
 
 BIRTHS = ("manager", "calculators")
 PROGRESS = ("lines", "bar", "off")
 SIMD = ("sse2", "avx2", "avx512")
 MOST_RANKS = 2**31 - 1
+MOST_THREADS = 1024
 LEAST_SPEED = 1e-3
 
 
@@ -84,6 +85,22 @@ def fan_out(given: Any) -> int:
     return read("MOTES_FAN_OUT") or arguments.integer("fan_out", given, low=1, high=MOST_RANKS)
 
 
+def threads(given: Any) -> int | None:
+    """Return the threads of this rank: MOTES_THREADS, or else World's `threads`."""
+    from . import arguments
+
+    told: int | None = read("MOTES_THREADS")
+    if told is None and given is not None:
+        told = arguments.integer("threads", given, low=1, high=MOST_THREADS)
+    return told
+
+
+def grain() -> int | None:
+    """Return how many particles a thread takes at once, at most: MOTES_GRAIN."""
+    told: int | None = read("MOTES_GRAIN")
+    return told
+
+
 def _one_of(*names: str) -> Callable[[str], str]:
     def parse(text: str) -> str:
         if text not in names:
@@ -104,10 +121,13 @@ def _seconds(text: str) -> float:
     return value
 
 
-def _ranks(text: str) -> int:
-    if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= MOST_RANKS:
-        raise ValueError(text)
-    return int(text)
+def _up_to(most: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= most:
+            raise ValueError(text)
+        return int(text)
+
+    return parse
 
 
 def _speeds(text: str) -> dict[int, float]:
@@ -163,8 +183,22 @@ TABLE = {
             "MOTES_FAN_OUT",
             "how many ranks each rank relays the manager's messages to, at most",
             f"an integer 1..{MOST_RANKS}",
-            _ranks,
+            _up_to(MOST_RANKS),
             default_text="what the script says: `World(fan_out=...)`",
+        ),
+        Variable(
+            "MOTES_THREADS",
+            "threads per rank for calculating and drawing; the bits are the same",
+            f"an integer 1..{MOST_THREADS}",
+            _up_to(MOST_THREADS),
+            default_text="what the script says: `World(threads=...)`",
+        ),
+        Variable(
+            "MOTES_GRAIN",
+            "how many particles a thread takes at once, at most; for tests of threads with few particles",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="what is fastest",
         ),
         Variable(
             "MOTES_SIMD",

@@ -75,6 +75,7 @@ class World(Settings):
         combine: str = "together",
         births: str = "manager",
         fan_out: int = 8,
+        threads: int | None = None,
         clock: str = "cpu",
         log: str | os.PathLike[str] | None = None,
         spans: bool = False,
@@ -94,7 +95,8 @@ class World(Settings):
         of one travel while the next computes). `births`: who creates newborn particles: the "manager", which
         distributes them, or the "calculators", each its part; the particles are the same. `fan_out`: each
         rank relays the manager's messages to at most this many others (docs/growth.md measures the benefit of
-        both with many ranks). `clock`: the clock that measures a calculator's load: "cpu" (processor time of
+        both with many ranks). `threads`: of each rank, for calculating and drawing; None: the processors that
+        it may use, shared among the ranks of its host (`MOTES_THREADS` overrides). `clock`: the clock that measures a calculator's load: "cpu" (processor time of
         its thread, which other processes do not lengthen) or "wall". `log`: a directory. `spans`: also log a
         timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row per frame.
         `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
@@ -112,6 +114,7 @@ class World(Settings):
         self._combine = arguments.choice("combine", combine, ("one_by_one", "together", "overlapped"))
         self._births = environment.births(births)
         self._fan_out = environment.fan_out(fan_out)
+        self._threads = environment.threads(threads)
         self._clock = arguments.choice("clock", clock, ("cpu", "wall"))
         if comm is not None and not isinstance(comm, MPI.Intracomm):
             raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
@@ -186,6 +189,11 @@ class World(Settings):
     def seed(self) -> int | None:
         """The seed; None before a run that draws its own."""
         return self._seed
+
+    @property
+    def threads(self) -> int | None:
+        """This rank's threads; None before a run that leaves them to the machine."""
+        return self._threads
 
     @property
     def systems(self) -> tuple[System, ...]:
@@ -269,6 +277,7 @@ class World(Settings):
         role = _core.describe_role(self._cast, self.rank)
         settings = handshake.meet(run, self._comm, self._settings(), role)
         self._seed = settings.seed
+        self._threads = settings.threads
         _core.name_crashes(mark() or "")
         _core.set_place(process.describe(run))
         hosts = [peer.host for peer in run.peers]
@@ -292,7 +301,7 @@ class World(Settings):
         if announce:  # whatever `progress` is: without it the run cannot be repeated
             self._tell(f"seed {self._seed}")
         if self._log is not None and self.rank == self._cast[0]:
-            ranks = [{"rank": i, "host": host} for i, host in enumerate(hosts)]
+            ranks = [{"rank": i, "host": host, "threads": run.threads[i]} for i, host in enumerate(hosts)]
             run_file.write_run(self._log, self._facts(), ranks)
 
     def _settings(self) -> RunSettings:
@@ -307,6 +316,7 @@ class World(Settings):
             combine=self._combine,
             births=self._births,
             fan_out=self._fan_out,
+            threads=self._threads,
             clock=self._clock,
             digest=self._digest,
             log=self._log,

@@ -20,6 +20,7 @@ from .log_directory import LogDirectory
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
 from .settings import RunSettings
+from .threads import MASK_BYTES, Place, processors, threads_of
 from .waiting import Wait, poll
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 
 __all__ = ["begin", "close", "meet"]
 
-_CARD = struct.Struct("<i64s64siqQ96sI16s")  # what each rank reports about itself
+_CARD = struct.Struct(f"<i64s64siqQ96sI16si{MASK_BYTES}s")  # what each rank reports about itself
 _VERDICT_BYTES = 4096
 
 
@@ -48,7 +49,7 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on. Raises ScriptMismatch if ranks were given different
+    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if ranks were given different
     settings, and whatever `LogDirectory.claim` raises on the manager; every rank raises it.
     """
     from mpi4py import MPI
@@ -64,11 +65,12 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     text = json.dumps(settings.compared()).encode()
     cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
     run.peers = [card.peer for card in cards]
+    run.threads = threads_of([card.place for card in cards])
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
     _claim_log(run, settings)
     run.noted = open_worlds.enter(process.rank)
-    return settings.with_seed(cards[0].wish)
+    return settings.agreed(seed=cards[0].wish, threads=run.threads[comm.rank])
 
 
 def close(run: OpenRun, *, well: bool) -> None:
@@ -94,9 +96,22 @@ class _Card:
     """What a rank reported about itself."""
 
     def __init__(self, content: Sequence[Any]) -> None:
-        rank, role, host, pid, started, self.wish, space, self.length, self.digest = content
+        (
+            rank,
+            role,
+            host,
+            pid,
+            started,
+            self.wish,
+            space,
+            self.length,
+            self.digest,
+            threads,
+            mask,
+        ) = content
         fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
         self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2])
+        self.place = Place(fields[1], mask, threads)
 
 
 def _exchange_cards(
@@ -114,6 +129,8 @@ def _exchange_cards(
         me.space.encode()[:96],
         len(text),
         hashlib.sha256(text).digest()[:16],
+        settings.threads or 0,
+        processors(),
     )
     cards = bytearray(_CARD.size * comm.size)
     _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), settings)

@@ -31,6 +31,8 @@ class OpenRun:
     """A duplicate of the world's communicator, for messages that Python sends beside the core."""
     peers: list[Peer] = field(default_factory=list)
     """One per rank of the world."""
+    threads: list[int] = field(default_factory=list)
+    """Of each rank."""
     watch: PeerWatch | None = None
     log: LogDirectory | None = None
     """On the manager, where there is a log."""

@@ -6,10 +6,12 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
+from .. import environment
+
 __all__ = ["RunSettings"]
 
 _COMPARED_AS_GIVEN_OR_NOT = ("log",)  # a name of a temporary folder may differ: the manager's counts
-_NOT_COMPARED = ("speeds", "stall_s")  # of this machine
+_NOT_COMPARED = ("speeds", "stall_s", "threads")  # of this machine
 
 
 @dataclass(frozen=True)
@@ -29,6 +31,8 @@ class RunSettings:
     combine: str
     births: str
     fan_out: int
+    threads: int | None
+    """Of this rank; None: its share of the processors, once the ranks have met."""
     clock: str
     digest: bool
     log: str | None
@@ -38,9 +42,9 @@ class RunSettings:
     stall_s: float
     """Seconds without an answer after which a rank warns or gives up."""
 
-    def with_seed(self, seed: int) -> Self:
-        """Return the same with the seed that the ranks agreed on."""
-        return replace(self, seed=seed)
+    def agreed(self, *, seed: int, threads: int) -> Self:
+        """Return the same with what is known once the ranks have met."""
+        return replace(self, seed=seed, threads=threads)
 
     def compared(self) -> dict[str, str]:
         """Return what must be equal on all ranks, by name, as text."""
@@ -69,6 +73,8 @@ class RunSettings:
             "combine": self.combine,
             "births": self.births,
             "fan_out": self.fan_out,
+            "threads": self.threads,
+            "grain": environment.grain(),
             "clock": self.clock,
             "speed": self.speeds.get(rank, 1.0),
             "spans": self.spans,

@@ -67,7 +67,8 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     };
     for (const image::Records& own : painter.records) add(own.bytes());
     for (const comm::Message& message : messages) {
-      for (particles::Reader in = message.reader(); !in.done();) add(in.take(in.get<std::uint64_t>()));
+      particles::Reader in = message.reader();
+      take_records(in, add);
     }
     painter.pixels = painter.canvas.finish();
     rank.machine.charge(rank.machine.costs().draw * records);
@@ -123,6 +124,8 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.drawing.height = view.height;
   painter.drawing.path = painter.plan.path;
   painter.drawing.order = painter.plan.order;
+  painter.merged.reset();
+  if (painter.plan.path == Path::composite) painter.merged = merged_blend(view, script.record.sprites);
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
   await_all(rank, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "frame/population.h"
@@ -22,6 +23,7 @@ namespace motes::frame {
 struct Painter {
   RenderPlan plan;     // of this frame's picture, as the manager told it
   image::Slots slots;  // its order of tiles
+  std::optional<image::Sprite::Blend> merged;  // path composite: of what is sent as partial tiles
   image::Projector projector;
   std::vector<image::Records> records;  // of this rank's particles, one per system
   image::Canvas canvas;                 // path gather: all of the picture

@@ -10,7 +10,10 @@ std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int en
   int made = 0;
   for (int slot = first; slot < end; ++slot) {
     const int tile = painter.slots.tile(slot);
-    const std::size_t records = painter.pieces.collect(tile, painter.of_tile);
+    painter.pieces.collect(tile, painter.of_tile);
+    std::erase_if(painter.of_tile, [&](const image::Piece& piece) { return !piece.brush->blends(*painter.merged); });
+    std::uint64_t records = 0;
+    for (const image::Piece& piece : painter.of_tile) records += piece.count;
     if (records == 0) continue;
     painter.scene.render({&tile, 1});  // objects hide what is behind them
     painter.tile.start_bare(painter.scene.grid().area(tile));
@@ -18,7 +21,7 @@ std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int en
     painter.partial.resize(0);
     painter.tile.save_partial(painter.partial);
     out.put(static_cast<std::uint32_t>(tile));
-    out.put(static_cast<std::uint64_t>(records));
+    out.put(records);
     out.put(static_cast<std::uint64_t>(painter.partial.size()));
     out.put_raw(painter.partial.data(), painter.partial.size());
     all += records;

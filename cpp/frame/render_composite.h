@@ -1,5 +1,6 @@
 // render, path composite: a calculator draws its own particles into partial tiles, which the ranks that own these tiles
-// add up. Only for pictures in which light is all that particles give: then sums of sums are the same bits.
+// merge. Only additive particles where there are no others, or opaque ones: sums of sums are the same bits, and so is
+// the nearest of the nearest. All others are blended by the owner, which has their records (see merged_blend).
 #pragma once
 
 #include <cstdint>
@@ -9,8 +10,8 @@
 
 namespace motes::frame {
 
-/// Appends what this calculator's particles make of those tiles in slots first .. end - 1 that they touch. Returns how
-/// many records that stands for.
+/// Appends what this calculator's particles make of those tiles in slots first .. end - 1 that they touch: only those
+/// of the blend that is merged. Returns how many records that stands for.
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out);
 
 /// Partial tiles of one message, in the order of their slots.
@@ -18,7 +19,7 @@ class Partials {
  public:
   explicit Partials(particles::Reader in) : in_(in) { next(); }
 
-  /// Adds what the message has of a tile to the painter's sums; returns how many records that stands for. Tiles must be
+  /// Merges what the message has of a tile into the painter's; returns how many records that stands for. Tiles must be
   /// asked for in the order of their slots.
   std::uint64_t add_to(int tile, image::TilePainter& painter);
   /// Whether the message has something of this tile.

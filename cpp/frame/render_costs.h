@@ -14,8 +14,11 @@ inline constexpr double kPixel = 1.2;       // a pixel of a tile: started, tone-
 inline constexpr double kByte = 0.3;        // a byte of a message at each of its ends: packed, sent, received
 inline constexpr double kMessage = 5000;    // a message at each of its ends
 inline constexpr double kPartialPixel = 2;  // a pixel of a partial tile: cleared, packed; and the same to add it
-inline constexpr double kPartialBytes = 12;  // of a pixel of a partial tile
-inline constexpr double kShownBytes = 3;     // of a pixel of a finished tile
+
+// Bytes of a pixel.
+inline constexpr double kLightBytes = 12;   // of a partial tile of additive particles
+inline constexpr double kSurfaceBytes = 8;  // of a partial tile of opaque ones
+inline constexpr double kShownBytes = 3;    // of a finished tile
 
 /// A record, drawn by its tile's painter.
 constexpr double record(const image::Sprite& sprite, const image::View& view) {

@@ -21,6 +21,9 @@ struct Work {
   double particles = 0;
   double record_s = 0;            // drawing one record, the mean over systems
   double byte_s = costs::kByte * kNano;
+  double crossing = 0;            // the part of records that go to other ranks' tiles
+  double merged = 0;              // the part of records that may be drawn into partial tiles
+  double partial_bytes = 0;       // of a pixel there
   Deal deal;
 };
 
@@ -42,6 +45,13 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
                                 : w.particles * w.pixels[s] / w.all_pixels);
     w.all_records += w.records[s];
     w.active += w.records[s] > 0 ? 1 : 0;
+  }
+  w.crossing = load.crossing >= 0 ? load.crossing : 1 - 1 / static_cast<double>(ranks);
+  if (const auto blend = merged_blend(view, sprites); blend && !sprites.empty()) {
+    const auto same = [&](const image::Sprite& s) { return s.blend == *blend; };
+    w.merged =
+        static_cast<double>(std::count_if(sprites.begin(), sprites.end(), same)) / static_cast<double>(sprites.size());
+    w.partial_bytes = *blend == image::Sprite::Blend::add ? costs::kLightBytes : costs::kSurfaceBytes;
   }
   double record = 0;
   for (const image::Sprite& sprite : sprites) record += costs::record(sprite, view);
@@ -166,59 +176,71 @@ double assembly(const Work& w, std::size_t ranks) {
          kNano;
 }
 
+// Records that go from `senders` to `ranks`: that part of all which is sent at all.
+double exchange(const Work& w, double part, const image::View& view, double senders, double ranks) {
+  const double bytes = w.all_records * part * w.crossing * costs::record_bytes(view);
+  return bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
+}
+
+// Seconds that each slot takes if one rank draws all of it.
+std::vector<double> drawing(const Work& w) {
+  std::vector<double> work(w.pixels.size());
+  for (std::size_t s = 0; s < work.size(); ++s) {
+    work[s] = w.records[s] * w.record_s + w.pixels[s] * costs::kPixel * kNano;
+  }
+  return work;
+}
+
 RenderEstimate estimate_tiles(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
                               std::vector<double> seconds) {
   RenderEstimate e;
   const auto ranks = static_cast<double>(seconds.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
-  std::vector<double> work(w.pixels.size());
-  for (std::size_t t = 0; t < work.size(); ++t) {
-    work[t] = w.records[t] * w.record_s + w.pixels[t] * costs::kPixel * kNano;
-  }
+  const std::vector<double> work = drawing(w);
   e.plan = steady(deal_tiles(Path::tiles, w.deal, work, seconds), view, load, work, seconds);
-  const double crossing = load.crossing >= 0 ? load.crossing : 1 - 1 / ranks;
-  const double bytes = w.all_records * crossing * costs::record_bytes(view);
-  const double exchange = bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
-  e.seconds = slowest_projection(load) + exchange + slowest(e.plan, work, seconds);
+  e.seconds = slowest_projection(load) + exchange(w, 1, view, senders, ranks) + slowest(e.plan, work, seconds);
   return e;
 }
 
-RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const roles::Cast& cast,
-                                  std::vector<double> seconds) {
+RenderEstimate estimate_composite(const Work& w, const image::View& view, const RenderLoad& load,
+                                  const roles::Cast& cast, std::vector<double> seconds) {
   RenderEstimate e;
   const auto ranks = static_cast<double>(seconds.size());
+  const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   const double tile_pixels = w.all_pixels / static_cast<double>(w.pixels.size());
+  const double partial_pixel_s = (costs::kPartialPixel + w.partial_bytes * costs::kByte) * kNano;
   double most = 0;      // the slowest calculator's own particles
-  double partials = 0;  // partial tiles of all calculators
+  double partials = 0;  // partial tiles that calculators send
   for (const RenderLoad::Calculator& c : load.calculators) {
-    const double active = c.active > 0 ? c.active : w.active;
+    const double sent = (c.active > 0 ? c.active : w.active) * w.crossing;
     const double share = w.particles > 0 ? c.particles * load.scale / w.particles : 0;
-    partials += active;
-    most =
-        std::max(most, share * w.all_records * w.record_s +
-                           active * tile_pixels *
-                               (costs::kPartialPixel + costs::kPartialBytes * (1 - 1 / ranks) * costs::kByte) * kNano);
+    partials += sent;
+    most = std::max(most, share * w.merged * w.all_records * w.record_s + sent * tile_pixels * partial_pixel_s);
   }
   seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
+  const double others = 1 - w.merged;  // of the records
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
     const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;
-    work[t] = w.pixels[t] * kNano *
-              (costs::kPixel + added * (costs::kPartialPixel + costs::kPartialBytes * (1 - 1 / ranks) * costs::kByte));
+    work[t] = w.pixels[t] * (costs::kPixel * kNano + added * partial_pixel_s) + others * w.records[t] * w.record_s;
   }
-  e.plan = deal_tiles(Path::composite, w.deal, work, seconds);
-  const auto senders = static_cast<double>(load.calculators.size());
+  // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
+  e.plan = deal_tiles(Path::composite, w.deal, drawing(w), seconds);
   e.seconds =
-      slowest_projection(load) + most + (ranks + senders) * costs::kMessage * kNano + slowest(e.plan, work, seconds);
+      slowest_projection(load) + most + exchange(w, others, view, senders, ranks) + slowest(e.plan, work, seconds);
   return e;
 }
 
 }  // namespace
 
-bool may_be_added_up(std::span<const image::Sprite> sprites) {
-  return std::all_of(sprites.begin(), sprites.end(),
-                     [](const image::Sprite& s) { return s.blend == image::Sprite::Blend::add; });
+std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites) {
+  using Blend = image::Sprite::Blend;
+  const auto blends = [](Blend blend) { return [blend](const image::Sprite& s) { return s.blend == blend; }; };
+  if (std::all_of(sprites.begin(), sprites.end(), blends(Blend::add))) return Blend::add;
+  const bool any = std::any_of(sprites.begin(), sprites.end(), blends(Blend::opaque));
+  if (any && (view.layers & image::kVelocityLayer) == 0) return Blend::opaque;
+  return std::nullopt;
 }
 
 RenderEstimate estimate(Path path, const image::View& view, std::span<const image::Sprite> sprites,
@@ -226,19 +248,20 @@ RenderEstimate estimate(Path path, const image::View& view, std::span<const imag
   const Work w = work_of(view, sprites, load, cast, ranks);
   std::vector<double> seconds = busy(load, cast, ranks);
   if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(seconds));
-  if (path == Path::composite) return estimate_composite(w, load, cast, std::move(seconds));
+  if (path == Path::composite) return estimate_composite(w, view, load, cast, std::move(seconds));
   return estimate_gather(w, view, load, cast, std::move(seconds));
 }
 
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
                        const roles::Cast& cast, int ranks) {
   std::vector<Path> paths;
+  const bool merges = merged_blend(view, sprites).has_value();
   if (view.path == Path::automatic) {
     paths = {Path::gather};
     if (ranks > 1) paths.push_back(Path::tiles);
-    if (ranks > 1 && may_be_added_up(sprites)) paths.push_back(Path::composite);
+    if (ranks > 1 && merges) paths.push_back(Path::composite);
   } else {
-    paths = {view.path == Path::composite && !may_be_added_up(sprites) ? Path::tiles : view.path};
+    paths = {view.path == Path::composite && !merges ? Path::tiles : view.path};
   }
   RenderEstimate best = estimate(paths.front(), view, sprites, load, cast, ranks);
   for (std::size_t i = 1; i < paths.size(); ++i) {

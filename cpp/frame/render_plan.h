@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,8 +68,9 @@ RenderEstimate estimate(image::View::Path path, const image::View& view, std::sp
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
                        const roles::Cast& cast, int ranks);
 
-/// Whether partial tiles may be added up: where light is all that particles give. If not, records go to the owners of
-/// tiles. (Opaque particles in partial tiles would have no velocity for that layer.)
-bool may_be_added_up(std::span<const image::Sprite> sprites);
+/// The blend of the particles that calculators may draw into partial tiles, which then are merged in any order: light
+/// where all particles of the picture only add it; else opaque ones, but not for the layer of velocities, which partial
+/// tiles do not have. The others go to the owners of tiles as records, also on the path composite. None: all do.
+std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites);
 
 }  // namespace motes::frame

@@ -20,17 +20,24 @@ void count(const Painter& painter, int tiles, Drawing& drawing) {
       static_cast<std::uint32_t>(std::count_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n != 0; }));
 }
 
-// The records of tiles first .. end - 1, system by system; returns how many there are.
+// The records in slots first .. end - 1, system by system, without those that are sent as partial tiles; returns how
+// many there are.
 std::uint64_t put_records(const Painter& painter, int first, int end, particles::Bytes& out) {
   std::uint64_t records = 0;
+  std::uint32_t systems = 0;
+  const std::size_t head = out.size();
+  out.put(systems);
   for (const image::Records& all : painter.records) {
     const image::RecordsView view(all.bytes());
+    if (view.sprite().blend == painter.merged) continue;
+    ++systems;
     const std::size_t at = out.size();
     out.put(std::uint64_t{0});
     view.append_part(first, end, out);
     out.set(at, static_cast<std::uint64_t>(out.size() - at - sizeof(std::uint64_t)));
     records += view.count(first, end);
   }
+  out.set(head, systems);
   return records;
 }
 
@@ -75,9 +82,8 @@ void send_records(Rank& rank, Painter& painter) {
     comm::Message message;
     std::uint64_t records = 0;
     talk.work("render", [&] {
-      records = plan.path == image::View::Path::composite
-                    ? put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes())
-                    : put_records(painter, plan.first(to), plan.end(to), message.bytes());
+      records = put_records(painter, plan.first(to), plan.end(to), message.bytes());
+      if (painter.merged) records += put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes());
     });
     if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
     painter.drawing.sent += records;

@@ -14,9 +14,15 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
 /// Adds how many records are in each tile.
 void count_records(const image::RecordsView& records, std::vector<std::uint32_t>& counts);
 
-/// Sends each rank the records of its tiles; or, on the path composite, the partial tiles that these records make.
+/// Sends each rank the records of its tiles; on the path composite also the partial tiles that all others of them make.
 /// Where projecting has failed each of them hears why.
 void send_records(Rank& rank, Painter& painter);
+
+/// Takes the records of such a message, `add(bytes)` for each system.
+template <class Add>
+void take_records(particles::Reader& in, const Add& add) {
+  for (auto systems = in.get<std::uint32_t>(); systems > 0; --systems) add(in.take(in.get<std::uint64_t>()));
+}
 
 /// A message that says why this rank's part is missing, or another's that it needed.
 comm::Message failure_message(int failed_rank, const Failure& failure);

@@ -44,11 +44,9 @@ class TilesOfRank {
     double received = 0;
     for (const comm::Message& message : messages) {
       received += static_cast<double>(message.header().count);
-      if (painter_.plan.path == image::View::Path::composite) {
-        partials_.emplace_back(message.reader());
-        continue;
-      }
-      for (particles::Reader in = message.reader(); !in.done();) painter_.pieces.add(in.take(in.get<std::uint64_t>()));
+      particles::Reader in = message.reader();
+      take_records(in, [&](std::span<const std::byte> records) { painter_.pieces.add(records); });
+      partials_.emplace_back(in);
     }
     rank_.machine.charge(rank_.machine.costs().collect * received);
     painter_.drawing.first = static_cast<std::uint32_t>(first_);

@@ -126,7 +126,33 @@ TEST(auto_picks_the_path_of_the_least_time) {
   CHECK(plan(small, load(cast, 100), cast, 4).path == Path::gather);
 }
 
-TEST(what_cannot_be_added_up_goes_to_the_owners_of_tiles) {
+TEST(light_alone_or_opaque_particles_are_merged) {
+  using Blend = image::Sprite::Blend;
+  image::View plain = view();
+  const auto merged = [&](std::vector<Blend> blends) {
+    std::vector<image::Sprite> sprites(blends.size());
+    for (std::size_t i = 0; i < blends.size(); ++i) sprites[i].blend = blends[i];
+    return frame::merged_blend(plain, sprites);
+  };
+  CHECK(merged({Blend::add, Blend::add}) == Blend::add);
+  CHECK(merged({Blend::opaque, Blend::opaque}) == Blend::opaque);
+  CHECK(merged({Blend::opaque, Blend::add}) == Blend::opaque);  // which hides light of other ranks
+  CHECK(merged({Blend::alpha, Blend::opaque, Blend::add}) == Blend::opaque);
+  CHECK(!merged({Blend::alpha}) && !merged({Blend::alpha, Blend::add}));
+  plain.layers = image::kVelocityLayer;
+  CHECK(!merged({Blend::opaque}) && merged({Blend::add}) == Blend::add);
+}
+
+TEST(many_pebbles_in_few_tiles_are_merged) {
+  const roles::Cast cast = roles::cast_shared(4);
+  std::vector<image::Sprite> pebbles = kDiscs;
+  for (image::Sprite& sprite : pebbles) sprite.blend = image::Sprite::Blend::opaque;
+  const RenderLoad far = load(cast, 3.2e6, 200, 201), near = load(cast, 3.2e6);
+  CHECK(frame::plan_render(view(), pebbles, far, cast, 4).path == Path::composite);
+  CHECK(frame::plan_render(view(), pebbles, near, cast, 4).path == Path::tiles);
+}
+
+TEST(what_cannot_be_merged_goes_to_the_owners_of_tiles) {
   const roles::Cast cast = roles::cast_shared(4);
   const RenderLoad some = load(cast, 3.2e6, 200, 201);
   std::vector<image::Sprite> smoke = kDiscs;

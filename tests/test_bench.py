@@ -142,3 +142,23 @@ def test_paths_compare_layouts_with_the_first(path, far, drawn, capsys):
     assert two["path"] == drawn
     assert 0 < two["busiest_cpu_ms"] < two["all_cpu_ms"] < 2.1 * two["busiest_cpu_ms"]
     assert two["frame_ms"] > 0 and two["speedup"] > 0
+
+
+def test_paths_tell_the_processor_time_of_each_part(capsys):
+    sizes = ["--particles", "200000", "--rounds", "1", "--frames", "3", "--size", "320x180"]
+    options = ["--path", "tiles", "--objects", "--blend", "opaque", "--parts"]
+    found = figures(capsys, "paths", *sizes, *options, "--layouts", "1", "2 shared")
+    assert (found["objects"], found["blend"]) == (True, "opaque")
+    for row, ranks in zip(found["rows"], (1, 2), strict=True):
+        parts = found["parts"][row["layout"]]
+        assert all(len(spent) == ranks for spent in parts.values())
+        assert all(min(parts[name]) > 0 for name in ("act", "project", "draw"))
+        drawn = sum(sum(spent) for spent in parts.values())
+        assert 0.3 * row["all_cpu_ms"] < drawn < 1.1 * row["all_cpu_ms"]
+
+
+def test_costs_of_pictures_are_positive(capsys):
+    found = figures(capsys, "costs", "--particles", "20000", "--size", "320x180", "--repeats", "1")
+    names = ("kProject", "record of 5 pixels", "kPixel", "kPartialPixel", "kMessage")
+    assert all(found[name] > 0 for name in names)
+    assert 0 <= found["kByte"] < 50

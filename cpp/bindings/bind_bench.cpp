@@ -1,5 +1,6 @@
 #include "bindings/bindings.h"
 #include "frame/bench_births.h"
+#include "frame/bench_pictures.h"
 #include "image/bench.h"
 #include "image/bench_scenery.h"
 #include "recording/bench.h"
@@ -104,6 +105,25 @@ void bind_births(py::module_& m) {
       py::arg("calculators"), py::arg("births"), py::arg("repeats"));
 }
 
+void bind_pictures(py::module_& m) {
+  m.def(
+      "picture_bench",
+      [](std::size_t particles, int width, int height, int repeats) {
+        frame::PictureBench b;
+        {
+          const py::gil_scoped_release release;
+          b = frame::picture_bench(particles, width, height, repeats);
+        }
+        py::dict d;
+        d["project_ns"] = b.project;
+        d["record_ns"] = b.record;
+        d["pixel_ns"] = b.pixel;
+        d["partial_pixel_ns"] = b.partial_pixel;
+        return d;
+      },
+      py::arg("particles"), py::arg("width"), py::arg("height"), py::arg("repeats"));
+}
+
 void bind_render(py::module_& m) {
   m.def(
       "render_bench",
@@ -177,6 +197,7 @@ void bind_bench(py::module_& m) {
   bind_scenes(m);
   bind_actions(m);
   bind_births(m);
+  bind_pictures(m);
   bind_render(m);
   bind_scenery(m);
 }

@@ -1,7 +1,6 @@
-// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. Projecting
-// and drawing a record are what `python -m motes bench render` measures on one core of an Intel Xeon (2020, AVX-512);
-// the costs of pixels, bytes, messages and partial tiles are estimates. Only ratios matter, and those are alike on
-// other processors.
+// What a picture costs, for choosing who draws what: the one place of these numbers. They change no pixel. What
+// `python -m motes bench costs` prints, on one core of an AMD EPYC with AVX-512 and, for messages, between two ranks on
+// one machine. Only ratios matter, and those are alike on other processors.
 #pragma once
 
 #include "image/scene.h"
@@ -9,16 +8,16 @@
 namespace motes::frame::render_costs {
 
 // Nanoseconds.
-inline constexpr double kProject = 3.5;     // a particle: projected, culled, sorted by tile
-inline constexpr double kPixel = 1.2;       // a pixel of a tile: started, tone-mapped
-inline constexpr double kByte = 0.3;        // a byte of a message at each of its ends: packed, sent, received
-inline constexpr double kMessage = 5000;    // a message at each of its ends
-inline constexpr double kPartialPixel = 2;  // a pixel of a partial tile: cleared, packed; and the same to add it
+inline constexpr double kProject = 4.2;  // a particle: projected, culled, sorted by tile
+inline constexpr double kPixel = 1.5;  // a pixel of a tile: started, tone-mapped
+inline constexpr double kByte = 0.22;  // a byte of a message at each of its ends: packed, sent, received
+inline constexpr double kMessage = 6800;  // a message at each of its ends
+inline constexpr double kPartialPixel = 0.57;  // a pixel of a partial tile: cleared, packed; and the same to add it
 
 // Bytes of a pixel.
-inline constexpr double kLightBytes = 12;   // of a partial tile of additive particles
+inline constexpr double kLightBytes = 12;  // of a partial tile of additive particles
 inline constexpr double kSurfaceBytes = 8;  // of a partial tile of opaque ones
-inline constexpr double kShownBytes = 3;    // of a finished tile
+inline constexpr double kShownBytes = 3;  // of a finished tile
 
 /// A record, drawn by its tile's painter.
 constexpr double record(const image::Sprite& sprite, const image::View& view) {

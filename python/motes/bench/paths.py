@@ -12,8 +12,10 @@ import json
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
 from .. import launch
@@ -39,6 +41,9 @@ def paths(
     size: tuple[int, int],
     path: str,
     far: bool,
+    blend: str,
+    objects: bool,
+    parts: bool,
     layouts: Sequence[str],
     rounds: int,
     frames: int,
@@ -49,12 +54,14 @@ def paths(
         f"--size={size[0]}x{size[1]}",
         f"--path={path}",
         f"--frames={frames}",
+        f"--blend={blend}",
     ]
-    options += ["--far"] if far else []
+    for name, wanted in (("far", far), ("objects", objects)):
+        options += [f"--{name}"] if wanted else []
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in layouts}
     for number in range(rounds):
         for name in layouts if number % 2 == 0 else reversed(layouts):
-            found[name].append(_job(*LAYOUTS[name], options))
+            found[name].append(_job(*LAYOUTS[name], options, parts))
     rows = []
     for name in layouts:
         speedups = [
@@ -69,18 +76,43 @@ def paths(
         rows.append({**row, "speedup": statistics.median(speedups)})
     for row in rows:
         row["cpu_speedup"] = rows[0]["busiest_cpu_ms"] / row["busiest_cpu_ms"]
-    facts = {"particles": particles, "width": size[0], "height": size[1], "far": far}
-    return {**facts, "rounds": rounds, "frames": frames, "rows": rows}
+    facts = {"particles": particles, "width": size[0], "height": size[1], "far": far, "blend": blend}
+    facts |= {"objects": objects, "rounds": rounds, "frames": frames, "rows": rows}
+    if parts:
+        facts["parts"] = {name: found[name][-1]["parts"] for name in layouts}
+    return facts
 
 
-def _job(ranks: int, roles: str, options: Sequence[str]) -> dict[str, Any]:
-    argv = launch.command(ranks, [sys.executable, "-m", "motes.bench.paths", f"--roles={roles}", *options])
-    job = subprocess.run(argv, check=False, capture_output=True, text=True)
-    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
-    if job.returncode != 0 or not lines:
-        raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
-    figures: dict[str, Any] = json.loads(lines[-1])
-    return figures
+def _job(ranks: int, roles: str, options: Sequence[str], parts: bool) -> dict[str, Any]:
+    """Run a layout once. `parts`: with a log, which tells the processor time of each part on each rank."""
+    with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
+        log = [f"--log={folder}/log"] if parts else []
+        argv = [sys.executable, "-m", "motes.bench.paths", f"--roles={roles}", *options, *log]
+        job = subprocess.run(launch.command(ranks, argv), check=False, capture_output=True, text=True)
+        lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
+        if job.returncode != 0 or not lines:
+            raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
+        figures: dict[str, Any] = json.loads(lines[-1])
+        return figures | ({"parts": _parts(Path(folder) / "log", ranks)} if parts else {})
+
+
+def _parts(log: Path, ranks: int) -> dict[str, list[float]]:
+    """Read the spans: ms of processor time that each part took on each rank, the median over frames."""
+    found: dict[str, list[float]] = {}
+    for rank in range(ranks):
+        spent: dict[str, dict[int, float]] = {}
+        frames = set()
+        for line in (log / f"spans.r{rank:04d}.jsonl").read_text().splitlines():
+            span = json.loads(line)
+            if span["frame"] < WARM or span["cpu_s"] is None:
+                continue
+            frames.add(span["frame"])
+            part = spent.setdefault(span["phase"], dict.fromkeys(frames, 0.0))
+            part[span["frame"]] = part.get(span["frame"], 0.0) + span["cpu_s"]
+        for name, seconds in spent.items():
+            each = sorted(seconds.get(frame, 0.0) for frame in frames)
+            found.setdefault(name, [0.0] * ranks)[rank] = 1e3 * statistics.median(each)
+    return found
 
 
 def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
@@ -88,23 +120,30 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
     from mpi4py import MPI
 
     from ..rendering import Camera, Renderer
+    from ..shapes import Plane, Sphere
+    from ..sprites import Sprite
     from ..world import World
     from .snow import Snow
 
     snow = Snow(width=24, top=14, depth=16)
     width, height = map(int, arguments.size.split("x"))
     camera = Camera((0, 7, 2000 if arguments.far else 26), (0, 7, 0))
+    background = (0.004, 0.006, 0.014)
+    objects = [Plane((0, 0, 0), (0, 1, 0)), Sphere((0, 3, 0), 2)] if arguments.objects else []
+    log = {"log": arguments.log, "spans": True} if arguments.log else {}
     world = World(
         seed=1,
         space=(-12, 12),
         roles=arguments.roles,
         renderer=Renderer(
-            width, height, camera=camera, path=arguments.path, background=(0.004, 0.006, 0.014)
+            width, height, camera=camera, path=arguments.path, background=background, objects=objects
         ),
         progress="off",
+        **log,
     )
     each = arguments.particles // SYSTEMS
-    layers = [world.system(f"snow {i}", capacity=2 * each) for i in range(SYSTEMS)]
+    sprite = Sprite(blend=arguments.blend)
+    layers = [world.system(f"snow {i}", capacity=2 * each, sprite=sprite) for i in range(SYSTEMS)]
     wall, cpu = [], []
     with world:
         for frame in world.frames(WARM + arguments.frames):
@@ -134,7 +173,10 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser.add_argument("--frames", type=int, required=True)
     for name in ("size", "path", "roles"):
         parser.add_argument(f"--{name}", required=True)
-    parser.add_argument("--far", action="store_true")
+    parser.add_argument("--blend", required=True)
+    parser.add_argument("--log", default="")
+    for name in ("far", "objects"):
+        parser.add_argument(f"--{name}", action="store_true")
     figures = _film(parser.parse_args(argv))
     if figures is not None:
         print(json.dumps(figures), flush=True)

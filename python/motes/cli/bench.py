@@ -55,11 +55,18 @@ def configure(parser: argparse.ArgumentParser) -> None:
     scenery = names.add_parser("scenery", help="external objects on one core: rays, shadows, lights")
     scenery.add_argument("--size", type=size, default=(1280, 720), metavar="WxH")
     scenery.add_argument("--frames", type=positive, default=9)
+    costs = names.add_parser("costs", help="what parts of a picture cost: pixels, records, bytes, messages")
+    costs.add_argument("--particles", type=positive, default=1_000_000)
+    costs.add_argument("--size", type=size, default=(1920, 1080), metavar="WxH")
+    costs.add_argument("--repeats", type=positive, default=7)
     paths = names.add_parser("paths", help="whole frames with pictures on several ranks, by who draws")
     paths.add_argument("--particles", type=positive, default=3_200_000)
     paths.add_argument("--size", type=size, default=(1920, 1080), metavar="WxH")
     paths.add_argument("--path", choices=("auto", "gather", "tiles", "composite"), default="auto")
     paths.add_argument("--far", action="store_true", help="all particles in a few pixels")
+    paths.add_argument("--blend", choices=("add", "alpha", "opaque"), default="add")
+    paths.add_argument("--objects", action="store_true", help="solids in view")
+    paths.add_argument("--parts", action="store_true", help="also the processor time of each part, by rank")
     paths.add_argument(
         "--layouts",
         nargs="+",
@@ -101,6 +108,10 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench.paths import paths
 
         return paths(**sizes)
+    if name == "costs":
+        from ..bench.costs import costs
+
+        return costs(**sizes)
     if name == "recording":
         from ..bench.recording import recording
 
@@ -147,9 +158,21 @@ def _table(figures: Mapping[str, Any]) -> str:
         for line in lines
     ]
     if "planning_ms" not in figures:
-        return "\n".join([*text, "", ", ".join(f"{k} {v}" for k, v in figures.items() if k != "rows")])
+        about = ", ".join(f"{k} {v}" for k, v in figures.items() if k not in ("rows", "parts"))
+        return "\n".join([*text, "", about, *_parts(figures.get("parts", {}))])
     planning = ", ".join(f"{name} {ms:.3f} ms" for name, ms in figures["planning_ms"].items())
     return "\n".join([*text, "", f"planning for {figures['planning_calculators']} calculators: {planning}"])
+
+
+def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
+    """Show what each part took on each rank, one table per layout; parts below 0.01 ms are left out."""
+    lines = []
+    for layout, spent in parts.items():
+        lines += ["", f"{layout}: processor time of a frame, ms: each rank, all"]
+        for name, each in spent.items():
+            if max(each) >= 0.01:
+                lines.append(f"{name:<24}" + "".join(f"{ms:>8.2f}" for ms in (*each, sum(each))))
+    return lines
 
 
 def _shown(value: Any) -> str:

@@ -1,0 +1,110 @@
+"""What pictures cost, in the terms of cpp/frame/render_costs.h: `python -m motes bench costs`.
+
+One core projects, draws, tone-maps and merges; two ranks send each other messages by the engine's MPI calls.
+The figures stand in that file, from which the manager estimates what a picture takes on each path.
+"""
+
+from __future__ import annotations
+
+import json
+import statistics
+import subprocess
+import sys
+import time
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+from .. import _core, launch
+from ..errors import MotesError
+
+__all__ = ["costs", "main"]
+
+SMALL, LARGE = 64, 8_000_000
+"""Bytes of messages: the first cost what a message costs, the second what its bytes cost."""
+MESSAGES = {SMALL: 500, LARGE: 8}
+
+
+def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, Any]:
+    """Measure all of them: nanoseconds of processor time."""
+    picture = _core.picture_bench(particles, *size, repeats)
+    rounds = [_job() for _ in range(repeats)]
+    small, large = (statistics.median(one[str(length)] for one in rounds) for length in (SMALL, LARGE))
+    return {
+        "particles": particles,
+        "width": size[0],
+        "height": size[1],
+        "repeats": repeats,
+        "kProject": picture["project_ns"],
+        "record of 5 pixels": picture["record_ns"],
+        "kPixel": picture["pixel_ns"],
+        "kPartialPixel": picture["partial_pixel_ns"],
+        "kByte": max(0.0, large - small) / (LARGE - SMALL),
+        "kMessage": small,
+    }
+
+
+def _job() -> dict[str, float]:
+    argv = launch.command(2, [sys.executable, "-m", "motes.bench.costs"])
+    job = subprocess.run(argv, check=False, capture_output=True, text=True)
+    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
+    if job.returncode != 0 or not lines:
+        raise MotesError(f"the job on 2 ranks failed:\n{job.stderr}")
+    figures: dict[str, float] = json.loads(lines[-1])
+    return figures
+
+
+def _talk(length: int, count: int) -> float:
+    """Return seconds of processor time per message and end: packed, sent, received into new memory.
+
+    Waits do not count: a rank sleeps, and only the questions that were answered are timed.
+    """
+    from mpi4py import MPI
+
+    world = MPI.COMM_WORLD
+    other = 1 - world.Get_rank()
+    content = bytearray(length)
+    spent = 0.0
+    for _ in range(count):
+        world.Barrier()
+        start = time.process_time()
+        packed = bytearray(content)
+        sending = world.Isend([packed, MPI.BYTE], dest=other)
+        spent += time.process_time() - start
+        status = MPI.Status()
+        message, took = _answer(partial(world.Improbe, source=other, status=status))
+        spent += took
+        start = time.process_time()
+        into = bytearray(status.Get_count(MPI.BYTE))
+        receiving = message.Irecv([into, MPI.BYTE])
+        spent += time.process_time() - start
+        spent += _answer(receiving.Test)[1] + _answer(sending.Test)[1]
+    return spent / count / 2  # each rank was at both ends
+
+
+def _answer(ask: Callable[[], Any]) -> tuple[Any, float]:
+    """Ask until the answer is not None or False; return it and the seconds that this last question took."""
+    while True:
+        start = time.process_time()
+        answer = ask()
+        took = time.process_time() - start
+        if answer:
+            return answer, took
+        time.sleep(0.0002)
+
+
+def main() -> None:
+    """Run one rank of a job."""
+    from mpi4py import MPI
+
+    figures = {}
+    for length, count in MESSAGES.items():
+        _talk(length, 5)
+        everyone = MPI.COMM_WORLD.gather(_talk(length, count), root=0)
+        figures[length] = 1e9 * statistics.mean(everyone or [0.0])
+    if MPI.COMM_WORLD.Get_rank() == 0:
+        print(json.dumps(figures), flush=True)
+
+
+if __name__ == "__main__":
+    main()

@@ -25,7 +25,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     actions = names.add_parser("actions", help="what each action costs, alone and added to a list")
     actions.add_argument("--particles", type=positive, default=3_200_000)
     actions.add_argument("--repeats", type=positive, default=7)
-    lists = names.add_parser("lists", help="a list of twelve actions compared with one of five")
+    lists = names.add_parser("lists", help="lists of four to twelve actions, compared with memory's speed")
     lists.add_argument("--particles", type=positive, default=3_200_000)
     lists.add_argument("--steps", type=positive, default=30)
     scale = names.add_parser("scale", help="snow's cost per particle from a million particles on")
@@ -87,6 +87,12 @@ def configure(parser: argparse.ArgumentParser) -> None:
     overhead.add_argument("--particles", type=positive, default=400_000, help="of each system")
     overhead.add_argument("--rounds", type=positive, default=40, help="turns of each balancer")
     overhead.add_argument("--frames", type=positive, default=4, help="per turn")
+    peers = names.add_parser("peers", help="snow in NumPy, Numba, Taichi and Warp, beside the engine")
+    peers.add_argument("--particles", type=positive, default=12_800_000)
+    peers.add_argument("--steps", type=positive, default=9)
+    peers.add_argument(
+        "--threads", type=positive, default=1, help="more than one: a second run, on so many threads"
+    )
     for command in names.choices.values():
         add_json(command)
 
@@ -112,6 +118,10 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench.costs import costs
 
         return costs(**sizes)
+    if name == "peers":
+        from ..bench.peers import peers
+
+        return peers(**sizes)
     if name == "recording":
         from ..bench.recording import recording
 
@@ -175,10 +185,31 @@ def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
     return lines
 
 
+def _peers(figures: Mapping[str, Any]) -> str:
+    """Show the peers as a table, what each leaves out, and which are not installed."""
+    lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / it':>13}"]
+    lines += [
+        f"{row['peer']:<8}{row['threads']:>8}{row['million_per_s']:>13.0f}{row['engine_by_peer']:>13.2f}"
+        for row in figures["rows"]
+    ]
+    out = {row["peer"]: row["leaves_out"] for row in figures["rows"] if row["leaves_out"]}
+    lines += ["", "left out:", *(f"{name:<8}{what}" for name, what in out.items())]
+    lines += ["", *(f"{name:<8}{why}" for name, why in figures["not_installed"].items())]
+    about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd"))
+    return "\n".join([*lines, about])
+
+
 def _shown(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:,.0f}" if value >= 1e5 else f"{value:.4g}"
     return str(value)
 
 
-_SHOWN = {"actions": _costs, "balance": _table, "overhead": _table, "paths": _table, "render": _table}
+_SHOWN = {
+    "actions": _costs,
+    "balance": _table,
+    "overhead": _table,
+    "paths": _table,
+    "peers": _peers,
+    "render": _table,
+}

@@ -1,0 +1,113 @@
+"""The list of snow in other tools, side by side with the engine: `python -m motes bench peers`.
+
+Each peer starts from the engine's particles and takes the same steps: a random acceleration, rebound from the
+ground, the age at which particles die, motion. Afterwards its particles are compared with the engine's.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import importlib.util
+import statistics
+import sys
+import time
+from importlib.metadata import version
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ... import _core
+from .engine import Engine
+from .scene import Peer, disagreement
+
+__all__ = ["PEERS", "peers"]
+
+
+class _Known(NamedTuple):
+    """A peer, and what its figure leaves out of what the engine does."""
+
+    package: str
+    """On PyPI and in the extra; its module of this package has a class `Run`."""
+    module: str
+    """That it is imported by."""
+    threads: bool
+    """Whether one call can use all cores."""
+    leaves_out: str
+
+
+_OUT = "equal bits, exact hits, removing the dead, leavers of a domain, exchange"
+
+PEERS = {
+    "numpy": _Known("numpy", "numpy", False, _OUT),
+    "numba": _Known("numba", "numba", True, f"{_OUT}; ids: a particle is its place in the array"),
+    "taichi": _Known("taichi", "taichi", True, f"{_OUT}; the same numbers in each run"),
+    "warp": _Known("warp-lang", "warp", False, f"{_OUT}; ids: a particle is its place in the array"),
+}
+
+
+def peers(*, particles: int, steps: int, threads: int) -> dict[str, Any]:
+    """Time steps of all that is installed, in turn; with more than one thread, once more on so many."""
+    missing = {
+        name: f"not installed: pip install '{peer.package}', or the extra motes[peers]"
+        for name, peer in PEERS.items()
+        if importlib.util.find_spec(peer.module) is None
+    }
+    rows = []
+    with contextlib.redirect_stdout(sys.stderr):  # some print their version
+        for count in sorted({1, threads}):
+            rows += _in_turn([name for name in PEERS if name not in missing], particles, steps, count)
+    return {
+        "particles": particles,
+        "steps": steps,
+        "simd": _core.simd(),
+        "rows": rows,
+        "not_installed": missing,
+    }
+
+
+def _in_turn(names: list[str], particles: int, steps: int, threads: int) -> list[dict[str, Any]]:
+    """Run one step of each after the other: a slow moment of the machine affects all."""
+    chosen = [name for name in names if threads == 1 or PEERS[name].threads]
+    with Engine(particles, steps + 1, threads) as engine:
+        start = engine.columns()
+        runs: dict[str, Peer] = {"motes": engine}
+        runs |= {name: _load(name).Run(start.copy(), threads) for name in chosen}
+        seconds: dict[str, list[float]] = {name: [] for name in runs}
+        for step in range(steps + 1):
+            for name, run in runs.items():
+                seconds[name].append(_timed(run, step, threads))
+        end = engine.columns()
+        wrong = {name: disagreement(start, end, run.columns()) for name, run in runs.items()}
+    for name, what in wrong.items():
+        if what:
+            raise RuntimeError(f"{name} and the engine disagree: {what}")
+    own = seconds["motes"][1:]
+    return [
+        {
+            "peer": name,
+            "version": version("motes" if name == "motes" else PEERS[name].package),
+            "threads": threads,
+            "million_per_s": particles / min(seconds[name][1:]) / 1e6,
+            "engine_by_peer": statistics.median(
+                theirs / ours for ours, theirs in zip(own, seconds[name][1:], strict=True)
+            ),
+            "leaves_out": "" if name == "motes" else PEERS[name].leaves_out,
+        }
+        for name in runs
+    ]
+
+
+def _timed(run: Peer, step: int, threads: int) -> float:
+    """Time a step; the first one compiles, and does not count.
+
+    On one core in processor time of all threads of this process, on several as it passes.
+    """
+    clock = time.process_time if threads == 1 else time.perf_counter
+    begin = clock()
+    run.step(np.uint32(step))
+    return clock() - begin
+
+
+def _load(name: str) -> Any:
+    return importlib.import_module(f"{__name__}.{name}_run")

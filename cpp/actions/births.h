@@ -24,19 +24,15 @@ MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
 template <class Sample>
 MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::size_t count, float* const* planes,
                        int width, const Sample& sample) {
-  const Stream stream = stream_of(s);
-  BlockBits bits;
-  for (std::size_t at = 0; at < count; at += particles::kBlock) {
-    const std::size_t here = count - at < particles::kBlock ? count - at : particles::kBlock;
-    bits.fill(stream, ids + at, here, [](std::size_t) {});
-    for (std::size_t i = 0; i < here; i += kLanes) {
-      Draws draws(stream, ids + at, bits, i);
-      const Floats3 v = sample(draws);
-      store(planes[0] + at + i, v.x);
-      if (width == 1) continue;
-      store(planes[1] + at + i, v.y);
-      store(planes[2] + at + i, v.z);
-    }
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    Draws draws(keys, first, ids + i);
+    const Floats3 v = sample(draws);
+    store(planes[0] + i, v.x);
+    if (width == 1) continue;
+    store(planes[1] + i, v.y);
+    store(planes[2] + i, v.z);
   }
 }
 
@@ -56,9 +52,10 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const s
 }
 
 inline void jitter(const actions::Block& b, const actions::Step& s) {
-  const Stream stream = stream_of(s);
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    Draws draws(stream, b.ids + i);
+    Draws draws(keys, first, b.ids + i);
     const Floats passed = unit(draws.bits().a) * s.dt;
     const Floats3 from = load3(b, kPositionAt, i);
     const Floats3 to = from + load3(b, kVelocityAt, i) * passed;

@@ -28,18 +28,7 @@ struct Step {
   std::uint32_t stream;      // particles::action + the action's place in the list
   particles::Key key;
   double time = 0;           // at the start of the step, seconds
-};
-
-/// Columns that will be needed soon: a kernel with much arithmetic prefetches them meanwhile, since the processor
-/// cannot predict the way from block to block.
-struct Ahead {
-  static constexpr int kMost = 16;
-  struct Column {
-    std::int32_t component;
-    std::uint32_t offset;  // 0: later actions need it for this block; kBlock: the next block
-  };
-  Column column[kMost];
-  int count = 0;
+  particles::DrawKeys* draws = nullptr;  // for actions that draw
 };
 
 /// The recorded numbers and shapes of the action.
@@ -52,7 +41,6 @@ struct Parameters {
   int width = 0;
   const Instruction* code[3] = {};
   std::size_t length[3] = {};
-  const Ahead* ahead = nullptr;
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 

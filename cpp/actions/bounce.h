@@ -66,16 +66,44 @@ MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
 }
 
 template <class Shape>
+MOTES_INLINE void bounce_vector(const Shape& shape, const Rebound& rebound, const actions::Block& b, float dt,
+                                std::size_t i) {
+  Floats3 x = load3(b, kPositionAt, i);
+  Floats3 v = load3(b, kVelocityAt, i);
+  const Hit hit = shape.hit(x, v * all(dt));
+  if (!any(hit.mask)) return;  // the common case: nothing to store
+  follow(shape, rebound, dt, hit, x, v);
+  store3(b, kPositionAt, i, x);
+  store3(b, kVelocityAt, i, v);
+  note_hit(b, i, hit.mask);
+}
+
+template <class Shape>
 MOTES_INLINE void bounce_exactly(const Shape& shape, const Rebound& rebound, const actions::Block& b, float dt) {
+  for (std::size_t i = 0; i < b.count; i += kLanes) bounce_vector(shape, rebound, b, dt, i);
+}
+
+/// The axis that a normal is along; -1 where it is oblique.
+MOTES_INLINE int axis_of(Float3 normal) {
+  if (normal.y == 0 && normal.z == 0) return 0;
+  if (normal.x == 0 && normal.z == 0) return 1;
+  return normal.x == 0 && normal.y == 0 ? 2 : -1;
+}
+
+/// The ground, usually: where its normal is along an axis, two columns tell which vectors of particles stay clear of
+/// it. The height and its change are then those of PlaneLanes::hit to the last bit, unless another component is not
+/// finite.
+MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const Rebound& rebound, const actions::Block& b, float dt) {
+  const int axis = axis_of(plane.normal);
+  if (axis < 0) return bounce_exactly<PlaneLanes>(plane, rebound, b, dt);
+  const float point = axis == 0 ? plane.point.x : axis == 1 ? plane.point.y : plane.point.z;
+  const float normal = axis == 0 ? plane.normal.x : axis == 1 ? plane.normal.y : plane.normal.z;
+  const float* x = b.component[kPositionAt + axis];
+  const float* v = b.component[kVelocityAt + axis];
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    Floats3 x = load3(b, kPositionAt, i);
-    Floats3 v = load3(b, kVelocityAt, i);
-    const Hit hit = shape.hit(x, v * all(dt));
-    if (!any(hit.mask)) continue;  // the common case: nothing to store
-    follow(shape, rebound, dt, hit, x, v);
-    store3(b, kPositionAt, i, x);
-    store3(b, kVelocityAt, i, v);
-    note_hit(b, i, hit.mask);
+    const Floats before = (load(x + i) - point) * normal;
+    const Floats change = load(v + i) * dt * normal;
+    if (any((before + change < 0.0f) & (change < 0.0f))) bounce_vector(plane, rebound, b, dt, i);
   }
 }
 

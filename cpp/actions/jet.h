@@ -8,24 +8,22 @@ namespace motes::MOTES_ISA {
 inline void jet(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   // Two passes: nested dispatch over shapes would be compiled for every pair of them.
   std::int32_t inside[particles::kBlock + particles::kPadding];
-  std::size_t vectors = 0;  // vectors with a particle inside
+  Mask some = Mask{};
   visit(p.shape[0], [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = shape.contains(load3(b, kPositionAt, i));
       store_mask(inside + i, mask);
-      vectors += any(mask) ? 1 : 0;
+      some |= mask;
     }
   });
-  if (vectors == 0) return;
-  const Stream stream = stream_of(s);
-  const bool most = 2 * kLanes * vectors > b.count;  // then it costs less to draw for all particles at once
-  BlockBits bits;
-  if (most) draw_block(p, b, stream, bits);
+  if (!any(some)) return;
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
   visit(p.shape[1], [&](const auto& accelerations) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = load_mask(inside + i);
       if (!any(mask)) continue;
-      Draws draws = most ? Draws(stream, b.ids, bits, i) : Draws(stream, b.ids + i);
+      Draws draws(keys, first, b.ids + i);
       const Floats3 v = load3(b, kVelocityAt, i);
       store3(b, kVelocityAt, i, select(mask, v + accelerations.sample(draws) * all(s.dt), v));
     }

@@ -30,18 +30,10 @@ MOTES_INLINE void store3(const actions::Block& b, int at, std::size_t i, Floats3
   store(b.component[at + 1] + i, v.y);
   store(b.component[at + 2] + i, v.z);
 }
-MOTES_INLINE Stream stream_of(const actions::Step& s) { return {s.step, s.stream, s.key}; }
-
-/// The first draws of the block's particles; meanwhile the columns that will be needed soon are prefetched.
-MOTES_INLINE void draw_block(const actions::Parameters& p, const actions::Block& b, const Stream& stream,
-                             BlockBits& bits) {
-  const float* column[actions::Ahead::kMost];
-  const int columns = p.ahead != nullptr ? p.ahead->count : 0;
-  for (int k = 0; k < columns; ++k) column[k] = b.component[p.ahead->column[k].component] + p.ahead->column[k].offset;
-  bits.fill(stream, b.ids, b.count, [&column, columns](std::size_t i) __attribute__((always_inline)) {
-    // Into the second-level cache: it can wait for more lines at once than the first-level cache.
-    for (int k = 0; k < columns; ++k) __builtin_prefetch(column[k] + i, 0, 2);
-  });
+/// The keys of the action's draws in this step.
+MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {
+  s.draws->begin(s.key, s.step, s.stream);
+  return *s.draws;
 }
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
   store_mask(b.dead + i, load_mask(b.dead + i) | mask);

@@ -10,12 +10,11 @@ namespace motes::MOTES_ISA {
 /// Adds sample * scale to the attribute at component `at`.
 MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
                               float scale) {
-  const Stream stream = stream_of(s);
-  BlockBits bits;
-  draw_block(p, b, stream, bits);
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(stream, b.ids, bits, i);
+      Draws draws(keys, first, b.ids + i);
       const Floats3 sample = shape.sample(draws);
       store3(b, at, i, load3(b, at, i) + sample * all(scale));
     }
@@ -24,12 +23,11 @@ MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block
 
 /// Sets the attribute at component `at`.
 MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
-  const Stream stream = stream_of(s);
-  BlockBits bits;
-  draw_block(p, b, stream, bits);
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(stream, b.ids, bits, i);
+      Draws draws(keys, first, b.ids + i);
       store3(b, at, i, shape.sample(draws));
     }
   });

@@ -77,9 +77,12 @@ void bind_actions(py::module_& m) {
           b = recording::list_bench(particles, steps);
         }
         py::dict d;
-        d["five_s"] = b.five;
-        d["twelve_s"] = b.twelve;
-        d["ratio"] = b.ratio;
+        for (const auto& list : b.lists) {
+          d[(list.name + "_s").c_str()] = list.seconds;
+          d[(list.name + "_of_limit").c_str()] = list.of_limit;
+        }
+        d["limit_s"] = b.limit;
+        d["twelve_by_five"] = b.ratio;
         return d;
       },
       py::arg("particles"), py::arg("steps"));

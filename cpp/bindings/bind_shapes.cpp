@@ -55,7 +55,9 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
   actions::Distribution d;
   d.kind = actions::Distribution::Kind::shape;
   d.shape = shape;
-  actions::kernels().draw(d, {0, 0, particles::user_sample, particles::system_key(seed, 0)}, ids.data(), n, into, 3);
+  particles::DrawKeys draws;
+  const particles::Key key = particles::system_key(seed, 0);
+  actions::kernels().draw(d, {0, 0, particles::user_sample, key, 0, &draws}, ids.data(), n, into, 3);
   std::vector<float> rows(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t c = 0; c < 3; ++c) rows[3 * i + c] = planes[c][i];

@@ -20,17 +20,47 @@ inline constexpr std::uint32_t user_sample = 3;
 /// Draws of one stream: at most 16, numbered from 0.
 inline constexpr int draw_bits = 4;
 
-/// Rounds of the Philox4x32 that makes keys: the authors' recommendation. Keys are made for blocks of particles, so
-/// their cost does not matter.
-inline constexpr int philox_rounds = 10;
-
 /// The key of one system's draws.
 struct Key {
   std::uint32_t low = 0;
   std::uint32_t high = 0;
+
+  bool operator==(const Key&) const = default;
 };
 
 /// Mixes the 64-bit seed with the system's index.
 Key system_key(std::uint64_t seed, std::uint32_t system);
+
+/// What the words of one draw depend on beside the particle's id.
+struct DrawKey {
+  std::uint32_t word[8];
+};
+
+/// Philox of all that the key of a draw depends on.
+DrawKey draw_key(Key key, std::uint32_t step, std::uint32_t stream, std::uint32_t draw);
+
+/// The keys of one stream's draws in one step, kept from block to block.
+class DrawKeys {
+ public:
+  DrawKeys() : later_{}, later_draw_(0) {}
+
+  /// Makes the first draw's key, unless it was the last that was made.
+  void begin(Key key, std::uint32_t step, std::uint32_t stream) {
+    if (step != step_ || stream != stream_ || key != key_) make_first(key, step, stream);
+  }
+  const DrawKey& first() const { return first_; }
+
+  /// The key of a draw from 1 on.
+  const DrawKey& later(std::uint32_t draw);
+
+ private:
+  void make_first(Key key, std::uint32_t step, std::uint32_t stream);
+
+  Key key_;
+  std::uint32_t step_ = 0, stream_ = 0;  // no stream has the number 0
+  DrawKey first_{};
+  DrawKey later_;  // of draw `later_draw_`
+  std::uint32_t later_draw_;  // 0: none
+};
 
 }  // namespace motes::particles

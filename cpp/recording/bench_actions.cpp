@@ -18,6 +18,7 @@ using particles::Store;
 using shapes::Shape;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
+constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
 constexpr double kDt = 1.0 / 1024;  // so short that hundreds of steps leave the scene as it was
 
 const Shape kGust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};
@@ -191,7 +192,7 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
       cost.alone_in_cache = cost.added_in_cache = order_alone(small, action, repeats);
     } else {
       measure(large, base, action, 2 * repeats, 1, cost.alone, cost.added);
-      measure(small, base, action, 16 * repeats, 256, cost.alone_in_cache, cost.added_in_cache);
+      measure(small, base, action, 64 * repeats, 64, cost.alone_in_cache, cost.added_in_cache);
     }
     cost.memory_limit = kInf;
     for (int i = 0; i < repeats; ++i) cost.memory_limit = std::min(cost.memory_limit, large.limit(action));
@@ -205,23 +206,39 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
 
 ListBench list_bench(std::size_t particles, int steps) {
   if (particles == 0 || steps < 1) throw std::invalid_argument("particles and steps must be at least 1");
-  std::vector<Action> list = paper_list("fountain");
-  const Program five(list);
+  const std::vector<Action> five = paper_list("fountain");
+  std::vector<Action> twelve = five;
   for (const Kind kind : {Kind::damping, Kind::speed_clamp, Kind::orbit_line, Kind::sink, Kind::sink_velocity,
                           Kind::orbit_point, Kind::target_velocity}) {
-    list.insert(list.end() - 1, example(kind));
+    twelve.insert(twelve.end() - 1, example(kind));
   }
-  const Program twelve(list);
+  const auto without_draws = [](std::vector<Action> list) {
+    std::erase_if(list, [](const Action& action) { return action.kind == Kind::random_acceleration; });
+    return list;
+  };
+  const std::pair<const char*, Program> programs[] = {{"four_without_draws", Program(without_draws(five))},
+                                                      {"five", Program(five)},
+                                                      {"eleven_without_draws", Program(without_draws(twelve))},
+                                                      {"twelve", Program(twelve)}};
   Range range(particles);
   const double seconds = static_cast<double>(range.store.size()) / 1e9;
-  range.run(twelve, 1);
-  std::vector<double> five_s, twelve_s, ratios;
+  for (const auto& [name, program] : programs) range.run(program, 1);
+  std::vector<double> limit, step_s[std::size(programs)], of_limit[std::size(programs)], ratios;
   for (int i = 0; i < steps; ++i) {
-    five_s.push_back(range.run(five, 1) * seconds);
-    twelve_s.push_back(range.run(twelve, 1) * seconds);
-    ratios.push_back(twelve_s.back() / five_s.back());
+    const double start = cpu_now();
+    touch(range.store, kStepped, kStepped);
+    limit.push_back(cpu_now() - start);
+    for (std::size_t p = 0; p < std::size(programs); ++p) {
+      step_s[p].push_back(range.run(programs[p].second, 1) * seconds);
+      of_limit[p].push_back(limit.back() / step_s[p].back());
+    }
+    ratios.push_back(step_s[3].back() / step_s[1].back());
   }
-  return {median(five_s), median(twelve_s), median(ratios)};
+  ListBench bench{{}, median(limit), median(ratios)};
+  for (std::size_t p = 0; p < std::size(programs); ++p) {
+    bench.lists.push_back({programs[p].first, median(step_s[p]), median(of_limit[p])});
+  }
+  return bench;
 }
 
 }  // namespace motes::recording

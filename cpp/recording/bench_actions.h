@@ -10,7 +10,7 @@
 namespace motes::recording {
 
 /// Nanoseconds per particle and step, on one core. Alone: the minimum of the repeats, since everything else on the
-/// machine can only add to them; added: the median of comparisons. "In cache": one block of particles over many
+/// machine can only add to them; added: the median of comparisons. "In cache": kCached particles over many
 /// sub-steps, whose columns stay in the first-level cache, so that only arithmetic is left; sort, which does not work
 /// on blocks, uses kSorted particles.
 struct ActionCost {
@@ -25,17 +25,23 @@ struct ActionCost {
 };
 
 /// Particles in the small stores.
-inline constexpr std::size_t kCached = particles::kBlock, kSorted = 8192;
+inline constexpr std::size_t kCached = 512, kSorted = 8192;
 
 /// All kinds of actions::Kind, in its order, with ordinary parameters: some particles are inside the shapes that push,
 /// none in those that kill, and hardly any hit a surface in the step. Throws std::invalid_argument for counts below 1.
 std::vector<ActionCost> action_bench(std::size_t particles, int repeats);
 
-/// Seconds per step of the fountain's five actions, and of twelve: those five and seven more on the same columns.
+/// Lists on the same columns: the fountain's five actions, these and seven more, and both without the random
+/// acceleration. Measured in turn, and compared within each turn: ratios are medians over turns.
 struct ListBench {
-  double five = 0;
-  double twelve = 0;
-  double ratio = 0;  // median over steps of twelve / five, measured in turn
+  struct List {
+    std::string name;
+    double seconds = 0;    // per step, the median
+    double of_limit = 0;   // seconds of loads and stores alone, by those of the list
+  };
+  std::vector<List> lists;
+  double limit = 0;  // seconds of loads and stores alone: position, velocity and age
+  double ratio = 0;  // twelve / five
 };
 ListBench list_bench(std::size_t particles, int steps);
 

@@ -49,7 +49,8 @@ void draw_attribute(const Given& given, particles::Key key, Store& into) {
   float* planes[3] = {};
   for (int c = 0; c < width; ++c) planes[c] = into.writable_plane(given.attribute, c);
   const auto stream = particles::birth_attribute + static_cast<std::uint32_t>(given.attribute);
-  actions::kernels().draw(d, {0, 0, stream, key}, into.ids(), into.size(), planes, width);
+  particles::DrawKeys draws;
+  actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
 }
 
 void copy_column(const Emitted& column, std::uint64_t skip, Store& into) {
@@ -69,7 +70,8 @@ void jitter(particles::Key key, float dt, Store& into) {
     }
   }
   const actions::Block block{into.size(), components.data(), into.ids(), nullptr};
-  actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key});
+  particles::DrawKeys draws;
+  actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
 // The number of particles that a source has emitted until time t. rate * t is rounded, and so are t and the step whose

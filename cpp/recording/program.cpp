@@ -26,13 +26,20 @@ bool turns(const Store& store, const std::vector<actions::Action>& list) {
   });
 }
 
+// The keys of draws are kept from block to block, for this many sub-steps.
+constexpr std::size_t kKeptSteps = 64;
+
+std::size_t kept_steps(const Span& span) {
+  return std::min(kKeptSteps, static_cast<std::size_t>(std::max(span.substeps, 1)));
+}
+
 // Without spin, move leaves the orientations unchanged and they take no memory.
 std::uint64_t untouched(const actions::Action& action, bool turns) {
   return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
 
 // Room for one more block's indices; the collector reports how many it used.
-void collect(const actions::Block& block, const float* axis, const Slice& slice, std::size_t base, Outcome& outcome) {
+bool collect(const actions::Block& block, const float* axis, const Slice& slice, std::size_t base, Outcome& outcome) {
   const std::size_t dead = outcome.dead.size();
   const std::size_t left = outcome.left.size();
   static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> dead_here;
@@ -41,10 +48,12 @@ void collect(const actions::Block& block, const float* axis, const Slice& slice,
   std::size_t left_count = 0;
   actions::kernels().collect(block, axis, slice.low, slice.high, static_cast<std::uint32_t>(base), dead_here.data(),
                              dead_count, left_here.data(), left_count);
+  if (dead_count + left_count == 0) return false;
   outcome.dead.resize(dead + dead_count);
   outcome.left.resize(left + left_count);
   std::copy_n(dead_here.data(), dead_count, outcome.dead.data() + dead);
   std::copy_n(left_here.data(), left_count, outcome.left.data() + left);
+  return dead_count != 0;
 }
 
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
@@ -53,7 +62,7 @@ void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& mo
 
 // A range holds so many particles: whole blocks, long enough that starting one costs nothing, and many more ranges than
 // threads where it matters that all end at the same time.
-constexpr std::size_t kRange = 32 * kBlock;
+constexpr std::size_t kRange = 128 * kBlock;
 constexpr std::size_t kLeast = 64;  // whole vectors: kernels write whole ones
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
@@ -85,37 +94,12 @@ std::vector<int> components_of(std::uint64_t attributes, const particles::Schema
   return components;
 }
 
-// Attributes as bits: for each action, what all actions up to and including it touch.
-std::vector<std::uint64_t> touched_so_far(const std::vector<actions::Action>& list, const Store& store, bool turns) {
-  std::vector<std::uint64_t> all;
-  std::uint64_t so_far = 0;
-  for (const actions::Action& action : list) {
-    const std::uint64_t touched = actions::reads(action, store.schema()) | actions::writes(action, store.schema());
-    all.push_back(so_far |= touched & ~untouched(action, turns));
-  }
-  return all;
-}
-
-// What to prefetch while an action computes: of this block what only later actions touch, of the next block the rest.
-actions::Ahead ahead_of(std::uint64_t so_far, std::uint64_t in_all, const Store& store) {
-  actions::Ahead ahead;
-  for (int a = 0; a < store.schema().size(); ++a) {
-    if ((in_all >> a & 1u) == 0 || store.uniform(a)) continue;
-    const auto offset = static_cast<std::uint32_t>((so_far >> a & 1u) != 0 ? kBlock : 0);
-    for (int c = 0; c < store.schema()[a].width && ahead.count < actions::Ahead::kMost; ++c) {
-      ahead.column[ahead.count++] = {store.schema()[a].first_component + c, offset};
-    }
-  }
-  return ahead;
-}
-
 }  // namespace
 
 Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
 
 std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
   std::vector<Operation> operations;
-  const std::vector<std::uint64_t> touched = touched_so_far(list_, store, turns);
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
     Operation operation;
@@ -140,10 +124,8 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
       const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
       operation.written = components_of(writes, store.schema());
     }
-    operation.ahead = ahead_of(touched[i], touched.back(), store);
     operations.push_back(std::move(operation));
   }
-  for (Operation& operation : operations) operation.parameters.ahead = &operation.ahead;
   return operations;
 }
 
@@ -178,15 +160,15 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
   const float* axis = pass.store.plane(particles::position, pass.slice.axis);
+  std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
   for (std::size_t at = first; at < last; at += kBlock) {
     const std::size_t count = std::min(kBlock, last - at);
     const actions::Block block{count, planes.at(at), pass.store.ids() + at, dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
-    run_block(pass, operations, block);
-    collect(block, axis == nullptr ? nullptr : axis + at, pass.slice, at, outcome);
-    dead.fill(0);
+    run_block(pass, operations, block, draws);
+    if (collect(block, axis == nullptr ? nullptr : axis + at, pass.slice, at, outcome)) dead.fill(0);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
     }
@@ -194,7 +176,8 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   }
 }
 
-void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block) const {
+void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                        std::vector<particles::DrawKeys>& draws) const {
   const Span& span = pass.span;
   const float dt = static_cast<float>(span.dt / span.substeps);
   const int last = span.last > 0 ? span.last : span.substeps;
@@ -202,9 +185,10 @@ void Program::run_block(const Pass& pass, const std::vector<Operation>& operatio
     const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
                       static_cast<std::uint32_t>(substep);
     const double time = (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
+    const std::size_t kept = static_cast<std::size_t>(substep) % kKeptSteps * operations.size();
     for (std::size_t o = substep == span.first ? pass.entry : 0; o < operations.size(); ++o) {
       const Operation& operation = operations[o];
-      const actions::Step now{dt, step, operation.stream, pass.key, time};
+      const actions::Step now{dt, step, operation.stream, pass.key, time, &draws[kept + o]};
       if (operation.where->empty()) {
         operation.kernel(operation.parameters, block, now);
       } else {

@@ -63,7 +63,6 @@ class Program {
   struct Operation {
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
-    actions::Ahead ahead;
     std::uint32_t stream = 0;
     const actions::Expression* where = nullptr;
     std::vector<int> written;  // components, where there is a condition
@@ -83,7 +82,8 @@ class Program {
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
                const Slice& slice) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
-  void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block) const;
+  void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                 std::vector<particles::DrawKeys>& draws) const;
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 

@@ -1,4 +1,4 @@
-// 32-bit integers, each in the low half of a 64-bit lane: the form in which processors multiply them to 64 bits.
+// 64-bit ids as vectors, and their halves as vectors of 32-bit integers.
 #pragma once
 
 #include "simd/simd.h"
@@ -13,30 +13,7 @@ struct Wides {
   Wide first, second;
 };
 
-MOTES_INLINE Wide all_wide(std::uint32_t value) { return Wide{} + value; }
-
-/// The 64-bit products with another integer.
-MOTES_INLINE Wide multiply(Wide a, Wide b) {
-#if MOTES_WIDTH == 512
-  return (Wide)_mm512_mul_epu32((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Wide)_mm256_mul_epu32((__m256i)a, (__m256i)b);
-#elif MOTES_WIDTH == 128
-  return (Wide)_mm_mul_epu32((__m128i)a, (__m128i)b);
-#else
-  return (a & 0xffffffffu) * (b & 0xffffffffu);
-#endif
-}
-
-MOTES_INLINE Wide exclusive_or(Wide a, Wide b, Wide c) {
-#if MOTES_WIDTH == 512
-  return (Wide)_mm512_ternarylogic_epi64((__m512i)a, (__m512i)b, (__m512i)c, 0x96);
-#else
-  return (a ^ b) ^ c;  // in this order: c is available last
-#endif
-}
-
-/// The upper halves of products, or of ids.
+/// The upper halves of ids.
 MOTES_INLINE Wide upper(Wide v) { return v >> 32; }
 
 /// kLanes ids; their low halves are the integers.

@@ -15,24 +15,12 @@ void put(const Uints4& bits, std::uint32_t* out) {
   }
 }
 
-template <int Rounds>
-void lanes_of_philox(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out) {
-  std::uint64_t first[kLanes];
-  for (std::size_t i = 0; i < kLanes; ++i) first[i] = counter[0] + static_cast<std::uint32_t>(i);
-  const Wides a = load_ids(first);
-  const Wide b = all_wide(counter[1]), c = all_wide(counter[2]), d = all_wide(counter[3]);
-  const RoundKeys<Rounds> keys(key[0], key[1]);
-  const Counter one = philox<Rounds>({a.first, b, c, d}, keys), two = philox<Rounds>({a.second, b, c, d}, keys);
-  put(join(one, two), out);
-}
-
 void lanes_of_draws(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
                     const std::uint32_t key[2], int skip, std::uint32_t* out) {
-  const Stream from(step, stream, {key[0], key[1]});
-  BlockBits bits;
-  bits.fill(from, ids, count, [](std::size_t) {});
+  particles::DrawKeys keys;
+  keys.begin({key[0], key[1]}, step, stream);
   for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(from, ids, bits, i);
+    Draws draws(keys, keys.first(), ids + i);
     for (int k = 0; k < skip; ++k) draws.bits();
     put(draws.bits(), out + 4 * i);
   }
@@ -58,7 +46,6 @@ void lanes_of_cube_root(const float* v, std::size_t count, float* out) {
 }  // namespace
 
 extern const test::Probe probe;
-const test::Probe probe = {kLanes,           lanes_of_philox<7>, lanes_of_philox<10>, lanes_of_draws,
-                           lanes_of_cos_sin, lanes_of_log,       lanes_of_cube_root};
+const test::Probe probe = {kLanes, lanes_of_draws, lanes_of_cos_sin, lanes_of_log, lanes_of_cube_root};
 
 }  // namespace motes::MOTES_ISA

@@ -8,10 +8,7 @@ namespace test {
 
 struct Probe {
   std::size_t lanes;
-  /// Philox4x32 of one counter in all lanes, with each lane's number added to its counter.a; out: 4 uint32 per lane.
-  void (*philox7)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
-  void (*philox10)(const std::uint32_t counter[4], const std::uint32_t key[2], std::uint32_t* out);
-  /// The draws of `count` ids (up to a block, with room for 16 more), after `skip` others; out: 4 uint32 per id.
+  /// The draws of `count` ids (with room for 16 more), after `skip` others; out: 4 uint32 per id.
   void (*draws)(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
                 const std::uint32_t key[2], int skip, std::uint32_t* out);
   /// Elementary functions of `count` numbers, a multiple of 16.

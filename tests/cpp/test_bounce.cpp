@@ -208,3 +208,46 @@ TEST(bounce_has_no_friction_at_low_tangential_speed) {
   fast.step();
   CHECK_NEAR(fast.velocity().x, 1, 1e-6);
 }
+
+TEST(a_plane_along_an_axis_is_any_plane) {
+  // Turned so little that no number changes, a plane is oblique, and both ways to look for hits must agree.
+  test::Dice dice(8);
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const float side : {1.0f, -1.0f}) {
+      std::vector<Particle> particles;
+      for (int i = 0; i < 300; ++i) {
+        const auto number = [&](float most) { return static_cast<double>(dice.between(-most, most)); };
+        particles.push_back({{number(1), number(1), number(1)}, {number(30), number(30), number(30)}});
+      }
+      Shape straight = shape(Kind::plane, {0.25f, 0.25f, 0.25f, 0, 0, 0}), tilted = straight;
+      for (std::size_t c = 0; c < 3; ++c) tilted.number[3 + c] = 1e-30f;
+      straight.number[static_cast<std::size_t>(3 + axis)] = tilted.number[static_cast<std::size_t>(3 + axis)] = side;
+      World one(particles, straight, 0.04, 0.7, 0.2), other(particles, tilted, 0.04, 0.7, 0.2);
+      for (int step = 0; step < 5; ++step) {
+        one.step();
+        other.step();
+      }
+      for (const int attribute : {particles::position, particles::velocity}) {
+        for (int c = 0; c < 3; ++c) {
+          const float *a = one.store.plane(attribute, c), *b = other.store.plane(attribute, c);
+          for (std::size_t i = 0; i < particles.size(); ++i) CHECK(a[i] == b[i] || (a[i] != a[i] && b[i] != b[i]));
+        }
+      }
+    }
+  }
+}
+
+TEST(no_plane_turns_a_particle_of_infinite_velocity) {
+  for (int axis = 0; axis < 3; ++axis) {
+    Shape plane = shape(Kind::plane, {0, 0, 0, 0, 0, 0});
+    plane.number[static_cast<std::size_t>(3 + axis)] = 1;
+    double down[3] = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    down[axis] = -9;
+    World world({{{0.1, 0.1, 0.1}, {down[0], down[1], down[2]}}}, plane, 0.04);
+    world.step();
+    for (int c = 0; c < 3; ++c) {
+      CHECK(world.store.plane(particles::velocity, c)[0] == static_cast<float>(down[c]));
+      CHECK(world.store.plane(particles::position, c)[0] == 0.1f);
+    }
+  }
+}

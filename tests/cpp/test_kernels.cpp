@@ -106,7 +106,7 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
   return numbers;
 }
 
-constexpr std::size_t kCounts[] = {1, 3, 5, 15, 16, 17, 31, 64, 100, 511, 512};
+constexpr std::size_t kCounts[] = {1, 3, 5, 15, 16, 17, 31, 64, 100, 127, 128};
 
 }  // namespace
 
@@ -124,8 +124,10 @@ TEST(actions_give_the_same_bits_in_every_build) {
         parameters.numbers = static_cast<int>(numbers.size());
         parameters.shape = shapes.data();
         parameters.flag = dice.coin();
-        const actions::Step step{
-            0.04f, static_cast<std::uint32_t>(dice.word()), 0x10003u, {static_cast<std::uint32_t>(dice.word()), 7}};
+        particles::DrawKeys draws;
+        const actions::Step step{0.04f,    static_cast<std::uint32_t>(dice.word()),
+                                 0x10003u, {static_cast<std::uint32_t>(dice.word()), 7},
+                                 0,        &draws};
         const Particles before(count, dice);
         Particles first = before;
         std::vector<float*> components;
@@ -164,7 +166,8 @@ TEST(births_give_the_same_bits_in_every_build) {
     for (const Draw& d : draws) {
       for (const int width : {1, 3}) {
         if (width == 1 && d.kind == Draw::Kind::shape) continue;
-        const actions::Step step{0.04f, 0, 0x105u, {static_cast<std::uint32_t>(dice.word()), 3}};
+        particles::DrawKeys draws;
+        const actions::Step step{0.04f, 0, 0x105u, {static_cast<std::uint32_t>(dice.word()), 3}, 0, &draws};
         const Particles before(count, dice);
         Particles first = before;
         std::vector<float*> components;
@@ -231,7 +234,8 @@ TEST(samples_lie_in_their_shapes) {
     d.shape = s;
     std::vector<std::vector<float>> planes(3, std::vector<float>(count + 16));
     float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
-    builds.back().kernels.draw(d, {0, 0, 1, {1, 2}}, ids.data(), count, into, 3);
+    particles::DrawKeys draws;
+    builds.back().kernels.draw(d, {0, 0, 1, {1, 2}, 0, &draws}, ids.data(), count, into, 3);
     // Enlarged by a few rounding errors: a sample may lie on the surface.
     Shape grown = s;
     if (kind == Kind::sphere) {

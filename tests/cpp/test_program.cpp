@@ -150,7 +150,7 @@ TEST(program_lets_newborns_enter_behind_the_call_that_made_them) {
 }
 
 TEST(program_names_the_dead_and_those_that_leave) {
-  for (const std::size_t count : {1u, 17u, 511u, 512u, 513u, 2000u}) {
+  for (const std::size_t count : {1u, 17u, 127u, 128u, 129u, 2000u}) {
     Store store = random_store(count, count);
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 7 == 3 ? 5.0f : 0.0f;

@@ -1,18 +1,18 @@
 // Random numbers: Philox4x32 against the vectors that its authors publish (Random123, tests/kat_vectors), draws against
 // the same function written plainly, in every lane of every build.
+#include <algorithm>
 #include <vector>
 
 #include "check.h"
 #include "isas.h"
-#include "particles/streams.h"
+#include "particles/philox.h"
 
 namespace {
 
 struct Known {
-  std::uint32_t counter[4];
-  std::uint32_t key[2];
-  std::uint32_t after7[4];
-  std::uint32_t after10[4];
+  motes::particles::Words counter;
+  motes::particles::Key key;
+  motes::particles::Words after7, after10;
 };
 
 constexpr Known kKnown[] = {
@@ -30,24 +30,14 @@ constexpr Known kKnown[] = {
      {0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1}},
 };
 
-// The generator once more, written plainly.
-void plain_philox(std::uint32_t c[4], std::uint32_t low, std::uint32_t high, int rounds) {
-  for (int round = 0; round < rounds; ++round, low += 0x9E3779B9u, high += 0xBB67AE85u) {
-    const std::uint64_t first = std::uint64_t{0xD2511F53u} * c[0];
-    const std::uint64_t second = std::uint64_t{0xCD9E8D57u} * c[2];
-    const std::uint32_t next[4] = {
-        static_cast<std::uint32_t>(second >> 32) ^ c[1] ^ low, static_cast<std::uint32_t>(second),
-        static_cast<std::uint32_t>(first >> 32) ^ c[3] ^ high, static_cast<std::uint32_t>(first)};
-    for (int i = 0; i < 4; ++i) c[i] = next[i];
-  }
-}
-
 // The words of a particle in one draw.
 void plain_draw(std::uint64_t id, std::uint32_t step, std::uint32_t stream_and_draw, const std::uint32_t key[2],
                 std::uint32_t out[4]) {
-  std::uint32_t k[8] = {step, stream_and_draw, 0x6d6f7465u, 0, step, stream_and_draw, 0x6d6f7465u, 1};
-  plain_philox(k, key[0], key[1], 10);
-  plain_philox(k + 4, key[0], key[1], 10);
+  std::uint32_t k[8];
+  for (std::uint32_t half = 0; half < 2; ++half) {
+    const auto words = motes::particles::philox({step, stream_and_draw, 0x6d6f7465u, half}, {key[0], key[1]}, 10);
+    std::copy(words.begin(), words.end(), k + 4 * half);
+  }
   const auto low = static_cast<std::uint32_t>(id);
   const auto high = static_cast<std::uint32_t>(id >> 32);
   const auto mix = [](std::uint32_t v, int first, std::uint32_t by, int then, std::uint32_t plus, std::uint32_t by_too,
@@ -69,38 +59,10 @@ void plain_draw(std::uint64_t id, std::uint32_t step, std::uint32_t stream_and_d
 }  // namespace
 
 TEST(philox_gives_the_published_words) {
-  for (const test::Build& build : test::builds()) {
-    std::vector<std::uint32_t> out(4 * build.probe.lanes);
-    for (const Known& known : kKnown) {
-      // Each lane's counter is one higher: the published vector appears in lane 0 and, shifted, in every other lane.
-      for (std::size_t lane = 0; lane < build.probe.lanes; ++lane) {
-        std::uint32_t counter[4] = {known.counter[0] - static_cast<std::uint32_t>(lane), known.counter[1],
-                                    known.counter[2], known.counter[3]};
-        build.probe.philox7(counter, known.key, out.data());
-        for (std::size_t i = 0; i < 4; ++i) CHECK(out[4 * lane + i] == known.after7[i]);
-        build.probe.philox10(counter, known.key, out.data());
-        for (std::size_t i = 0; i < 4; ++i) CHECK(out[4 * lane + i] == known.after10[i]);
-      }
-    }
-  }
-}
-
-TEST(philox_agrees_with_plain_words) {
-  test::Dice dice(1);
-  for (int round = 0; round < 2000; ++round) {
-    const std::uint64_t words[3] = {dice.word(), dice.word(), dice.word()};
-    const auto half = [&](int i) { return static_cast<std::uint32_t>(words[i / 2] >> (32 * (i % 2))); };
-    const std::uint32_t counter[4] = {half(0), half(1), half(2), half(3)};
-    const std::uint32_t key[2] = {half(4), half(5)};
-    for (const test::Build& build : test::builds()) {
-      std::vector<std::uint32_t> out(4 * build.probe.lanes);
-      build.probe.philox10(counter, key, out.data());
-      for (std::size_t lane = 0; lane < build.probe.lanes; ++lane) {
-        std::uint32_t plain[4] = {counter[0] + static_cast<std::uint32_t>(lane), counter[1], counter[2], counter[3]};
-        plain_philox(plain, key[0], key[1], 10);
-        for (std::size_t i = 0; i < 4; ++i) CHECK(out[4 * lane + i] == plain[i]);
-      }
-    }
+  using motes::particles::philox;
+  for (const Known& known : kKnown) {
+    CHECK(philox(known.counter, known.key, 7) == known.after7);
+    CHECK(philox(known.counter, known.key, 10) == known.after10);
   }
 }
 
@@ -120,6 +82,27 @@ TEST(draws_are_a_function_of_id_step_stream_and_draw) {
         std::uint32_t plain[4];
         plain_draw(ids[i], step, stream << motes::particles::draw_bits | static_cast<std::uint32_t>(skip), key, plain);
         for (std::size_t k = 0; k < 4; ++k) CHECK(out[4 * i + k] == plain[k]);
+      }
+    }
+  }
+}
+
+TEST(kept_keys_are_those_of_the_draw_that_is_asked_for) {
+  using namespace motes::particles;
+  const auto same = [](const DrawKey& a, const DrawKey& b) {
+    return std::equal(std::begin(a.word), std::end(a.word), std::begin(b.word));
+  };
+  DrawKeys keys;
+  for (const Key key : {Key{1, 2}, Key{1, 3}}) {
+    for (const std::uint32_t step : {0u, 1u}) {
+      for (const std::uint32_t stream : {action, action + 1}) {
+        for (int again = 0; again < 2; ++again) {
+          keys.begin(key, step, stream);
+          CHECK(same(keys.first(), draw_key(key, step, stream, 0)));
+          for (const std::uint32_t draw : {1u, 2u, 1u}) {
+            CHECK(same(keys.later(draw), draw_key(key, step, stream, draw)));
+          }
+        }
       }
     }
   }

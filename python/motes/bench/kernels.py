@@ -39,7 +39,7 @@ def births(*, calculators: int, births: int, repeats: int) -> dict[str, Any]:
 
 
 def lists(*, particles: int, steps: int) -> dict[str, Any]:
-    """Compare a list of twelve actions with one of five."""
+    """Compare lists of four to twelve actions, with and without random numbers, with memory's speed."""
     return {
         "particles": particles,
         "steps": steps,

@@ -1,4 +1,4 @@
-"""The notebook on balancing runs from its first cell to its last, and what its text says is so."""
+"""Each notebook runs from its first cell to its last, and what its text says is so."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ nbformat = pytest.importorskip("nbformat")
 nbclient = pytest.importorskip("nbclient")
 pytest.importorskip("ipykernel")
 
-PATH = Path(__file__).resolve().parents[1] / "docs" / "notebooks" / "balancing.ipynb"
-pytestmark = pytest.mark.skipif(not PATH.is_file(), reason="the notebook needs the source tree")
+FOLDER = Path(__file__).resolve().parents[1] / "docs" / "notebooks"
+pytestmark = pytest.mark.skipif(not FOLDER.is_dir(), reason="the notebooks need the source tree")
 
 # In particles, not in seconds, which depend on what else the machine does. Seconds still move the cuts, so
 # bounds are wide.
-CLAIMS = """
+BALANCING = """
 # The paper counts processes, two of which are the manager and the image generator.
 from motes.cluster.paper.tables import cells
 rows = {(cell.processes - 2, cell.variant): cell.speedup for cell in cells(3) if cell.processes < 9}
@@ -52,6 +52,20 @@ for balancer, real in ((motes.PrefixCuts(), uneven[2]), (Gentle(), mine)):
     assert moved(real) < 0.9 * moved(recorded)
 """
 
+# In bytes, which hardly depend on seconds. (The notebook itself compares the pixels.)
+PICTURES = """
+sent = costs["sent"]
+assert sent["near"]["tiles"] < 0.9 * min(sent["near"]["gather"], sent["near"]["composite"])
+assert sent["far"]["composite"] < 0.2 * min(sent["far"]["gather"], sent["far"]["tiles"])
+assert sent["near"]["gather"] > 0.7 * 8e-6 * films["near", "gather"].frames["records"].mean()
+assert share["in front"] < 0.4 < share["at the side"]
+assert {path for path in chosen["near"].frames["render_path"]} == {"tiles"}
+assert chosen["far"].frames["render_path"].tolist()[3:] == ["composite"] * 7
+"""
+
+NOTEBOOKS = {"balancing": (BALANCING, 10), "pictures": (PICTURES, 2)}
+"""What each says, and how many figures it has."""
+
 
 def pictures(notebook):
     """Count the figures among the outputs."""
@@ -64,20 +78,28 @@ def pictures(notebook):
     )
 
 
-def test_what_is_committed_was_executed():
-    notebook = nbformat.read(PATH, as_version=4)
+def test_all_notebooks_are_tested():
+    assert {path.stem for path in FOLDER.glob("*.ipynb")} == set(NOTEBOOKS)
+
+
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_what_is_committed_was_executed(name):
+    path = FOLDER / f"{name}.ipynb"
+    notebook = nbformat.read(path, as_version=4)
     nbformat.validate(notebook)
     code = [cell for cell in notebook.cells if cell.cell_type == "code"]
     assert [cell.execution_count for cell in code] == list(range(1, len(code) + 1))
-    assert pictures(notebook) == 10
+    assert pictures(notebook) == NOTEBOOKS[name][1]
     assert not any(output.output_type == "error" for cell in code for output in cell.outputs)
-    assert PATH.stat().st_size < 600_000
+    assert path.stat().st_size < 600_000
 
 
 @pytest.mark.timeout(900)
-def test_the_notebook_runs_and_its_claims_hold(monkeypatch):
+@pytest.mark.parametrize("name", NOTEBOOKS)
+def test_the_notebook_runs_and_its_claims_hold(name, monkeypatch):
     monkeypatch.setenv("MOTES_PROGRESS", "")
-    notebook = nbformat.read(PATH, as_version=4)
-    notebook.cells.append(nbformat.v4.new_code_cell(CLAIMS))
+    claims, figures = NOTEBOOKS[name]
+    notebook = nbformat.read(FOLDER / f"{name}.ipynb", as_version=4)
+    notebook.cells.append(nbformat.v4.new_code_cell(claims))
     nbclient.NotebookClient(notebook, timeout=300, kernel_name="python3").execute()
-    assert pictures(notebook) == 10
+    assert pictures(notebook) == figures

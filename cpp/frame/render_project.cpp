@@ -80,13 +80,13 @@ void send_records(Rank& rank, Painter& painter) {
     const int to = (talk.rank() + step) % talk.size();
     if (!plan.draws(to)) continue;
     comm::Message message;
-    std::uint64_t records = 0;
+    std::uint64_t records = 0, merged = 0;  // partial tiles are as large whatever number they stand for
     talk.work("render", [&] {
       records = put_records(painter, plan.first(to), plan.end(to), message.bytes());
-      if (painter.merged) records += put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes());
+      if (painter.merged) merged = put_partials(rank, painter, plan.first(to), plan.end(to), message.bytes());
     });
     if (talk.failed()) message = failure_message(talk.rank(), talk.failure());
-    painter.drawing.sent += records;
+    painter.drawing.sent += records + merged;
     painter.drawing.bytes += message.payload().size();
     talk.comm().post(to, comm::Phase::records, talk.stamp(), std::move(message), records, talk.failed());
   }

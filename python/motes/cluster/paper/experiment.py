@@ -16,7 +16,9 @@ from .tables import Cell, cells
 
 __all__ = ["Row", "reproduce"]
 
-BEST = ("--balancer", "PrefixCuts", "--combine", "together")
+_OURS = ("--balancer", "PrefixCuts", "--combine", "together")
+BEST = (_OURS, (*_OURS, "--path", "tiles", "--roles", "shared"))
+"""In the paper's roles; and where all processes calculate and draw. The faster one counts."""
 
 
 @dataclass(frozen=True)
@@ -79,7 +81,8 @@ class _Bench:
         made = []
         for cell, sequential, paper, best in started:
             whole = sequential.result() * alone(cell)[1]
-            made.append(Row(cell, whole / paper.result(), whole / best.result()))
+            fastest = min(one.result() for one in best)
+            made.append(Row(cell, whole / paper.result(), whole / fastest))
         return made
 
     def _sequential(self, cell: Cell) -> Future[float]:
@@ -90,8 +93,8 @@ class _Bench:
         policy = balancer() if cell.dynamic else "Static"
         return self._frame_s(cell, cell.finite, cluster(cell), "paper", ("--blocking", "--balancer", policy))
 
-    def _best(self, cell: Cell) -> Future[float]:
-        return self._frame_s(cell, cell.finite, cluster(cell), "motes", BEST)
+    def _best(self, cell: Cell) -> list[Future[float]]:
+        return [self._frame_s(cell, cell.finite, cluster(cell), "motes", options) for options in BEST]
 
     def _frame_s(
         self, cell: Cell, finite: bool, machines: Cluster, program: str, options: tuple[str, ...]

@@ -299,6 +299,22 @@ def test_balancers_refuse_bad_arguments(wrong: Any) -> None:
         wrong()
 
 
+def test_a_balancer_that_cannot_decide_is_refused_where_it_is_made() -> None:
+    class Hasty(motes.Balancer):
+        def decid(self, load: LoadTable) -> Targets:
+            return Targets(load.powers)
+
+    with pytest.raises(ArgumentError, match=r"a class with a method decide\(load\), got 'Hasty'"):
+        Hasty()
+
+    class Careful(Hasty):
+        decide = Hasty.decid
+
+    Careful()
+    with pytest.raises(TypeError, match=r"Careful\(\) takes no arguments"):
+        Careful(3)
+
+
 def test_fixed_powers_must_fit_the_calculators() -> None:
     for balancer in (Proportional([1, 2]), PrefixCuts(powers=[1, 2])):
         with pytest.raises(ArgumentError, match=r"powers must be 3 numbers, one per calculator, got 2"):

@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import inspect
 import operator
+from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -78,15 +79,21 @@ class Balancer:
     smoothing: float = 0.5
     over: str = "system"
 
+    def __new__(cls, *given: Any, **named: Any) -> Self:
+        """Refuse a class that cannot decide."""
+        if cls.decide is Balancer.decide:
+            raise ArgumentError("balancer", cls.__name__, "a class with a method decide(load)")
+        if (given or named) and cls.__init__ is object.__init__:
+            raise TypeError(f"{cls.__name__}() takes no arguments")
+        return super().__new__(cls)
+
+    @abstractmethod
     def decide(self, load: LoadTable) -> Targets | Orders:
         """Return `Targets` or `Orders` for one system's loads of one frame. Called on the manager only."""
-        raise NotImplementedError
 
     @property
     def policy(self) -> _core.Policy:
-        """This balancer as the engine takes it. Raises ArgumentError if it has none of its own."""
-        if type(self).decide is Balancer.decide:
-            raise ArgumentError("balancer", self, "a subclass of Balancer with decide(load)")
+        """This balancer as the engine takes it."""
         return _core.scripted_policy(self._name(), self._plan, *self._options())
 
     def _plan(self, table: _core.BalanceTable) -> _core.BalancePlan:

@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import json
-import subprocess
-import sys
 from typing import Any
 
-from .. import launch
-from ..errors import MotesError
+from .jobs import figures_of
 
 __all__ = ["balance", "overhead"]
 
@@ -40,10 +36,4 @@ def overhead(*, ranks: int, systems: int, particles: int, rounds: int, frames: i
     """Start a job in which worlds with each balancer take turns, and return the figures of its first rank."""
     sizes = {"systems": systems, "particles": particles, "rounds": rounds, "frames": frames}
     options = [f"--{name}={value}" for name, value in sizes.items()]
-    argv = launch.command(ranks, [sys.executable, "-m", "motes.bench.overhead", *options])
-    job = subprocess.run(argv, check=False, capture_output=True, text=True)
-    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
-    if job.returncode != 0 or not lines:
-        raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
-    figures: dict[str, Any] = json.loads(lines[-1])
-    return figures
+    return figures_of("motes.bench.overhead", ranks, options)

@@ -10,16 +10,13 @@ from __future__ import annotations
 import argparse
 import json
 import statistics
-import subprocess
-import sys
 import tempfile
 import time
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from .. import launch
-from ..errors import MotesError
+from .jobs import figures_of
 
 __all__ = ["LAYOUTS", "main", "paths"]
 
@@ -87,12 +84,7 @@ def _job(ranks: int, roles: str, options: Sequence[str], parts: bool) -> dict[st
     """Run a layout once. `parts`: with a log, which tells the processor time of each part on each rank."""
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
         log = [f"--log={folder}/log"] if parts else []
-        argv = [sys.executable, "-m", "motes.bench.paths", f"--roles={roles}", *options, *log]
-        job = subprocess.run(launch.command(ranks, argv), check=False, capture_output=True, text=True)
-        lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
-        if job.returncode != 0 or not lines:
-            raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
-        figures: dict[str, Any] = json.loads(lines[-1])
+        figures = figures_of("motes.bench.paths", ranks, [f"--roles={roles}", *options, *log])
         return figures | ({"parts": _parts(Path(folder) / "log", ranks)} if parts else {})
 
 

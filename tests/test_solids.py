@@ -2,33 +2,16 @@
 
 from __future__ import annotations
 
-import copy
-import pickle
 import sys
 
 import numpy as np
 import pytest
+from plain_values import CORNERS, FACES, INF, LEAF, NAN, equal_and_immutable
 
 import motes
-from motes.errors import ArgumentError, MissingExtra, NotAssignable
+from motes.errors import ArgumentError, MissingExtra
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
-LEAF = np.arange(4 * 6 * 4, dtype=np.uint8).reshape(4, 6, 4)
-CORNERS = [(0, 0, 0), (1, 0, 0), (0, 1, 0), (0, 0, 1)]
-FACES = [(0, 1, 2), (0, 1, 3), (0, 2, 3), (1, 2, 3)]
-
-NAN, INF = float("nan"), float("inf")
-
-
-def equal_and_immutable(one, other):
-    assert one is not other
-    assert one == other
-    assert hash(one) == hash(other)
-    for again in (copy.copy(one), copy.deepcopy(one), pickle.loads(pickle.dumps(one))):
-        assert again == one
-        assert hash(again) == hash(one)
-    with pytest.raises(NotAssignable):
-        one.color = 3
 
 
 # --- meshes

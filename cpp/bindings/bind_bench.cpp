@@ -13,11 +13,7 @@ void bind_scenes(py::module_& m) {
   m.def(
       "act_bench",
       [](const std::string& scene, std::size_t particles, int steps) {
-        recording::ActBench b;
-        {
-          const py::gil_scoped_release release;
-          b = recording::act_bench(scene, particles, steps);
-        }
+        const auto b = released([&] { return recording::act_bench(scene, particles, steps); });
         py::dict d;
         d["updates_per_s"] = b.updates_per_s;
         d["memory_limit_updates_per_s"] = b.memory_limit_updates_per_s;
@@ -29,11 +25,7 @@ void bind_scenes(py::module_& m) {
   m.def(
       "leaver_bench",
       [](std::size_t particles, int bins, int steps) {
-        recording::LeaverBench b;
-        {
-          const py::gil_scoped_release release;
-          b = recording::leaver_bench(particles, bins, steps);
-        }
+        const auto b = released([&] { return recording::leaver_bench(particles, bins, steps); });
         py::dict d;
         d["none_s"] = b.none;
         d["fused_s"] = b.fused;
@@ -48,11 +40,7 @@ void bind_actions(py::module_& m) {
   m.def(
       "action_bench",
       [](std::size_t particles, int repeats) {
-        std::vector<recording::ActionCost> costs;
-        {
-          const py::gil_scoped_release release;
-          costs = recording::action_bench(particles, repeats);
-        }
+        const auto costs = released([&] { return recording::action_bench(particles, repeats); });
         py::dict all;
         for (const recording::ActionCost& c : costs) {
           py::dict d;
@@ -71,11 +59,7 @@ void bind_actions(py::module_& m) {
   m.def(
       "list_bench",
       [](std::size_t particles, int steps) {
-        recording::ListBench b;
-        {
-          const py::gil_scoped_release release;
-          b = recording::list_bench(particles, steps);
-        }
+        const auto b = released([&] { return recording::list_bench(particles, steps); });
         py::dict d;
         for (const auto& list : b.lists) {
           d[(list.name + "_s").c_str()] = list.seconds;
@@ -92,11 +76,7 @@ void bind_births(py::module_& m) {
   m.def(
       "birth_bench",
       [](int calculators, int births, int repeats) {
-        frame::BirthBench b;
-        {
-          const py::gil_scoped_release release;
-          b = frame::birth_bench(calculators, births, repeats);
-        }
+        const auto b = released([&] { return frame::birth_bench(calculators, births, repeats); });
         py::dict d;
         d["make_ns"] = b.make;
         d["own_ns"] = b.own;
@@ -131,11 +111,8 @@ void bind_render(py::module_& m) {
   m.def(
       "render_bench",
       [](std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
-        image::RenderBench b;
-        {
-          const py::gil_scoped_release release;
-          b = image::render_bench(particles, width, height, pixels, frames, fountain);
-        }
+        const auto b =
+            released([&] { return image::render_bench(particles, width, height, pixels, frames, fountain); });
         py::dict d;
         d["particles"] = b.particles;
         d["width"] = b.width;
@@ -172,11 +149,7 @@ void bind_scenery(py::module_& m) {
   m.def(
       "scenery_bench",
       [](int width, int height, int frames) {
-        image::SceneryBench b;
-        {
-          const py::gil_scoped_release release;
-          b = image::scenery_bench(width, height, frames);
-        }
+        const auto b = released([&] { return image::scenery_bench(width, height, frames); });
         py::dict d;
         d["width"] = b.width;
         d["height"] = b.height;

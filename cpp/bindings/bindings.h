@@ -26,6 +26,13 @@ void bind_engine(py::module_& m);
 void bind_process(py::module_& m);
 void bind_bench(py::module_& m);
 
+/// What `work` returns. Other threads of Python may run meanwhile: it must touch no Python object.
+template <class Work>
+auto released(const Work& work) {
+  const py::gil_scoped_release release;
+  return work();
+}
+
 /// An array over memory that a moved vector owns: no copy.
 template <class T>
 py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_t>& shape) {

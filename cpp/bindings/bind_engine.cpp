@@ -59,12 +59,8 @@ frame::Settings make_settings(const py::dict& facts) {
   settings.log.directory = facts["log"].cast<std::string>();
   settings.log.hosts = facts["hosts"].cast<std::vector<std::string>>();
   if (!facts["policy"].is_none()) settings.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
-  const auto combine = facts["combine"].cast<std::string>();
-  settings.combine = combine == "one_by_one"   ? frame::Combine::one_by_one
-                     : combine == "overlapped" ? frame::Combine::overlapped
-                                               : frame::Combine::together;
-  const bool shared = facts["births"].cast<std::string>() == "calculators";
-  settings.births = shared ? frame::Births::calculators : frame::Births::manager;
+  settings.combine = particles::enumerator<frame::Combine>("combine", facts["combine"].cast<std::string>());
+  settings.births = particles::enumerator<frame::Births>("births", facts["births"].cast<std::string>());
   settings.fan_out = facts["fan_out"].cast<int>();
   settings.threads = facts["threads"].cast<int>();
   if (!facts["grain"].is_none()) settings.grain = facts["grain"].cast<std::size_t>();
@@ -150,11 +146,7 @@ void on_callback(Engine& engine, py::function call) {
 }
 
 py::object gather(Engine& engine, int system, bool to_all) {
-  std::unique_ptr<particles::Store> store;
-  {
-    const py::gil_scoped_release release;
-    store = engine.gather(system, to_all);
-  }
+  const auto store = released([&] { return engine.gather(system, to_all); });
   if (!store) return py::none();
   py::dict columns;
   for (int a = 0; a < store->schema().size(); ++a) columns[store->schema()[a].name.c_str()] = column_copy(*store, a);

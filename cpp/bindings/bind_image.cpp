@@ -5,44 +5,22 @@
 #include "image/scene.h"
 #include "image/scenery.h"
 #include "image/tone.h"
+#include "particles/enumerators.h"
 
 namespace motes::bindings {
 namespace {
 
-image::Sprite::Kind kind_of(const std::string& name) {
-  if (name == "point") return image::Sprite::Kind::point;
-  if (name == "disc") return image::Sprite::Kind::disc;
-  if (name == "sphere") return image::Sprite::Kind::sphere;
-  if (name == "image") return image::Sprite::Kind::image;
-  throw std::invalid_argument("kind must be point, disc, sphere or image, got '" + name + "'");
-}
-
-image::Sprite::Blend blend_of(const std::string& name) {
-  if (name == "add") return image::Sprite::Blend::add;
-  if (name == "alpha") return image::Sprite::Blend::alpha;
-  if (name == "opaque") return image::Sprite::Blend::opaque;
-  throw std::invalid_argument("blend must be add, alpha or opaque, got '" + name + "'");
-}
-
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
                           float softness, image::AssetKey picture) {
   image::Sprite sprite;
-  sprite.kind = kind_of(kind);
+  sprite.kind = particles::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
-  sprite.blend = blend_of(blend);
+  sprite.blend = particles::enumerator<image::Sprite::Blend>("blend", blend);
   sprite.of_height = of_height;
   sprite.softness = softness;
   sprite.picture = picture;
   image::check(sprite);
   return sprite;
-}
-
-image::View::Path path_of(const std::string& name) {
-  if (name == "auto") return image::View::Path::automatic;
-  if (name == "gather") return image::View::Path::gather;
-  if (name == "tiles") return image::View::Path::tiles;
-  if (name == "composite") return image::View::Path::composite;
-  throw std::invalid_argument("path must be auto, gather, tiles or composite, got '" + name + "'");
 }
 
 // A view is made step by step: what is not set keeps its default.
@@ -83,7 +61,7 @@ void bind_view(py::module_& m) {
       py::arg("position"), py::arg("color"), py::arg("power"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
   view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
-  view.def("set_path", [](View& v, const std::string& name) { v.path = path_of(name); }, py::arg("name"));
+  view.def("set_path", [](View& v, const std::string& name) { v.path = image::path_named(name); }, py::arg("name"));
   view.def("set_shutter", [](View& v, float part) { v.shutter = part; }, py::arg("part"));
   view.def("set_bloom", [](View& v, float part) { v.bloom = part; }, py::arg("part"));
   view.def("set_smooth", [](View& v, bool smooth) { v.smooth = smooth; }, py::arg("smooth"));

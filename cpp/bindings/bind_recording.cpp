@@ -1,6 +1,3 @@
-#include <algorithm>
-#include <optional>
-
 #include "bindings/bindings.h"
 #include "particles/enumerators.h"
 #include "recording/births.h"
@@ -68,21 +65,10 @@ Birth emit(std::uint64_t count, const std::vector<std::pair<int, FloatArray>>& c
 
 using Steps = std::vector<std::tuple<std::string, int, double>>;
 
-// The enumerator with that name, or nothing.
-template <class Enum>
-std::optional<Enum> named(const std::string& name) {
-  constexpr auto& kNames = particles::kNames<Enum>;
-  const auto found = std::find(kNames.begin(), kNames.end(), name);
-  if (found == kNames.end()) return std::nullopt;
-  return static_cast<Enum>(found - kNames.begin());
-}
-
 actions::Expression expression(const Steps& steps) {
   actions::Expression made;
   for (const auto& [name, index, value] : steps) {
-    const auto operation = named<actions::Op>(name);
-    if (!operation) throw std::invalid_argument("no operation is called '" + name + "'");
-    made.push_back({*operation, index, static_cast<float>(value)});
+    made.push_back({particles::enumerator<actions::Op>("operation", name), index, static_cast<float>(value)});
   }
   return made;
 }
@@ -104,9 +90,7 @@ recording::Spawn make_spawn(int into, const std::string& on, std::uint32_t count
                             const State& state, const Steps& where, std::vector<shapes::Shape> shapes) {
   recording::Spawn spawn;
   spawn.into = into;
-  const auto event = named<recording::Spawn::On>(on);
-  if (!event) throw std::invalid_argument("on must be birth, death or collision, got '" + on + "'");
-  spawn.on = *event;
+  spawn.on = particles::enumerator<recording::Spawn::On>("on", on);
   spawn.count = count;
   spawn.inherit_velocity = inherit_velocity;
   spawn.state = given(state);

@@ -19,7 +19,9 @@
 #include "driver/options.h"
 #include "driver/run_file.h"
 #include "frame/replay.h"
+#include "image/camera.h"
 #include "image/sha256.h"
+#include "particles/enumerators.h"
 #include "simd/isa.h"
 
 namespace motes::driver {
@@ -136,21 +138,9 @@ class Player {
     return !options_.combine.empty() ? options_.combine : own.empty() ? "together" : own;
   }
 
-  frame::Combine combine() const {
-    const std::string name = combine_name();
-    if (name == "one_by_one") return frame::Combine::one_by_one;
-    return name == "overlapped" ? frame::Combine::overlapped : frame::Combine::together;
-  }
+  frame::Combine combine() const { return particles::enumerator<frame::Combine>("combine", combine_name()); }
 
   std::string describe(int rank) const { return "rank " + std::to_string(rank) + " (" + cast_.describe(rank) + ")"; }
-
-  static image::View::Path path_named(const std::string& name) {
-    using Path = image::View::Path;
-    return name == "gather"      ? Path::gather
-           : name == "tiles"     ? Path::tiles
-           : name == "composite" ? Path::composite
-                                 : Path::automatic;
-  }
 
   recording::Record read(std::size_t i) const {
     recording::Record record = recording::read_frame(opened_.scene.frames[i]);
@@ -161,7 +151,7 @@ class Player {
   }
 
   void play_frame(recording::Record record) {
-    if (record.view && !options_.path.empty()) record.view->path = path_named(options_.path);
+    if (record.view && !options_.path.empty()) record.view->path = image::path_named(options_.path);
     const std::uint64_t index = engine_->frame();
     frame::replay(*engine_, record, options_.images);
     std::string sha256 = "-";

@@ -9,6 +9,7 @@
 #include "frame/exchange.h"
 #include "frame/histories.h"
 #include "frame/spawn.h"
+#include "particles/enumerators.h"
 
 namespace motes::frame {
 
@@ -94,8 +95,7 @@ void ask_all(Parts& p, Verb verb, const std::string& argument) {
 
 // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
 std::string shared_settings(const Settings& run) {
-  constexpr const char* kCombine[] = {"one_by_one", "together", "overlapped"};
-  std::string shared = kCombine[static_cast<int>(run.combine)];
+  std::string shared(particles::name_of(run.combine));
   shared.append(", ").append(run.policy ? run.policy->name() : "cuts stay");
   shared.append(run.births == Births::calculators ? ", births by calculators" : "");
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));

@@ -7,17 +7,12 @@
 #include <stdexcept>
 #include <string>
 
+#include "image/checks.h"
 #include "image/sha256.h"
 #include "particles/fields.h"
 
 namespace motes::image {
 namespace {
-
-constexpr float kFarthest = 1e15f;  // as for cameras: far from infinity even when squared
-
-[[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
-  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
-}
 
 std::string text(AssetKey key) {
   char digits[17];

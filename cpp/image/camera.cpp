@@ -1,9 +1,11 @@
 #include "image/camera.h"
 
 #include <cstdio>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "image/checks.h"
 #include "image/curves.h"
 #include "image/grid.h"
 #include "image/layout.h"
@@ -16,9 +18,6 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 
-// Farther than any scene, while its square is still far from infinity.
-constexpr double kFarthest = 1e15;
-
 std::string text(double value) {
   char digits[32];
   std::snprintf(digits, sizeof digits, "%g", value);
@@ -28,10 +27,6 @@ std::string text(const Vector& v) {
   char digits[96];
   std::snprintf(digits, sizeof digits, "(%g, %g, %g)", v[0], v[1], v[2]);
   return digits;
-}
-
-[[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
-  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
 }
 
 void check_size(const char* argument, int pixels) {
@@ -48,12 +43,27 @@ void check_vector(const char* argument, const Vector& v) {
 
 void check_color(const std::string& argument, const Color& c) {
   for (const float x : c) {
-    if (!(x >= 0 && x <= 1e15f)) refuse(argument, "finite and not negative", text({c[0], c[1], c[2]}));
+    if (!(x >= 0 && x <= kFarthest)) refuse(argument, "finite and not negative", text({c[0], c[1], c[2]}));
   }
 }
 
 void check_number(const std::string& argument, double x, double low, double high) {
   if (!(x >= low && x <= high)) refuse(argument, text(low) + ".." + text(high), text(x));
+}
+
+struct Fault {
+  const char* argument;
+  const char* allowed;
+  Vector got;
+};
+
+// Why a camera cannot tell where right and up are, or nothing where it can.
+std::optional<Fault> no_direction(const Camera& camera) {
+  const Vector toward = camera.look_at - camera.position;
+  if (!(length(toward) > 1e-9)) return Fault{"camera.look_at", "apart from camera.position", camera.look_at};
+  if (!(length(camera.up) > 1e-9)) return Fault{"camera.up", "longer than 0", camera.up};
+  if (length(cross(unit(toward), unit(camera.up))) > 1e-6) return std::nullopt;
+  return Fault{"camera.up", "not parallel to the direction of view", camera.up};
 }
 
 void check(const Camera& camera) {
@@ -64,12 +74,7 @@ void check(const Camera& camera) {
     refuse("camera.fov_deg", "above 0 and below 180", text(camera.fov_deg));
   }
   if (!(camera.near > 0 && camera.near <= kFarthest)) refuse("camera.near", "above 0", text(camera.near));
-  const Vector toward = camera.look_at - camera.position;
-  if (!(length(toward) > 1e-9)) refuse("camera.look_at", "apart from camera.position", text(camera.look_at));
-  if (!(length(camera.up) > 1e-9)) refuse("camera.up", "longer than 0", text(camera.up));
-  if (!(length(cross(unit(toward), unit(camera.up))) > 1e-6)) {
-    refuse("camera.up", "not parallel to the direction of view", text(camera.up));
-  }
+  if (const auto fault = no_direction(camera)) refuse(fault->argument, fault->allowed, text(fault->got));
 }
 
 Lens lens_of(const Camera& camera, int height) {
@@ -82,12 +87,11 @@ Lens lens_of(const Camera& camera, int height) {
   return lens;
 }
 
-bool points_somewhere(const Camera& camera) {
-  const Vector toward = camera.look_at - camera.position;
-  return length(toward) > 1e-9 && length(camera.up) > 1e-9 && length(cross(unit(toward), unit(camera.up))) > 1e-6;
-}
-
 }  // namespace
+
+View::Path path_named(const std::string& name) {
+  return name == "auto" ? View::Path::automatic : particles::enumerator<View::Path>("path", name);
+}
 
 Lens lens(const View& view) { return lens_of(view.camera, view.height); }
 
@@ -101,7 +105,7 @@ Lens lens_at_opening(const View& view) {
   camera.look_at = between(now.look_at, before.look_at);
   camera.up = between(unit(now.up), unit(before.up));
   camera.fov_deg = between(now.fov_deg, before.fov_deg);
-  return lens_of(points_somewhere(camera) ? camera : now, view.height);
+  return lens_of(no_direction(camera) ? now : camera, view.height);
 }
 
 void check(const View& view) {
@@ -110,12 +114,12 @@ void check(const View& view) {
   check(view.camera);
   if (view.before) check(*view.before);
   check_color("background", view.background);
-  if (!(view.exposure > 0 && view.exposure <= 1e15f)) refuse("exposure", "finite and above 0", text(view.exposure));
+  if (!(view.exposure > 0 && view.exposure <= kFarthest)) refuse("exposure", "finite and above 0", text(view.exposure));
   check_vector("sun", view.sun);
   check_number("shutter", view.shutter, 0, 1);
   check_number("bloom", view.bloom, 0, 1);
   if (static_cast<int>(view.path) >= particles::enumerators<View::Path>()) {
-    refuse("path", "automatic, gather, tiles or composite", std::to_string(static_cast<int>(view.path)));
+    refuse("path", particles::names_of<View::Path>(), std::to_string(static_cast<int>(view.path)));
   }
   if (view.layers > kAllLayers) refuse("layers", "0..7", std::to_string(view.layers));
   for (std::size_t i = 0; i < view.objects.size(); ++i) {
@@ -138,10 +142,10 @@ void check(const View& view) {
 
 void check(const Sprite& sprite) {
   if (static_cast<int>(sprite.kind) >= particles::enumerators<Sprite::Kind>()) {
-    refuse("sprite.kind", "point, disc, sphere or image", std::to_string(static_cast<int>(sprite.kind)));
+    refuse("sprite.kind", particles::names_of<Sprite::Kind>(), std::to_string(static_cast<int>(sprite.kind)));
   }
   if (static_cast<int>(sprite.blend) >= particles::enumerators<Sprite::Blend>()) {
-    refuse("sprite.blend", "add, alpha or opaque", std::to_string(static_cast<int>(sprite.blend)));
+    refuse("sprite.blend", particles::names_of<Sprite::Blend>(), std::to_string(static_cast<int>(sprite.blend)));
   }
   check_number("sprite.of_height", sprite.of_height, 0, 1);
   check_number("sprite.softness", sprite.softness, 0, kFarthest);

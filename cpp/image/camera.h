@@ -1,6 +1,8 @@
 // From metres to pixels; and what a view may contain.
 #pragma once
 
+#include <string>
+
 #include "image/scene.h"
 
 namespace motes::image {
@@ -17,6 +19,9 @@ Lens lens(const View& view);
 /// The camera when the shutter opened: on its way from `before` to where it is now. Where there was no last frame, or
 /// the way between passes through an impossible camera, the camera did not move.
 Lens lens_at_opening(const View& view);
+
+/// The way to make pictures with that name; "auto" is automatic. Throws std::invalid_argument where there is none.
+View::Path path_named(const std::string& name);
 
 /// Throw std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const View& view);

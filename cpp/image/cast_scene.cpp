@@ -14,10 +14,6 @@ using shapes::Kind;
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFogReach = 5;  // in distances from camera to look_at: where half of the light is fog
 
-Vector vector_at(const shapes::Shape& s, int first) {
-  return {s.number[first], s.number[first + 1], s.number[first + 2]};
-}
-
 void put(const Vector& v, float* to) {
   for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
 }

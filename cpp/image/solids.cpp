@@ -15,8 +15,6 @@ using shapes::Shape;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
-
 }  // namespace
 
 Ball bounds(const Shape& s) {

@@ -208,14 +208,6 @@ void TilePainter::sums(std::uint32_t* to, std::size_t row_lanes) const {
     std::copy_n(planes_.light + y * kLightStride, 3 * area_.width, to);
 }
 
-void TilePainter::light(float* linear, std::size_t row_floats) const {
-  const auto lanes = static_cast<std::size_t>(area_.width) * 3;
-  for (int y = 0; y < area_.height; ++y, linear += row_floats) {
-    const std::uint32_t* sums = planes_.light + y * kLightStride;
-    for (std::size_t i = 0; i < lanes; ++i) linear[i] = static_cast<float>(sums[i] / double{kUnit});
-  }
-}
-
 void TilePainter::depth(float* depths, std::size_t row_floats) const {
   for (int y = 0; y < area_.height; ++y, depths += row_floats) {
     const std::uint32_t* bits = planes_.depth + y * kPixelStride;

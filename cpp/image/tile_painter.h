@@ -14,7 +14,7 @@
 namespace motes::image {
 
 /// Usage: begin for each frame; then for each tile start or start_bare, merge for each partial tile, paint once, and
-/// any of show, sums, light, depth and save_partial. Pixels depend only on the set of particles, not on the order or
+/// any of show, sums, depth and save_partial. Pixels depend only on the set of particles, not on the order or
 /// grouping of their records, nor on how many partial tiles they were first added up in. It holds the working memory of
 /// one tile; there may be several painters, one per thread.
 ///
@@ -51,9 +51,6 @@ class TilePainter {
 
   /// Writes the sums of light, three per pixel (see PictureLight); a row of the picture has `row_lanes`.
   void sums(std::uint32_t* to, std::size_t row_lanes) const;
-
-  /// Writes linear RGB before exposure and roll-off, three floats per pixel; a row of the picture has `row_floats`.
-  void light(float* linear, std::size_t row_floats) const;
 
   /// Writes the view depth of the nearest solid or opaque particle, m; infinite where there is none.
   void depth(float* depths, std::size_t row_floats) const;

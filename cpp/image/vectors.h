@@ -7,6 +7,11 @@
 
 namespace motes::image {
 
+/// Three of a shape's numbers.
+inline Vector vector_at(const shapes::Shape& s, int first) {
+  return {s.number[first], s.number[first + 1], s.number[first + 2]};
+}
+
 inline Vector operator+(const Vector& a, const Vector& b) { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
 inline Vector operator-(const Vector& a, const Vector& b) { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
 inline Vector operator*(const Vector& a, double s) { return {a[0] * s, a[1] * s, a[2] * s}; }

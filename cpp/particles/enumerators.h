@@ -1,8 +1,11 @@
 // The enumerators of an enumeration, from the compiler: how many there are, and their names.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <stdexcept>
+#include <string>
 #include <string_view>
 #include <type_traits>
 #include <utility>
@@ -41,6 +44,29 @@ inline constexpr auto kNames = []<std::size_t... kAt>(std::index_sequence<kAt...
 template <class Enum>
 constexpr std::string_view name_of(Enum value) {
   return kNames<Enum>[static_cast<std::size_t>(value)];
+}
+
+/// All names, for errors: "a, b or c".
+template <class Enum>
+std::string names_of() {
+  std::string all;
+  for (std::size_t i = 0; i < kNames<Enum>.size(); ++i) {
+    if (i > 0) all.append(i + 1 < kNames<Enum>.size() ? ", " : " or ");
+    all.append(kNames<Enum>[i]);
+  }
+  return all;
+}
+
+/// The enumerator with that name. Throws std::invalid_argument, naming the argument, where there is none.
+template <class Enum>
+Enum enumerator(const std::string& argument, std::string_view name) {
+  const auto found = std::find(kNames<Enum>.begin(), kNames<Enum>.end(), name);
+  if (found == kNames<Enum>.end()) {
+    std::string text = argument;
+    text.append(" must be ").append(names_of<Enum>()).append(", got '").append(name).append("'");
+    throw std::invalid_argument(text);
+  }
+  return static_cast<Enum>(found - kNames<Enum>.begin());
 }
 
 }  // namespace motes::particles

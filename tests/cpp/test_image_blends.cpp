@@ -241,14 +241,7 @@ TEST(image_blends_do_not_depend_on_order_pieces_or_isa) {
     const auto depths = painted.depth();
     test::Dice dice(8);
     for (int round = 0; round < 5; ++round) {
-      std::vector<Piece> pieces;
-      for (Batch& b : batches) {
-        b.shuffle(dice);
-        const std::size_t cut = dice.below(b.count());
-        pieces.push_back(b.piece(0, cut));
-        pieces.push_back(b.piece(cut));
-      }
-      for (std::size_t i = pieces.size(); i > 1; --i) std::swap(pieces[i - 1], pieces[dice.below(i)]);
+      const std::vector<Piece> pieces = shuffled_pieces(batches, dice);
       for (const SplatLanes* lanes : usable_splat_lanes()) {
         PaintedTile other(view, 1, *lanes);
         CHECK(other.paint(pieces) == reference);

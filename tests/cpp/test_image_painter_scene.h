@@ -88,11 +88,7 @@ struct PaintedTile {
     painter.paint(pieces);
     return light();
   }
-  std::vector<float> light() const {
-    std::vector<float> linear(static_cast<std::size_t>(3 * area.width * area.height));
-    painter.light(linear.data(), static_cast<std::size_t>(3 * area.width));
-    return linear;
-  }
+  std::vector<float> light() const { return light_of(painter, area); }
   std::vector<float> depth() const {
     std::vector<float> depths(static_cast<std::size_t>(area.width * area.height));
     painter.depth(depths.data(), static_cast<std::size_t>(area.width));
@@ -106,6 +102,19 @@ struct PaintedTile {
     return {saved.data(), saved.data() + saved.size()};
   }
 };
+
+/// All of the batches, each shuffled and cut in two, in some order.
+inline std::vector<Piece> shuffled_pieces(std::vector<Batch>& batches, test::Dice& dice) {
+  std::vector<Piece> pieces;
+  for (Batch& b : batches) {
+    b.shuffle(dice);
+    const std::size_t cut = dice.below(b.count());
+    pieces.push_back(b.piece(0, cut));
+    pieces.push_back(b.piece(cut));
+  }
+  for (std::size_t i = pieces.size(); i > 1; --i) std::swap(pieces[i - 1], pieces[dice.below(i)]);
+  return pieces;
+}
 
 /// A ball of a few metres at the origin: it hides part of what `random_batch` makes.
 inline Solid ball(float x, float y, float radius) {

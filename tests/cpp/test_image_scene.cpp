@@ -62,4 +62,17 @@ std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vecto
   return canvas.finish();
 }
 
+std::vector<float> linear_of(const std::vector<std::uint32_t>& sums) {
+  std::vector<float> linear(sums.size());
+  for (std::size_t i = 0; i < sums.size(); ++i) linear[i] = static_cast<float>(sums[i] / double{kUnit});
+  return linear;
+}
+
+std::vector<float> light_of(const TilePainter& painter, const Area& area) {
+  const auto row = static_cast<std::size_t>(3 * area.width);
+  std::vector<std::uint32_t> sums(row * static_cast<std::size_t>(area.height));
+  painter.sums(sums.data(), row);
+  return linear_of(sums);
+}
+
 }  // namespace image_test

@@ -9,6 +9,7 @@
 #include "image/projector.h"
 #include "image/records.h"
 #include "image/scene.h"
+#include "image/tile_painter.h"
 
 namespace image_test {
 
@@ -56,5 +57,11 @@ std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const V
                                const ProjectLanes& lanes = project_lanes());
 std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
                                   const SplatLanes& lanes = splat_lanes());
+
+/// Sums of light as linear RGB, before exposure and roll-off.
+std::vector<float> linear_of(const std::vector<std::uint32_t>& sums);
+
+/// What a painter has made of a tile: linear RGB, three numbers per pixel.
+std::vector<float> light_of(const TilePainter& painter, const Area& area);
 
 }  // namespace image_test

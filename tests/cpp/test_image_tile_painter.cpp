@@ -48,11 +48,7 @@ struct Tile {
     painter.save_partial(saved);
     return {saved.data(), saved.data() + saved.size()};
   }
-  std::vector<float> light() const {
-    std::vector<float> linear(static_cast<std::size_t>(3 * area.width * area.height));
-    painter.light(linear.data(), static_cast<std::size_t>(3 * area.width));
-    return linear;
-  }
+  std::vector<float> light() const { return light_of(painter, area); }
 };
 
 }  // namespace

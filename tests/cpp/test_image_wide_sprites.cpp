@@ -47,7 +47,8 @@ View wide_view(int width, int height) {
 
 // All tiles of a picture, rows from top to bottom.
 std::vector<float> whole_picture(const View& view, const std::vector<Piece>& pieces) {
-  std::vector<float> light(static_cast<std::size_t>(3 * view.width * view.height));
+  const auto row = static_cast<std::size_t>(3 * view.width);
+  std::vector<std::uint32_t> light(row * static_cast<std::size_t>(view.height));
   PreparedScene scene;
   scene.prepare(view);
   scene.render_all();
@@ -57,9 +58,9 @@ std::vector<float> whole_picture(const View& view, const std::vector<Piece>& pie
     const Area area = scene.grid().area(tile);
     painter.start(area);
     painter.paint(pieces);
-    painter.light(light.data() + 3 * (area.y * view.width + area.x), static_cast<std::size_t>(3 * view.width));
+    painter.sums(light.data() + 3 * (area.y * view.width + area.x), row);
   }
-  return light;
+  return linear_of(light);
 }
 
 std::vector<float> picture_of(const View& view, const Sprite& sprite, const WideRecord& record) {
@@ -301,14 +302,7 @@ TEST(image_wide_sprites_do_not_depend_on_order_pieces_or_isa) {
       const auto splats = usable_splat_lanes();
       const auto wides = usable_wide_lanes();
       for (std::size_t isa = 0; isa < splats.size(); ++isa) {
-        pieces.clear();
-        for (Batch& b : batches) {
-          b.shuffle(dice);
-          const std::size_t cut = dice.below(b.count());
-          pieces.push_back(b.piece(0, cut));
-          pieces.push_back(b.piece(cut));
-        }
-        for (std::size_t i = pieces.size(); i > 1; --i) std::swap(pieces[i - 1], pieces[dice.below(i)]);
+        pieces = shuffled_pieces(batches, dice);
         PaintedTile other(view, tile, *splats[isa], *wides[isa]);
         CHECK(other.paint(pieces) == reference);
         CHECK(other.depth() == depths);

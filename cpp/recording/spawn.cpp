@@ -13,26 +13,11 @@ namespace {
 
 using particles::Store;
 
+// A child of a parent that is not finite would not be finite either: it would die at once and create children again.
 bool finite(const Event& event) {
   const auto is_finite = [](float v) { return std::isfinite(v); };
   return std::all_of(event.position, event.position + 3, is_finite) &&
          std::all_of(event.velocity, event.velocity + 3, is_finite);
-}
-
-// Removes the particles for which the condition does not hold.
-void keep_where(const Spawn& spawn, Store& store) {
-  if (spawn.where.empty()) return;
-  const std::vector<std::uint32_t> chosen = select(spawn.where, spawn.shapes, store);
-  std::vector<std::uint32_t> out;
-  std::size_t next = 0;
-  for (std::uint32_t i = 0; i < store.size(); ++i) {
-    if (next < chosen.size() && chosen[next] == i) {
-      ++next;
-    } else {
-      out.push_back(i);
-    }
-  }
-  store.remove(out);
 }
 
 }  // namespace
@@ -54,19 +39,16 @@ std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std
   const simd::FloatMode mode;
   Store chosen(parents.schema());
   chosen.append(parents, indices);
-  keep_where(spawn, chosen);
-  std::vector<Event> events(chosen.size());
-  for (std::size_t i = 0; i < events.size(); ++i) {
-    events[i].id = chosen.ids()[i];
+  std::vector<Event> events;
+  for (const std::uint32_t i : select(spawn.where, spawn.shapes, chosen)) {
+    Event event{chosen.ids()[i], {}, {}};
     for (int c = 0; c < 3; ++c) {
       const float* v = chosen.plane(particles::velocity, c);
-      events[i].position[c] = chosen.plane(particles::position, c)[i];
-      events[i].velocity[c] =
-          v != nullptr ? v[i] : chosen.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
+      event.position[c] = chosen.plane(particles::position, c)[i];
+      event.velocity[c] = v != nullptr ? v[i] : chosen.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
     }
+    if (finite(event)) events.push_back(event);
   }
-  // A child of a parent that is not finite would not be finite either: it would die at once and create children again.
-  std::erase_if(events, [](const Event& event) { return !finite(event); });
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
   return events;
 }

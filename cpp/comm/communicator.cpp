@@ -36,7 +36,7 @@ std::string where(const Stamp& stamp, Phase phase) {
 
 const char* name(Phase phase) {
   constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records", "tiles",
-                                           "gather", "plan",   "loads",   "proposals", "births"};
+                                           "gather", "plan",   "loads",   "proposals", "births",  "log"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }

@@ -21,9 +21,10 @@ enum class Phase : std::uint8_t {
   plan,
   loads,
   proposals,
-  births
+  births,
+  log
 };
-inline constexpr int kPhases = 11;
+inline constexpr int kPhases = 12;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

@@ -1,6 +1,7 @@
 #include "frame/account.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "particles/enumerators.h"
@@ -8,19 +9,11 @@
 namespace motes::frame {
 namespace {
 
-void take_larger(PhaseTimes& most, const PhaseTimes& times) {
-  for (const auto seconds : {&PhaseTimes::create, &PhaseTimes::act, &PhaseTimes::report, &PhaseTimes::exchange,
-                             &PhaseTimes::balance, &PhaseTimes::render, &PhaseTimes::project, &PhaseTimes::draw,
-                             &PhaseTimes::assemble, &PhaseTimes::wait, &PhaseTimes::frame}) {
-    most.*seconds = std::max(most.*seconds, times.*seconds);
-  }
-}
-
-void note_drawing(const Drawing& drawing, FrameRow& row) {
+void note_drawings(const Drawings& drawing, FrameRow& row) {
   if (drawing.width == 0) return;
   row.render_path = particles::name_of(drawing.path);
-  row.records += drawing.records;
-  row.render_bytes += drawing.bytes;
+  row.records = drawing.records;
+  row.render_bytes = drawing.bytes;
 }
 
 }  // namespace
@@ -29,44 +22,36 @@ void Account::open_log(const std::string& directory, const std::vector<std::stri
   log_ = std::make_unique<Log>(directory, hosts);
 }
 
-void Account::note_round(const Script& script, const Round& round, const std::vector<Report>& reports,
-                         const Verdict& verdict, const roles::Cast& cast) {
+void Account::note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
+                         const roles::Tree& tree) {
   if (round.first == 0) {
     row_ = {};
     row_.frame = script.record.frame;
     row_.time = static_cast<double>(script.record.frame + 1) * script.record.dt;
     row_.load.reserve(script.systems.size() * cast.calculators.size());
-    for (const auto& system : script.systems) row_.dropped += system->counts.dropped;
+    row_.dropped = judged.dropped;
   }
   for (std::size_t i = round.first; i < round.last; ++i) {
-    row_.particles += verdict.alive[i];
-    row_.digests.push_back(verdict.digests[i]);
-    note_loads(script, reports, i, round.first, cast);
+    row_.particles += round.verdict.alive[i];
+    row_.digests.push_back(round.verdict.digests[i]);
+    note_loads(*script.systems[i], judged.loads, i - round.first, cast, tree);
   }
 }
 
-void Account::note_loads(const Script& script, const std::vector<Report>& reports, std::size_t index, std::size_t first,
-                         const roles::Cast& cast) {
-  std::vector<std::uint64_t> received(cast.calculators.size(), 0);
-  for (const int rank : cast.calculators) {
-    for (const Sent& sent : reports[static_cast<std::size_t>(rank)].systems[index - first].sent) {
-      received[static_cast<std::size_t>(sent.domain)] += sent.count;
-    }
-  }
-  const System& s = *script.systems[index];
+void Account::note_loads(const System& system, const Loads& loads, std::size_t number, const roles::Cast& cast,
+                         const roles::Tree& tree) {
   for (std::size_t c = 0; c < cast.calculators.size(); ++c) {
-    const SystemReport& from = reports[static_cast<std::size_t>(cast.calculators[c])].systems[index - first];
+    const CalculatorLoad& from = loads.of(tree, static_cast<int>(c), number);
     LoadRow load;
-    load.system = s.definition.name;
+    load.system = system.definition.name;
     load.rank = cast.calculators[c];
-    load.tally = {from.at_start, from.created, from.killed, 0, received[c], 0, from.compute_s};
-    for (const Sent& sent : from.sent) load.tally.sent += sent.count;
-    load.n_end = from.kept + received[c];
-    const std::uint64_t processed = from.at_start + from.created;
+    load.tally = {from.at_start, from.created, from.killed, from.sent, from.received, 0, from.compute_s};
+    load.n_end = std::uint64_t{from.kept} + from.received;
+    const std::uint64_t processed = load.tally.at_start + load.tally.created;
     load.rescaled_s = balance::rescaled(from.compute_s, processed, load.n_end);
     load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
-    load.domain_lo = s.domains.low(static_cast<int>(c));
-    load.domain_hi = s.domains.high(static_cast<int>(c));
+    load.domain_lo = system.domains.low(static_cast<int>(c));
+    load.domain_hi = system.domains.high(static_cast<int>(c));
     row_.exchanged += load.tally.sent;
     row_.load.push_back(std::move(load));
   }
@@ -83,6 +68,7 @@ void Account::note_children(std::size_t system, int calculator, std::uint64_t co
 
 void Account::close_row(const roles::Cast& cast, bool digest) {
   note_imbalance(cast);
+  systems_ = row_.digests.size();
   if (!digest) row_.digests.clear();
   open_row_ = std::exchange(row_, {});
 }
@@ -98,37 +84,31 @@ void Account::note_imbalance(const roles::Cast& cast) {
   if (sum > 0) row_.imbalance = *slowest * static_cast<double>(calculators) / sum;
 }
 
-void Account::note_tails(const std::vector<Report>& reports, const roles::Cast& cast) {
+void Account::note_tails(const Tail& tail, const std::vector<CalculatorTail>& tails, const roles::Tree& tree) {
   if (!open_row_) return;
   FrameRow& row = *open_row_;
-  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
-    const Tail& tail = reports[rank].tail;
-    if (!tail.valid || tail.frame != row.frame) continue;
-    take_larger(row.times, tail.times);
-    if (!tail.image_sha256.empty()) row.image_sha256 = tail.image_sha256;
-    note_drawing(tail.drawing, row);
-    note_tail(cast.calculator_of(static_cast<int>(rank)), tail, row);
+  if (tail.valid && tail.frame == row.frame) {
+    row.times = tail.times;
+    row.image_sha256 = tail.image_sha256;
+    row.exchanged_bytes = tail.exchanged_bytes;
+    note_drawings(tail.drawings, row);
+    for (std::size_t i = 0; i < row.digests.size() && i < tail.children.size(); ++i) row.digests[i] += tail.children[i];
+    for (std::size_t i = 0; tails.size() == row.load.size() && i < tails.size(); ++i) {
+      LoadRow& load = row.load[i];
+      const std::size_t calculators = row.load.size() / systems_;
+      const auto place = static_cast<std::size_t>(tree.row_of(static_cast<int>(i % calculators)));
+      const CalculatorTail& of = tails[place * systems_ + i / calculators];
+      load.tally.bytes_sent = of.bytes_sent;
+      load.density.particles = of.particles;
+      std::copy(std::begin(of.quantiles), std::end(of.quantiles), load.density.quantiles);
+      load.exchange_s = double{of.exchange_s};
+      load.image_s = double{of.image_s};
+      load.wait_s = double{of.wait_s};
+    }
   }
   last_row_ = std::move(row);
   row_is_new_ = true;
   open_row_.reset();
-}
-
-void Account::note_tail(int calculator, const Tail& tail, FrameRow& row) {
-  for (std::size_t i = 0; i < row.digests.size() && i < tail.children.size(); ++i) row.digests[i] += tail.children[i];
-  if (calculator < 0) return;
-  const std::size_t systems = tail.bytes_sent.size();
-  for (std::size_t system = 0; system < systems; ++system) {
-    const std::size_t at = system * (row.load.size() / systems) + static_cast<std::size_t>(calculator);
-    if (at >= row.load.size()) return;
-    LoadRow& load = row.load[at];
-    load.tally.bytes_sent = tail.bytes_sent[system];
-    if (system < tail.density.size()) load.density = tail.density[system];
-    load.exchange_s = tail.times.exchange;
-    load.image_s = tail.times.render;
-    load.wait_s = tail.times.wait;
-    row.exchanged_bytes += load.tally.bytes_sent;
-  }
 }
 
 void Account::write_rows() {

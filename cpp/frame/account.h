@@ -9,6 +9,7 @@
 
 #include "frame/log.h"
 #include "frame/report.h"
+#include "frame/reports.h"
 #include "frame/script.h"
 #include "roles/cast.h"
 
@@ -21,32 +22,30 @@ class Account {
   Log* log() { return log_.get(); }
 
   /// A round has been judged; with the first one a row begins.
-  void note_round(const Script& script, const Round& round, const std::vector<Report>& reports, const Verdict& verdict,
-                  const roles::Cast& cast);
+  void note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
+                  const roles::Tree& tree);
   /// Children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
   /// All rounds are judged: the row is complete, but for what ranks tell later.
   void close_row(const roles::Cast& cast, bool digest);
 
-  /// What ranks did after their last report.
-  void note_tails(const std::vector<Report>& reports, const roles::Cast& cast);
+  /// What ranks did after their last report, and each calculator, where there is a log.
+  void note_tails(const Tail& tail, const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
   /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
   void write_rows();
 
-  /// The row that is being made: one entry per system and calculator.
-  const std::vector<LoadRow>& loads() const { return row_.load; }
   /// The last frame about which all is known.
   const std::optional<FrameRow>& last_row() const { return last_row_; }
 
  private:
-  void note_loads(const Script& script, const std::vector<Report>& reports, std::size_t system, std::size_t first,
-                  const roles::Cast& cast);
+  void note_loads(const System& system, const Loads& loads, std::size_t number, const roles::Cast& cast,
+                  const roles::Tree& tree);
   void note_imbalance(const roles::Cast& cast);
-  void note_tail(int calculator, const Tail& tail, FrameRow& row);
 
   std::unique_ptr<Log> log_;
   FrameRow row_;                      // of the frame whose rounds are being judged
   std::optional<FrameRow> open_row_;  // waits for the tails
+  std::size_t systems_ = 0;           // in it
   std::optional<FrameRow> last_row_;
   bool row_is_new_ = false;  // the log does not have it yet
 };

@@ -6,6 +6,7 @@
 #include "comm/clock.h"
 #include "frame/balance.h"
 #include "frame/render_load.h"
+#include "frame/reports.h"
 #include "frame/spawn.h"
 
 namespace motes::frame {
@@ -14,36 +15,58 @@ using comm::Phase;
 
 namespace {
 
-Report own_report(const Rank& rank, const Script& script, Calculator& calculator, const Round& round) {
-  Report report;
-  report.failure = rank.talk.failure();
-  if (report.failure.kind == Failure::Kind::mismatch) {
-    report.record.put_raw(script.bytes.data(), script.bytes.size());
+std::uint32_t counted(std::uint64_t particles) { return static_cast<std::uint32_t>(particles); }
+
+CalculatorLoad own_load(const Population& here) {
+  CalculatorLoad load;
+  load.at_start = counted(here.tally.at_start);
+  load.created = counted(here.tally.created);
+  load.killed = counted(here.tally.killed);
+  load.kept = counted(here.seen());
+  load.sent = counted(here.tally.sent);
+  load.compute_s = here.tally.compute_s;
+  load.speed = here.speeds.of(0);
+  load.error = here.speeds.error(0);
+  return load;
+}
+
+void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
+  SystemReport system{here.seen() + here.tally.sent, here.digest, here.oldest, {}};
+  for (const Sent& sent : here.sent) {
+    round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.talk.calculator())),
+                               static_cast<std::uint32_t>(sent.domain), number, counted(sent.count)});
+  }
+  if (script.in_frame()) system.events = here.events;
+  if (balances(rank, script)) {
+    here.speeds.add(0, here.tally.at_start + here.tally.created, here.tally.compute_s, here.tally.created);
+  }
+  round.own_loads.push_back(own_load(here));
+  round.own.systems.push_back(std::move(system));
+}
+
+void make_own(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
+  round.own = {};
+  round.own_loads.clear();
+  const Failure& failure = rank.talk.failure();
+  if (failure.kind == Failure::Kind::mismatch) {
+    round.own.dissents.push_back({rank.talk.rank(), {}});
+    round.own.dissents.back().record.put_raw(script.bytes.data(), script.bytes.size());
+  } else if (failure.failed()) {
+    round.own.failure = failure;
+    round.own.failed_rank = rank.talk.rank();
   }
   for (std::size_t i = round.first; rank.talk.calculates() && i < round.last; ++i) {
-    const Population& here = *calculator.populations[i];
-    SystemReport row;
-    row.at_start = here.tally.at_start;
-    row.created = here.tally.created;
-    row.killed = here.tally.killed;
-    row.kept = here.seen();
-    row.compute_s = here.tally.compute_s;
-    row.sent = here.sent;
-    row.digest = here.digest;
-    row.oldest = here.oldest;
-    if (script.in_frame()) row.events = here.events;
-    report.systems.push_back(std::move(row));
+    report_system(rank, script, *calculator.populations[i], static_cast<std::uint32_t>(i - round.first), round);
   }
-  report.tail = std::exchange(calculator.tail, {});
-  return report;
+  round.own.tail = std::exchange(calculator.tail, {});
+  round.own_tails = std::exchange(calculator.tails, {});
+  round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
 }
 
 // The ranks outside the largest group that recorded the same list; the lowest rank's group wins a tie.
-Verdict mismatch(const Script& script, const std::vector<Report>& reports) {
-  std::vector<std::span<const std::byte>> lists;
-  for (const Report& report : reports) {
-    lists.push_back(report.failure.kind == Failure::Kind::mismatch ? report.record.view() : script.bytes.view());
-  }
+Verdict mismatch(const Script& script, int ranks, const std::vector<Dissent>& dissents) {
+  std::vector<std::span<const std::byte>> lists(static_cast<std::size_t>(ranks), script.bytes.view());
+  for (const Dissent& dissent : dissents) lists[static_cast<std::size_t>(dissent.rank)] = dissent.record.view();
   std::size_t most = 0;
   std::size_t model = 0;
   for (std::size_t i = 0; i < lists.size(); ++i) {
@@ -73,76 +96,63 @@ Verdict mismatch(const Script& script, const std::vector<Report>& reports) {
 }
 
 // A rank whose script differs says nothing reliable about computing, so mismatches are told first.
-Verdict compare(const Script& script, const std::vector<Report>& reports) {
-  const auto differs = [](const Report& r) { return r.failure.kind == Failure::Kind::mismatch; };
-  if (std::any_of(reports.begin(), reports.end(), differs)) return mismatch(script, reports);
+Verdict compare(const Script& script, int ranks, const Report& report) {
+  if (!report.dissents.empty()) return mismatch(script, ranks, report.dissents);
   Verdict verdict;
-  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
-    if (!reports[rank].failure.failed()) continue;
-    verdict.failure = reports[rank].failure;
-    verdict.failed_rank = static_cast<std::int32_t>(rank);
-    break;
-  }
+  verdict.failure = report.failure;
+  verdict.failed_rank = report.failed_rank;
   return verdict;
 }
 
-// Children in the account, once all rounds are judged.
-void count_children(const Script& script, Manager& manager, const Round& last, const Verdict& verdict) {
-  std::vector<std::uint64_t> alive;
-  for (const auto& system : script.systems) alive.push_back(system->counts.alive);
-  for (std::size_t i = last.first; i < last.last; ++i) alive[i] = verdict.alive[i];
-  note_children(script, manager, alive);
-}
-
-// Counts and fingerprints over all calculators, and for each calculator the ranks that will send it particles.
-void sum_up(const Rank& rank, const Script& script, const Round& round, const std::vector<Report>& reports,
-            Verdict& verdict, std::vector<Orders>& orders) {
+void sum_up(const Script& script, const Round& round, const Report& report, Verdict& verdict) {
   verdict.alive.assign(script.systems.size(), 0);
   verdict.digests.assign(script.systems.size(), {});
   verdict.oldest.assign(script.systems.size(), UINT64_MAX);
-  for (const int from : rank.talk.cast().calculators) {
-    const std::vector<SystemReport>& systems = reports[static_cast<std::size_t>(from)].systems;
-    for (std::size_t i = round.first; i < round.last; ++i) {
-      const SystemReport& system = systems[i - round.first];
-      verdict.alive[i] += system.kept;
-      verdict.digests[i] += system.digest;
-      verdict.oldest[i] = std::min(verdict.oldest[i], system.oldest);
-      for (const Sent& sent : system.sent) {
-        verdict.alive[i] += sent.count;
-        std::vector<std::int32_t>& sources = orders[static_cast<std::size_t>(sent.domain)].sources;
-        if (sources.empty() || sources.back() != from) sources.push_back(from);
-      }
-    }
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const SystemReport& system = report.systems.at(i - round.first);
+    verdict.alive[i] = system.particles;
+    verdict.digests[i] = system.digest;
+    verdict.oldest[i] = system.oldest;
   }
 }
 
-std::vector<Report>& hear_reports(Rank& rank, Manager& manager, const Round& round) {
-  const AllSaid said = rank.talk.relay().listen(Phase::report, rank.talk.stamp(round));
-  double systems = 0;
-  manager.reports.resize(said.ranks.size());
-  for (std::size_t from = 0; from < manager.reports.size(); ++from) {
-    particles::Reader in(said.ranks[from].bytes);
-    read(in, manager.reports[from]);
-    systems += static_cast<double>(manager.reports[from].systems.size());
-  }
-  rank.machine.charge_once(rank.machine.costs().report * systems);
-  return manager.reports;
+// What belongs to calculators of one part of the tree, where all of it is in the order of the tree.
+template <class T, class Calculator>
+std::vector<T> part_of(const std::vector<T>& all, const roles::Tree& tree, int first, int end, Calculator calculator) {
+  const auto before = [&](const T& one, int place) { return tree.place_of(static_cast<int>(one.*calculator)) < place; };
+  return {std::lower_bound(all.begin(), all.end(), first, before),
+          std::lower_bound(all.begin(), all.end(), end, before)};
 }
 
-// What all ranks did well: counts, children, the account, the loads that the plan will follow from.
-void settle_well(const Rank& rank, const Script& script, Manager& manager, const Round& round, Verdict& verdict) {
-  if (round.first == 0) manager.account.note_tails(manager.reports, rank.talk.cast());
-  note_pictures(rank, script, round, manager.reports, manager.picture);
-  sum_up(rank, script, round, manager.reports, verdict, manager.orders);
-  collect_parents(rank, script, manager, round, manager.reports, verdict, manager.orders);
-  if (script.in_frame()) {
-    manager.account.note_round(script, round, manager.reports, verdict, rank.talk.cast());
-    if (round.last == script.systems.size()) count_children(script, manager, round, verdict);
-    if (balances(rank, script)) note_loads(rank, script, manager, round);
+// Each rank learns what concerns it, and the ranks below it what concerns them. Who will send within this part of the
+// tree is known here only.
+void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Flow>& staying) {
+  Relay& relay = rank.talk.relay();
+  const roles::Tree& tree = relay.tree();
+  const bool failed = judgement.verdict.failure.failed();
+  for (const Flow& flow : staying) {
+    if (!failed) judgement.sources.push_back({flow.to, flow.from});
   }
-  if (script.in_frame() && round.last == script.systems.size()) {
-    manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
+  const auto key = [&](const Source& s) { return std::pair(tree.place_of(static_cast<int>(s.to)), s.from); };
+  std::sort(judgement.sources.begin(), judgement.sources.end(),
+            [&](const Source& a, const Source& b) { return key(a) < key(b); });
+  judgement.sources.erase(std::unique(judgement.sources.begin(), judgement.sources.end()), judgement.sources.end());
+  const auto among = [&](int first, int end) {
+    return Judgement{judgement.verdict, part_of(judgement.sources, tree, first, end, &Source::to),
+                     part_of(judgement.parents, tree, first, end, &OwnedParent::owner)};
+  };
+  for (const roles::Tree::Range& child : tree.children()) {
+    comm::Message message;
+    write(among(child.first, child.end), message.bytes());
+    relay.pass_down(child, Phase::verdict, rank.talk.stamp(round), std::move(message), failed);
   }
+  const Judgement own = among(tree.own().first, tree.own().first + 1);
+  round.orders = {};
+  for (const Source& source : own.sources) {
+    round.orders.sources.push_back(rank.talk.rank_of(static_cast<int>(source.from)));
+  }
+  for (const OwnedParent& owned : own.parents) round.orders.parents.push_back(owned.parent);
+  round.verdict = std::move(judgement.verdict);
 }
 
 }  // namespace
@@ -150,38 +160,37 @@ void settle_well(const Rank& rank, const Script& script, Manager& manager, const
 void report(Rank& rank, const Script& script, Calculator& calculator, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "report", script.name_of(round));
   round.reported_s = comm::wall_seconds();
-  particles::Bytes bytes;
-  write(own_report(rank, script, calculator, round), bytes);
-  rank.talk.relay().say(Phase::report, rank.talk.stamp(round), bytes.view(), rank.talk.failed());
+  make_own(rank, script, calculator, round);
+  send_report(rank, round);
 }
 
-void judge(Rank& rank, const Script& script, Manager& manager, const Round& round) {
+void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge", script.name_of(round));
   manager.account.write_rows();  // while the others act
-  Verdict verdict = compare(script, hear_reports(rank, manager, round));
-  manager.orders.resize(rank.talk.calculators());
-  for (Orders& of_one : manager.orders) of_one.clear();
-  if (!verdict.failure.failed()) settle_well(rank, script, manager, round, verdict);
-  manager.parts.resize(static_cast<std::size_t>(rank.talk.size()));
-  for (std::size_t c = 0; c < manager.orders.size(); ++c) {
-    const Orders& orders = manager.orders[c];
-    particles::Bytes& part = manager.parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))].bytes;
-    part.clear();
-    write(orders, part);
+  Gathered gathered = gather_reports(rank, round);
+  Judgement judgement;
+  judgement.verdict = compare(script, rank.talk.size(), gathered.report);
+  if (!judgement.verdict.failure.failed()) {
+    sum_up(script, round, gathered.report, judgement.verdict);
+    collect_parents(rank, script, manager, round, gathered.report.systems, judgement);
   }
-  particles::Bytes common;
-  write(verdict, common);
-  rank.talk.relay().tell(Phase::verdict, rank.talk.stamp(round), common, manager.parts, verdict.failure.failed());
+  pass_on(rank, round, std::move(judgement), gathered.staying);
+  if (round.verdict.failure.failed()) return;
+  // Nobody waits for the rest.
+  std::uint64_t dropped = 0;
+  for (const auto& system : script.systems) dropped += system->counts.dropped;
+  manager.judged.push_back({std::move(gathered.report.tail), loads_of(rank, round, gathered), dropped});
+  if (balances(rank, script)) note_loads(rank, script, manager, round, manager.judged.back().loads);
 }
 
 void hear_verdict(Rank& rank, Script& script, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "wait for verdict", script.name_of(round));
-  rank.talk.relay().hand_up(Phase::report, rank.talk.stamp(round));
-  const Heard answer = rank.talk.relay().hear(Phase::verdict, rank.talk.stamp(round));
-  particles::Reader common(answer.common);
-  particles::Reader own(answer.own);
-  round.verdict = read_verdict(common);
-  round.orders = own.done() ? Orders{} : read_orders(own);
+  if (!rank.talk.manages()) {
+    const std::vector<Flow> staying = pass_reports(rank, round);
+    const comm::Message message = rank.talk.relay().from_above(Phase::verdict, rank.talk.stamp(round));
+    particles::Reader in = message.reader();
+    pass_on(rank, round, read_judgement(in), staying);
+  }
   if (round.verdict.failure.failed()) rank.talk.give_up(std::move(round.verdict));
   for (std::size_t i = round.first; i < round.last; ++i) {
     System& system = *script.systems[i];
@@ -189,6 +198,25 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
     system.digest = round.verdict.digests[i];
     if (system.asks_oldest) system.history.forget_before(round.verdict.oldest[i]);
   }
+}
+
+void keep_account(Rank& rank, const Script& script, Manager& manager) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge");
+  const roles::Tree& tree = rank.talk.relay().tree();
+  for (std::size_t r = 0; r < manager.judged.size(); ++r) {
+    const Round& round = script.rounds[r];
+    Judged& judged = manager.judged[r];
+    if (r == 0) manager.account.note_tails(judged.tail, gather_tails(rank, round), tree);
+    note_pictures(rank, script, round, judged, manager.picture);
+    if (!script.in_frame()) continue;
+    manager.account.note_round(script, round, judged, rank.talk.cast(), tree);
+    if (round.last < script.systems.size()) continue;
+    note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
+      manager.account.note_children(into, calculator, count);
+    });
+    manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
+  }
+  manager.judged.clear();
 }
 
 }  // namespace motes::frame

@@ -1,5 +1,6 @@
-// agree: all ranks report to the manager, which answers all: loads and counts, who sends particles to whom, and
-// whether a rank failed or recorded another list. Whatever the answer is, all ranks do the same thing next.
+// agree: all ranks report to the manager, which answers all: counts, who sends particles to whom, and whether a rank
+// failed or recorded another list. Whatever the answer is, all ranks do the same thing next. Ranks put reports together
+// on their way up (reports.h), and divide the answer on its way down.
 #pragma once
 
 #include "frame/manager.h"
@@ -13,9 +14,12 @@ namespace motes::frame {
 void report(Rank& rank, const Script& script, Calculator& calculator, Round& round);
 
 /// Manager: hears all reports, and sends the verdict.
-void judge(Rank& rank, const Script& script, Manager& manager, const Round& round);
+void judge(Rank& rank, const Script& script, Manager& manager, Round& round);
 
 /// All ranks: hears the verdict, and takes it over; throws where all agreed to give up.
 void hear_verdict(Rank& rank, Script& script, Round& round);
+
+/// Manager: what it heard goes into the account, when no rank waits for it.
+void keep_account(Rank& rank, const Script& script, Manager& manager);
 
 }  // namespace motes::frame

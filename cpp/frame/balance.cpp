@@ -5,6 +5,7 @@
 
 #include "balance/cuts.h"
 #include "frame/neighbours.h"
+#include "frame/spawn.h"
 
 namespace motes::frame {
 
@@ -270,16 +271,27 @@ bool plans(const Rank& rank, const Script& script, const Round& round) {
   return balances(rank, script) && !systems_to_balance(rank, script, round).empty();
 }
 
-void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round) {
+void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads) {
+  const roles::Tree& tree = rank.talk.relay().tree();
   const std::size_t calculators = rank.talk.calculators();
-  for (std::size_t i = round.first; i < round.last && i < script.systems.size(); ++i) {
-    Balancing& system = manager.systems[i];
-    system.loads.assign(calculators, {});
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    std::vector<Load>& of_all = manager.systems[i].loads;
+    of_all.resize(calculators);
     for (std::size_t c = 0; c < calculators; ++c) {
-      const LoadRow& row = manager.account.loads()[i * calculators + c];
-      const int who = static_cast<int>(c);
-      system.speeds.add(who, row.tally.at_start + row.tally.created, row.tally.compute_s, row.tally.created);
-      system.loads[c] = {row.n_end, row.rescaled_s, system.speeds.of(who), system.speeds.error(who)};
+      const CalculatorLoad& from = loads.of(tree, static_cast<int>(c), i - round.first);
+      of_all[c] = {std::uint64_t{from.kept} + from.received, 0, from.speed, from.error};
+    }
+  }
+  if (round.last == script.systems.size()) {
+    note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
+      if (into >= round.first) manager.systems[into].loads[static_cast<std::size_t>(calculator)].particles += count;
+    });
+  }
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (std::size_t c = 0; c < calculators; ++c) {
+      const CalculatorLoad& from = loads.of(tree, static_cast<int>(c), i - round.first);
+      Load& load = manager.systems[i].loads[c];
+      load.seconds = balance::rescaled(from.compute_s, std::uint64_t{from.at_start} + from.created, load.particles);
     }
   }
 }
@@ -297,12 +309,6 @@ void plan(Rank& rank, const Script& script, Manager& manager) {
 
 void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& manager) {
   if (!balances(rank, script)) return;
-  if (rank.talk.calculates()) {
-    for (const auto& here : calculator.populations) {
-      const Tally& tally = here->tally;
-      here->speeds.add(rank.talk.calculator(), tally.at_start + tally.created, tally.compute_s, tally.created);
-    }
-  }
   for (const Round& round : script.rounds) {
     if (plans(rank, script, round)) answer(rank, script, calculator, manager, round);
   }

@@ -22,7 +22,7 @@ std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& scri
 bool plans(const Rank& rank, const Script& script, const Round& round);
 
 /// Manager: what the reports of a round say about loads.
-void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round);
+void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads);
 
 /// Manager: plans from the loads of each round, and tells all ranks. Where the policy fails it tells them that.
 void plan(Rank& rank, const Script& script, Manager& manager);

@@ -42,6 +42,7 @@ class Conversation {
   comm::Communicator& comm() { return *comm_; }
   const comm::Communicator& comm() const { return *comm_; }
   Relay& relay() { return relay_; }
+  const Relay& relay() const { return relay_; }
   const roles::Cast& cast() const { return cast_; }
 
   int rank() const { return comm_->rank(); }

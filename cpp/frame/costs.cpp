@@ -70,6 +70,7 @@ Costs read_costs(const std::string& text) {
                                                  {"draw", &costs.draw},
                                                  {"picture", &costs.picture},
                                                  {"report", &costs.report},
+                                                 {"report_byte", &costs.report_byte},
                                                  {"message", &costs.messages.message},
                                                  {"byte", &costs.messages.byte}};
   const std::map<std::string, Entry> found = entries(text);

@@ -26,7 +26,8 @@ struct Costs {
   double collect = 0;  // image generator: receiving
   double draw = 0;  // image generator
   double picture = 0;  // image generator: a whole picture without particles
-  double report = 0;  // manager: one calculator's report, per system
+  double report = 0;  // any rank: what one rank right below it reports, per system
+  double report_byte = 0;  // any rank but the manager: a byte of the loads that it passes on
   /// `messages.message`: any rank, a message at each of its ends; `messages.byte`: and a byte of it; where this is
   /// given, messages share no links. `messages.scale`: each computed particle stands for this many.
   comm::Weights messages;

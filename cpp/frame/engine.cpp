@@ -18,17 +18,14 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const int calculators = static_cast<int>(parts_.rank.talk.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_.rank.settings.seed, index, calculators);
   auto here = std::make_unique<Population>(system->schema);
-  Balancing balancing;
-  if (parts_.rank.settings.policy) {
-    balance::SpeedOptions speeds = parts_.rank.settings.policy->speeds;
-    const double least = static_cast<double>(speeds.min_particles) / parts_.rank.settings.costs.messages.scale;
-    speeds.min_particles = static_cast<std::uint64_t>(least);
-    here->speeds = balance::Speeds(calculators, speeds);
-    if (parts_.rank.talk.manages()) balancing.speeds = balance::Speeds(calculators, speeds);
-  }
+  balance::SpeedOptions speeds;
+  if (parts_.rank.settings.policy) speeds = parts_.rank.settings.policy->speeds;
+  const double least = static_cast<double>(speeds.min_particles) / parts_.rank.settings.costs.messages.scale;
+  speeds.min_particles = static_cast<std::uint64_t>(least);
+  here->speeds = balance::Speeds(1, speeds);
   parts_.script.systems.push_back(std::move(system));
   parts_.calculator.populations.push_back(std::move(here));
-  parts_.manager.systems.push_back(std::move(balancing));
+  parts_.manager.systems.emplace_back();
   return static_cast<int>(index);
 }
 

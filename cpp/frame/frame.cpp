@@ -1,4 +1,7 @@
 // The loop: what a frame, and every other conversation of all ranks, consists of.
+#include <algorithm>
+#include <iterator>
+
 #include "comm/clock.h"
 #include "comm/last_words.h"
 #include "frame/act.h"
@@ -68,6 +71,22 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
 
+// What the log tells of each system on this calculator.
+void note_tails(const Script& script, Calculator& calculator) {
+  const std::vector<Density> densities = frame::densities(script, calculator);
+  const PhaseTimes& times = calculator.tail.times;
+  for (std::size_t i = 0; i < densities.size(); ++i) {
+    CalculatorTail tail;
+    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent;
+    tail.particles = densities[i].particles;
+    std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
+    tail.exchange_s = static_cast<float>(times.exchange);
+    tail.wait_s = static_cast<float>(times.wait);
+    tail.image_s = static_cast<float>(times.render);
+    calculator.tails.push_back(tail);
+  }
+}
+
 void end(Parts& p) {
   Conversation& talk = p.rank.talk;
   p.rank.watch.end(talk.comm().waited_s());
@@ -75,9 +94,10 @@ void end(Parts& p) {
   tail.valid = true;
   tail.frame = talk.frame;
   tail.times = p.rank.watch.last();
-  tail.drawing = std::move(p.painter.drawing);
-  for (const auto& here : p.calculator.populations) tail.bytes_sent.push_back(here->tally.bytes_sent);
-  if (!p.rank.settings.log.directory.empty() && talk.calculates()) tail.density = densities(p.script, p.calculator);
+  tail.drawings = drawings_of(std::move(p.painter.drawing), talk.calculates());
+  for (const auto& here : p.calculator.populations) tail.exchanged_bytes += here->tally.bytes_sent;
+  p.calculator.tails.clear();
+  if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);
   talk.work("spans", [&] { p.rank.watch.write_spans(); });
   bound_histories(p.script, p.calculator);
   ++talk.frame;
@@ -91,6 +111,7 @@ void end(Parts& p) {
 void ask_all(Parts& p, Verb verb, const std::string& argument) {
   begin(p, verb, std::nullopt, argument);
   converse(p);
+  if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
 }
 
 // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
@@ -114,6 +135,7 @@ void Engine::run_frame(const std::optional<image::View>& view) {
     spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
     sort_all(p.rank, p.script, p.calculator);  // the same
     render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
+    if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
     balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
     if (view) p.rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
   }

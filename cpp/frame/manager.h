@@ -1,5 +1,5 @@
-// What the manager keeps: each system's cuts to come, the loads that they follow from, the reports of the ranks, and
-// the account of the frame.
+// What the manager keeps: each system's cuts to come, the loads that they follow from, what the ranks reported, and the
+// account of the frame.
 #pragma once
 
 #include <cstdint>
@@ -12,20 +12,19 @@
 #include "balance/policy.h"
 #include "domains/domains.h"
 #include "frame/account.h"
-#include "frame/relay.h"
 #include "frame/render_plan.h"
 #include "frame/report.h"
+#include "frame/reports.h"
 
 namespace motes::frame {
 
 /// Cuts of one system: what they follow from, and what they will be.
 struct Balancing {
-  bool untold = false;                   // the other ranks do not know the cuts yet
+  bool untold = false;  // the other ranks do not know the cuts yet
   std::optional<domains::Domains> next;  // from the next frame's births on
-  balance::Speeds speeds;                // of all calculators
-  std::vector<balance::Load> loads;      // after the exchange of this frame, one per calculator
-  balance::Plan plan;                    // what this frame's loads call for
-  std::uint64_t evaluations = 0;         // how often cuts were looked at
+  std::vector<balance::Load> loads;  // after the exchange of this frame, one per calculator
+  balance::Plan plan;  // what this frame's loads call for
+  std::uint64_t evaluations = 0;  // how often cuts were looked at
   std::vector<balance::Histogram> histograms;  // one per calculator, where all are asked for one
 };
 
@@ -47,12 +46,10 @@ struct Manager {
   std::vector<Balancing> systems;
   Account account;
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
-  std::vector<Asked> asked;            // whose proposals are under way
-  std::vector<PlacedParent> parents;   // of this frame
-  RenderLoad picture;                  // what the last pictures took
-  std::vector<Report> reports;  // of the last conversation, and the answers: their memory serves again
-  std::vector<Orders> orders;
-  std::vector<Part> parts;
+  std::vector<Asked> asked;  // whose proposals are under way
+  std::vector<PlacedParent> parents;  // of this frame
+  RenderLoad picture;  // what the last pictures took
+  std::vector<Judged> judged;  // rounds of this conversation that are not in the account yet
 };
 
 }  // namespace motes::frame

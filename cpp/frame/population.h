@@ -38,7 +38,7 @@ struct Population {
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
   std::uint64_t oldest = 0;                            // the lowest id here, where the history asks for it
   particles::Digest digest;    // where the conversation asks for it
-  balance::Speeds speeds;      // this calculator's, where neighbours decide by themselves
+  balance::Speeds speeds;      // this calculator's
 };
 
 /// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at
@@ -55,6 +55,7 @@ struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
   Tail tail;  // what the next report tells of the last frame
+  std::vector<CalculatorTail> tails;  // and, for the log, of each system
 };
 
 /// 0, 1, ... count - 1.

@@ -61,9 +61,7 @@ void Relay::tell(Phase phase, Stamp stamp, const Bytes& common, const std::vecto
 }
 
 Heard Relay::hear(Phase phase, Stamp stamp) {
-  // Who stands higher is served first, and speaks first where somebody is silent.
-  const int patience = tree_.height() + tree_.depth();
-  Heard heard = open(comm_.expect(tree_.parent(), phase, stamp, tree_.root() ? 0 : patience - 2));
+  Heard heard = open(from_above(phase, stamp));
   if (tree_.root()) return heard;
   Reader in = heard.message.reader();
   in.take(in.get<std::uint64_t>());
@@ -99,19 +97,16 @@ void Relay::say(Phase phase, Stamp stamp, std::span<const std::byte> answer, boo
 
 void Relay::hand_up(Phase phase, Stamp stamp) {
   if (tree_.root() || tree_.leaf()) return;
-  for (const Range& child : tree_.children()) comm_.await(tree_.rank_at(child.first), phase);
   Message message = comm_.expect(comm_.rank(), phase, stamp);
   bool failed = message.header().failed != 0;
-  for (const Range& child : tree_.children()) {
-    const Message below = comm_.expect(tree_.rank_at(child.first), phase, stamp, child.height);
+  for (const Message& below : from_below(phase, stamp)) {
     message.bytes().put_raw(below.payload().data(), below.payload().size());
     failed = failed || below.header().failed != 0;
   }
-  comm_.post(tree_.parent(), phase, stamp, std::move(message), 0, failed);
+  pass_up(phase, stamp, std::move(message), failed);
 }
 
 AllSaid Relay::listen(Phase phase, Stamp stamp) {
-  for (const Range& child : tree_.children()) comm_.await(tree_.rank_at(child.first), phase);
   AllSaid all;
   all.ranks.resize(static_cast<std::size_t>(tree_.size()));
   const auto take = [&](Message message, const Range& places) {
@@ -126,10 +121,36 @@ AllSaid Relay::listen(Phase phase, Stamp stamp) {
     if (!in.done()) throw std::runtime_error("a message to the manager has answers of ranks that do not exist");
   };
   take(comm_.expect(comm_.rank(), phase, stamp), {0, 1, 0});
-  for (const Range& child : tree_.children()) {
-    take(comm_.expect(tree_.rank_at(child.first), phase, stamp, child.height), child);
-  }
+  std::vector<Message> below = from_below(phase, stamp);
+  for (std::size_t c = 0; c < below.size(); ++c) take(std::move(below[c]), tree_.children()[c]);
   return all;
+}
+
+void Relay::await_below(Phase phase) {
+  for (const Range& child : tree_.children()) comm_.await(tree_.rank_at(child.first), phase);
+}
+
+std::vector<Message> Relay::from_below(Phase phase, Stamp stamp) {
+  await_below(phase);
+  std::vector<Message> messages;
+  for (const Range& child : tree_.children()) {
+    messages.push_back(comm_.expect(tree_.rank_at(child.first), phase, stamp, child.height));
+  }
+  return messages;
+}
+
+void Relay::pass_up(Phase phase, Stamp stamp, Message message, bool failed) {
+  comm_.post(tree_.parent(), phase, stamp, std::move(message), 0, failed);
+}
+
+Message Relay::from_above(Phase phase, Stamp stamp) {
+  // Who stands higher is served first, and speaks first where somebody is silent.
+  const int patience = tree_.height() + tree_.depth();
+  return comm_.expect(tree_.parent(), phase, stamp, tree_.root() ? 0 : patience - 2);
+}
+
+void Relay::pass_down(const Range& child, Phase phase, Stamp stamp, Message message, bool failed) {
+  comm_.post(tree_.rank_at(child.first), phase, stamp, std::move(message), 0, failed);
 }
 
 }  // namespace motes::frame

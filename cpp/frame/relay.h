@@ -1,5 +1,6 @@
 // Messages from the manager to all ranks and back, relayed along a tree. What goes down has a part for all ranks and a
-// part for each; what comes up is each rank's own answer, which no rank on the way reads.
+// part for each; what comes up is each rank's own answer, which no rank on the way reads. Or ranks on the way put
+// together what comes up, and divide what goes down: that is theirs to do, step by step.
 #pragma once
 
 #include <cstdint>
@@ -59,6 +60,16 @@ class Relay {
   void hand_up(comm::Phase phase, comm::Stamp stamp);
   /// Manager: waits for all.
   AllSaid listen(comm::Phase phase, comm::Stamp stamp);
+
+  /// Messages of this phase may arrive from below from now on.
+  void await_below(comm::Phase phase);
+  /// Waits for what each child sent up, in their order.
+  std::vector<comm::Message> from_below(comm::Phase phase, comm::Stamp stamp);
+  /// All but the manager: to the rank above this one, and what that one sent down.
+  void pass_up(comm::Phase phase, comm::Stamp stamp, comm::Message message, bool failed);
+  comm::Message from_above(comm::Phase phase, comm::Stamp stamp);
+  void pass_down(const roles::Tree::Range& child, comm::Phase phase, comm::Stamp stamp, comm::Message message,
+                 bool failed);
 
  private:
   comm::Communicator& comm_;

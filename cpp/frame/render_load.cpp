@@ -29,43 +29,40 @@ int axis_of_most(const Script& script) {
   return static_cast<int>(std::max_element(particles.begin(), particles.end()) - particles.begin());
 }
 
-void note_tiles(const std::vector<Report>& reports, const roles::Cast& cast, RenderLoad& load) {
-  const auto drawn = [](const Report& r) { return r.tail.valid && r.tail.drawing.width > 0; };
-  const auto any = std::find_if(reports.begin(), reports.end(), drawn);
-  if (any == reports.end()) return;
-  load.grid = {any->tail.drawing.width, any->tail.drawing.height};
+void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load) {
+  if (drawn.width == 0) return;
+  load.grid = {drawn.width, drawn.height};
   load.counts.assign(static_cast<std::size_t>(load.grid.tiles()), 0);
-  const image::Slots slots = slots_of(any->tail.drawing.order, load.grid);
-  double records = 0, sent = 0;
-  for (std::size_t rank = 0; rank < reports.size(); ++rank) {
-    const Drawing& drawing = reports[rank].tail.drawing;
-    if (drawing.first + drawing.counts.size() > load.counts.size()) continue;
-    for (std::size_t i = 0; i < drawing.counts.size(); ++i) {
-      load.counts[static_cast<std::size_t>(slots.tile(static_cast<int>(drawing.first + i)))] = drawing.counts[i];
+  const image::Slots slots = slots_of(drawn.order, load.grid);
+  for (const DrawnTiles& tiles : drawn.tiles) {
+    if (tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    for (std::size_t i = 0; i < tiles.counts.size(); ++i) {
+      load.counts[static_cast<std::size_t>(slots.tile(static_cast<int>(tiles.first + i)))] = tiles.counts[i];
     }
-    records += static_cast<double>(drawing.records);
-    sent += static_cast<double>(drawing.sent);
-    const int calculator = cast.calculator_of(static_cast<int>(rank));
-    if (calculator >= 0) load.calculators[static_cast<std::size_t>(calculator)].active = drawing.active;
   }
-  if (any->tail.drawing.path != image::View::Path::gather && records > 0) load.crossing = sent / records;
+  for (std::size_t c = 0; c < load.calculators.size(); ++c) {
+    load.calculators[c].active = drawn.active.at(static_cast<std::size_t>(tree.row_of(static_cast<int>(c))));
+  }
+  if (drawn.path != image::View::Path::gather && drawn.records > 0) {
+    load.crossing = static_cast<double>(drawn.sent) / static_cast<double>(drawn.records);
+  }
 }
 
 }  // namespace
 
-void note_pictures(const Rank& rank, const Script& script, const Round& round, const std::vector<Report>& reports,
-                   RenderLoad& load) {
-  const roles::Cast& cast = rank.talk.cast();
-  load.calculators.resize(cast.calculators.size());
+void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load) {
+  const roles::Tree& tree = rank.talk.relay().tree();
+  load.calculators.resize(rank.talk.calculators());
   load.scale = rank.settings.costs.messages.scale;
-  if (round.first == 0) note_tiles(reports, cast, load);
+  if (round.first == 0 && judged.tail.valid) note_tiles(judged.tail.drawings, tree, load);
   if (!script.in_frame()) return;
-  for (std::size_t c = 0; c < cast.calculators.size(); ++c) {
+  for (std::size_t c = 0; c < load.calculators.size(); ++c) {
     RenderLoad::Calculator& calculator = load.calculators[c];
     if (round.first == 0) calculator.particles = calculator.act_s = 0;
-    for (const SystemReport& system : reports[static_cast<std::size_t>(cast.calculators[c])].systems) {
-      calculator.particles += static_cast<double>(system.kept);
-      calculator.act_s += system.compute_s;
+    for (std::size_t system = 0; system < judged.loads.systems; ++system) {
+      const CalculatorLoad& of = judged.loads.of(tree, static_cast<int>(c), system);
+      calculator.particles += static_cast<double>(of.kept);
+      calculator.act_s += of.compute_s;
     }
   }
 }

@@ -4,17 +4,16 @@
 #include <optional>
 #include <vector>
 
+#include "frame/manager.h"
 #include "frame/rank.h"
 #include "frame/render_plan.h"
-#include "frame/report.h"
 #include "frame/script.h"
 
 namespace motes::frame {
 
 /// Manager: a round's reports tell the work of calculators in it, and with the first one what ranks did for the last
 /// picture.
-void note_pictures(const Rank& rank, const Script& script, const Round& round, const std::vector<Report>& reports,
-                   RenderLoad& load);
+void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load);
 
 /// Manager: the plan of the frame's picture, where it has one and this is its first round.
 void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, particles::Bytes& out);

@@ -69,11 +69,6 @@ struct Sent {
   std::uint64_t count = 0;
 };
 
-template <class Visitor>
-constexpr void fields(Visitor& visit, Sent& sent) {
-  visit(sent.domain, sent.count);
-}
-
 /// What happened to one system on one calculator in a frame.
 struct Tally {
   std::uint64_t at_start = 0;
@@ -98,23 +93,43 @@ constexpr void fields(Visitor& visit, Parent& parent) {
   visit(parent.system, parent.rule, parent.first, parent.event);
 }
 
-/// One system on one calculator: after its list ran, before the exchange.
+/// One system on all calculators of a part of the tree, after its list ran and before the exchange.
 struct SystemReport {
-  std::uint64_t at_start = 0;
-  std::uint64_t created = 0;
-  std::uint64_t killed = 0;
-  std::uint64_t kept = 0;
-  double compute_s = 0;
-  std::vector<Sent> sent;
+  std::uint64_t particles = 0;  // that stay or leave
   particles::Digest digest;
   std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
-  std::vector<std::vector<recording::Event>> events;  // one list per spawn rule
+  std::vector<std::vector<recording::Event>> events;  // one list per spawn rule, sorted by id
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SystemReport& system) {
-  visit(system.at_start, system.created, system.killed, system.kept, system.compute_s, system.sent, system.digest,
-        system.oldest, system.events);
+  visit(system.particles, system.digest, system.oldest, system.events);
+}
+
+/// One system on one calculator: what the policy and the log need of each. A rank holds fewer than 2^32 particles.
+struct CalculatorLoad {
+  std::uint32_t at_start = 0, created = 0, killed = 0, kept = 0, sent = 0;
+  std::uint32_t received = 0;  // counted by the rank at which the senders' reports meet the receiver's
+  double compute_s = 0;
+  double speed = 0, error = 0;  // as in balance::Load
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, CalculatorLoad& load) {
+  visit(load.at_start, load.created, load.killed, load.kept, load.sent, load.received, load.compute_s, load.speed,
+        load.error);
+}
+
+/// Particles of a system on their way between two calculators.
+struct Flow {
+  std::uint32_t from = 0, to = 0;  // calculators
+  std::uint32_t system = 0;        // among those of the round
+  std::uint32_t count = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Flow& flow) {
+  visit(flow.from, flow.to, flow.system, flow.count);
 }
 
 /// Where a calculator's particles of one system are, for the log.
@@ -124,9 +139,15 @@ struct Density {
   float quantiles[kQuantiles + 1] = {};  // metres along the system's axis
 };
 
+/// Slots of tiles that a rank drew, one after the other.
+struct DrawnTiles {
+  std::uint32_t first = 0;
+  std::vector<std::uint32_t> counts;  // records in each
+};
+
 template <class Visitor>
-constexpr void fields(Visitor& visit, Density& density) {
-  visit(density.particles, density.quantiles);
+constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
+  visit(tiles.first, tiles.counts);
 }
 
 /// What a rank did for a frame's picture.
@@ -142,41 +163,86 @@ struct Drawing {
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
 };
 
+/// What the ranks of a part of the tree did for it.
+struct Drawings {
+  std::int32_t width = 0, height = 0;
+  image::View::Path path = image::View::Path::gather;
+  TileOrder order = TileOrder::rows;
+  std::uint64_t records = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t bytes = 0;
+  std::vector<std::uint32_t> active;  // of each calculator
+  std::vector<DrawnTiles> tiles;
+};
+
 template <class Visitor>
-constexpr void fields(Visitor& visit, Drawing& drawing) {
-  visit(drawing.width, drawing.height, drawing.path, drawing.records, drawing.sent, drawing.bytes, drawing.active,
-        drawing.order, drawing.first, drawing.counts);
+constexpr void fields(Visitor& visit, Drawings& drawings) {
+  visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.sent, drawings.bytes,
+        drawings.active, drawings.tiles);
 }
+
+Drawings drawings_of(Drawing drawing, bool calculates);
 
 /// What became known too late for the report of its own frame: it is sent with the next one.
 struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
-  PhaseTimes times;
-  std::vector<std::uint64_t> bytes_sent;  // exchange, one per system
-  std::vector<Density> density;           // one per system, where there is a log
+  PhaseTimes times;                  // the longest of each phase
+  std::uint64_t exchanged_bytes = 0;
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
-  Drawing drawing;
+  Drawings drawings;
   std::string image_sha256;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Tail& tail) {
-  visit(tail.valid, tail.frame, tail.times, tail.bytes_sent, tail.density, tail.children, tail.drawing,
-        tail.image_sha256);
+  visit(tail.valid, tail.frame, tail.times, tail.exchanged_bytes, tail.children, tail.drawings, tail.image_sha256);
 }
 
+/// One system on one calculator: what only the log needs, and no earlier than a turn later.
+struct CalculatorTail {
+  std::uint64_t bytes_sent = 0;  // exchange
+  std::uint64_t particles = 0;   // see Density
+  float quantiles[kQuantiles + 1] = {};
+  float exchange_s = 0, wait_s = 0, image_s = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, CalculatorTail& tail) {
+  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s);
+}
+
+/// A rank whose script says something else, and what it says.
+struct Dissent {
+  std::int32_t rank = 0;
+  particles::Bytes record;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Dissent& dissent) {
+  visit(dissent.rank, dissent.record);
+}
+
+/// What the ranks of a part of the tree report: sums, and what must arrive from each. Beside it travel the loads of its
+/// calculators, which no rank on the way needs to read. Where a rank failed, only the failures count.
 struct Report {
   Failure failure;
-  particles::Bytes record;  // the sender's recorded list, where it differs from the manager's
-  std::vector<SystemReport> systems;
+  std::int32_t failed_rank = -1;  // the lowest
+  std::vector<Dissent> dissents;
+  std::vector<SystemReport> systems;  // of the round; none where no rank calculates
+  std::vector<Flow> flows;            // to calculators elsewhere in the tree
   Tail tail;
+
+  bool failed() const { return failure.failed() || !dissents.empty(); }
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Report& report) {
-  visit(report.failure, report.record, report.systems, report.tail);
+  visit(report.failure, report.failed_rank, report.dissents, report.systems, report.flows, report.tail);
 }
+
+/// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
+void join(Report& into, Report&& other);
 
 /// What a calculator is asked for before cuts move: this many particles at most for a neighbour, or where all of
 /// its particles are.
@@ -221,21 +287,46 @@ constexpr void fields(Visitor& visit, Verdict& verdict) {
         verdict.oldest);
 }
 
+/// Particles will come from one calculator to another.
+struct Source {
+  std::uint32_t to = 0, from = 0;
+
+  bool operator==(const Source&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Source& source) {
+  visit(source.to, source.from);
+}
+
+/// A parent whose children belong to this calculator.
+struct OwnedParent {
+  std::uint32_t owner = 0;
+  Parent parent;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, OwnedParent& owned) {
+  visit(owned.owner, owned.parent);
+}
+
+/// What the ranks of a part of the tree hear: the same for all, and what concerns some.
+struct Judgement {
+  Verdict verdict;
+  std::vector<Source> sources;
+  std::vector<OwnedParent> parents;  // of one owner: by system, rule and id
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Judgement& judgement) {
+  visit(judgement.verdict, judgement.sources, judgement.parents);
+}
+
 /// What the verdict says to one rank alone.
 struct Orders {
   std::vector<std::int32_t> sources;  // ranks that will send it particles
   std::vector<Parent> parents;        // whose children belong to it
-
-  void clear() {
-    sources.clear();
-    parents.clear();
-  }
 };
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Orders& orders) {
-  visit(orders.sources, orders.parents);
-}
 
 /// What the manager planned in a round, for all ranks.
 struct Planned {
@@ -262,12 +353,9 @@ constexpr void fields(Visitor& visit, Inquiry& inquiry) {
 }
 
 void write(const Report& report, particles::Bytes& out);
-/// Reads over an earlier report, and reuses its memory.
-void read(particles::Reader& in, Report& report);
-void write(const Verdict& verdict, particles::Bytes& out);
-Verdict read_verdict(particles::Reader& in);
-void write(const Orders& orders, particles::Bytes& out);
-Orders read_orders(particles::Reader& in);
+Report read_report(particles::Reader& in);
+void write(const Judgement& judgement, particles::Bytes& out);
+Judgement read_judgement(particles::Reader& in);
 void write(const Planned& planned, particles::Bytes& out);
 Planned read_planned(particles::Reader& in);
 void write(const Inquiry& inquiry, particles::Bytes& out);

@@ -21,17 +21,6 @@ std::vector<std::uint32_t> newborn_of(const System& system, const particles::Sto
   return found;
 }
 
-std::vector<Event> events_of_all(const Rank& rank, const std::vector<Report>& reports, std::size_t row,
-                                 std::size_t rule) {
-  std::vector<Event> all;
-  for (const int calculator : rank.talk.cast().calculators) {
-    const auto& events = reports[static_cast<std::size_t>(calculator)].systems[row].events;
-    if (rule < events.size()) all.insert(all.end(), events[rule].begin(), events[rule].end());
-  }
-  std::sort(all.begin(), all.end(), [](const Event& a, const Event& b) { return a.id < b.id; });
-  return all;
-}
-
 // How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children) {
   return first >= children ? 0 : std::min<std::uint64_t>(count, children - first);
@@ -83,36 +72,46 @@ void note_events(const System& system, Population& here) {
 }
 
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
-                     const std::vector<Report>& reports, Verdict& verdict, std::vector<Orders>& orders) {
+                     const std::vector<SystemReport>& reports, Judgement& judgement) {
   if (round.first == 0) manager.parents.clear();
   if (!script.in_frame()) return;
-  verdict.spawned.assign(script.systems.size(), 0);
+  judgement.verdict.spawned.assign(script.systems.size(), 0);
   std::vector<std::uint64_t> next(script.systems.size(), 0);
   for (const PlacedParent& placed : manager.parents) next[static_cast<std::size_t>(placed.into)] += placed.count;
   for (std::size_t i = round.first; i < round.last; ++i) {
     const std::vector<const Spawn*> rules = script.systems[i]->rules();
-    for (std::size_t r = 0; r < rules.size(); ++r) {
+    const auto& events = reports.at(i - round.first).events;
+    for (std::size_t r = 0; r < rules.size() && r < events.size(); ++r) {
       const auto into = static_cast<std::size_t>(rules[r]->into);
       const System& system = *script.systems[into];
-      for (const Event& event : events_of_all(rank, reports, i - round.first, r)) {
+      for (const Event& event : events[r]) {
         const int owner = system.domains.owner_of(event.position[system.definition.axis]);
         const Parent parent{static_cast<std::int32_t>(i), static_cast<std::int32_t>(r), next[into], event};
-        orders[static_cast<std::size_t>(owner)].parents.push_back(parent);
+        judgement.parents.push_back({static_cast<std::uint32_t>(owner), parent});
         manager.parents.push_back({owner, rules[r]->into, rules[r]->count, parent});
         next[into] += rules[r]->count;
-        verdict.spawned[into] += rules[r]->count;
+        judgement.verdict.spawned[into] += rules[r]->count;
       }
     }
   }
+  const roles::Tree& tree = rank.talk.relay().tree();
+  std::stable_sort(judgement.parents.begin(), judgement.parents.end(), [&](const auto& a, const auto& b) {
+    return tree.place_of(static_cast<int>(a.owner)) < tree.place_of(static_cast<int>(b.owner));
+  });
 }
 
-void note_children(const Script& script, Manager& manager, const std::vector<std::uint64_t>& alive) {
+void note_children(const Script& script, const Manager& manager,
+                   const std::function<void(std::size_t into, int calculator, std::uint64_t count)>& note) {
+  std::vector<std::uint64_t> alive;
+  for (const Round& round : script.rounds) {
+    for (std::size_t i = round.first; i < round.last; ++i) alive.push_back(round.verdict.alive[i]);
+  }
   for (const PlacedParent& placed : manager.parents) {
     const auto into = static_cast<std::size_t>(placed.into);
     const std::uint64_t capacity = script.systems[into]->definition.capacity;
     const std::uint64_t room = capacity > alive[into] ? capacity - alive[into] : 0;
     const std::uint64_t count = children_of(placed.parent.first, placed.count, room);
-    if (count > 0) manager.account.note_children(into, placed.calculator, count);
+    if (count > 0) note(into, placed.calculator, count);
   }
 }
 

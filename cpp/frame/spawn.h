@@ -3,6 +3,8 @@
 // ids, and tells each calculator, with the verdict, which parents' children belong to it; the calculators make them.
 #pragma once
 
+#include <functional>
+
 #include "frame/manager.h"
 #include "frame/population.h"
 #include "frame/rank.h"
@@ -16,10 +18,11 @@ void note_events(const System& system, Population& here);
 
 /// Manager: numbers the children of a round's events, and says to whom they belong.
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
-                     const std::vector<Report>& reports, Verdict& verdict, std::vector<Orders>& orders);
+                     const std::vector<SystemReport>& reports, Judgement& judgement);
 
-/// Manager: the children in the account of the frame, once all rounds are judged.
-void note_children(const Script& script, Manager& manager, const std::vector<std::uint64_t>& alive);
+/// Manager, once all rounds are judged: what each parent's children add to which system on which calculator.
+void note_children(const Script& script, const Manager& manager,
+                   const std::function<void(std::size_t into, int calculator, std::uint64_t count)>& note);
 
 /// All ranks, at the frame's end: counts, and on calculators the particles.
 void spawn(Rank& rank, Script& script, Calculator& calculator);

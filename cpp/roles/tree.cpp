@@ -31,7 +31,7 @@ int height_of(Range range, int fan_out) {
 
 }  // namespace
 
-Tree::Tree(const Cast& cast, int size, int fan_out, int self) {
+Tree::Tree(const Cast& cast, int size, int fan_out, int self) : manager_(cast.calculator_of(cast.manager)) {
   std::vector<char> seated(static_cast<std::size_t>(size), 0);
   const auto seat = [&](int rank) {
     if (!std::exchange(seated[static_cast<std::size_t>(rank)], 1)) ranks_.push_back(rank);

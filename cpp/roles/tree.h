@@ -36,8 +36,23 @@ class Tree {
   int height() const { return height_; }  // of the whole tree
   const std::vector<Range>& children() const { return children_; }
 
+  /// The place of a calculator, by its number.
+  int place_of(int calculator) const {
+    return calculator == manager_ ? 0 : calculator + 1 - (manager_ >= 0 && calculator > manager_ ? 1 : 0);
+  }
+  /// Whether a calculator stands at the head of a range or below it.
+  bool holds(const Range& range, int calculator) const {
+    const int place = place_of(calculator);
+    return place >= range.first && place < range.end;
+  }
+  /// How many calculators of the range at whose head this rank stands come before this one, which is one of them.
+  int row_of(int calculator) const {
+    return place_of(calculator) - own_.first - (own_.first == 0 && manager_ < 0 ? 1 : 0);
+  }
+
  private:
   std::vector<int> ranks_;
+  int manager_ = -1;  // its number among the calculators, if it is one
   Range own_;
   int parent_ = 0;
   int depth_ = 0;

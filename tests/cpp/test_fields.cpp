@@ -30,6 +30,17 @@ struct Nothing {
 template <class Visitor>
 constexpr void fields(Visitor&, Nothing&) {}
 
+// Padding behind a list of numbers.
+struct Listed {
+  std::uint64_t first = 0;
+  float numbers[17] = {};
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Listed& listed) {
+  visit(listed.first, listed.numbers);
+}
+
 // Padding after the first and the last field.
 struct Padded {
   std::uint8_t small = 0;
@@ -75,7 +86,7 @@ static_assert(particles::enumerators<actions::Kind>() == actions::kKinds);
 static_assert(particles::enumerators<shapes::Kind>() == shapes::kKinds);
 
 static_assert(particles::copied_whole<frame::PhaseTimes>() && particles::copied_whole<recording::Event>());
-static_assert(!particles::copied_whole<frame::Sent>() && !particles::copied_whole<balance::Gift>(), "padding");
+static_assert(!particles::copied_whole<frame::OwnedParent>() && !particles::copied_whole<balance::Gift>(), "padding");
 static_assert(!particles::copied_whole<frame::Request>(), "an enumeration is checked");
 
 Everything everything() {
@@ -139,13 +150,16 @@ TEST(fields_survive_their_bytes) {
 TEST(fields_write_no_padding) {
   CHECK(bytes_of(Padded{}).size() == 1 + 8 + 4);
   CHECK(!padding_shows<Padded>([](Padded& p) { p.small = 1, p.large = 2, p.last = 3; }));
-  CHECK(!padding_shows<frame::Sent>([](frame::Sent& sent) { sent.domain = 1, sent.count = 2; }));
-  CHECK(!padding_shows<balance::Gift>([](balance::Gift& gift) { gift.cut = 1, gift.count = 2; }));
-  CHECK(!padding_shows<frame::Density>([](frame::Density& density) {
-    density.particles = 1;
-    std::fill_n(density.quantiles, std::size(density.quantiles), 1.0f);
+  CHECK(!padding_shows<frame::OwnedParent>([](frame::OwnedParent& owned) {
+    owned.owner = 1;
+    owned.parent = {1, 2, 3, {4, {5, 6, 7}, {8, 9, 10}}};
   }));
-  CHECK(bytes_of(std::vector<frame::Density>(3)).size() == 8 + 3 * (8 + 4 * (frame::kQuantiles + 1)));
+  CHECK(!padding_shows<balance::Gift>([](balance::Gift& gift) { gift.cut = 1, gift.count = 2; }));
+  CHECK(!padding_shows<sample::Listed>([](sample::Listed& listed) {
+    listed.first = 1;
+    std::fill_n(listed.numbers, std::size(listed.numbers), 1.0f);
+  }));
+  CHECK(bytes_of(std::vector<sample::Listed>(3)).size() == 8 + 3 * (8 + 4 * 17));
 }
 
 TEST(fields_are_read_into_memory_that_is_there) {

@@ -20,20 +20,42 @@ namespace {
 Report rich_report() {
   Report report;
   report.failure = {Failure::Kind::compute, "gravity", "no memory"};
-  report.record.put_text("a recorded list");
+  report.failed_rank = 4;
+  report.dissents.push_back({5, {}});
+  report.dissents.back().record.put_text("a recorded list");
   report.systems.resize(2);
-  report.systems[0].at_start = 10;
-  report.systems[0].created = 5;
-  report.systems[0].killed = 3;
-  report.systems[0].kept = 11;
-  report.systems[0].compute_s = 0.25;
-  report.systems[0].sent = {{1, 1}, {2, 7}};
+  report.systems[0].particles = 19;
+  report.systems[0].events = {{{3, {}, {}}, {7, {}, {}}}};
   report.systems[1].digest.first = 99;
+  report.flows = {{0, 1, 0, 1}, {0, 2, 0, 7}};
   report.tail.valid = true;
   report.tail.frame = 6;
   report.tail.times.act = 0.125;
-  report.tail.bytes_sent = {100, 0};
+  report.tail.exchanged_bytes = 100;
+  report.tail.drawings.tiles = {{3, {10, 20}}};
   report.tail.image_sha256 = "abc";
+  return report;
+}
+
+// What one of several ranks reports of one system.
+Report plain_report(std::uint64_t particles, std::uint64_t oldest, std::vector<std::uint64_t> parents) {
+  Report report;
+  report.systems.resize(1);
+  report.systems[0].particles = particles;
+  report.systems[0].digest.second = particles;
+  report.systems[0].oldest = oldest;
+  report.systems[0].events.resize(1);
+  for (const std::uint64_t id : parents) report.systems[0].events[0].push_back({id, {}, {}});
+  report.tail.valid = true;
+  report.tail.times.act = static_cast<double>(particles);
+  report.tail.exchanged_bytes = particles;
+  return report;
+}
+
+Report failed_report(int rank, const std::string& text) {
+  Report report;
+  report.failure = {Failure::Kind::compute, "act", text};
+  report.failed_rank = rank;
   return report;
 }
 
@@ -61,57 +83,84 @@ TEST(report_survives_its_bytes) {
   particles::Bytes bytes;
   write(report, bytes);
   particles::Reader in(bytes.view());
-  Report other = rich_report();  // overwrites one that holds more than the bytes do
-  other.systems.resize(9);
-  other.tail.density.resize(9);
-  read(in, other);
+  const Report other = read_report(in);
   CHECK(in.done());
   CHECK(other.failure.kind == Failure::Kind::compute && other.failure.action == "gravity" &&
-        other.failure.text == "no memory");
-  CHECK(other.record.size() == report.record.size());
-  CHECK(other.systems.size() == 2 && other.systems[0].sent.size() == 2 && other.systems[0].sent[1].count == 7);
-  CHECK(other.systems[0].at_start == 10 && other.systems[0].kept == 11 && other.systems[0].compute_s == 0.25);
-  CHECK(other.systems[1].digest.first == 99);
+        other.failure.text == "no memory" && other.failed_rank == 4);
+  CHECK(other.dissents.size() == 1 && other.dissents[0].rank == 5);
+  CHECK(other.dissents[0].record.size() == report.dissents[0].record.size());
+  CHECK(other.systems.size() == 2 && other.systems[0].particles == 19 && other.systems[1].digest.first == 99);
+  CHECK(other.systems[0].events.size() == 1 && other.systems[0].events[0][1].id == 7);
+  CHECK(other.flows.size() == 2 && other.flows[1].to == 2 && other.flows[1].count == 7);
   CHECK(other.tail.valid && other.tail.frame == 6 && other.tail.times.act == 0.125);
-  CHECK(other.tail.bytes_sent == report.tail.bytes_sent && other.tail.image_sha256 == "abc");
+  CHECK(other.tail.exchanged_bytes == 100 && other.tail.image_sha256 == "abc");
+  CHECK(other.tail.drawings.tiles.size() == 1 &&
+        other.tail.drawings.tiles[0].counts == report.tail.drawings.tiles[0].counts);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     particles::Reader part(bytes.view().first(length));
-    CHECK_THROWS(read(part, other), std::runtime_error);
+    CHECK_THROWS(read_report(part), std::runtime_error);
   }
 }
 
-TEST(verdict_survives_its_bytes) {
-  Verdict verdict;
+TEST(joined_reports_are_sums) {
+  Report all;  // a rank that does not calculate
+  all.tail.valid = true;
+  join(all, plain_report(10, 7, {4, 9}));
+  join(all, plain_report(3, 5, {1, 6, 12}));
+  CHECK(all.systems.size() == 1 && all.systems[0].particles == 13 && all.systems[0].oldest == 5);
+  CHECK(all.systems[0].digest.second == 13);
+  std::vector<std::uint64_t> parents;
+  for (const recording::Event& event : all.systems[0].events[0]) parents.push_back(event.id);
+  CHECK(parents == std::vector<std::uint64_t>({1, 4, 6, 9, 12}));
+  CHECK(all.tail.times.act == 10 && all.tail.exchanged_bytes == 13);
+  Report later = plain_report(1, 1, {});
+  later.tail.frame = 1;
+  CHECK_THROWS(join(all, std::move(later)), std::runtime_error);
+  Report more = plain_report(1, 1, {});
+  more.systems.resize(2);
+  CHECK_THROWS(join(all, std::move(more)), std::runtime_error);
+}
+
+TEST(the_lowest_rank_that_failed_is_told_in_any_order) {
+  for (const bool first : {false, true}) {
+    Report all = first ? failed_report(9, "nine") : plain_report(10, 7, {});
+    join(all, failed_report(4, "four"));
+    join(all, plain_report(3, 5, {}));
+    join(all, failed_report(6, "six"));
+    CHECK(all.failed() && all.failed_rank == 4 && all.failure.text == "four");
+    Report dissenter;
+    dissenter.dissents.push_back({2, {}});
+    join(all, std::move(dissenter));
+    CHECK(all.dissents.size() == 1 && all.dissents[0].rank == 2);
+  }
+}
+
+TEST(judgement_survives_its_bytes) {
+  Judgement judgement;
+  Verdict& verdict = judgement.verdict;
   verdict.failure = {Failure::Kind::mismatch, "step", "text"};
   verdict.failed_rank = 2;
   verdict.ranks = {2, 3};
   verdict.alive = {5, 6};
   verdict.digests.resize(2);
   verdict.digests[1].second = 4;
+  judgement.sources = {{1, 7}};
+  judgement.parents.resize(1);
+  judgement.parents[0].owner = 3;
+  judgement.parents[0].parent.first = 12;
   particles::Bytes bytes;
-  write(verdict, bytes);
+  write(judgement, bytes);
   particles::Reader in(bytes.view());
-  const Verdict other = read_verdict(in);
+  const Judgement other = read_judgement(in);
   CHECK(in.done());
-  CHECK(other.failed_rank == 2 && other.ranks == verdict.ranks);
-  CHECK(other.alive == verdict.alive && other.digests == verdict.digests && other.failure.text == "text");
+  CHECK(other.verdict.failed_rank == 2 && other.verdict.ranks == verdict.ranks);
+  CHECK(other.verdict.alive == verdict.alive && other.verdict.digests == verdict.digests &&
+        other.verdict.failure.text == "text");
+  CHECK(other.sources == judgement.sources);
+  CHECK(other.parents.size() == 1 && other.parents[0].owner == 3 && other.parents[0].parent.first == 12);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     particles::Reader part(bytes.view().first(length));
-    CHECK_THROWS(read_verdict(part), std::runtime_error);
-  }
-}
-
-TEST(orders_survive_their_bytes) {
-  Orders orders;
-  orders.sources = {1, 7};
-  particles::Bytes bytes;
-  write(orders, bytes);
-  particles::Reader in(bytes.view());
-  const Orders other = read_orders(in);
-  CHECK(in.done() && other.sources == orders.sources);
-  for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader part(bytes.view().first(length));
-    CHECK_THROWS(read_orders(part), std::runtime_error);
+    CHECK_THROWS(read_judgement(part), std::runtime_error);
   }
 }
 

@@ -51,6 +51,29 @@ TEST(tree_reaches_all_ranks_once) {
   }
 }
 
+TEST(tree_finds_calculators_without_a_search) {
+  const Cast in_the_middle{3, 0, {5, 4, 3, 2, 1}};  // the manager is the third calculator
+  std::vector<std::pair<int, Cast>> casts{{6, in_the_middle}};
+  for (const int size : kSizes) {
+    casts.emplace_back(size, cast_auto(size));
+    casts.emplace_back(size, cast_shared(size));
+  }
+  for (const auto& [size, cast] : casts) {
+    for (const int fan_out : {1, 2, 8, 1000}) {
+      for (int rank = 0; rank < size; ++rank) {
+        const Tree tree(cast, size, fan_out, rank);
+        std::map<int, int> rows;  // of the calculators of this part of the tree, by place
+        for (int c = 0; c < static_cast<int>(cast.calculators.size()); ++c) {
+          CHECK(tree.rank_at(tree.place_of(c)) == cast.calculators[static_cast<std::size_t>(c)]);
+          if (tree.holds(tree.own(), c)) rows[tree.place_of(c)] = tree.row_of(c);
+        }
+        int next = 0;
+        for (const auto& [place, row] : rows) CHECK(row == next++);
+      }
+    }
+  }
+}
+
 TEST(who_only_draws_holds_nobody_up) {
   for (const int size : kSizes) {
     if (size < 3) continue;

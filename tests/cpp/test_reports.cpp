@@ -1,0 +1,226 @@
+// Reports and verdicts along the tree: how many messages and bytes reach the manager, who is told what, and what all
+// ranks hear when some of them fail or say something else.
+#include <algorithm>
+#include <map>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "check.h"
+#include "comm/simulated_ranks.h"
+#include "frame/engine.h"
+
+using namespace motes;
+using comm::Phase;
+using comm::SimulatedRank;
+
+namespace {
+
+constexpr int kFrames = 4;
+
+// Counts what arrives at a rank.
+struct Arrived {
+  std::map<Phase, int> messages;
+  std::map<Phase, std::size_t> bytes;
+};
+
+class Counting final : public comm::Transport {
+ public:
+  Counting(std::unique_ptr<comm::Transport> under, Arrived& arrived) : under_(std::move(under)), arrived_(arrived) {}
+  int rank() const override { return under_->rank(); }
+  int size() const override { return under_->size(); }
+  bool entered() override { return under_->entered(); }
+  void send(int to, Phase phase, comm::Message message) override { under_->send(to, phase, std::move(message)); }
+  void await(int from, Phase phase) override { under_->await(from, phase); }
+  std::optional<particles::Bytes> receive(int from, Phase phase) override {
+    auto bytes = under_->receive(from, phase);
+    if (bytes) {
+      ++arrived_.messages[phase];
+      arrived_.bytes[phase] += bytes->size();
+    }
+    return bytes;
+  }
+  std::optional<int> unsent() override { return under_->unsent(); }
+  bool finished() override { return under_->finished(); }
+  void pause(int round, double until_s) override { under_->pause(round, until_s); }
+
+ private:
+  std::unique_ptr<comm::Transport> under_;
+  Arrived& arrived_;
+};
+
+frame::Settings settings(int fan_out, frame::Combine combine = frame::Combine::together) {
+  frame::Settings settings;
+  settings.costs.act.fill(1000);
+  settings.fan_out = fan_out;
+  settings.combine = combine;
+  return settings;
+}
+
+// Particles that fall asunder: some leave for both neighbours in each frame.
+void record(frame::Engine& engine, int system) {
+  recording::Birth birth;
+  birth.kind = recording::Birth::Kind::source;
+  birth.shape = {shapes::Kind::box, {-30, -3, -1, 30, 3, 1}};
+  birth.rate = 24 * 400;
+  actions::Distribution velocity;
+  velocity.kind = actions::Distribution::Kind::shape;
+  velocity.shape = {shapes::Kind::box, {-20, 0, 0, 20, 1, 1}};
+  birth.state = {{particles::velocity, velocity}};
+  engine.record(system, birth);
+  engine.record(system, actions::Action{actions::Kind::move, {1}, {}});
+}
+
+recording::SystemDefinition definition(const std::string& name) {
+  recording::SystemDefinition made;
+  made.name = name;
+  made.space = {domains::Space::Kind::finite, -30, 30};
+  return made;
+}
+
+// What the manager receives in the frames themselves.
+Arrived at_the_manager(int ranks, int fan_out, int systems) {
+  comm::Simulation simulation;
+  simulation.ranks = ranks;
+  Arrived arrived;
+  comm::simulate(simulation, [&](SimulatedRank& self) {
+    Arrived elsewhere;
+    Arrived& here = self.rank() == 1 ? arrived : elsewhere;  // the manager of cast_auto
+    auto communicator =
+        std::make_unique<comm::Communicator>(std::make_unique<Counting>(self.transport(), here), comm::Watch{});
+    frame::Engine engine(std::move(communicator), roles::cast_auto(ranks), settings(fan_out));
+    for (int i = 0; i < systems; ++i) engine.add_system(definition(std::to_string(i)));
+    engine.start();
+    here = {};
+    for (int i = 0; i < kFrames; ++i) {
+      for (int system = 0; system < systems; ++system) record(engine, system);
+      engine.run_frame(std::nullopt);
+    }
+    const Arrived in_frames = here;
+    engine.finish();
+    here = in_frames;
+  });
+  return arrived;
+}
+
+}  // namespace
+
+TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than_loads) {
+  for (const int systems : {1, 3}) {
+    for (const int fan_out : {2, 4, 8}) {
+      for (const int ranks : {5, 14, 34, 60}) {
+        const Arrived arrived = at_the_manager(ranks, fan_out, systems);
+        const int children = std::min(fan_out, ranks - 1);
+        CHECK(arrived.messages.at(Phase::report) == kFrames * children);
+        // Each calculator's load, and of each child a report whose size does not depend on the number of ranks below
+        // it: particles that cross the borders of its part of the tree come from few calculators.
+        const auto loads =
+            static_cast<std::size_t>(ranks - 2) * static_cast<std::size_t>(systems) * sizeof(frame::CalculatorLoad);
+        const auto reports = static_cast<std::size_t>(children) * static_cast<std::size_t>(600 + 300 * systems);
+        CHECK(arrived.bytes.at(Phase::report) <= kFrames * (loads + reports));
+        CHECK(arrived.messages.count(Phase::log) == 0);  // nobody asked for a log
+      }
+    }
+  }
+}
+
+namespace {
+
+// How each rank ended: its own exception, or whom all blame.
+struct End {
+  std::string own;
+  int blamed = -1;
+  std::vector<std::int32_t> differ;
+  std::uint64_t frame = 0;
+};
+
+struct Trouble {
+  int ranks = 1;
+  bool shared = false;
+  int fan_out = 8;
+  frame::Combine combine = frame::Combine::together;
+  std::vector<int> failing;    // ranks whose callback throws
+  std::vector<int> differing;  // ranks whose list is another one
+};
+
+bool contains(const std::vector<int>& list, int rank) {
+  return std::find(list.begin(), list.end(), rank) != list.end();
+}
+
+void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends) {
+  const roles::Cast cast = trouble.shared ? roles::cast_shared(trouble.ranks) : roles::cast_auto(trouble.ranks);
+  frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast,
+                       settings(trouble.fan_out, trouble.combine));
+  for (int i = 0; i < 3; ++i) engine.add_system(definition(std::to_string(i)));
+  End& end = ends[self.rank()];
+  int frame = 0;
+  engine.on_callback([&](const frame::Call& call) {
+    if (frame == 2 && call.system == 1 && contains(trouble.failing, self.rank())) throw std::logic_error("broken");
+  });
+  try {
+    engine.start();
+    for (; frame < kFrames; ++frame) {
+      for (int system = 0; system < 3; ++system) {
+        record(engine, system);
+        engine.record(system, recording::Callback{"look", 0, {}, {}});
+      }
+      if (frame == 2 && contains(trouble.differing, self.rank())) {
+        engine.record(2, actions::Action{actions::Kind::gravity, {0, -1, 0}, {}});
+      }
+      engine.run_frame(std::nullopt);
+    }
+  } catch (const std::logic_error& error) {
+    end.own = error.what();
+  } catch (const frame::Agreed& agreed) {
+    end.blamed = agreed.verdict().failed_rank;
+    end.differ = agreed.verdict().ranks;
+    end.frame = agreed.frame();
+  }
+}
+
+std::map<int, End> ends_of(const Trouble& trouble, std::uint64_t seed) {
+  comm::Simulation simulation;
+  simulation.ranks = trouble.ranks;
+  simulation.seed = seed;
+  std::map<int, End> ends;
+  for (int rank = 0; rank < trouble.ranks; ++rank) ends[rank] = {};
+  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, trouble, ends); });
+  return ends;
+}
+
+}  // namespace
+
+TEST(all_ranks_blame_the_lowest_rank_that_failed_wherever_it_stands) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Trouble trouble;
+    trouble.ranks = 2 + static_cast<int>(seed % 12);
+    trouble.shared = seed % 2 == 0;
+    trouble.fan_out = 1 + static_cast<int>(seed % 3);
+    trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+    const int calculators = trouble.shared ? trouble.ranks : std::max(1, trouble.ranks - 2);
+    const int lowest = trouble.ranks - 1 - static_cast<int>(seed * 7) % calculators;
+    trouble.failing = {lowest, trouble.ranks - 1};
+    for (const auto& [rank, end] : ends_of(trouble, seed)) {
+      if (rank == lowest) CHECK(end.own == "broken");
+      if (rank != lowest) CHECK(end.blamed == lowest && end.frame == 2 && end.own.empty());
+    }
+  }
+}
+
+TEST(all_ranks_hear_who_recorded_another_list_wherever_it_stands) {
+  for (std::uint64_t seed = 0; seed < 60; ++seed) {
+    Trouble trouble;
+    trouble.ranks = 4 + static_cast<int>(seed % 10);
+    trouble.shared = seed % 2 == 0;
+    trouble.fan_out = 1 + static_cast<int>(seed % 3);
+    trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+    const int other = static_cast<int>(seed * 5) % trouble.ranks;
+    trouble.differing = {other};
+    if (seed % 3 == 0) trouble.failing = {trouble.ranks - 1};  // a failure beside it is not told
+    for (const auto& [rank, end] : ends_of(trouble, seed)) {
+      const bool own = end.own == "broken" && contains(trouble.failing, rank);
+      CHECK(own || (end.blamed == other && end.differ == std::vector<std::int32_t>{other} && end.frame == 2));
+    }
+  }
+}

@@ -42,8 +42,6 @@ DrawKey draw_key(Key key, std::uint32_t step, std::uint32_t stream, std::uint32_
 /// The keys of one stream's draws in one step, kept from block to block.
 class DrawKeys {
  public:
-  DrawKeys() : later_{}, later_draw_(0) {}
-
   /// Makes the first draw's key, unless it was the last that was made.
   void begin(Key key, std::uint32_t step, std::uint32_t stream) {
     if (step != step_ || stream != stream_ || key != key_) make_first(key, step, stream);
@@ -59,8 +57,8 @@ class DrawKeys {
   Key key_;
   std::uint32_t step_ = 0, stream_ = 0;  // no stream has the number 0
   DrawKey first_{};
-  DrawKey later_;  // of draw `later_draw_`
-  std::uint32_t later_draw_;  // 0: none
+  DrawKey later_{};               // of draw `later_draw_`
+  std::uint32_t later_draw_ = 0;  // 0: none
 };
 
 }  // namespace motes::particles

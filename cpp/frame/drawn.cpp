@@ -22,6 +22,20 @@ image::Drawn drawn(const particles::Store& store) {
   return d;
 }
 
+image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count) {
+  image::Drawn part = all;
+  part.count = count;
+  const auto from = [first](const float*& plane) {
+    if (plane != nullptr) plane += first;
+  };
+  for (auto* planes : {&part.position, &part.color, &part.up, &part.velocity}) {
+    for (const float*& plane : *planes) from(plane);
+  }
+  from(part.alpha);
+  from(part.size);
+  return part;
+}
+
 image::Projection projection(const Script& script, std::size_t system) {
   image::Projection p;
   p.system = static_cast<int>(system);

@@ -60,7 +60,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   draw_work(rank, view, [&] {
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
-    painter.canvas.begin(view, view.linear);
+    painter.canvas.begin(view, view.linear, *rank.pool);
     const auto add = [&](std::span<const std::byte> bytes) {
       painter.canvas.add(bytes);
       count_records(image::RecordsView(bytes), drawing.counts);
@@ -80,8 +80,8 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
 void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
   draw_work(rank, view, [&] {
-    painter.scene.prepare(view);
-    painter.tile.begin(painter.scene);
+    painter.scene.prepare(view, static_cast<std::size_t>(rank.pool->threads()));
+    painter.workers.begin(painter.scene, rank.pool->threads());
     painter.pieces.begin(view, painter.slots);
     for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
     if (!rank.talk.draws()) return;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <vector>
 
@@ -15,7 +16,7 @@
 #include "image/picture_light.h"
 #include "image/projector.h"
 #include "image/records.h"
-#include "image/tile_painter.h"
+#include "image/tile_worker.h"
 
 namespace motes::frame {
 
@@ -24,14 +25,12 @@ struct Painter {
   RenderPlan plan;     // of this frame's picture, as the manager told it
   image::Slots slots;  // its order of tiles
   std::optional<image::Sprite::Blend> merged;  // path composite: of what is sent as partial tiles
-  image::Projector projector;
-  std::vector<image::Records> records;  // of this rank's particles, one per system
+  std::deque<image::Projector> projectors;  // one per thread
+  std::vector<image::Records> records;  // of this rank's particles, one or more per system
   image::Canvas canvas;                 // path gather: all of the picture
   image::PreparedScene scene;           // other paths: what is needed of it for some tiles
   image::Pieces pieces;
-  std::vector<image::Piece> of_tile;
-  image::TilePainter tile;
-  image::Buffer partial;
+  image::TileWorkers workers;
   std::vector<std::uint8_t> pixels;
   image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
   bool light_kept = false;

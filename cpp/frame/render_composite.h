@@ -14,26 +14,26 @@ namespace motes::frame {
 /// of the blend that is merged. Returns how many records that stands for.
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out);
 
-/// Partial tiles of one message, in the order of their slots.
+/// Partial tiles of one message, for the slots first .. end - 1. Threads may ask for different tiles at the same time.
 class Partials {
  public:
-  explicit Partials(particles::Reader in) : in_(in) { next(); }
+  /// Throws std::runtime_error where the message has a tile that is in none of these slots, or twice the same.
+  Partials(particles::Reader in, const Painter& painter, int first, int end);
 
-  /// Merges what the message has of a tile into the painter's; returns how many records that stands for. Tiles must be
-  /// asked for in the order of their slots.
-  std::uint64_t add_to(int tile, image::TilePainter& painter);
+  /// Merges what the message has of a tile into the painter's; returns how many records that stands for.
+  std::uint64_t add_to(int slot, image::TilePainter& painter) const;
   /// Whether the message has something of this tile.
-  bool has(int tile) const { return tile_ == tile; }
-  /// Throws std::runtime_error where something is left that no tile asked for.
-  void check_done() const;
+  bool has(int slot) const { return !of(slot).bytes.empty(); }
 
  private:
-  void next();
+  struct Partial {
+    std::uint64_t records = 0;
+    std::span<const std::byte> bytes;
+  };
+  const Partial& of(int slot) const { return partials_[static_cast<std::size_t>(slot - first_)]; }
 
-  particles::Reader in_;
-  int tile_ = -1;
-  std::uint64_t records_ = 0;
-  std::span<const std::byte> bytes_;
+  int first_;
+  std::vector<Partial> partials_;  // by slot
 };
 
 }  // namespace motes::frame

@@ -20,6 +20,28 @@ void count(const Painter& painter, int tiles, Drawing& drawing) {
       static_cast<std::uint32_t>(std::count_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n != 0; }));
 }
 
+// Particles of a system that one thread projects.
+struct PartOfSystem {
+  std::size_t system;
+  image::Drawn particles;
+};
+
+// With one thread a system is one part: each part has a message of its own.
+std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const Calculator& calculator) {
+  constexpr std::size_t kParticles = std::size_t{1} << 16;
+  std::vector<PartOfSystem> parts;
+  for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
+    const image::Drawn all = drawn(calculator.populations[i]->store);
+    const std::size_t size = pool.threads() == 1 ? std::max(all.count, std::size_t{1}) : pool.items(kParticles);
+    std::size_t first = 0;
+    do {  // a system without particles has an empty message
+      parts.push_back({i, part_of(all, first, std::min(size, all.count - first))});
+      first += size;
+    } while (first < all.count);
+  }
+  return parts;
+}
+
 // The records in slots first .. end - 1, system by system, without those that are sent as partial tiles; returns how
 // many there are.
 std::uint64_t put_records(const Painter& painter, int first, int end, particles::Bytes& out) {
@@ -56,15 +78,19 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
   const double start = rank.machine.compute_seconds();
   rank.talk.work("render", [&] {
     const image::View& view = *script.record.view;
-    std::uint64_t particles = 0;
-    painter.records.resize(script.systems.size());
-    for (std::size_t i = 0; i < script.systems.size(); ++i) {
-      const particles::Store& store = calculator.populations[i]->store;
-      image::Projection how = projection(script, i);
+    const std::vector<PartOfSystem> parts = parts_of(*rank.pool, calculator);
+    painter.records.resize(parts.size());
+    while (painter.projectors.size() < static_cast<std::size_t>(rank.pool->threads()))
+      painter.projectors.emplace_back();
+    rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
+      const PartOfSystem& part = parts[p];
+      image::Projection how = projection(script, part.system);
       how.slots = &painter.slots;
-      painter.projector.project(drawn(store), script.record.sprites[i], view, painter.records[i], how);
-      particles += store.size();
-    }
+      painter.projectors[worker].project(part.particles, script.record.sprites[part.system], view, painter.records[p],
+                                         how);
+    });
+    std::uint64_t particles = 0;
+    for (const PartOfSystem& part : parts) particles += part.particles.count;
     count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);
     rank.machine.charge(rank.machine.costs().record * static_cast<double>(particles));
   });

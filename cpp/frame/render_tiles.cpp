@@ -1,5 +1,7 @@
 #include "frame/render_tiles.h"
 
+#include <algorithm>
+#include <atomic>
 #include <cstring>
 
 #include "frame/render_composite.h"
@@ -46,70 +48,86 @@ class TilesOfRank {
       received += static_cast<double>(message.header().count);
       particles::Reader in = message.reader();
       take_records(in, [&](std::span<const std::byte> records) { painter_.pieces.add(records); });
-      partials_.emplace_back(in);
+      partials_.emplace_back(in, painter_, first_, end_);
     }
     rank_.machine.charge(rank_.machine.costs().collect * received);
     painter_.drawing.first = static_cast<std::uint32_t>(first_);
     painter_.drawing.counts.assign(static_cast<std::size_t>(end_ - first_), 0);
   }
 
-  // Draws into the picture itself, or into a message.
+  // Draws into the picture itself.
   void draw_here() {
     const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
-    for (int slot = first_; slot < end_; ++slot) {
-      const Area area = painter_.scene.grid().area(painter_.slots.tile(slot));
-      paint(slot);
+    rank_.pool->run(slots(), [&](std::size_t part, std::size_t worker) {
+      const int slot = first_ + static_cast<int>(part);
+      image::TileWorker& by = painter_.workers[worker];
+      const Area area = area_of(slot);
+      paint(slot, worker, by);
       if (whole_) {
-        painter_.tile.sums(painter_.whole.at(area), row);
-        painter_.layers.keep(painter_.tile, painter_.of_tile, area);
+        by.painter.sums(painter_.whole.at(area), row);
+        painter_.layers.keep(by.painter, by.pieces, area);
       } else {
-        painter_.tile.show(painter_.pixels.data() + first_pixel(area, row), row);
+        by.painter.show(painter_.pixels.data() + first_pixel(area, row), row);
       }
-    }
+    });
     finish();
   }
 
   void draw_into(particles::Bytes& out) {
-    for (int slot = first_; slot < end_; ++slot) {
-      const Area area = painter_.scene.grid().area(painter_.slots.tile(slot));
-      const bool blank = paint(slot);
-      out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
-      const std::size_t row = 3 * static_cast<std::size_t>(area.width);
-      if (whole_) {
-        std::vector<std::uint32_t> sums(lanes(area));
-        painter_.tile.sums(sums.data(), row);
-        out.put_raw(sums.data(), (blank ? 3 : sums.size()) * sizeof(std::uint32_t));
-        if (!blank) image::Layers::send(view_, painter_.tile, painter_.of_tile, area, out);
-      } else if (blank) {
-        std::vector<std::uint8_t> pixels(lanes(area));
-        painter_.tile.show(pixels.data(), row);
-        out.put_raw(pixels.data(), 3);
-      } else {
-        painter_.tile.show(reinterpret_cast<std::uint8_t*>(out.extend(lanes(area))), row);
+    constexpr std::size_t kSlots = 8;  // of a thread at a time
+    std::vector<particles::Bytes> parts((slots() + kSlots - 1) / kSlots);
+    rank_.pool->run(parts.size(), [&](std::size_t part, std::size_t worker) {
+      const std::size_t begin = part * kSlots;
+      for (std::size_t slot = begin; slot < std::min(slots(), begin + kSlots); ++slot) {
+        put(first_ + static_cast<int>(slot), worker, parts[part]);
       }
-    }
+    });
+    for (const particles::Bytes& part : parts) out.put_raw(part.data(), part.size());
     finish();
   }
 
  private:
-  // Returns whether the tile is background and nothing else.
-  bool paint(int slot) {
-    const int tile = painter_.slots.tile(slot);
-    std::uint64_t records = painter_.pieces.collect(tile, painter_.of_tile);
-    drawn_ += records;
-    painter_.scene.render({&tile, 1});
-    painter_.tile.start(painter_.scene.grid().area(tile));
-    for (Partials& partials : partials_) {
-      added_ += partials.has(tile) ? 1 : 0;
-      records += partials.add_to(tile, painter_.tile);
+  std::size_t slots() const { return static_cast<std::size_t>(end_ - first_); }
+  Area area_of(int slot) const { return painter_.scene.grid().area(painter_.slots.tile(slot)); }
+
+  // Draws a tile into a message.
+  void put(int slot, std::size_t worker, particles::Bytes& out) {
+    image::TileWorker& by = painter_.workers[worker];
+    const Area area = area_of(slot);
+    const bool blank = paint(slot, worker, by);
+    out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
+    const std::size_t row = 3 * static_cast<std::size_t>(area.width);
+    if (whole_) {
+      std::vector<std::uint32_t> sums(lanes(area));
+      by.painter.sums(sums.data(), row);
+      out.put_raw(sums.data(), (blank ? 3 : sums.size()) * sizeof(std::uint32_t));
+      if (!blank) image::Layers::send(view_, by.painter, by.pieces, area, out);
+    } else if (blank) {
+      std::vector<std::uint8_t> pixels(lanes(area));
+      by.painter.show(pixels.data(), row);
+      out.put_raw(pixels.data(), 3);
+    } else {
+      by.painter.show(reinterpret_cast<std::uint8_t*>(out.extend(lanes(area))), row);
     }
-    painter_.tile.paint(painter_.of_tile);
+  }
+
+  // Returns whether the tile is background and nothing else.
+  bool paint(int slot, std::size_t worker, image::TileWorker& by) {
+    const int tile = painter_.slots.tile(slot);
+    std::uint64_t records = painter_.pieces.collect(tile, by.pieces);
+    drawn_ += records;
+    painter_.scene.render(tile, worker);
+    by.painter.start(painter_.scene.grid().area(tile));
+    for (const Partials& partials : partials_) {
+      added_ += partials.has(slot) ? 1 : 0;
+      records += partials.add_to(slot, by.painter);
+    }
+    by.painter.paint(by.pieces);
     painter_.drawing.counts[static_cast<std::size_t>(slot - first_)] = static_cast<std::uint32_t>(records);
     return records == 0 && !painter_.scene.scenery().occupied(tile);
   }
 
   void finish() {
-    for (const Partials& partials : partials_) partials.check_done();
     rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_));
     const int passes = end_ - first_ + added_;  // over the pixels of a tile
     rank_.machine.charge_once(rank_.machine.costs().picture * passes / painter_.scene.grid().tiles());
@@ -121,8 +139,8 @@ class TilesOfRank {
   int first_, end_;
   bool whole_;
   std::vector<Partials> partials_;
-  std::uint64_t drawn_ = 0;  // records
-  int added_ = 0;            // partial tiles
+  std::atomic<std::uint64_t> drawn_{0};  // records
+  std::atomic<int> added_{0};            // partial tiles
 };
 
 // Puts one tile of a message into the picture.
@@ -205,7 +223,7 @@ void assemble(Rank& rank, const image::View& view, Painter& painter) {
   }
   if (talk.failed() || !image::PictureLight::needed(view, view.linear)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread and show light");
-  talk.work("render", [&] { painter.whole.finish(painter.scene, painter.pixels); });
+  talk.work("render", [&] { painter.whole.finish(painter.scene, painter.pixels, *rank.pool); });
 }
 
 }  // namespace motes::frame

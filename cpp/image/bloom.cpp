@@ -125,7 +125,7 @@ void Bloom::plan(int width, int height, float part) {
   }
 }
 
-void Bloom::spread(std::span<std::uint32_t> light, int width, int height, float part) {
+void Bloom::spread(std::span<std::uint32_t> light, int width, int height, float part, threads::Pool& pool) {
   const auto lanes = static_cast<std::size_t>(width) * 3;
   if (width < 1 || height < 1 || light.size() != lanes * static_cast<std::size_t>(height)) {
     throw std::invalid_argument("light must be height * width * 3 sums");
@@ -133,7 +133,8 @@ void Bloom::spread(std::span<std::uint32_t> light, int width, int height, float 
   if (!(part >= 0 && part <= 1)) throw std::invalid_argument("bloom must be in 0..1");
   if (part == 0) return;
   plan(width, height, part);
-  average(light.data(), levels_[0]);
+  rows_.resize(std::max(rows_.size(), static_cast<std::size_t>(pool.threads())));
+  average(light.data(), levels_[0], pool);
   for (std::size_t i = 1; i < levels_.size(); ++i) average(levels_[i - 1], levels_[i]);
   for (Level& level : levels_) {
     blur(level);
@@ -141,55 +142,56 @@ void Bloom::spread(std::span<std::uint32_t> light, int width, int height, float 
   }
   for (std::size_t i = levels_.size() - 1; i > 0; --i) {
     Level& fine = levels_[i - 1];
-    enlarge(levels_[i], [&](int y) {
+    enlarge(levels_[i], pool, [&](int y, Rows& rows) {
       std::uint64_t* to = fine.row(y);
       for (std::size_t lane = 0; lane < fine.lanes(); ++lane) {
-        to[lane] += glow_[lane] >> kBetweenBits;
-        glow_[lane] += step_[lane];
+        to[lane] += rows.glow[lane] >> kBetweenBits;
+        rows.glow[lane] += rows.step[lane];
       }
     });
   }
-  enlarge(levels_[0], [&](int y) {
+  enlarge(levels_[0], pool, [&](int y, Rows& rows) {
     std::uint32_t* to = light.data() + static_cast<std::size_t>(y) * lanes;
-    lanes_->mix(to, glow_.data(), step_.data(), parts(part), kBetweenBits + kFraction, lanes);
+    lanes_->mix(to, rows.glow.data(), rows.step.data(), parts(part), kBetweenBits + kFraction, lanes);
   });
 }
 
-void Bloom::average(const std::uint32_t* light, Level& level) {
+void Bloom::average(const std::uint32_t* light, Level& level, threads::Pool& pool) {
   const auto lanes = static_cast<std::size_t>(width_) * 3;
   const Axis& down = level.down;
-  for (int row = 0; row < down.cells; ++row) {
-    sums_.assign(lanes, 0);
-    auto y = static_cast<std::size_t>(down.first[static_cast<std::size_t>(row)]);
-    const std::size_t end = down.begin[static_cast<std::size_t>(row) + 1];
-    for (std::size_t k = down.begin[static_cast<std::size_t>(row)]; k < end; ++k, ++y) {
-      lanes_->add(sums_.data(), light + y * lanes, down.weights[k], lanes);
+  pool.run(static_cast<std::size_t>(down.cells), [&](std::size_t row, std::size_t worker) {
+    std::vector<std::uint64_t>& sums = rows_[worker].sums;
+    sums.assign(lanes, 0);
+    auto y = static_cast<std::size_t>(down.first[row]);
+    for (std::size_t k = down.begin[row]; k < down.begin[row + 1]; ++k, ++y) {
+      lanes_->add(sums.data(), light + y * lanes, down.weights[k], lanes);
     }
-    average_row(level, row, 2 * kWeightBits - kFraction);
-  }
+    average_row(sums, level, static_cast<int>(row), 2 * kWeightBits - kFraction);
+  });
 }
 
 void Bloom::average(Level& fine, Level& coarse) {
   const Axis& down = coarse.down;
   for (int row = 0; row < down.cells; ++row) {
-    sums_.assign(fine.lanes(), 0);
+    std::vector<std::uint64_t>& sums = rows_[0].sums;
+    sums.assign(fine.lanes(), 0);
     int y = down.first[static_cast<std::size_t>(row)];
     const std::size_t end = down.begin[static_cast<std::size_t>(row) + 1];
     for (std::size_t k = down.begin[static_cast<std::size_t>(row)]; k < end; ++k, ++y) {
       const std::uint64_t* from = fine.row(y);
-      for (std::size_t i = 0; i < sums_.size(); ++i) sums_[i] += from[i] * down.weights[k];
+      for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += from[i] * down.weights[k];
     }
-    for (std::uint64_t& sum : sums_) sum >>= kWeightBits;
-    average_row(coarse, row, kWeightBits);
+    for (std::uint64_t& sum : sums) sum >>= kWeightBits;
+    average_row(sums, coarse, row, kWeightBits);
   }
 }
 
-// A row of cells from sums_, a row of finer ones, divided by 2^shift.
-void Bloom::average_row(Level& level, int row, int shift) {
+// A row of cells from `sums`, a row of finer ones, divided by 2^shift.
+void Bloom::average_row(const std::vector<std::uint64_t>& sums, Level& level, int row, int shift) {
   const Axis& across = level.across;
   std::uint64_t* to = level.row(row);
   for (std::size_t cell = 0; cell < static_cast<std::size_t>(across.cells); ++cell, to += 3) {
-    const std::uint64_t* from = sums_.data() + 3 * across.first[cell];
+    const std::uint64_t* from = sums.data() + 3 * across.first[cell];
     std::uint64_t sum[3] = {};
     for (std::size_t k = across.begin[cell]; k < across.begin[cell + 1]; ++k, from += 3) {
       for (int c = 0; c < 3; ++c) sum[c] += from[c] * across.weights[k];
@@ -243,28 +245,42 @@ void Bloom::widen(Level& level, int row, std::vector<std::uint64_t>& to) {
   }
 }
 
-// Calls mix(y) for each finer row, with glow_ as its glow times 2^kBetweenBits and step_ as the difference to the next
-// row's, which mix adds. All is modulo 2^64; steps are rounded down, so a glow is never below the nearer cell's.
+// Calls mix(y, rows) for each finer row, with rows.glow as its glow times 2^kBetweenBits and rows.step as the
+// difference to the next row's, which mix adds. All is modulo 2^64; steps are rounded down, so a glow is never below
+// the nearer cell's.
 template <class Mix>
-void Bloom::enlarge(Level& level, const Mix& mix) {
+void Bloom::enlarge(Level& level, threads::Pool& pool, const Mix& mix) {
+  constexpr int kCells = 16;  // of one thread at a time: the first row of a part is widened twice
+  const int cells = level.down.cells;
+  const int part = pool.threads() == 1 ? cells + 1 : kCells;
+  pool.run(static_cast<std::size_t>((cells + part) / part), [&](std::size_t number, std::size_t worker) {
+    const int first = static_cast<int>(number) * part - 1;
+    enlarge_part(level, first, std::min(first + part, cells), rows_[worker], mix);
+  });
+}
+
+// The finer rows between the centres of cells first .. last.
+template <class Mix>
+void Bloom::enlarge_part(Level& level, int first, int last, Rows& rows, const Mix& mix) {
   const Axis& down = level.down;
   const auto lanes = static_cast<std::size_t>(level.across.fine) * 3;
-  for (auto* row : {&near_, &far_, &glow_, &step_}) row->resize(lanes);
+  for (auto* row : {&rows.near, &rows.far, &rows.glow, &rows.step}) row->resize(lanes);
   const std::uint64_t slope =
       (static_cast<std::uint64_t>(down.cells) << kBetweenBits) / static_cast<std::uint64_t>(down.fine);
-  widen(level, -1, far_);
+  widen(level, first, rows.far);
   int y = 0;
-  for (int cell = -1; cell < down.cells; ++cell) {
-    std::swap(near_, far_);
-    widen(level, cell + 1, far_);
+  while (y < down.fine && down.before(y) < first) ++y;
+  for (int cell = first; cell < last; ++cell) {
+    std::swap(rows.near, rows.far);
+    widen(level, cell + 1, rows.far);
     if (y == down.fine || down.before(y) != cell) continue;
     const std::uint64_t beyond = down.beyond(y);
     for (std::size_t i = 0; i < lanes; ++i) {
-      const std::uint64_t more = far_[i] - near_[i];
-      glow_[i] = (near_[i] << kBetweenBits) + more * beyond;
-      step_[i] = more * slope;
+      const std::uint64_t more = rows.far[i] - rows.near[i];
+      rows.glow[i] = (rows.near[i] << kBetweenBits) + more * beyond;
+      rows.step[i] = more * slope;
     }
-    for (; y < down.fine && down.before(y) == cell; ++y) mix(y);
+    for (; y < down.fine && down.before(y) == cell; ++y) mix(y, rows);
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/bloom_lanes.h"
+#include "threads/pool.h"
 
 namespace motes::image {
 
@@ -19,7 +20,8 @@ class Bloom {
 
   /// Replaces `part`, 0..1, of the light of each pixel by light from around it. `light` has height * width * 3 sums,
   /// rows from top to bottom; throws std::invalid_argument where it has not, or where `part` is not in 0..1.
-  void spread(std::span<std::uint32_t> light, int width, int height, float part);
+  void spread(std::span<std::uint32_t> light, int width, int height, float part,
+              threads::Pool& pool = threads::alone());
 
  private:
   // One direction of a level: `fine` pixels, or cells of the next finer level, are divided evenly into `cells`.
@@ -50,20 +52,27 @@ class Bloom {
 
   void plan(int width, int height, float part);
   static Axis divided(int pixels, int fine, double cell, double radius, double& widened);
-  void average(const std::uint32_t* light, Level& level);
+  // Rows that a worker works on.
+  struct Rows {
+    std::vector<std::uint64_t> sums, near, far, glow, step;
+  };
+
+  void average(const std::uint32_t* light, Level& level, threads::Pool& pool);
   void average(Level& fine, Level& coarse);
-  void average_row(Level& level, int row, int shift);
+  static void average_row(const std::vector<std::uint64_t>& sums, Level& level, int row, int shift);
   void blur(Level& level);
-  void widen(Level& level, int row, std::vector<std::uint64_t>& to);
+  static void widen(Level& level, int row, std::vector<std::uint64_t>& to);
   template <class Mix>
-  void enlarge(Level& level, const Mix& mix);
+  void enlarge(Level& level, threads::Pool& pool, const Mix& mix);
+  template <class Mix>
+  static void enlarge_part(Level& level, int first, int last, Rows& rows, const Mix& mix);
 
   const BloomLanes* lanes_;
   int width_ = 0, height_ = 0;
   float part_ = -1;
   std::array<Level, 3> levels_;
-  std::vector<std::uint64_t> sums_, blurred_, padded_;  // working memory
-  std::vector<std::uint64_t> near_, far_, glow_, step_;
+  std::vector<std::uint64_t> blurred_, padded_;  // working memory
+  std::vector<Rows> rows_;                       // one per worker
 };
 
 }  // namespace motes::image

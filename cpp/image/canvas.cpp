@@ -9,10 +9,20 @@ std::size_t Canvas::at(const Area& area) const {
   return static_cast<std::size_t>(area.y) * row_lanes() + static_cast<std::size_t>(area.x) * 3;
 }
 
-void Canvas::begin(const View& view, bool keep_linear) {
-  scene_.prepare(view);
-  scene_.render_all();
-  painter_.begin(scene_);
+// Calls work(tile, area, worker).
+template <class Work>
+void Canvas::each_tile(const Work& work) {
+  pool_->run(static_cast<std::size_t>(scene_.grid().tiles()), [&](std::size_t part, std::size_t worker) {
+    const int tile = static_cast<int>(part);
+    work(tile, scene_.grid().area(tile), workers_[worker]);
+  });
+}
+
+void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool) {
+  pool_ = &pool;
+  scene_.prepare(view, static_cast<std::size_t>(pool.threads()));
+  scene_.render_all(pool);
+  workers_.begin(scene_, pool.threads());
   if (shown_version_ != scene_.version()) render_scenery();
   messages_.begin(view);
   keep_linear_ = keep_linear;
@@ -37,40 +47,34 @@ void Canvas::finish(std::span<std::uint8_t> pixels) {
 }
 
 void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
-  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
-    const Area area = scene_.grid().area(tile);
-    if (messages_.collect(tile, pieces_) == 0) {
-      copy_scenery(area, pixels.data());
-      continue;
-    }
-    painter_.start(area);
-    painter_.paint(pieces_);
-    painter_.show(pixels.data() + at(area), row_lanes());
-  }
+  each_tile([&](int tile, const Area& area, TileWorker& by) {
+    if (messages_.collect(tile, by.pieces) == 0) return copy_scenery(area, pixels.data());
+    by.painter.start(area);
+    by.painter.paint(by.pieces);
+    by.painter.show(pixels.data() + at(area), row_lanes());
+  });
 }
 
 void Canvas::finish_as_a_whole(std::span<std::uint8_t> pixels) {
   light_.begin(scene_.grid());
   layers_.begin(scene_.view());
-  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
-    const Area area = scene_.grid().area(tile);
-    messages_.collect(tile, pieces_);
-    painter_.start(area);
-    painter_.paint(pieces_);
-    painter_.sums(light_.at(area), light_.row_lanes());
-    layers_.keep(painter_, pieces_, area);
-  }
-  light_.finish(scene_, pixels);
+  each_tile([&](int tile, const Area& area, TileWorker& by) {
+    messages_.collect(tile, by.pieces);
+    by.painter.start(area);
+    by.painter.paint(by.pieces);
+    by.painter.sums(light_.at(area), light_.row_lanes());
+    layers_.keep(by.painter, by.pieces, area);
+  });
+  light_.finish(scene_, pixels, *pool_);
   light_kept_ = keep_linear_;
 }
 
 void Canvas::render_scenery() {
   scenery_pixels_.resize(size());
-  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) {
-    const Area area = scene_.grid().area(tile);
-    painter_.start(area);
-    painter_.show(scenery_pixels_.data() + at(area), row_lanes());
-  }
+  each_tile([&](int, const Area& area, TileWorker& by) {
+    by.painter.start(area);
+    by.painter.show(scenery_pixels_.data() + at(area), row_lanes());
+  });
   shown_version_ = scene_.version();
 }
 

@@ -10,7 +10,8 @@
 #include "image/picture_light.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
-#include "image/tile_painter.h"
+#include "image/tile_worker.h"
+#include "threads/pool.h"
 
 namespace motes::image {
 
@@ -18,11 +19,11 @@ namespace motes::image {
 /// on the order, number or grouping of messages. Working memory and scenery are kept from frame to frame.
 class Canvas {
  public:
-  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : painter_(lanes), light_(lanes) {}
+  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : workers_(lanes), light_(lanes) {}
 
-  /// `keep_linear`: finish() also keeps the light for linear(). Throws std::invalid_argument where the view is not
-  /// valid.
-  void begin(const View& view, bool keep_linear = false);
+  /// `keep_linear`: finish() also keeps the light for linear(). The threads of the pool share the tiles, until finish()
+  /// has returned. Throws std::invalid_argument where the view is not valid.
+  void begin(const View& view, bool keep_linear = false, threads::Pool& pool = threads::alone());
 
   /// Takes a part of the frame's records; the bytes must not change until finish() has returned. Throws
   /// std::runtime_error where they are malformed or made for a different view.
@@ -43,6 +44,8 @@ class Canvas {
  private:
   void finish_by_tiles(std::span<std::uint8_t> pixels);
   void finish_as_a_whole(std::span<std::uint8_t> pixels);
+  template <class Work>
+  void each_tile(const Work& work);
   void render_scenery();
   void copy_scenery(const Area& area, std::uint8_t* pixels) const;
   std::size_t row_lanes() const { return static_cast<std::size_t>(scene_.grid().width) * 3; }
@@ -54,8 +57,8 @@ class Canvas {
   std::uint64_t shown_version_ = 0;           // of the scene that they show
   bool keep_linear_ = false, light_kept_ = false;
   Pieces messages_;
-  std::vector<Piece> pieces_;  // of the current tile
-  TilePainter painter_;
+  threads::Pool* pool_ = nullptr;
+  TileWorkers workers_;
   Layers layers_;
   PictureLight light_;  // where the frame needs it
 };

@@ -31,7 +31,7 @@ class PictureLight {
   std::size_t row_lanes() const { return static_cast<std::size_t>(grid_.width) * 3; }
 
   /// Spreads light by the view's bloom, and writes sRGB: height * width * 3 bytes, rows from top to bottom.
-  void finish(const PreparedScene& scene, std::span<std::uint8_t> pixels);
+  void finish(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool = threads::alone());
 
   /// The finished picture before exposure and roll-off: linear RGB, height * width * 3.
   std::vector<float> linear() const;

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <span>
 #include <vector>
 
 #include "image/grid.h"
@@ -16,11 +15,11 @@ namespace motes::image {
 class PreparedScene {
  public:
   /// Throws std::invalid_argument where the view is not valid.
-  void prepare(const View& view);
+  void prepare(const View& view, std::size_t workers = 1);
 
-  /// Renders the scenery of these tiles where that has not been done yet.
-  void render(std::span<const int> tiles) { scenery_.render(tiles); }
-  void render_all() { scenery_.render_all(); }
+  /// Renders the scenery of a tile where that has not been done yet; different workers may do so at the same time.
+  void render(int tile, std::size_t worker = 0) { scenery_.render(tile, worker); }
+  void render_all(threads::Pool& pool = threads::alone()) { scenery_.render_all(pool); }
 
   /// Changes whenever a tile without particles looks different than before.
   std::uint64_t version() const { return version_; }

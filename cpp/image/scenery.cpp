@@ -1,7 +1,6 @@
 #include "image/scenery.h"
 
 #include <algorithm>
-#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -30,46 +29,49 @@ bool same_light(const View& a, const View& b) {
 
 }  // namespace
 
-void Scenery::prepare(const View& view) {
+void Scenery::prepare(const View& view, std::size_t workers) {
   check(view);
-  const bool forms = scene_ != nullptr && same_forms(view, view_);
+  while (workers_.size() < workers) workers_.push_back({TileCaster(*lanes_), nullptr, 0});
+  const bool forms = version_ != 0 && same_forms(view, view_);
   if (forms && same_light(view, view_)) return;
   auto scene = std::make_unique<CastScene>(view);  // may throw: nothing has changed yet
   if (!forms) ++forms_;
   ++version_;
-  scene_ = std::move(scene);
+  workers_[0].scene = std::move(scene);
+  workers_[0].version = version_;
   view_ = view;
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_scenery(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
 }
 
-void Scenery::render(std::span<const int> tiles) {
-  for (const int number : tiles) {
-    if (number < 0 || number >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(number));
-    if (rendered(number)) continue;
-    Tile& tile = tiles_[index(number)];
-    TilePart part{grid_, number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
-    part.width = std::min(kTile, grid_.width - part.left);
-    part.height = std::min(kTile, grid_.height - part.top);
-    if (tile.forms != forms_) trace(tile, part);
-    if (tile.occupied) {
-      tile.light.resize(index(3 * kTile * kTile));
-      caster_.shade(*scene_, part, view_.smooth, tile.surfaces, tile.light.data());
-    }
-    tile.version = version_;
+void Scenery::render(int number, std::size_t worker) {
+  if (number < 0 || number >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(number));
+  if (rendered(number)) return;
+  Worker& by = workers_.at(worker);
+  if (by.version != version_) {
+    by.scene = std::make_unique<CastScene>(view_);
+    by.version = version_;
   }
+  Tile& tile = tiles_[index(number)];
+  TilePart part{grid_, number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
+  part.width = std::min(kTile, grid_.width - part.left);
+  part.height = std::min(kTile, grid_.height - part.top);
+  if (tile.forms != forms_) trace(tile, part, by);
+  if (tile.occupied) {
+    tile.light.resize(index(3 * kTile * kTile));
+    by.caster.shade(*by.scene, part, view_.smooth, tile.surfaces, tile.light.data());
+  }
+  tile.version = version_;
 }
 
-void Scenery::render_all() {
-  std::vector<int> all(index(grid_.tiles()));
-  std::iota(all.begin(), all.end(), 0);
-  render(all);
+void Scenery::render_all(threads::Pool& pool) {
+  pool.run(tiles_.size(), [&](std::size_t tile, std::size_t worker) { render(static_cast<int>(tile), worker); });
 }
 
-void Scenery::trace(Tile& tile, const TilePart& part) {
+void Scenery::trace(Tile& tile, const TilePart& part, Worker& by) {
   tile.depth.resize(index(kTile * kTile));
-  tile.occupied = caster_.trace(*scene_, part, view_.smooth, tile.surfaces, tile.depth.data());
+  tile.occupied = by.caster.trace(*by.scene, part, view_.smooth, tile.surfaces, tile.depth.data());
   tile.forms = forms_;
   tile.nearest = kNothing;
   tile.farthest = 0;

@@ -4,13 +4,13 @@
 #include <array>
 #include <cstdint>
 #include <memory>
-#include <span>
 #include <vector>
 
 #include "image/buffer.h"
 #include "image/grid.h"
 #include "image/scene.h"
 #include "image/tile_caster.h"
+#include "threads/pool.h"
 
 namespace motes::image {
 
@@ -21,21 +21,22 @@ namespace motes::image {
 /// What the camera's rays meet is kept while the camera and the objects' forms stay the same: then lights, colours and
 /// the background may change without new rays from the camera.
 ///
-/// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame.
+/// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame. Several
+/// workers may render different tiles at the same time.
 class Scenery {
  public:
   /// The depth of a pixel where there is no object: the bits of infinity.
   static constexpr std::uint32_t kNothing = 0x7f800000;
 
-  explicit Scenery(const CastLanes& lanes = cast_lanes()) : caster_(lanes) {}
+  explicit Scenery(const CastLanes& lanes = cast_lanes()) : lanes_(&lanes) {}
 
   /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
   /// std::invalid_argument where the view is not valid.
-  void prepare(const View& view);
+  void prepare(const View& view, std::size_t workers = 1);
 
-  /// Renders those of these tiles that are not rendered yet. Throws std::invalid_argument where there is no such tile.
-  void render(std::span<const int> tiles);
-  void render_all();
+  /// Renders the tile where that has not been done yet. Throws std::invalid_argument where there is no such tile.
+  void render(int tile, std::size_t worker = 0);
+  void render_all(threads::Pool& pool = threads::alone());
 
   /// Changes whenever the scenery does: what was made from a tile with an equal version is still right.
   std::uint64_t version() const { return version_; }
@@ -75,15 +76,22 @@ class Scenery {
   const Tile& tile_of(int x, int y) const {
     return tiles_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
   }
-  void trace(Tile& tile, const TilePart& part);
+  // Working memory of a worker. What of a scene matters for a tile is selected in the scene: each has its own.
+  struct Worker {
+    TileCaster caster;
+    std::unique_ptr<CastScene> scene;
+    std::uint64_t version = 0;
+  };
+
+  void trace(Tile& tile, const TilePart& part, Worker& by);
 
   View view_;
   Grid grid_;
   std::uint64_t forms_ = 0;
   std::uint64_t version_ = 0;
   std::array<std::uint16_t, 3> background_{};
-  std::unique_ptr<CastScene> scene_;
-  TileCaster caster_;
+  const CastLanes* lanes_;
+  std::vector<Worker> workers_;
   std::vector<Tile> tiles_;
 };
 

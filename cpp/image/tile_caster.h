@@ -38,7 +38,7 @@ struct TileSurfaces {
   Reach reach;
 };
 
-/// Working memory to fill tiles. Each tile is computed alone.
+/// Working memory to fill tiles, of one thread. Each tile is computed alone.
 class TileCaster {
  public:
   explicit TileCaster(const CastLanes& lanes = cast_lanes()) : lanes_(&lanes) {}

@@ -197,7 +197,7 @@ TEST(image_scenery_does_not_depend_on_the_order_of_tiles) {
   const Scenery forwards = rendered(view);
   Scenery backwards;
   backwards.prepare(view);
-  for (int tile = 11; tile >= 0; --tile) backwards.render(std::span(&tile, 1));
+  for (int tile = 11; tile >= 0; --tile) backwards.render(tile);
   const auto one = [&](int x, int y, std::size_t c) { return shown(forwards, view, x, y, c); };
   const auto other = [&](int x, int y, std::size_t c) { return shown(backwards, view, x, y, c); };
   CHECK(difference(view, one, other) == 0);

@@ -79,7 +79,7 @@ struct PaintedTile {
                        const WideLanes& wide = wide_lanes())
       : painter(lanes, wide) {
     scene.prepare(view);
-    scene.render({&tile, 1});
+    scene.render(tile);
     painter.begin(scene);
     area = scene.grid().area(tile);
     painter.start(area);

@@ -165,7 +165,7 @@ TEST(image_scenery_is_rendered_tile_by_tile) {
   some.prepare(view);
   for (const int tile : {5, 2, 9}) {
     CHECK(!some.rendered(tile));
-    some.render(std::array{tile});
+    some.render(tile);
     CHECK(some.rendered(tile));
     CHECK(some.occupied(tile) == all.occupied(tile) && some.nearest(tile) == all.nearest(tile));
     for (int y = tile / 4 * 64; some.occupied(tile) && y < std::min(tile / 4 * 64 + 64, 150); ++y) {
@@ -176,7 +176,7 @@ TEST(image_scenery_is_rendered_tile_by_tile) {
     }
   }
   CHECK(!some.rendered(0));
-  CHECK_THROWS(some.render(std::array{12}), std::invalid_argument);
+  CHECK_THROWS(some.render(12), std::invalid_argument);
   view.exposure = 2;
   some.prepare(view);
   CHECK(some.rendered(5) && some.version() == 1);

@@ -30,7 +30,7 @@ struct Tile {
 
   Tile(const View& view, int number, std::vector<std::vector<std::byte>> from) : records(std::move(from)) {
     scene.prepare(view);
-    scene.render({&number, 1});
+    scene.render(number);
     messages.begin(view);
     for (const auto& r : records) messages.add(r);
     painter.begin(scene);

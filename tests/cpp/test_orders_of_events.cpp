@@ -28,6 +28,7 @@ struct Way {
   frame::Births births = frame::Births::manager;
   frame::Combine combine = frame::Combine::together;
   int fan_out = 8;
+  int threads = 1;     // of each rank
   bool reads = false;  // reads particles in the middle of each frame
   image::View::Path path = image::View::Path::automatic;
 };
@@ -98,6 +99,8 @@ frame::Settings settings(const Way& way) {
   settings.births = way.births;
   settings.combine = way.combine;
   settings.fan_out = way.fan_out;
+  settings.threads = way.threads;
+  settings.grain = 16;  // threads share even a few particles
   const auto policy = std::make_shared<balance::Pairwise>(0.05, 4);
   policy->speeds.min_particles = 1;
   settings.policy = policy;
@@ -158,6 +161,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
                                   : frame::Combine::together;
     way.reads = seed % 4 == 3;
     way.fan_out = 1 + static_cast<int>(seed % 4);
+    way.threads = seed % 10 == 9 ? 3 : 1;
     way.path = static_cast<image::View::Path>(seed / 2 % 4);
     const Film film = run(way, seed, seed);
     CHECK(film.frames == alone.frames && film.children == alone.children);

@@ -40,9 +40,10 @@ void break_down(frame::Painter& painter, bool projecting) {
     return lanes;
   }();
   if (projecting) {
-    painter.projector = image::Projector(kProject);
+    painter.projectors.clear();
+    painter.projectors.emplace_back(kProject);
   } else {
-    painter.tile = image::TilePainter(kSplat);
+    painter.workers = image::TileWorkers(kSplat);
     painter.canvas = image::Canvas(kSplat);
   }
 }

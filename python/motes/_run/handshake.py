@@ -49,8 +49,9 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
     """Fill in the run: communicator, peers, log. Collective.
 
-    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if ranks were given different
-    settings, and whatever `LogDirectory.claim` raises on the manager; every rank raises it.
+    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if
+    ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every rank
+    raises it.
     """
     from mpi4py import MPI
 

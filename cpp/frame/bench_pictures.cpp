@@ -95,7 +95,7 @@ class Frame {
  private:
   void draw(int tile, Seconds& s, Laps& laps) {
     const image::Area area = scene_.grid().area(tile);
-    scene_.render({&tile, 1});
+    scene_.render(tile);
     pieces_.collect(tile, of_tile_);
     laps.start();
     painter_.start_bare(area);

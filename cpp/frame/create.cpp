@@ -139,10 +139,11 @@ void make_births(const Rank& rank, const System& system, const BirthGroup& group
   for (; first < last; first += std::min(at_a_time, last - first)) {
     const std::uint64_t count = std::min(at_a_time, last - first);
     std::vector<std::optional<particles::Store>> pieces((count + kPiece - 1) / kPiece);
-    threads::over_ranges(
-        *rank.pool, count, kPiece, [&](std::size_t part, std::size_t, std::size_t begin, std::size_t end) {
-          pieces[part] = system.make(group, first + begin, end - begin, rank.settings.dt, rank.settings.substeps);
-        });
+    rank.pool->run(pieces.size(), [&](std::size_t piece, std::size_t) {
+      const std::uint64_t begin = piece * kPiece;
+      pieces[piece] =
+          system.make(group, first + begin, std::min(kPiece, count - begin), rank.settings.dt, rank.settings.substeps);
+    });
     for (std::optional<particles::Store>& piece : pieces) use(std::move(*piece));
   }
 }

@@ -17,7 +17,7 @@ void PictureLight::finish(const PreparedScene& scene, std::span<std::uint8_t> pi
   if (pixels.size() != light_.size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
   bloom_.spread({light_.data(), light_.size()}, grid_.width, grid_.height, scene.view().bloom, pool);
   constexpr std::size_t kSums = std::size_t{1} << 16;  // of one thread at a time
-  threads::over_ranges(pool, light_.size(), kSums, [&](std::size_t, std::size_t, std::size_t first, std::size_t last) {
+  threads::over_ranges(pool, light_.size(), kSums, [&](std::size_t first, std::size_t last) {
     lanes_->tone(light_.data() + first, last - first, scene.tone().data(), pixels.data() + first);
   });
 }

@@ -80,10 +80,10 @@ Digest digest(const Store& store, threads::Pool& pool) {
   constexpr std::size_t kRange = 64 * kBlock;
   const std::size_t range = pool.items(kRange);
   std::vector<Digest> parts((store.size() + range - 1) / range);
-  threads::over_ranges(pool, store.size(), range,
-                       [&](std::size_t part, std::size_t, std::size_t first, std::size_t last) {
-                         parts[part] = sum(store, first, last, [](std::size_t i) { return i; });
-                       });
+  pool.run(parts.size(), [&](std::size_t part, std::size_t) {
+    const std::size_t first = part * range;
+    parts[part] = sum(store, first, std::min(store.size(), first + range), [](std::size_t i) { return i; });
+  });
   Digest all;
   for (const Digest& part : parts) all += part;
   return all;

@@ -80,7 +80,7 @@ std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& 
     }
     return distance;
   };
-  threads::over_ranges(pool, chosen.size(), kRange, [&](std::size_t, std::size_t, std::size_t first, std::size_t last) {
+  threads::over_ranges(pool, chosen.size(), kRange, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) places[k] = {key_of(distance_of(chosen[k])), chosen[k]};
   });
   sort_places(places, store.ids());

@@ -83,13 +83,13 @@ class Pool {
 /// One thread: the caller's.
 Pool& alone();
 
-/// Cuts 0..count into ranges of `best` items, or fewer (see Pool), and calls work(part, worker, first, last).
+/// Cuts 0..count into ranges of `best` items, or fewer (see Pool), and calls work(first, last).
 template <class Work>
 void over_ranges(Pool& pool, std::size_t count, std::size_t best, const Work& work) {
   const std::size_t size = pool.items(best);
-  pool.run((count + size - 1) / size, [&](std::size_t part, std::size_t worker) {
+  pool.run((count + size - 1) / size, [&](std::size_t part, std::size_t) {
     const std::size_t first = part * size;
-    work(part, worker, first, first + size < count ? first + size : count);
+    work(first, first + size < count ? first + size : count);
   });
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -11,6 +10,8 @@
 #include "image/canvas.h"
 #include "image/projector.h"
 #include "image/records.h"
+#include "particles/enumerators.h"
+#include "recording/bench_scene.h"
 #include "simd/isa.h"
 
 namespace motes::image {
@@ -74,17 +75,9 @@ System make_system(std::size_t index, std::size_t count, bool fountain) {
   return s;
 }
 
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values[values.size() / 2];
-}
+using recording::median;
 
-// CPU time of this thread: whatever else runs on the machine counts as little as possible.
-double now_ms() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) * 1e3 + static_cast<double>(now.tv_nsec) * 1e-6;
-}
+double now_ms() { return recording::cpu_now() * 1e3; }
 
 struct FrameTime {
   double whole, project;
@@ -103,6 +96,7 @@ class Drawing {
     const double start = now_ms();
     for (std::size_t i = 0; i < kSystems; ++i) {
       Drawn drawn = systems[i].drawn();
+      drawn.size_of_all = kSize;
       drawn.velocity_of_all = {kStreak * 0.6f, kStreak * -0.8f, 0};
       projector_.project(drawn, sprite_, view_, records_[i], projection_);
     }
@@ -124,13 +118,8 @@ class Drawing {
   RenderRow row() const {
     RenderRow row;
     row.name = name_;
-    constexpr const char* kBlends[] = {"add", "alpha", "opaque"};
-    constexpr const char* kKinds[] = {
-#define MOTES_SPRITE_KIND(kind, Name) #kind,
-#include "image/kinds/list.inc"
-    };
-    row.kind = kKinds[static_cast<std::size_t>(sprite_.kind)];
-    row.blend = kBlends[static_cast<std::size_t>(sprite_.blend)];
+    row.kind = particles::name_of(sprite_.kind);
+    row.blend = particles::name_of(sprite_.blend);
     row.pixels = sprite_.kind == Sprite::Kind::point ? 1 : sprite_.pixels;
     row.ms_per_frame = median(whole);
     row.ms_project = median(project);
@@ -144,6 +133,8 @@ class Drawing {
  private:
   // m/s with a frame of 1 s: 10 pixels in the middle of the box, at 1080 pixels of height.
   static constexpr float kStreak = 0.135f;
+  // m: 5 pixels there.
+  static constexpr float kSize = 0.0674f;
 
   std::string name_;
   Sprite sprite_;
@@ -236,6 +227,10 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   Sprite sized = disc;
   sized.of_height = static_cast<float>(pixels) / static_cast<float>(view.height);
   add("disc, size from the picture's height", sized, Blend::add, view);
+  // 20 m from the camera, in the middle of the box.
+  Sprite metres = disc;
+  metres.pixels = 0;
+  add("disc, size in metres", metres, Blend::add, view);
   add("disc, streak of 10 pixels", disc, Blend::add, open);
   add("point, streak of 10 pixels", point, Blend::add, open);
   return all;

@@ -1,7 +1,6 @@
 #include "image/bench_scenery.h"
 
 #include <algorithm>
-#include <chrono>
 #include <functional>
 #include <stdexcept>
 #include <vector>
@@ -9,6 +8,7 @@
 #include "image/assets.h"
 #include "image/mesh_tree.h"
 #include "image/scenery.h"
+#include "recording/bench_scene.h"
 #include "simd/isa.h"
 
 namespace motes::image {
@@ -16,10 +16,7 @@ namespace {
 
 using shapes::Kind;
 
-double now_ms() {
-  const auto since = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration<double, std::milli>(since).count();
-}
+double now_ms() { return recording::cpu_now() * 1e3; }
 
 Solid solid(Kind kind, std::initializer_list<float> numbers, Color color) {
   Solid made;
@@ -89,8 +86,7 @@ double median_ms(View view, int frames, const std::function<void(View&, int)>& c
     scenery.render_all();
     if (frame > 0) ms.push_back(now_ms() - start);
   }
-  std::sort(ms.begin(), ms.end());
-  return ms[ms.size() / 2];
+  return recording::median(ms);
 }
 
 }  // namespace

@@ -51,12 +51,12 @@ std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(value + 0.
 
 std::size_t rows_of(int size, int phase_bits) { return static_cast<std::size_t>(size) << (2 * phase_bits); }
 
-// Covers every pixel whose centre is inside; a point covers the pixel that it is in.
-SurfaceTables flat_surface(const Sprite& sprite, const Footprint& f) {
+// Covers every pixel whose centre is inside; a point covers the pixel that it
+// is in.
+SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
   SurfaceTables t;
   t.covered.assign(rows_of(f.size, f.phase_bits), 0);
-  const bool point = sprite.kind == Sprite::Kind::point || sprite.pixels <= 1;
-  const double radius = 0.5 * sprite.pixels;
+  const double radius = 0.5 * diameter;
   for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
     const bool inside = point ? std::fabs(x) < 0.5 && std::fabs(y) < 0.5 : x * x + y * y < radius * radius;
     t.covered[row] |= static_cast<std::uint16_t>(inside ? 1u << column : 0u);
@@ -64,7 +64,8 @@ SurfaceTables flat_surface(const Sprite& sprite, const Footprint& f) {
   return t;
 }
 
-SurfaceTables sphere_tables(int size, int phase_bits, int row_bytes, const View& view) {
+SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view) {
+  const int size = f.size, phase_bits = f.phase_bits, row_bytes = f.row_bytes;
   SurfaceTables t;
   const std::size_t rows = rows_of(size, phase_bits);
   t.weights.assign(rows * static_cast<std::size_t>(row_bytes), 0);
@@ -73,11 +74,11 @@ SurfaceTables sphere_tables(int size, int phase_bits, int row_bytes, const View&
   t.shade.assign((rows + 1) * kSurfaceRow, 0);
   t.bulge.assign((rows + 1) * kSurfaceRow, 0);
   const Daylight daylight(view);
-  const double radius = 0.5 * size;
+  const double radius = 0.5 * diameter;
   for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
     const double distance = std::sqrt(x * x + y * y);
     const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
-    const double shrink = distance < radius ? 1 / radius : 1 / distance;  // outside: the direction at the rim
+    const double shrink = distance < radius ? 1 / radius : 1 / distance; // outside: the direction at the rim
     const double nx = x * shrink, ny = -y * shrink;
     const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
     const double shade = daylight.shade({nx, ny, nz});
@@ -113,14 +114,16 @@ Brush::Brush(const Sprite& sprite, Layout layout, const View& view)
     : sprite_(sprite), layout_(layout),
       record_bytes_(image::record_bytes(layout) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
       width_(view.width), height_(view.height) {
-  layout == Layout::wide ? set_wide(view) : set_splat(view);
+  of_fixed_size(layout) ? set_splat(view) : set_wide(view);
 }
 
 void Brush::set_splat(const View& view) {
-  const bool sphere = sprite_.kind == Sprite::Kind::sphere && sprite_.pixels > 1;
-  Sprite outline = sprite_;
-  if (sphere) outline.kind = Sprite::Kind::disc;
-  const Footprint& f = footprint(outline);
+  const float diameter = diameter_of(sprite_, height_);
+  const bool in_pixels = !(sprite_.of_height > 0);
+  const bool point = sprite_.kind == Sprite::Kind::point || (in_pixels && sprite_.pixels <= 1);
+  const bool sphere = sprite_.kind == Sprite::Kind::sphere && !point;
+  if (!point && !in_pixels) own_ = footprint_of(diameter);
+  const Footprint& f = footprint_in_use();
   splat_.size = f.size;
   splat_.phase_bits = f.phase_bits;
   splat_.row_bytes = f.row_bytes;
@@ -128,19 +131,26 @@ void Brush::set_splat(const View& view) {
   splat_.record_bytes = static_cast<int>(record_bytes_);
   splat_.with_depth = layout_ != Layout::plain;
   splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
-  splat_.radius = static_cast<float>(0.5 * f.size / lens(view).focal_px);
+  splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
   if (sphere) {
-    tables_ = sphere_tables(f.size, f.phase_bits, f.row_bytes, view);
+    tables_ = sphere_tables(diameter, f, view);
   } else if (sprite_.blend == Sprite::Blend::opaque) {
-    tables_ = flat_surface(sprite_, f);
+    tables_ = flat_surface(point, diameter, f);
   }
+}
+
+const Footprint& Brush::footprint_in_use() const {
+  if (own_.size != 0) return own_;
+  Sprite outline = sprite_;
+  if (outline.kind != Sprite::Kind::point) outline.kind = Sprite::Kind::disc;
+  return footprint(outline);
 }
 
 // Pointers are taken here, not kept: a brush may be moved.
 Splat Brush::splat_at(int x, int y) const {
   Splat s = splat_;
   const bool own = !tables_.weights.empty();
-  s.weights = own ? tables_.weights.data() : footprint(sprite_).weights.data();
+  s.weights = own ? tables_.weights.data() : footprint_in_use().weights.data();
   s.cover = own ? tables_.cover.data() : s.weights;
   s.covered = tables_.covered.data();
   s.shade = tables_.shade.empty() ? nullptr : tables_.shade.data();
@@ -153,6 +163,9 @@ Splat Brush::splat_at(int x, int y) const {
 
 void Brush::set_wide(const View& view) {
   wide_.record_bytes = static_cast<int>(record_bytes_);
+  wide_.form = form(layout_);
+  wide_.bits = Grid{width_, height_}.far_bits();
+  wide_.one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
   wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) wide_.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
@@ -163,6 +176,7 @@ void Brush::set_wide(const View& view) {
       wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
       wide_.upward[i] = static_cast<float>(daylight.upward()[i]);
     }
+    wide_.sun = static_cast<float>(kSun);
     wide_.low = static_cast<float>(daylight.low());
     wide_.high = static_cast<float>(daylight.high());
     wide_.mean_shade = static_cast<float>(daylight.mean_shade());

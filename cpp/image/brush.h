@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "image/footprint.h"
 #include "image/layout.h"
 #include "image/scene.h"
 #include "image/splat_lanes.h"
@@ -44,11 +45,13 @@ class Brush {
  private:
   void set_splat(const View& view);
   void set_wide(const View& view);
+  const Footprint& footprint_in_use() const;
 
   Sprite sprite_;
   Layout layout_;
   std::size_t record_bytes_;
   int width_, height_;
+  Footprint own_; // of a size that no others have
   SurfaceTables tables_;
   Splat splat_{};
   WideSplat wide_{};

@@ -2,7 +2,9 @@
 #include "image/cast.h"
 
 #include "image/cast_solids.h"
+#include "image/daylight_parts.h"
 #include "image/grid.h"
+#include "image/screen_lanes.h"
 #include "image/splat_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -17,10 +19,8 @@ constexpr float kLeastBias = 1.0f / 4096;
 constexpr float kMostBias = 1.0f / 50;
 
 // Light on a surface that faces its source.
-constexpr float kSun = 0.70f;
-constexpr float kSky = 0.24f;     // from above
-constexpr float kBounce = 0.10f;  // from below
-constexpr float kTint = 0.5f;     // how much of the background's colour the sky adds
+constexpr auto kSun = static_cast<float>(image::kSun), kSky = static_cast<float>(image::kSky);
+constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = static_cast<float>(image::kTint);
 
 constexpr float kCrease = 0.85f;  // the cosine of the angle between normals from which on an edge is smoothed
 
@@ -70,18 +70,11 @@ MOTES_INLINE float least_of(Floats v) {
   return least;
 }
 
-// Lanes beyond `count` do not count.
-MOTES_INLINE Mask valid(std::size_t i, std::size_t count) {
-  Mask mask;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) mask[lane] = i + lane < count ? -1 : 0;
-  return mask;
-}
-
 void measure(const CastView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& from,
              image::Reach& reach, std::uint32_t* depth) {
   Floats3 low{all(__FLT_MAX__), all(__FLT_MAX__), all(__FLT_MAX__)}, high = -low;
   for (std::size_t i = 0; i < count; i += kLanes) {
-    const Mask seen = (load_ints(from.surface + i) != 0) & (count - i < kLanes ? valid(i, count) : Mask{} - 1);
+    const Mask seen = (load_ints(from.surface + i) != 0) & lanes_below(count - i);
     const Floats3 along = directions(view, x + i, y + i);
     const Floats distance = load(from.distance + i);
     const Floats3 point = along * distance;
@@ -181,7 +174,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
   for (std::size_t i = 0; i < count; i += kLanes) {
     const Ints surface = load_ints(from.surface + i);
     Shading at{};
-    at.seen = (surface != 0) & (count - i < kLanes ? valid(i, count) : Mask{} - 1);
+    at.seen = (surface != 0) & lanes_below(count - i);
     if (!any(at.seen)) {
       store3(to.light, i, background);
       store_uints(to.shadows + i, Uints{});
@@ -251,7 +244,7 @@ std::size_t edges(const std::uint32_t* marks, const float* const* normal, int st
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * stride + x;
       const Mask edge = (edge_towards(marks, normal, at, -1) | edge_towards(marks, normal, at, 1) |
                          edge_towards(marks, normal, at, -stride) | edge_towards(marks, normal, at, stride)) &
-                        valid(static_cast<std::size_t>(x), static_cast<std::size_t>(width));
+                        lanes_below(static_cast<std::size_t>(width - x));
       if (!any(edge)) continue;
       count += squeeze(to + count, lane + static_cast<std::uint32_t>(image::kTile * y + x), edge);
     }

@@ -4,13 +4,15 @@
 #include <cmath>
 
 #include "image/camera.h"
+#include "image/daylight_parts.h"
 #include "image/scene.h"
 #include "image/vectors.h"
 
 namespace motes::image {
 
-/// How much light a sphere shows where its surface has a given direction. The light of the scenery's solids (see
-/// caster.cpp) without shadows and without colour: one number per pixel then says it all.
+/// How much light a sphere shows where its surface has a given direction. The
+/// light of the scenery's solids (see cast_lanes.cpp) without shadows and
+/// without colour: one number per pixel then says it all.
 class Daylight {
  public:
   explicit Daylight(const View& view) : sun_(length(view.sun) > 0 ? unit(view.sun) : Vector{}) {
@@ -55,8 +57,6 @@ class Daylight {
   const Vector& upward() const { return upward_; }
   double low() const { return low_; }
   double high() const { return high_; }
-
-  static constexpr double kSun = 0.70, kSky = 0.24, kBounce = 0.10, kTint = 0.5;
 
  private:
   Vector sun_, right_, up_, back_, toward_sun_, upward_;

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <numeric>
 
 #include "image/grid.h"
 #include "image/kinds/disc.h"
+#include "image/layout.h"
 
 namespace motes::image {
 namespace {
@@ -15,8 +17,9 @@ constexpr double kPeak = 254;
 
 bool is_point(const Sprite& sprite) { return sprite.kind == Sprite::Kind::point || sprite.pixels <= 1; }
 
-// Light at (x, y) pixels from the centre of a disc of this diameter: flat in the middle, soft at the edge.
-double disc_profile(double x, double y, int diameter) {
+// Light at (x, y) pixels from the centre of a disc of this diameter: flat in
+// the middle, soft at the edge.
+double disc_profile(double x, double y, double diameter) {
   const double radius = 0.5 * diameter;
   const double q = (x * x + y * y) / (radius * radius);
   return q < 1 ? Disc::weight(q) : 0;
@@ -29,13 +32,13 @@ double point_profile(double x, double y) {
 }
 
 // The profile at the footprint's pixels for one phase, row by row.
-std::vector<double> sampled(const Sprite& sprite, int size, double phase_x, double phase_y) {
+std::vector<double> sampled(double diameter, int size, double phase_x, double phase_y) {
   std::vector<double> values;
   for (int row = 0; row < size; ++row) {
     for (int column = 0; column < size; ++column) {
       const double x = column + 1 - phase_x - 0.5 * size;
       const double y = row + 1 - phase_y - 0.5 * size;
-      values.push_back(is_point(sprite) ? point_profile(x, y) : disc_profile(x, y, size));
+      values.push_back(diameter > 0 ? disc_profile(x, y, diameter) : point_profile(x, y));
     }
   }
   return values;
@@ -58,12 +61,14 @@ std::vector<int> apportion(const std::vector<double>& values, int total) {
   return shares;
 }
 
-Footprint build(const Sprite& sprite) {
+// Of a point, where the diameter is 0. As bright as the greatest weight allows,
+// or with this sum of weights, if that is less.
+Footprint build(double diameter, double light = 0) {
   Footprint f;
-  f.size = footprint_size(sprite);
-  // Fine phases for small footprints; on a large soft disc steps of a quarter pixel are invisible, and its table stays
-  // small.
-  f.phase_bits = is_point(sprite) ? 4 : f.size <= 7 ? 3 : 2;
+  f.size = diameter > 0 ? static_cast<int>(std::ceil(diameter)) : 2;
+  // Fine phases for small footprints; on a large soft disc steps of a quarter
+  // pixel are invisible, and its table stays small.
+  f.phase_bits = !(diameter > 0) ? 4 : f.size <= 7 ? 3 : 2;
   f.row_bytes = (3 * f.size + 15) / 16 * 16;
   const int phases = 1 << f.phase_bits;
 
@@ -71,7 +76,7 @@ Footprint build(const Sprite& sprite) {
   double mean = 0;
   for (int y = 0; y < phases; ++y) {
     for (int x = 0; x < phases; ++x) {
-      profile.push_back(sampled(sprite, f.size, (x + 0.5) / phases, (y + 0.5) / phases));
+      profile.push_back(sampled(diameter, f.size, (x + 0.5) / phases, (y + 0.5) / phases));
       mean += sum(profile.back()) / (phases * phases);
     }
   }
@@ -79,7 +84,8 @@ Footprint build(const Sprite& sprite) {
   for (const auto& values : profile) {
     highest = std::max(highest, *std::max_element(values.begin(), values.end()) * (mean / sum(values)));
   }
-  const int total = static_cast<int>(mean * (kPeak / highest));
+  const double most = mean * (kPeak / highest);
+  const int total = static_cast<int>(light > 0 ? std::min(light, most) : most);
 
   f.weights.assign(static_cast<std::size_t>(phases * phases * f.size * f.row_bytes), 0);
   std::uint8_t* row = f.weights.data();
@@ -96,17 +102,34 @@ Footprint build(const Sprite& sprite) {
 
 }  // namespace
 
-int footprint_size(const Sprite& sprite) { return is_point(sprite) ? 2 : sprite.pixels; }
+int footprint_size(const Sprite& sprite, int height) {
+  return is_point(sprite) ? 2 : static_cast<int>(std::ceil(diameter_of(sprite, height)));
+}
 
 const Footprint& footprint(const Sprite& sprite) {
   static const auto all = [] {
     std::array<Footprint, kMaxFootprint + 1> built;
-    for (int pixels = 1; pixels <= kMaxFootprint; ++pixels) {
-      built[static_cast<std::size_t>(pixels)] = build({Sprite::Kind::disc, pixels});
+    for (std::size_t pixels = 1; pixels < built.size(); ++pixels) {
+      built[pixels] = build(pixels == 1 ? 0 : static_cast<double>(pixels));
     }
     return built;
   }();
   return all[static_cast<std::size_t>(is_point(sprite) ? 1 : sprite.pixels)];
 }
 
-}  // namespace motes::image
+// As bright as those of the next smaller and larger whole diameter: a picture
+// is as bright at any resolution.
+Footprint footprint_of(float diameter) {
+  const auto per_area = [](int pixels) {
+    const Footprint& f = footprint({Sprite::Kind::disc, pixels});
+    double sum = 0;
+    for (int i = 0; i < f.size * f.row_bytes; ++i) sum += f.weights[static_cast<std::size_t>(i)];
+    return sum / 3 / (pixels * pixels);
+  };
+  const int below = std::min(static_cast<int>(diameter), kMaxFootprint - 1);
+  const double part = static_cast<double>(diameter) - below;
+  const double light = per_area(below) + (per_area(below + 1) - per_area(below)) * part;
+  return build(diameter, light * static_cast<double>(diameter) * static_cast<double>(diameter));
+}
+
+} // namespace motes::image

@@ -20,10 +20,15 @@ struct Footprint {
   std::vector<std::uint8_t> weights;
 };
 
-/// Pixels per side. A disc of one pixel is drawn as a point: its light is shared by the 2x2 nearest pixels.
-int footprint_size(const Sprite& sprite);
+/// Pixels per side. A disc of one pixel is drawn as a point: its light is
+/// shared by the 2x2 nearest pixels. `height`: of the picture.
+int footprint_size(const Sprite& sprite, int height);
 
-/// Built at first use, valid until the program ends.
+/// Built at first use, valid until the program ends. Of a sprite with a size in
+/// pixels, or a point.
 const Footprint& footprint(const Sprite& sprite);
 
-}  // namespace motes::image
+/// Of a disc of any diameter up to kMaxFootprint pixels.
+Footprint footprint_of(float diameter);
+
+} // namespace motes::image

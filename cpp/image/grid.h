@@ -38,8 +38,16 @@ struct Grid {
     return {tile, x, y, width - x < kTile ? width - x : kTile, height - y < kTile ? height - y : kTile};
   }
 
-  /// Positions are 16-bit integers in units of 2^-sub_bits pixels, relative to the centre of the image: 1/16 px up to
-  /// 4064 pixels, 1/8 px up to 8160, and so on; a margin of 16 px holds the footprints that extend into the image.
+  /// The same for sprites of any size and for streaks, which may begin up to
+  /// 370 pixels outside the image. 0: the image is too large for 16 bits.
+  constexpr int far_bits() const {
+    const int longer = width > height ? width : height;
+    return longer <= 3328 ? 4 : longer <= 7424 ? 3 : 0;
+  }
+
+  /// Positions are 16-bit integers in units of 2^-sub_bits pixels, relative to
+  /// the centre of the image: 1/16 px up to 4064 pixels, 1/8 px up to 8160, and
+  /// so on; a margin of 16 px holds the footprints that extend into the image.
   constexpr int sub_bits() const {
     const int longer = width > height ? width : height;
     return longer <= 4064 ? 4 : longer <= 8160 ? 3 : longer <= 16352 ? 2 : 1;

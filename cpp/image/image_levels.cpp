@@ -9,7 +9,7 @@
 namespace motes::image {
 namespace {
 
-constexpr double kFull = 65535;
+constexpr double kFull = 32767;  // products of 16-bit numbers with a sign have room for it
 
 // The inverse of sRGB's curve, from + - * / alone: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
 double linear_of(double encoded) {

@@ -8,7 +8,7 @@
 
 namespace motes::image {
 
-/// Linear light times alpha, and alpha: 0..65535, four numbers per pixel; a frame of one transparent pixel surrounds
+/// Linear light times alpha, and alpha: 0..32767, four numbers per pixel; a frame of one transparent pixel surrounds
 /// it.
 struct ImageLevel {
   const std::uint16_t* texels;  // the first pixel of the frame

@@ -7,13 +7,18 @@
 namespace motes::image {
 namespace {
 
-bool has_fixed_footprint(const Sprite& sprite) {
-  if (sprite.kind == Sprite::Kind::point) return true;
-  return sprite.kind != Sprite::Kind::image && !(sprite.of_height > 0) && sprite.pixels >= 1 &&
-         sprite.pixels <= kMaxFootprint;
+bool has_fixed_footprint(const Sprite& sprite, int height) {
+  const float diameter = diameter_of(sprite, height);
+  return sprite.kind != Sprite::Kind::image && diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint);
 }
 
 }  // namespace
+
+float diameter_of(const Sprite& sprite, int height) {
+  if (sprite.kind == Sprite::Kind::point) return 2;
+  if (sprite.of_height > 0) return sprite.of_height * static_cast<float>(height);
+  return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
+}
 
 bool with_velocity(const Sprite& sprite, const View& view) {
   return (view.layers & kVelocityLayer) != 0 && sprite.blend == Sprite::Blend::opaque;
@@ -25,10 +30,13 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 }
 
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
-  if (view.shutter > 0 || !has_fixed_footprint(sprite)) return Layout::wide;
   const bool deep =
       any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add || sprite.kind == Sprite::Kind::sphere;
-  return deep ? Layout::deep : Layout::plain;
+  const bool still = !(view.shutter > 0);
+  if (still && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
+  if (sprite.kind == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;
+  if (still) return deep ? Layout::deep_sized : Layout::sized;
+  return deep ? Layout::deep_moving : Layout::moving;
 }
 
 }  // namespace motes::image

@@ -5,14 +5,17 @@
 #include <cstdint>
 #include <span>
 
+#include "image/grid.h"
 #include "image/scene.h"
 
 namespace motes::image {
 
-/// plain: additive points and discs of fixed size, where nothing in the picture hides anything. deep: the same with a
-/// depth, of any kind but images, in any blend. wide: everything else: sizes in metres, in parts of the picture's
-/// height or above kMaxFootprint pixels, images, and all sprites while the shutter is open.
-enum class Layout : std::uint8_t { plain, deep, wide };
+/// plain: points and discs of fixed size, up to kMaxFootprint pixels. sized:
+/// each particle has its size. moving: all sprites while the shutter is open.
+/// Those have no depth: they are additive, and nothing in the picture hides
+/// anything. The same with `deep` have one, for any blend. wide: images, and
+/// sizes and streaks in very large pictures.
+enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide };
 
 struct PlainRecord {
   std::int16_t x, y;  // see Grid::sub_bits
@@ -39,9 +42,32 @@ struct WideRecord {
 
 static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(WideRecord) == 32);
 
-inline constexpr int kWideBits = 8;  // of a pixel in WideRecord::x, y, dx, dy
-inline constexpr int kSizeBits = 6;  // of a pixel in WideRecord::size
-inline constexpr std::uint16_t kAllLight = 1 << 15;  // WideRecord::light of what is not narrower than 2 px
+/// Where the other layouts keep what. They begin with a position of two 16-bit
+/// numbers (see Grid::sub_bits, far_bits), then colour and alpha. Sizes and
+/// light are those of a WideRecord; a way is half of the streak, in the units
+/// of the position.
+struct RecordForm {
+  int bytes, color;
+  int depth, size, way; // 0: there is none
+};
+constexpr RecordForm form(Layout layout) {
+  switch (layout) {
+    case Layout::plain: return {8, 4, 0, 0, 0};
+    case Layout::deep: return {12, 4, 8, 0, 0};
+    case Layout::sized: return {12, 4, 0, 8, 0};
+    case Layout::deep_sized: return {16, 4, 8, 12, 0};
+    case Layout::moving: return {16, 4, 0, 8, 12};
+    case Layout::deep_moving: return {20, 4, 8, 12, 16};
+    case Layout::wide: break;
+  }
+  return {sizeof(WideRecord), 8, 12, 16, 24};
+}
+constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
+constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }
+
+inline constexpr int kWideBits = 8; // of a pixel in WideRecord::x, y, dx, dy
+inline constexpr int kSizeBits = 6; // of a pixel in WideRecord::size
+inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of what is not narrower than 2 px
 
 /// Three floats, m/s: they follow a record of an opaque system where the view has kVelocityLayer.
 inline constexpr std::size_t kVelocityBytes = 12;
@@ -50,14 +76,39 @@ bool with_velocity(const Sprite& sprite, const View& view);
 /// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
 
-/// Equal on every rank, as view and sprites are. `any_depth`: see anything_hides().
+/// Pixels of a sprite whose particles all have the same size; 0: they have
+/// their own. Points, and discs that are drawn as points, are 2 px wide: as
+/// much light as their 2x2 pixels get.
+float diameter_of(const Sprite& sprite, int height);
+
+/// Equal on every rank, as view and sprites are. `any_depth`: see
+/// anything_hides().
 Layout layout(const Sprite& sprite, const View& view, bool any_depth);
 
 /// Bytes of one record, without velocity.
-constexpr std::size_t record_bytes(Layout layout) {
-  return layout == Layout::plain  ? sizeof(PlainRecord)
-         : layout == Layout::deep ? sizeof(DeepRecord)
-                                  : sizeof(WideRecord);
+constexpr std::size_t record_bytes(Layout layout) { return static_cast<std::size_t>(form(layout).bytes); }
+
+/// A record of any layout but plain and deep, in a picture of which positions
+/// have these bits. Always inlined: files that are compiled once for each
+/// instruction set use it.
+__attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& form, int bits, const std::byte* bytes) {
+  WideRecord r{};
+  if (form.color == 8) {
+    __builtin_memcpy(&r, bytes, sizeof r);
+    return r;
+  }
+  const auto pair = [&](int at, std::int32_t& x, std::int32_t& y, int shift) {
+    std::int16_t both[2];
+    __builtin_memcpy(both, bytes + at, 4);
+    x = both[0] * (1 << shift);
+    y = both[1] * (1 << shift);
+  };
+  pair(0, r.x, r.y, 8 - bits);
+  __builtin_memcpy(r.color, bytes + 4, 4);
+  if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
+  __builtin_memcpy(&r.size, bytes + form.size, 4);
+  if (form.way != 0) pair(form.way, r.dx, r.dy, 9 - bits);
+  return r;
 }
 
 }  // namespace motes::image

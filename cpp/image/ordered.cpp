@@ -12,13 +12,10 @@ constexpr std::size_t kWorthCounting = 64;
 constexpr int kDigitBits = 11;
 constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
 
-constexpr std::size_t kDepthAt = 8;  // in plain and deep records
-
 std::uint32_t depth_of(const Brush& brush, const std::byte* record) {
-  if (brush.layout() == Layout::plain) return 0;
-  const std::size_t at = brush.layout() == Layout::wide ? offsetof(WideRecord, depth) : kDepthAt;
+  if (!has_depth(brush.layout())) return 0;
   std::uint32_t bits;
-  std::memcpy(&bits, record + at, sizeof bits);
+  std::memcpy(&bits, record + form(brush.layout()).depth, sizeof bits);
   return bits;
 }
 

@@ -59,32 +59,31 @@ MOTES_INLINE Channels channels() {
   }
   return c;
 }
-MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
+// Vector j of colour * alpha.
+MOTES_INLINE Uints products_of(const Channels& channels, std::uint32_t color, int j) {
   const Uints word = all_uints(color);
-  const Uints alpha = word >> 24;
-  Light light;
-  for (int j = 0; j < 3; ++j) {
 #if MOTES_WIDTH == 512
-    const Uints bytes = (Uints)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
+  const Uints bytes = (Uints)_mm512_shuffle_epi8((__m512i)word, (__m512i)channels.part[j]);
 #else
-    const Uints bytes = (Uints)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
+  const Uints bytes = (Uints)_mm256_shuffle_epi8((__m256i)word, (__m256i)channels.part[j]);
 #endif
-    light.part[j] = (multiply_short(bytes, alpha) + 8u) >> 4;
-  }
-  return light;
+  return multiply_short(bytes, word >> 24);
 }
 #else
 struct Channels {};
 MOTES_INLINE Channels channels() { return {}; }
-MOTES_INLINE Light light_of(const Channels&, std::uint32_t color) {
+MOTES_INLINE Uints products_of(const Channels&, std::uint32_t color, int j) {
   const std::uint32_t alpha = color >> 24;
-  const std::uint32_t r = ((color & 0xffu) * alpha + 8) >> 4;
-  const std::uint32_t g = ((color >> 8 & 0xffu) * alpha + 8) >> 4;
-  const std::uint32_t b = ((color >> 16 & 0xffu) * alpha + 8) >> 4;
+  const std::uint32_t r = (color & 0xffu) * alpha, g = (color >> 8 & 0xffu) * alpha, b = (color >> 16 & 0xffu) * alpha;
   static_assert(kLanes == 4);
-  return {{Uints{r, g, b, r}, Uints{g, b, r, g}, Uints{b, r, g, b}}};
+  return j == 0 ? Uints{r, g, b, r} : j == 1 ? Uints{g, b, r, g} : Uints{b, r, g, b};
 }
 #endif
+MOTES_INLINE Light light_of(const Channels& channels, std::uint32_t color) {
+  Light light;
+  for (int j = 0; j < 3; ++j) light.part[j] = (products_of(channels, color, j) + 8u) >> 4;
+  return light;
+}
 
 template <bool kSaturating>
 MOTES_INLINE void add(std::uint32_t* to, Uints more) {
@@ -138,7 +137,8 @@ MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int
 
 // What is left of light after something of this opacity, 0..65536, has covered it: light - light * opacity / 65536,
 // rounded up; exact for any 32 bits.
-MOTES_INLINE Uints behind(Uints light, Uints opacity) {
+template <class Vector>
+MOTES_INLINE Vector behind(Vector light, Vector opacity) {
   return light - (light >> 16) * opacity - ((light & 0xffffu) * opacity >> 16);
 }
 
@@ -190,13 +190,16 @@ MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered)
 // Eight pixels' depths and surfaces as numbers to compare; `half` selects which of two vectors.
 MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
 #if MOTES_WIDTH == 512
-  const __m512i low =
-      _mm512_maskz_cvtepu32_epi64(0xff, half == 0 ? _mm512_castsi512_si256((__m512i)surface)
-                                                  : _mm512_maskz_extracti64x4_epi64(0xf, (__m512i)surface, 1));
-  const __m512i high =
-      _mm512_maskz_cvtepu32_epi64(0xff, half == 0 ? _mm512_castsi512_si256((__m512i)depth)
-                                                  : _mm512_maskz_extracti64x4_epi64(0xf, (__m512i)depth, 1));
-  return (Longs)high << 32 | (Longs)low;
+  // In turn a word of `surface` and one of `depth`, from the lower or the upper
+  // half of both.
+  const __m512i lower = _mm512_set_epi32(23, 7, 22, 6, 21, 5, 20, 4, 19, 3, 18, 2, 17, 1, 16, 0);
+  const __m512i of = half == 0 ? lower : _mm512_add_epi32(lower, _mm512_set1_epi32(8));
+  return (Longs)_mm512_permutex2var_epi32((__m512i)surface, of, (__m512i)depth);
+#elif MOTES_WIDTH == 256
+  // The same within each half of the vector: lanes 0, 1, 4, 5 or 2, 3, 6, 7.
+  const __m256i low = _mm256_unpacklo_epi32((__m256i)surface, (__m256i)depth);
+  const __m256i high = _mm256_unpackhi_epi32((__m256i)surface, (__m256i)depth);
+  return (Longs)(half == 0 ? _mm256_permute2x128_si256(low, high, 0x20) : _mm256_permute2x128_si256(low, high, 0x31));
 #else
   Longs v;
   for (int lane = 0; lane < kLongs; ++lane) {

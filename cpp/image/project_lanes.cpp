@@ -27,13 +27,8 @@ MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
 }
 
 MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i) {
-  const Floats x = load(t.position[0] + i) - all(t.eye[0]);
-  const Floats y = load(t.position[1] + i) - all(t.eye[1]);
-  const Floats z = load(t.position[2] + i) - all(t.eye[2]);
-  const Floats depth = x * all(t.forward[0]) + y * all(t.forward[1]) + z * all(t.forward[2]);
-  const Floats across = x * all(t.right[0]) + y * all(t.right[1]) + z * all(t.right[2]);
-  const Floats upward = x * all(t.up[0]) + y * all(t.up[1]) + z * all(t.up[2]);
-  const Floats k = all(t.scale) / depth;
+  const auto [across, upward, depth] = sight(t.now, place_of(t, i));
+  const Floats k = all(t.now.scale) / depth;
   const Floats screen_x = across * k;
   const Floats screen_y = -(upward * k);
   // Comparisons are false for NaN, so only finite values reach the conversion to integers.
@@ -87,8 +82,7 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
 
 std::size_t project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
                         const image::ProjectedBatch& out) {
-  const bool one_color = t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
-  if (one_color) {
+  if (one_color(t)) {
     return out.depth != nullptr ? project<true, true>(t, first, last, out) : project<true, false>(t, first, last, out);
   }
   return out.depth != nullptr ? project<false, true>(t, first, last, out) : project<false, false>(t, first, last, out);

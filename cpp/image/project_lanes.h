@@ -11,7 +11,15 @@ inline constexpr std::uint32_t kNextColumn = std::uint32_t{1} << 30;
 inline constexpr std::uint32_t kNextRow = std::uint32_t{1} << 31;
 inline constexpr std::uint32_t kTileNumber = kNextColumn - 1;
 
-struct ProjectTask {
+/// A Lens in single precision; `scale` is its focal length in the units of
+/// positions.
+struct LensLanes {
+  float eye[3], right[3], up[3], forward[3];
+  float scale;
+};
+
+/// What all projections need.
+struct SeenTask {
   // Planes of floats; null: the value beside it holds for all particles.
   const float* position[3];
   const float* color[3];
@@ -20,16 +28,17 @@ struct ProjectTask {
   float alpha_of_all;
   const float* velocity[3];  // m/s
   float velocity_of_all[3];
-  std::uint32_t dark;  // 0xffffff: black particles are seen too, because they hide; else 0
 
-  // The camera: see Lens. scale = focal length in fixed-point units.
-  float eye[3], right[3], up[3], forward[3];
-  float scale;
-  float near;
+  LensLanes now; // the frame's camera
+  float near;    // m
+  std::uint32_t dark; // 0xffffff: black particles are seen too, because they hide; else 0
+  int width, height;      // px
+  float limit_x, limit_y; // in the units of positions, from the centre: what is
+                          // farther out touches no pixel
+};
 
-  // The image: see Grid. Fixed-point positions beyond limit_x, limit_y touch no pixel.
-  int width, height, columns, sub_bits, footprint;
-  float limit_x, limit_y;
+struct ProjectTask : SeenTask {
+  int columns, sub_bits, footprint; // see Grid
 };
 
 /// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as

@@ -16,17 +16,9 @@ constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites lose light instead
 constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
 constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
 
-// A place as a camera sees it: metres to the right, upwards and ahead.
-struct Sight {
-  Floats across, upward, depth;
-};
-MOTES_INLINE Sight sight(const image::LensLanes& lens, Floats3 place) {
-  const Floats3 offset = place - all3(lens.eye);
-  return {dot(offset, all3(lens.right)), dot(offset, all3(lens.up)), dot(offset, all3(lens.forward))};
-}
-
-// What of a particle's way on the screen may touch the image: from (x, y), where it is now, back to (x + dx, y + dy),
-// in 1/256 px; and which part of its light is there.
+// What of a particle's way on the screen may touch the image: from (x, y),
+// where it is now, back to (x + dx, y + dy), in 1/256 px; and which part of its
+// light is there.
 struct Way {
   Mask visible;
   Floats x, y, dx, dy, light;
@@ -134,16 +126,20 @@ MOTES_INLINE Span span(Ints middle, Ints reach, int pixels) {
 }
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
-constexpr std::size_t kWords = sizeof(image::WideRecord) / 4;
+constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
 
 struct Columns {
   Mask visible;
-  Uints word[kWords];  // of WideRecord
+  Uints word[kMostWords]; // of a record
   Uints first_tile, last_tile;
 };
 
+MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
+// To the nearest multiple of 2^bits.
+MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> bits; }
+
 MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
-  const Floats3 place{load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
+  const Floats3 place = place_of(t, i);
   const Sight now = sight(t.now, place);
   const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
@@ -159,50 +155,27 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Span columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
   Columns c;
   c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);
-  c.word[0] = (Uints)x;
-  c.word[1] = (Uints)y;
-  c.word[2] = color;
-  c.word[3] = (Uints)now.depth;
-  c.word[4] = (Uints)diameter | ((Uints)light << 16);
-  c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
-  c.word[6] = (Uints)dx;
-  c.word[7] = (Uints)dy;
+  const Uints size = (Uints)diameter | ((Uints)light << 16);
+  if (t.form.color == 8) {
+    c.word[0] = (Uints)x;
+    c.word[1] = (Uints)y;
+    c.word[2] = color;
+    c.word[3] = (Uints)now.depth;
+    c.word[4] = size;
+    c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
+    c.word[6] = (Uints)dx;
+    c.word[7] = (Uints)dy;
+  } else {
+    const int less = image::kWideBits - t.bits;
+    c.word[0] = pair_of(rounded(x, less), rounded(y, less));
+    c.word[1] = color;
+    c.word[2] = (Uints)now.depth;
+    c.word[t.form.size / 4] = size;
+    if (t.form.way != 0) c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
+  }
   c.first_tile = (Uints)columns.first | ((Uints)rows.first << 16);
   c.last_tile = (Uints)columns.last | ((Uints)rows.last << 16);
   return c;
-}
-
-// Four words of each lane next to one another: lane 4 q + j is at four[j] + 4 q.
-MOTES_INLINE void transpose(const Uints* words, std::uint32_t (&four)[4][kLanes]) {
-#if MOTES_WIDTH != 0
-  const Uints low = interleave_low(words[0], words[1]), high = interleave_high(words[0], words[1]);
-  const Uints low_too = interleave_low(words[2], words[3]), high_too = interleave_high(words[2], words[3]);
-  store_uints(four[0], interleave_low_pairs(low, low_too));
-  store_uints(four[1], interleave_high_pairs(low, low_too));
-  store_uints(four[2], interleave_low_pairs(high, high_too));
-  store_uints(four[3], interleave_high_pairs(high, high_too));
-#else
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    for (std::size_t w = 0; w < 4; ++w) four[lane % 4][lane / 4 * 4 + w] = words[w][lane];
-  }
-#endif
-}
-
-// Writes the records of the visible lanes one after another; the next one overwrites those of the others.
-MOTES_INLINE std::size_t store_records(std::uint32_t* to, const Columns& c, Mask visible) {
-  std::uint32_t first_half[4][kLanes], second_half[4][kLanes];
-  std::int32_t kept[kLanes];
-  transpose(c.word, first_half);
-  transpose(c.word + 4, second_half);
-  store_mask(kept, visible);
-  std::size_t n = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::size_t from = lane / 4 * 4;
-    __builtin_memcpy(to + n * kWords, first_half[lane % 4] + from, 16);
-    __builtin_memcpy(to + n * kWords + 4, second_half[lane % 4] + from, 16);
-    n += static_cast<std::size_t>(kept[lane] & 1);
-  }
-  return n;
 }
 
 MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Kept& k, std::uint32_t* to,
@@ -214,20 +187,23 @@ MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const 
 }
 
 std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
-  const image::WideTask t = task;  // a copy whose members the stores below cannot change
-  const bool one_color = t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
+  const image::WideTask t = task; // a copy whose members the stores below cannot change
+  const bool same = one_color(t);
   const Uints color_of_all = color_vector(t, 0);
   std::size_t n = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
-    const Columns c = project_vector(t, i, one_color ? color_of_all : color_vector(t, i));
+    const Columns c = project_vector(t, i, same ? color_of_all : color_vector(t, i));
     Mask visible = c.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
     if (!any(visible)) continue;
     const Kept k = kept(visible);
     store_kept(out.first_tile + n, k, c.first_tile);
     store_kept(out.last_tile + n, k, c.last_tile);
-    if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.velocity_stride);
-    n += store_records(out.records + n * kWords, c, visible);
+    if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
+    for (int w = 0; 4 * w < t.form.bytes; ++w) {
+      store_kept(out.words + static_cast<std::size_t>(w) * out.stride + n, k, c.word[w]);
+    }
+    n += number_of(k);
   }
   return n;
 }

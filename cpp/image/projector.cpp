@@ -20,17 +20,29 @@ constexpr std::size_t kSlack = 32;
 // the offsets would outweigh the records.
 std::size_t batch_size(std::size_t most, int tiles) { return std::max(most, 16 * static_cast<std::size_t>(tiles)); }
 constexpr std::size_t kFixedBatch = 32768;
-constexpr std::size_t kWideBatch = 8192;
+constexpr std::size_t kNarrowBatch = 16384, kWideBatch = 8192;
 
 template <std::size_t kCount>
 void copy(const Vector& from, float (&to)[kCount]) {
   for (std::size_t i = 0; i < kCount; ++i) to[i] = static_cast<float>(from[i]);
 }
 
+// `unit`: of positions, per pixel.
+LensLanes lens_lanes(const Lens& lens, int unit) {
+  LensLanes lanes{};
+  copy(lens.eye, lanes.eye);
+  copy(lens.right, lanes.right);
+  copy(lens.up, lanes.up);
+  copy(lens.forward, lanes.forward);
+  lanes.scale = static_cast<float>(lens.focal_px * unit);
+  return lanes;
+}
+
 // What both tasks have in common.
 template <class Task>
-Task task_of(const Drawn& particles, const Sprite& sprite, const View& view) {
+Task task_of(const Drawn& particles, const Sprite& sprite, const View& view, int unit) {
   Task t{};
+  t.now = lens_lanes(lens(view), unit);
   for (std::size_t i = 0; i < 3; ++i) {
     t.position[i] = particles.position[i];
     t.color[i] = particles.color[i];
@@ -48,51 +60,28 @@ Task task_of(const Drawn& particles, const Sprite& sprite, const View& view) {
 }
 
 ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View& view) {
-  auto t = task_of<ProjectTask>(particles, sprite, view);
   const Grid grid{view.width, view.height};
-  const Lens lens = image::lens(view);
-  copy(lens.eye, t.eye);
-  copy(lens.right, t.right);
-  copy(lens.up, t.up);
-  copy(lens.forward, t.forward);
+  const int unit = 1 << grid.sub_bits();
+  auto t = task_of<ProjectTask>(particles, sprite, view, unit);
   t.sub_bits = grid.sub_bits();
-  const int unit = 1 << t.sub_bits;
-  t.scale = static_cast<float>(lens.focal_px * unit);
   t.columns = grid.columns();
-  t.footprint = footprint_size(sprite);
-  // Half the image and the largest footprint; at most 32768 - 1 (see Grid::sub_bits).
+  t.footprint = footprint_size(sprite, view.height);
+  // Half the image and the largest footprint; at most 32768 - 1 (see
+  // Grid::sub_bits).
   t.limit_x = static_cast<float>((grid.width + 1) / 2 * unit + 12 * unit);
   t.limit_y = static_cast<float>((grid.height + 1) / 2 * unit + 12 * unit);
   return t;
 }
 
-LensLanes lens_lanes(const Lens& lens) {
-  LensLanes lanes{};
-  copy(lens.eye, lanes.eye);
-  copy(lens.right, lanes.right);
-  copy(lens.up, lanes.up);
-  copy(lens.forward, lanes.forward);
-  lanes.scale = static_cast<float>(lens.focal_px * (1 << kWideBits));
-  return lanes;
-}
-
-// Points, and discs that are drawn as points, are 2 px wide: as much light as their 2x2 pixels get.
-float diameter_of(const Sprite& sprite, int height) {
-  if (sprite.kind == Sprite::Kind::point) return 2;
-  if (sprite.of_height > 0) return sprite.of_height * static_cast<float>(height);
-  return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
-}
-
 WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& view, double dt) {
-  auto t = task_of<WideTask>(particles, sprite, view);
+  auto t = task_of<WideTask>(particles, sprite, view, 1 << kWideBits);
   t.size = particles.size;
   t.size_of_all = particles.size_of_all;
   for (std::size_t i = 0; i < 3; ++i) {
     t.up[i] = particles.up[i];
     t.up_of_all[i] = particles.up_of_all[i];
   }
-  t.now = lens_lanes(lens(view));
-  t.then = lens_lanes(lens_at_opening(view));
+  t.then = lens_lanes(lens_at_opening(view), 1 << kWideBits);
   t.streaks = view.shutter > 0;
   t.open = static_cast<float>(view.shutter * dt);
   t.diameter = diameter_of(sprite, view.height);
@@ -147,7 +136,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   sprite_ = sprite;
   records.head_ = head_of(sprite, view, projection);
   records.buffer_.resize(sizeof records.head_);
-  if (static_cast<Layout>(records.head_.layout) == Layout::wide) {
+  if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);
   } else {
     project_fixed(particles, view, records);
@@ -186,23 +175,27 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
 
 void Projector::project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records) {
   const Grid grid{view.width, view.height};
-  const WideTask task = wide_task(particles, sprite_, view, projection.dt);
-  const std::size_t step = batch_size(kWideBatch, grid.tiles());
+  const auto tiles = static_cast<std::size_t>(grid.tiles());
+  const auto layout = static_cast<Layout>(records.head_.layout);
+  WideTask task = wide_task(particles, sprite_, view, projection.dt);
+  task.form = form(layout);
+  task.bits = grid.far_bits();
+  const std::size_t step = batch_size(layout == Layout::wide ? kWideBatch : kNarrowBatch, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    constexpr std::size_t kWords = sizeof(WideRecord) / 4;
-    projected_.resize((kWords + 6) * stride);
-    std::uint32_t* columns = projected_.data() + kWords * stride;
+    const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
+    projected_.resize((words + 6) * stride);
+    std::uint32_t* columns = projected_.data() + words * stride;
     std::uint32_t* velocity = records.head_.with_velocity != 0 ? columns + 3 * stride : nullptr;
-    const WideBatch batch{projected_.data(), columns, columns + stride, velocity, stride};
+    const WideBatch batch{projected_.data(), stride, columns, columns + stride, velocity};
     std::uint32_t* several = columns + 2 * stride;
     const std::size_t visible = wide_lanes_->project(task, first, last, batch);
     if (visible == 0) continue;
-    cursor_.assign(static_cast<std::size_t>(grid.tiles()), 0);
-    const std::size_t listed = count_wide(batch, visible, grid, cursor_.data(), several);
-    std::byte* to = open_batch(static_cast<std::size_t>(grid.tiles()), bytes_of(records.head_), records);
-    scatter_wide(batch, visible, grid, cursor_.data(), several, listed, to);
+    cursor_.assign(cursors(tiles, static_cast<std::size_t>(grid.columns())), 0);
+    const std::size_t listed = count_wide(batch, visible, layout, grid, cursor_.data(), several);
+    std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
+    scatter_wide(batch, visible, layout, grid, cursor_.data(), several, listed, to);
   }
 }
 

@@ -56,8 +56,13 @@ void RecordsView::check_head() const {
   if (head_.layout >= particles::enumerators<Layout>() || head_.with_velocity > 1 || head_.zero != 0) {
     refuse("unknown layout");
   }
-  const bool in_footprints = head_.pixels >= 1 && head_.pixels <= kMaxFootprint;
-  if (layout() != Layout::wide && !in_footprints) refuse("a sprite that does not fit its layout");
+  Sprite sprite;
+  sprite.kind = static_cast<Sprite::Kind>(head_.kind);
+  sprite.pixels = head_.pixels;
+  sprite.of_height = head_.of_height;
+  const float diameter = diameter_of(sprite, head_.height);
+  if (of_fixed_size(layout()) && !(diameter >= 2 && diameter <= static_cast<float>(kMaxFootprint)))
+    refuse("a sprite that does not fit its layout");
 }
 
 RecordsView::Batch RecordsView::take_batch(std::span<const std::byte>& rest) {

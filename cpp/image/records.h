@@ -76,7 +76,7 @@ class RecordsView {
   int system() const { return static_cast<int>(head_.system); }
   const Grid& grid() const { return grid_; }
   Layout layout() const { return static_cast<Layout>(head_.layout); }
-  bool with_depth() const { return layout() != Layout::plain; }
+  bool with_depth() const { return has_depth(layout()); }
   bool with_velocity() const { return head_.with_velocity != 0; }
   /// Bytes from one record to the next.
   std::size_t record_bytes() const { return image::record_bytes(layout()) + (with_velocity() ? kVelocityBytes : 0); }

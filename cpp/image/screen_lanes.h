@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/project_lanes.h"
+#include "simd/floats3.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -14,28 +16,6 @@ inline constexpr float kLargest = 3.402823466e38f;
 MOTES_INLINE Ints floor_to_ints(Floats v) {
   const Ints towards_zero = to_ints(v);
   return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
-}
-
-MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
-MOTES_INLINE Ints max_ints(Ints a, Ints b) {
-#if MOTES_WIDTH == 512
-  return (Ints)_mm512_max_epi32((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Ints)_mm256_max_epi32((__m256i)a, (__m256i)b);
-#else
-  const Mask first = a > b;
-  return (a & first) | (b & ~first);
-#endif
-}
-MOTES_INLINE Ints min_ints(Ints a, Ints b) {
-#if MOTES_WIDTH == 512
-  return (Ints)_mm512_min_epi32((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Ints)_mm256_min_epi32((__m256i)a, (__m256i)b);
-#else
-  const Mask first = a < b;
-  return (a & first) | (b & ~first);
-#endif
 }
 
 #if MOTES_WIDTH != 0
@@ -70,14 +50,30 @@ MOTES_INLINE Floats load_or(const float* plane, std::size_t i, float of_all) {
 /// The bits of finite numbers, and 0 for others.
 MOTES_INLINE Uints finite_bits(Floats v) { return (Uints)only(abs(v) <= all(kLargest), v); }
 
-template <class Task>
-MOTES_INLINE Uints color_vector(const Task& t, std::size_t i) {
+MOTES_INLINE Uints color_vector(const image::SeenTask& t, std::size_t i) {
   Uints word = to_byte(load_or(t.alpha, i, t.alpha_of_all)) << 24;
   for (int c = 0; c < 3; ++c) word |= to_byte(load_or(t.color[c], i, t.color_of_all[c])) << (8 * c);
   return word;
 }
 
-/// Particles that give no light and hide nothing are not sent. `dark`: see WideTask.
+MOTES_INLINE bool one_color(const image::SeenTask& t) {
+  return t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
+}
+
+/// A place as a camera sees it: metres to the right, upwards and ahead.
+struct Sight {
+  Floats across, upward, depth;
+};
+MOTES_INLINE Sight sight(const image::LensLanes& lens, Floats3 place) {
+  const Floats3 offset = place - all3(lens.eye);
+  return {dot(offset, all3(lens.right)), dot(offset, all3(lens.up)), dot(offset, all3(lens.forward))};
+}
+MOTES_INLINE Floats3 place_of(const image::SeenTask& t, std::size_t i) {
+  return {load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
+}
+
+/// Particles that give no light and hide nothing are not sent. `dark`: see
+/// SeenTask.
 MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
   return (((color | dark) & 0xffffffu) != 0u) & ((color >> 24) != 0u);
 }

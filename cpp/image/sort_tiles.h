@@ -22,10 +22,11 @@ std::size_t count_fixed(const ProjectedBatch& batch, std::size_t count, std::siz
 void scatter_fixed(const ProjectedBatch& batch, std::size_t count, std::size_t columns, std::uint32_t* cursor,
                    const std::uint32_t* several, std::size_t listed, std::byte* records);
 
-/// The same for wide records, which may touch any number of tiles.
-std::size_t count_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* counts,
-                       std::uint32_t* several);
-void scatter_wide(const WideBatch& batch, std::size_t count, const Grid& grid, std::uint32_t* cursor,
+/// The same for records of the other layouts, which may touch any number of
+/// tiles.
+std::size_t count_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid,
+                       std::uint32_t* counts, std::uint32_t* several);
+void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
                   const std::uint32_t* several, std::size_t listed, std::byte* records);
 
-}  // namespace motes::image
+} // namespace motes::image

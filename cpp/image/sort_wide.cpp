@@ -9,13 +9,8 @@ namespace {
 
 constexpr std::int64_t kUnit = 1 << kWideBits;
 
-WideRecord record_at(const WideBatch& b, std::size_t i) {
-  WideRecord record;
-  std::memcpy(&record, b.records + i * (sizeof record / 4), sizeof record);
-  return record;
-}
-
-// Whether a streak comes near a tile: its bounding box may hold many tiles that a slanting streak never touches.
+// Whether a streak comes near a tile: its bounding box may hold many tiles that
+// a slanting streak never touches.
 class Streak {
  public:
   Streak(const WideRecord& r, const Grid& grid)
@@ -46,50 +41,96 @@ void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns,
   }
 }
 
-// The tiles of a particle that touches several.
-template <class Use>
-void for_each_tile(const WideBatch& b, std::size_t i, const Grid& grid, const Use& use) {
-  const auto columns = static_cast<std::size_t>(grid.columns());
-  const WideRecord record = record_at(b, i);
-  if (record.dx == 0 || record.dy == 0) {
-    return for_each_tile(b.first_tile[i], b.last_tile[i], columns, use, [](auto, auto) { return true; });
+// Copies the words of a record from their columns.
+template <int kWords, bool kVelocity>
+void copy_record(const WideBatch& b, std::size_t i, std::byte* to) {
+  for (std::size_t w = 0; w < kWords; ++w) std::memcpy(to + 4 * w, b.words + w * b.stride + i, 4);
+  for (std::size_t c = 0; kVelocity && c < 3; ++c) {
+    std::memcpy(to + 4 * (kWords + c), b.velocity + c * b.stride + i, 4);
   }
-  const Streak streak(record, grid);
-  for_each_tile(b.first_tile[i], b.last_tile[i], columns, use,
-                [&](auto column, auto row) { return streak.near(column, row); });
 }
+
+WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid) {
+  std::byte bytes[sizeof(WideRecord)];
+  for (std::size_t w = 0; 4 * w < static_cast<std::size_t>(form.bytes); ++w) {
+    std::memcpy(bytes + 4 * w, b.words + w * b.stride + i, 4);
+  }
+  return wide_record(form, grid.far_bits(), bytes);
+}
+
+// Uses one tile after another of a particle that touches several.
+class Tiles {
+ public:
+  Tiles(const WideBatch& batch, Layout layout, const Grid& grid)
+      : batch_(batch), form_(form(layout)), grid_(grid), columns_(static_cast<std::size_t>(grid.columns())) {}
+
+  /// use(tile, wanted): most particles touch two or four tiles, which two is
+  /// random, and a misprediction costs more than a tile that is not wanted.
+  template <class Use>
+  void each(std::size_t i, const Use& use) const {
+    const std::uint32_t first = batch_.first_tile[i], last = batch_.last_tile[i];
+    const std::uint32_t across = (last & 0xffffu) - (first & 0xffffu), down = (last >> 16) - (first >> 16);
+    if (across <= 1 && down <= 1) {
+      const std::size_t tile = (first >> 16) * columns_ + (first & 0xffffu);
+      use(tile, true);
+      use(tile + across, across != 0);
+      use(tile + down * columns_, down != 0);
+      return use(tile + across + down * columns_, (across & down) != 0);
+    }
+    const WideRecord record = record_at(batch_, i, form_, grid_);
+    const auto all = [&](std::size_t tile) { use(tile, true); };
+    if (form_.way == 0 || record.dx == 0 || record.dy == 0) {
+      return for_each_tile(first, last, columns_, all, [](auto, auto) { return true; });
+    }
+    const Streak streak(record, grid_);
+    for_each_tile(first, last, columns_, all, [&](auto column, auto row) { return streak.near(column, row); });
+  }
+
+ private:
+  const WideBatch& batch_;
+  RecordForm form_;
+  Grid grid_;
+  std::size_t columns_;
+};
 
 std::size_t first_tile(const WideBatch& b, std::size_t i, std::size_t columns) {
   return (b.first_tile[i] >> 16) * columns + (b.first_tile[i] & 0xffffu);
 }
 
-template <bool kVelocity>
-void scatter(const WideBatch b, std::size_t count, const Grid grid, std::uint32_t* cursor, const std::uint32_t* several,
-             std::size_t listed, std::byte* records) {
-  constexpr std::size_t kBytes = sizeof(WideRecord) + (kVelocity ? kVelocityBytes : 0);
-  const auto put = [&](std::size_t i, std::byte* to) {
-    std::memcpy(to, b.records + i * (sizeof(WideRecord) / 4), sizeof(WideRecord));
-    for (std::size_t c = 0; kVelocity && c < 3; ++c) {
-      std::memcpy(to + sizeof(WideRecord) + 4 * c, b.velocity + c * b.velocity_stride + i, 4);
-    }
-  };
+template <int kWords, bool kVelocity>
+void scatter(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
+             const std::uint32_t* several, std::size_t listed, std::byte* records) {
+  constexpr std::size_t kBytes = 4 * kWords + (kVelocity ? kVelocityBytes : 0);
   const auto columns = static_cast<std::size_t>(grid.columns());
   std::byte nowhere[kBytes];
+  const auto put_if = [&](std::size_t i, std::size_t tile, bool wanted) {
+    copy_record<kWords, kVelocity>(b, i, wanted ? records + cursor[tile] * kBytes : nowhere);
+    cursor[tile] += wanted;
+  };
   for (std::size_t i = 0; i < count; ++i) {
-    const std::size_t tile = first_tile(b, i, columns);
-    const bool alone = b.first_tile[i] == b.last_tile[i];
-    put(i, alone ? records + cursor[tile] * kBytes : nowhere);
-    cursor[tile] += alone;
+    put_if(i, first_tile(b, i, columns), b.first_tile[i] == b.last_tile[i]);
   }
+  const Tiles tiles(b, layout, grid);
   for (std::size_t k = 0; k < listed; ++k) {
-    for_each_tile(b, several[k], grid, [&](std::size_t tile) { put(several[k], records + cursor[tile]++ * kBytes); });
+    tiles.each(several[k], [&](std::size_t tile, bool wanted) { put_if(several[k], tile, wanted); });
   }
 }
 
-}  // namespace
+template <bool kVelocity, class... Arguments>
+void scatter_words(int words, const Arguments&... arguments) {
+  switch (words) {
+    case 3: return scatter<3, kVelocity>(arguments...);
+    case 4: return scatter<4, kVelocity>(arguments...);
+    case 5: return scatter<5, kVelocity>(arguments...);
+    default: return scatter<8, kVelocity>(arguments...);
+  }
+}
 
-// Particles in one tile are counted free of branches, as those of fixed size are.
-std::size_t count_wide(const WideBatch& b, std::size_t count, const Grid& grid, std::uint32_t* counts,
+} // namespace
+
+// Particles in one tile are counted free of branches, as those of fixed size
+// are.
+std::size_t count_wide(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* counts,
                        std::uint32_t* several) {
   const auto columns = static_cast<std::size_t>(grid.columns());
   std::size_t listed = 0;
@@ -99,18 +140,20 @@ std::size_t count_wide(const WideBatch& b, std::size_t count, const Grid& grid, 
     several[listed] = static_cast<std::uint32_t>(i);
     listed += !alone;
   }
+  const Tiles tiles(b, layout, grid);
   for (std::size_t k = 0; k < listed; ++k) {
-    for_each_tile(b, several[k], grid, [&](std::size_t tile) { ++counts[tile]; });
+    tiles.each(several[k], [&](std::size_t tile, bool wanted) { counts[tile] += wanted; });
   }
   return listed;
 }
 
-void scatter_wide(const WideBatch& b, std::size_t count, const Grid& grid, std::uint32_t* cursor,
+void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
                   const std::uint32_t* several, std::size_t listed, std::byte* records) {
-  if (b.velocity != nullptr) {
-    scatter<true>(b, count, grid, cursor, several, listed, records);
+  const int words = form(layout).bytes / 4;
+  if (batch.velocity != nullptr) {
+    scatter_words<true>(words, batch, count, layout, grid, cursor, several, listed, records);
   } else {
-    scatter<false>(b, count, grid, cursor, several, listed, records);
+    scatter_words<false>(words, batch, count, layout, grid, cursor, several, listed, records);
   }
 }
 

@@ -17,6 +17,7 @@ using image::TilePlanes;
 struct Place {
   std::ptrdiff_t light, pixel;
   int row;
+  int block; // see DepthBlocks
 };
 
 // False where the record does not belong to this tile.
@@ -64,12 +65,23 @@ MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std
 }
 #endif
 
+// Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
+// pixels of all than to predict which ones need it.
+bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  constexpr std::size_t kSample = 32;
+  const std::size_t number = count < kSample ? count : kSample;
+  std::size_t nearer = 0;
+  for (std::size_t i = 0; i < number; ++i, records += s.record_bytes) nearer += word_at(records + 8) <= tile.nearest;
+  return nearer * 8 > number && nearer * 8 < number * 7;
+}
+
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
 void add_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
   const TilePlanes tile = planes;
   const Channels channel = channels();
   const Spread spreading = spread();
+  const bool mixed = kDepth && !kFade && is_mixed(tile, s, records, count);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     Place at;
@@ -79,7 +91,7 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
     const Light light = light_of(channel, word_at(r + 4));
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     std::uint32_t* to = tile.light + at.light;
-    if (!kFade && (!kDepth || depth <= tile.nearest)) {
+    if (!kFade && (!kDepth || (!mixed && depth <= tile.nearest))) {
 #if MOTES_WIDTH == 512
       if (kVectors == 1 && s.size == 2) {
         add_point<kSaturating>(light, weights, to);
@@ -108,13 +120,14 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   const Channels channel = channels();
   const Spread spreading = spread();
   const bool flat = s.cover == s.weights;
+  const bool mixed = kDepth && !kFade && is_mixed(tile, s, records, count);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     Place at;
     if (!place(s, word_at(r), at)) continue;
     const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
     if (kDepth && depth > tile.farthest) continue;
-    const bool test = kDepth && (kFade || depth > tile.nearest);
+    const bool test = kDepth && (kFade || mixed || depth > tile.nearest);
     const std::uint32_t color = word_at(r + 4);
     const Light light = light_of(channel, color);
     const Uints alpha = all_uints(color >> 24);
@@ -171,8 +184,8 @@ void flat_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   }
 }
 
-// `kVectors` of kWidth pixels.
-template <int kVectors>
+// `kVectors` of kWidth pixels; kHalf: the last one of half as many.
+template <int kVectors, bool kHalf>
 void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
   image::Nearest* const surfaces = planes.surfaces;
@@ -193,7 +206,9 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
         const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
         const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
         keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
-        if (bits >> kLongs != 0) keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
+        if (!kHalf || j + 1 < kVectors) {
+          keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
+        }
       }
       shade += image::kSurfaceRow;
       bulge += image::kSurfaceRow;
@@ -201,37 +216,29 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
   }
 }
 
-template <int kVectors, bool kSaturating>
-MOTES_INLINE void add_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  const bool depth = s.with_depth && tile.hides;
-  if (!depth) return add_records<kVectors, kSaturating, false, false>(tile, s, records, count);
-  if (!(s.fade > 0)) return add_records<kVectors, kSaturating, true, false>(tile, s, records, count);
-  add_records<kVectors, kSaturating, true, true>(tile, s, records, count);
+template <int kVectors, bool kSaturating, bool kOver, bool kDepth, bool kFade>
+MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const unsigned char* records,
+                                std::size_t count) {
+  if constexpr (kOver) return over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
+  add_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
 }
 
-template <int kVectors, bool kSaturating>
-MOTES_INLINE void over_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+template <int kVectors, bool kSaturating, bool kOver>
+MOTES_INLINE void blend_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   const bool depth = s.with_depth && tile.hides;
-  if (!depth) return over_records<kVectors, kSaturating, false, false>(tile, s, records, count);
-  if (!(s.fade > 0)) return over_records<kVectors, kSaturating, true, false>(tile, s, records, count);
-  over_records<kVectors, kSaturating, true, true>(tile, s, records, count);
+  if (!depth) return blend_records<kVectors, kSaturating, kOver, false, false>(tile, s, records, count);
+  if (!(s.fade > 0)) return blend_records<kVectors, kSaturating, kOver, true, false>(tile, s, records, count);
+  blend_records<kVectors, kSaturating, kOver, true, true>(tile, s, records, count);
 }
 
 // The number of vectors per row is a constant of each build's loop.
-template <int kVectors>
-void add_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+template <int kVectors, bool kOver>
+void blend_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
-    if (kVectors * kWidth < 3 * s.size) return add_from<kVectors + 1>(tile, s, records, count);
+    if (kVectors * kWidth < 3 * s.size) return blend_from<kVectors + 1, kOver>(tile, s, records, count);
   }
-  s.saturating ? add_in<kVectors, true>(tile, s, records, count) : add_in<kVectors, false>(tile, s, records, count);
-}
-
-template <int kVectors>
-void over_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
-    if (kVectors * kWidth < 3 * s.size) return over_from<kVectors + 1>(tile, s, records, count);
-  }
-  s.saturating ? over_in<kVectors, true>(tile, s, records, count) : over_in<kVectors, false>(tile, s, records, count);
+  s.saturating ? blend_in<kVectors, true, kOver>(tile, s, records, count)
+               : blend_in<kVectors, false, kOver>(tile, s, records, count);
 }
 
 template <int kVectors>
@@ -247,14 +254,15 @@ void round_from(const TilePlanes& tile, const Splat& s, const unsigned char* rec
   if constexpr (kVectors * kWidth < image::kMaxFootprint) {
     if (kVectors * kWidth < s.size) return round_from<kVectors + 1>(tile, s, records, count);
   }
-  round_records<kVectors>(tile, s, records, count);
+  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true>(tile, s, records, count);
+  round_records<kVectors, false>(tile, s, records, count);
 }
 
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  add_from<1>(tile, s, records, count);
+  blend_from<1, false>(tile, s, records, count);
 }
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  over_from<1>(tile, s, records, count);
+  blend_from<1, true>(tile, s, records, count);
 }
 void opaque_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   s.bulge != nullptr ? round_from<1>(tile, s, records, count) : flat_from<1>(tile, s, records, count);
@@ -277,20 +285,47 @@ MOTES_INLINE Uints surface_light(Uints surface, Uints shift) {
   return ((multiply_short(surface >> shift & 0xffu, surface >> 24) + 8u) >> 4) * 255u;
 }
 
+// Surfaces and depths of a vector of pixels.
+MOTES_INLINE void split(const image::Nearest* from, Uints& surface, Uints& depth) {
+#if MOTES_WIDTH == 512
+  const __m512i low = _mm512_loadu_si512(from), high = _mm512_loadu_si512(from + kLongs);
+  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+  surface = (Uints)_mm512_permutex2var_epi32(low, even, high);
+  depth = (Uints)_mm512_permutex2var_epi32(low, _mm512_add_epi32(even, _mm512_set1_epi32(1)), high);
+#elif MOTES_WIDTH == 256
+  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
+  const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
+  const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
+  surface = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);
+  depth = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0xdd), 0xd8);
+#else
+  for (int lane = 0; lane < kWidth; ++lane) {
+    surface[lane] = static_cast<std::uint32_t>(from[lane]);
+    depth[lane] = static_cast<std::uint32_t>(from[lane] >> 32);
+  }
+#endif
+}
+
 image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
   const Spread spreading = spread();
   const Shifts shifts = channel_shifts();
   Ints least = (Ints)all_uints(0x7f800000u), greatest{};
   for (int row = 0; row < rows; ++row) {
     const std::ptrdiff_t first = static_cast<std::ptrdiff_t>(row) * kPixelStride;
-    // The row's surfaces where they are seen, elsewhere 0: of those that are seen the shade is at least 1.
-    std::uint32_t seen[image::kTile + kLanes];
-    for (int x = 0; x < columns; ++x) {
-      const image::Nearest surface = tile.surfaces[first + x];
-      std::uint32_t& depth = tile.depth[first + x];
-      const bool shows = surface < image::no_surface(depth);
-      seen[x] = shows ? static_cast<std::uint32_t>(surface) : 0u;
-      depth = shows ? static_cast<std::uint32_t>(surface >> 32) : depth;
+    // The row's surfaces where they are seen, elsewhere 0: of those that are
+    // seen the shade is at least 1. Whole vectors: what is beyond the last
+    // column is not looked at.
+    std::uint32_t seen[image::kTile + 2 * kLanes];
+    for (int x = 0; x < columns; x += kWidth) {
+      Uints surface, front;
+      split(tile.surfaces + first + x, surface, front);
+      const Uints depth = load_uints(tile.depth + first + x);
+      // Depths are bits of positive floats; the greatest surface stands for
+      // none.
+      const Mask nearer = (Ints)front < (Ints)depth;
+      const Mask shows = nearer | (((Ints)front == (Ints)depth) & (Mask)(surface != image::kNoSurface));
+      store_uints(seen + x, surface & (Uints)shows);
+      store_uints(tile.depth + first + x, (front & (Uints)shows) | (depth & ~(Uints)shows));
     }
     for (int x = columns; x < columns + kWidth; ++x) seen[x] = 0;
     std::uint32_t* light = tile.light + static_cast<std::ptrdiff_t>(row) * kLightStride;

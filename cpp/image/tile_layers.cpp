@@ -9,9 +9,6 @@
 namespace motes::image {
 namespace {
 
-// A record's colour follows its position: see layout.h.
-std::size_t color_at(Layout layout) { return layout == Layout::wide ? 8 : 4; }
-
 using Velocity = std::array<float, 3>;
 
 // Writes a velocity where a row of one record is what is nearest, and clears that row. Of two records that look the
@@ -40,7 +37,7 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
     if (!piece.brush->blends(Sprite::Blend::alpha)) continue;
     const std::size_t bytes = piece.brush->record_bytes();
     black.emplace_back(piece.records, piece.records + piece.count * bytes);
-    for (std::size_t i = color_at(piece.brush->layout()); i < black.back().size(); i += bytes) {
+    for (auto i = static_cast<std::size_t>(form(piece.brush->layout()).color); i < black.back().size(); i += bytes) {
       std::fill_n(black.back().begin() + static_cast<std::ptrdiff_t>(i), 3, std::byte{0});
     }
     hiding.push_back({piece.brush, black.back().data(), piece.count});

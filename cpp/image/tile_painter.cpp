@@ -145,7 +145,7 @@ void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
 }
 
 void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) const {
-  if (piece.brush->layout() == Layout::wide) {
+  if (!of_fixed_size(piece.brush->layout())) {
     kernels(*piece.brush).opaque(planes, piece.brush->wide_at(area_), raw(piece.records), piece.count);
   } else {
     lanes_->opaque(planes, piece.brush->splat_at(area_.x, area_.y), raw(piece.records), piece.count);
@@ -155,8 +155,10 @@ void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) cons
 void TilePainter::blend(const Piece& piece) {
   const Brush& brush = *piece.brush;
   const bool over = brush.blends(Sprite::Blend::alpha);
-  if (brush.layout() == Layout::wide) {
+  if (!of_fixed_size(brush.layout())) {
     WideSplat task = brush.wide_at(area_);
+    if (task.one_size && stamps_.empty()) stamps_.resize(kStamps);
+    task.stamps = stamps_.data();
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       task.saturating = saturating_;

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "image/buffer.h"
 #include "image/ordered.h"
@@ -88,6 +89,7 @@ class TilePainter {
   BufferOf<std::uint32_t> light_, depth_;
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
+  std::vector<Stamp> stamps_;
   Ordered ordered_;
 };
 

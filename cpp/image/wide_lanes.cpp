@@ -2,25 +2,26 @@
 #include "image/wide_lanes.h"
 
 #include "image/all_kinds.h"
+#include "image/disc_lanes.h"
 #include "image/grid.h"
+#include "image/stamp_lanes.h"
 
 namespace motes::MOTES_ISA {
 namespace {
 
-using image::kLightStride;
 using image::kPixelStride;
 using image::TilePlanes;
 using image::WideSplat;
 
-// The greatest weight of light, so that the opacity of 255 stays below 65536: see opacity_of().
-constexpr float kFull = 255 * 256;
-
 // Longer streaks of narrow sprites, px, are not normalised: that they lie between pixels evens out along their way.
 constexpr float kLongest = 512;
 
+MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {
+  return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes));
+}
+
 WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
-  image::WideRecord r;
-  __builtin_memcpy(&r, bytes, sizeof r);
+  const image::WideRecord r = record_of(task, bytes);
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);
   WideSprite s;
   s.x = static_cast<float>(r.x - task.origin_x) * kUnit;
@@ -35,202 +36,176 @@ WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
   s.up_x = oriented ? static_cast<float>(r.up_x) * (1.0f / 32767) : 0;
   s.up_y = oriented ? static_cast<float>(r.up_y) * (1.0f / 32767) : -1;
   s.light = static_cast<float>(r.light) * (1.0f / image::kAllLight);
-  s.color = word_at(bytes + 8);
+  __builtin_memcpy(&s.color, r.color, sizeof s.color);
   s.depth = r.depth;
   return s;
 }
 
-// Pixels from first to last: those of a sprite, or none.
-struct Pixels {
-  int first, last;
-};
-MOTES_INLINE Pixels between(float low, float high, int least, int greatest) {
-  // One more at each end: rounding must not lose a pixel.
-  Pixels p{least, greatest};
-  if (low > static_cast<float>(least) + 1)
-    p.first = low < static_cast<float>(greatest) + 2 ? static_cast<int>(low) - 1 : greatest + 1;
-  if (high < static_cast<float>(greatest) - 1)
-    p.last = high > static_cast<float>(least) - 2 ? static_cast<int>(high + 2) - 1 : least - 1;
-  return p;
-}
-MOTES_INLINE Pixels rows_of(const WideSprite& s, float reach, int least, int greatest) {
-  const float extent = reach + s.half * (s.along_y < 0 ? -s.along_y : s.along_y);
-  return between(s.y - extent, s.y + extent, least, greatest);
-}
-// In one row: what is within `reach` of the streak's line, and not beyond its ends.
-struct Outline {
-  float extent;       // to each side of the middle
-  float shift, side;  // per row: where the streak's line is, and how far its edge is from there
-
-  MOTES_INLINE Outline(const WideSprite& s, float reach) {
-    extent = reach + s.half * (s.along_x < 0 ? -s.along_x : s.along_x);
-    const float slope = s.along_y < 0 ? -s.along_y : s.along_y;
-    const bool steep = s.half > 0 && slope > 0.01f;
-    shift = steep ? s.along_x / s.along_y : 0;
-    side = steep ? reach / slope : extent;
-  }
-};
-MOTES_INLINE Pixels columns_of(const WideSprite& s, const Outline& o, float y, int least, int greatest) {
-  const float middle = y * o.shift;
-  const float low = middle - o.side > -o.extent ? middle - o.side : -o.extent;
-  const float high = middle + o.side < o.extent ? middle + o.side : o.extent;
-  return between(s.x + low, s.x + high, least, greatest);
+MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes, DiscGroup& g, int k) {
+  const image::WideRecord r = record_of(task, bytes);
+  g.at_x[k] = r.x;
+  g.at_y[k] = r.y;
+  __builtin_memcpy(g.color + k, r.color, sizeof g.color[k]);
+  g.depth[k] = r.depth;
+  g.size[k] = r.size;
+  g.light[k] = r.light;
+  g.dx[k] = r.dx;
+  g.dy[k] = r.dy;
 }
 
-MOTES_INLINE Floats numbers_from(int first) {
-  Floats v;
-  for (int lane = 0; lane < kWidth; ++lane) v[lane] = static_cast<float>(lane);
-  return v + static_cast<float>(first);
-}
-
-MOTES_INLINE Uints weight_of(Floats part, float scale, float most) {
-  return (Uints)to_ints(clamp(part * scale, 0, most) + 0.5f);
-}
-
-// What weights are multiplied by. Narrow sprites are sampled by so few pixels that their light would depend on where
-// they are: it is divided by the sum over all pixels, inside the tile or not.
-template <class Kind>
-float scale_of(const Kind& kind) {
-  const WideSprite& s = kind.s;
-  if (!(s.radius < Kind::kNarrow) || !(s.half < kLongest)) return kFull;
-  const float reach = kind.reach();
-  const Outline outline(s, reach);
+// The sum of the weights of all rows, and the greatest of them.
+struct Weighed {
   std::uint64_t sum = 0;
-  const int far = 1 << 20;
-  const Pixels rows = rows_of(s, reach, -far, far);
-  for (int row = rows.first; row <= rows.last; ++row) {
-    const float y = static_cast<float>(row) - s.y;
-    const Pixels columns = columns_of(s, outline, y, -far, far);
-    for (int x = columns.first; x <= columns.last; x += kWidth) {
-      const Uints weight = weight_of(kind.measured(kind.glow(numbers_from(x) - s.x, all(y))), kFull, kFull);
-      for (int lane = 0; lane < kWidth; ++lane) sum += x + lane <= columns.last ? weight[lane] : 0;
+  int most = 1;
+};
+MOTES_INLINE void count(const PatchPart& p, const std::uint16_t* weights, Weighed& all) {
+  Uints sum{};
+  Shorts most{};
+  for (int strip = 0; strip < p.strips; ++strip, weights += p.stride * kStrip) {
+    for (int row = 0; row < p.rows; row += kRowsAtOnce) {
+      Shorts v;
+      __builtin_memcpy(&v, weights + row * kStrip, sizeof v);
+      v = rows_within(v, row, p.rows);
+      sum += pair_sums(v);
+      most = max_shorts(most, v);
     }
   }
-  if (sum == 0) return kFull;
-  return kFull * (kind.total() * kFull / static_cast<float>(sum));
+  all.sum += sum_of(sum);
+  for (int lane = 0; lane < kShorts; ++lane) all.most = most[lane] > all.most ? most[lane] : all.most;
 }
 
-// All values of a vector of pixels to three lanes per pixel: lane l of vector j takes pixel (l + kWidth * j) / 3.
-struct Spread3 {
-#if MOTES_WIDTH >= 256
-  Uints from[3];
-#endif
-};
-MOTES_INLINE Spread3 spread3() {
-  Spread3 s;
-#if MOTES_WIDTH >= 256
-  for (int j = 0; j < 3; ++j) {
-    for (int lane = 0; lane < kWidth; ++lane) s.from[j][lane] = static_cast<std::uint32_t>((lane + kWidth * j) / 3);
-  }
-#endif
-  return s;
-}
-MOTES_INLINE Uints spread(const Spread3& s, Uints pixels, int j) {
-#if MOTES_WIDTH == 512
-  return (Uints)_mm512_maskz_permutexvar_epi32(0xffff, (__m512i)s.from[j], (__m512i)pixels);
-#elif MOTES_WIDTH == 256
-  return (Uints)_mm256_permutevar8x32_epi32((__m256i)pixels, (__m256i)s.from[j]);
-#else
-  (void)s;
-  const Uints p = pixels;
-  return j == 0   ? Uints{p[0], p[0], p[0], p[1]}
-         : j == 1 ? Uints{p[1], p[1], p[2], p[2]}
-                  : Uints{p[2], p[3], p[3], p[3]};
-#endif
-}
-
-// True in the lanes of a channel, for each of the three vectors.
-struct ChannelMasks {
-  Uints part[3][3];
-};
-MOTES_INLINE ChannelMasks channel_masks() {
-  ChannelMasks m;
-  for (int c = 0; c < 3; ++c) {
-    for (int j = 0; j < 3; ++j) {
-      for (int lane = 0; lane < kWidth; ++lane) m.part[c][j][lane] = (lane + kWidth * j) % 3 == c ? 0xffffffffu : 0u;
+template <class Kind>
+MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  Weighed all;
+  for (int row = o.first; row <= o.last; row += kPatchRows) {
+    const int last = row + kPatchRows - 1 < o.last ? row + kPatchRows - 1 : o.last;
+    for (int strip = 0; strip < o.strips; strip += kPatchStrips) {
+      const int strips = o.strips - strip < kPatchStrips ? o.strips - strip : kPatchStrips;
+      place_rows(patch, kind.s, o, row, last, strip, strips);
+      kind.weigh(patch);
+      count(patch, Kind::measured(patch), all);
     }
   }
-  return m;
+  return all;
 }
 
-// Weights of light and cover at a vector of pixels.
-struct Weights {
-  Uints cover, light[3];
-};
+template <class Kind>
+MOTES_INLINE bool is_narrow(const Kind& kind) {
+  return kind.s.radius < Kind::kNarrow && kind.s.half < kLongest;
+}
 
-template <bool kColored>
-struct Drawing {
-  Channels channel = channels();
-  Spread3 spreading = spread3();
-  ChannelMasks masks;
+// What a weight of 1 shines: so much that the weights' sum is the sprite's light.
+template <class Kind>
+MOTES_INLINE float unit_of(const Kind& kind, const Weighed& all) {
+  const float unit = kind.total() / (all.sum > 0 ? static_cast<float>(all.sum) : kind.usual_sum());
+  const float most = image::kMostLight / (all.sum > 0 ? static_cast<float>(all.most) : kind.greatest());
+  return unit < most ? unit : most;
+}
 
-  MOTES_INLINE Drawing() {
-    if constexpr (kColored) masks = channel_masks();
+// Rows first .. last, which are in the tile.
+MOTES_INLINE void place_in_tile(PatchPart& part, const WideSprite& s, const Outline& o, int first, int last,
+                                int columns) {
+  // Rows that follow a streak are not wide; others all begin at the same column.
+  int from = 0, strips = o.strips;
+  if (o.slope == 0) {
+    const int left = floor_of(o.left) + 1, end = (columns - left + kStrip - 1) / kStrip;
+    from = left < 0 ? -left / kStrip : 0;
+    strips = (o.strips < end ? o.strips : end) - from;
   }
-  MOTES_INLINE Uints light(const Weights& w, int j) const {
-    if constexpr (!kColored) return spread(spreading, w.light[0], j);
-    return (spread(spreading, w.light[0], j) & masks.part[0][j]) |
-           (spread(spreading, w.light[1], j) & masks.part[1][j]) |
-           (spread(spreading, w.light[2], j) & masks.part[2][j]);
-  }
-};
+  place_rows(part, s, o, first, last, from, strips);
+}
 
-MOTES_INLINE Weights hide(Weights w, Uints visible) {
-  w.cover &= visible;
-  for (Uints& light : w.light) light &= visible;
-  return w;
+// Computes the weights of what is in the tile, rows first .. last; returns what a weight of 1 shines.
+template <class Kind>
+MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last, int columns,
+                         Patch<Kind::kPlanes>& patch) {
+  const bool narrow = is_narrow(kind);
+  if (narrow && o.last - o.first < kPatchRows && o.strips <= kPatchStrips) {
+    place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
+    kind.weigh(patch);
+    Weighed all;
+    count(patch, Kind::measured(patch), all);
+    return unit_of(kind, all);
+  }
+  const float unit = unit_of(kind, narrow ? count_blocks(kind, o, patch) : Weighed{});
+  place_in_tile(patch, kind.s, o, first, last, columns);
+  kind.weigh(patch);
+  return unit;
+}
+
+// Of something within a box, whether any of it is in the tile.
+MOTES_INLINE bool beside(const WideSplat& task, const WideSprite& s, float box_x) {
+  const float extent = box_x + s.half * size_of(s.along_x);
+  return s.x + extent <= 0 || s.x - extent >= static_cast<float>(task.columns - 1);
 }
 
 template <class Kind, bool kOver, bool kSaturating>
-MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& s,
-                           const Drawing<Kind::kColored>& drawing) {
-  if (tile.hides && s.depth > tile.farthest) return;
-  const Kind kind(task, s);
-  const float reach = kind.reach();
-  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
-  const Pixels rows = rows_of(s, reach, 0, task.rows - 1);
-  if (rows.first > rows.last) return;
-  const float scale = scale_of(kind);
-  const Outline outline(s, reach);
-  const Light color = light_of(drawing.channel, s.color);
-  const Uints alpha = all_uints(s.color >> 24);
-  for (int row = rows.first; row <= rows.last; ++row) {
-    const float y = static_cast<float>(row) - s.y;
-    const Pixels columns = columns_of(s, outline, y, 0, task.columns - 1);
-    for (int x = columns.first; x <= columns.last; x += kWidth) {
-      const Glow glow = kind.glow(numbers_from(x) - s.x, all(y));
-      Floats left = all(1.0f);
-      Uints visible = ~Uints{};
-      if (test) {
-        const Uints wall = load_uints(tile.depth + static_cast<std::ptrdiff_t>(row) * kPixelStride + x);
-        visible = (Uints)((Ints)wall >= (Ints)all_uints(s.depth));
-        if (task.fade > 0) {
-          left = clamp(((Floats)wall - (Floats)all_uints(s.depth)) * task.fade, 0, 1);
-        }
-      }
-      Weights w;
-      w.cover = weight_of(glow.cover * left, scale, kFull);
-      for (int c = 0; c < 3; ++c) w.light[c] = weight_of(glow.light[c] * left, scale, kFull * image::kMostLight);
-      w = hide(w, visible);
-      std::uint32_t* to = tile.light + static_cast<std::ptrdiff_t>(row) * kLightStride + 3 * x;
-      const int lanes = 3 * (columns.last - x + 1);
-      for (int j = 0; j < 3 && j * kWidth < lanes; ++j) {
-        const Uints more = (color.part[j] * drawing.light(w, j)) >> 8;
-        Uints before = load_uints(to + j * kWidth);
-        if (kOver) before = behind(before, opacity_of((alpha * spread(drawing.spreading, w.cover, j)) >> 8));
-        Uints sum = before + more;
-        if (kSaturating) sum |= (Uints)(sum < before);
-        store_uints(to + j * kWidth, sum);
-      }
+MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
+                           const Channels& channel, Patch<Kind::kPlanes>& patch) {
+  if (tile.hides && sprite.depth > tile.farthest) return;
+  const Kind kind(task, sprite);
+  const WideSprite& s = kind.s;
+  const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
+  const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
+  if (first > last || beside(task, s, kind.box_x())) return;
+  const float unit = weigh(kind, o, first, last, task.columns, patch);
+  Tint tint;
+  if (!tint_of(channel, s.color, unit, tint)) return;
+  if (tile.hides && (task.fade > 0 || s.depth > tile.nearest)) {
+    draw_patch<Kind::kPlanes, kOver, kSaturating, true>(tile, patch, tint, first, last, task.columns, s.depth,
+                                                        task.fade);
+  } else {
+    draw_patch<Kind::kPlanes, kOver, kSaturating, false>(tile, patch, tint, first, last, task.columns, 0, 0);
+  }
+}
+
+// Streaks of sprites of one size: see Stamp. Long ones are drawn alone.
+template <class Kind, bool kOver, bool kSaturating>
+void draw_streaks(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  const TilePlanes tile = planes;
+  const WideSplat t = task;
+  const Channels channel = channels();
+  DiscGroup g;
+  Patch<1> patch;
+  for (std::size_t i = 0; i < count; ++i, records += t.record_bytes) {
+    if (draw_streak<kOver, kSaturating>(tile, t, record_of(t, records), g, channel)) continue;
+    draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, records), channel, patch);
+  }
+}
+
+// Discs and points: see DiscGroup. Large ones are drawn alone.
+template <class Kind, bool kOver, bool kSaturating>
+void draw_groups(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  const TilePlanes tile = planes;
+  const Channels channel = channels();
+  DiscGroup g;
+  Patch<1> patch;
+  const auto bytes = static_cast<std::size_t>(task.record_bytes);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
+    const unsigned char* first = records + i * bytes;
+    for (int k = 0; k < number; ++k) read_record(task, first + static_cast<std::size_t>(k) * bytes, g, k);
+    prepare(g, tile, task, number);
+    weigh(g, number);
+    for (int k = 0; k < number; ++k) {
+      if (g.state[k] == kStill || g.state[k] == kMoving) draw<kOver, kSaturating>(tile, task, g, k, channel);
+      if (g.state[k] != kLarge) continue;
+      const WideSprite s = sprite_from(task, first + static_cast<std::size_t>(k) * bytes);
+      draw_one<Kind, kOver, kSaturating>(tile, task, s, channel, patch);
     }
   }
 }
 
 template <class Kind, bool kOver, bool kSaturating>
 void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  const Drawing<Kind::kColored> drawing;
+  if constexpr (Kind::kPlanes == 1) {
+    if (task.one_size) return draw_streaks<Kind, kOver, kSaturating>(tile, task, records, count);
+  }
+  if constexpr (Kind::kPlanes == 1) return draw_groups<Kind, kOver, kSaturating>(tile, task, records, count);
+  const Channels channel = channels();
+  Patch<Kind::kPlanes> patch;
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-    draw_one<Kind, kOver, kSaturating>(tile, task, sprite_from(task, records), drawing);
+    draw_one<Kind, kOver, kSaturating>(tile, task, sprite_from(task, records), channel, patch);
   }
 }
 
@@ -260,31 +235,40 @@ MOTES_INLINE unsigned bits_of(Mask mask) {
 #endif
 }
 
+// Where a vector of pixels is covered; `at`: see for_each_vector().
+MOTES_INLINE void keep_row(const TilePlanes& tile, const PatchPart& part, int at, unsigned covered, Longs first,
+                           Longs second) {
+  const auto keep = [&](int from, unsigned bits, Longs nearest) {
+    const int row = from / kStrip % part.stride, strip = from / kStrip / part.stride;
+    const int column = part.start[row] + strip * kStrip + from % kStrip;
+    if (bits == 0 || row >= part.rows || column <= -kStrip || column >= image::kTile) return;
+    keep_nearest(tile.surfaces + static_cast<std::ptrdiff_t>(part.first + row) * kPixelStride + column, nearest, bits);
+  };
+  keep(at, covered & ((1u << kLongs) - 1), first);
+  keep(at + kLongs, covered >> kLongs, second);
+}
+
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  PatchPart part;
   for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-    const WideSprite s = sprite_from(task, records);
-    const Kind kind(task, s);
-    const float reach = kind.reach();
+    const Kind kind(task, sprite_from(task, records));
+    const WideSprite& s = kind.s;
+    const Outline o = outline_of(s, s.radius > kind.reach() ? s.radius : kind.reach(), kind.box_x(), kind.box_y());
+    const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
+    if (first > last || beside(task, s, kind.box_x())) continue;
     const Floats center = (Floats)all_uints(s.depth);
     const Floats metres = center * all(task.radius);  // per pixel
-    const Outline outline(s, reach);
-    const Pixels rows = rows_of(s, reach, 0, task.rows - 1);
-    for (int row = rows.first; row <= rows.last; ++row) {
-      const float y = static_cast<float>(row) - s.y;
-      const Pixels columns = columns_of(s, outline, y, 0, task.columns - 1);
-      image::Nearest* to = tile.surfaces + static_cast<std::ptrdiff_t>(row) * kPixelStride;
-      for (int x = columns.first; x <= columns.last; x += kWidth) {
-        const Front front = kind.front(numbers_from(x) - s.x, all(y));
-        const unsigned covered = bits_of(front.covered);
-        if (covered == 0) continue;
-        const Uints shade = (Uints)to_ints(clamp(front.shade * 255.0f, 1, 255) + 0.5f);
-        const Uints surface = (front.color & 0xffffffu) | shade << 24;
-        const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));
-        keep_nearest(to + x, nearest_of(depth, surface, 0), covered);
-        keep_nearest(to + x + kLongs, nearest_of(depth, surface, 1), covered >> kLongs);
-      }
-    }
+    place_in_tile(part, s, o, first, last, task.columns);
+    for_each_vector(part, [&](Floats x, Floats y, int at) {
+      const Front front = kind.front(x - s.x, y - s.y);
+      const unsigned covered = bits_of(front.covered);
+      if (covered == 0) return;
+      const Uints shade = (Uints)to_ints(clamp(front.shade * 255.0f, 1, 255) + 0.5f);
+      const Uints surface = (front.color & 0xffffffu) | shade << 24;
+      const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));
+      keep_row(tile, part, at, covered, nearest_of(depth, surface, 0), nearest_of(depth, surface, 1));
+    });
   }
 }
 

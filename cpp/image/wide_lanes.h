@@ -6,6 +6,8 @@
 
 #include "image/grid.h"
 #include "image/image_levels.h"
+#include "image/layout.h"
+#include "image/stamps.h"
 #include "image/tile_planes.h"
 
 namespace motes::image {
@@ -18,16 +20,21 @@ struct WideSplat {
   int origin_x, origin_y;  // 1/256 px: middle of the tile's first pixel, from the centre of the image
   int columns, rows;       // of the tile
   int record_bytes;
-  bool saturating;  // the sums may overflow
-  float fade;       // 1 / softness, 1/m; 0: hard
-  float radius;     // of something with a radius of one pixel at a depth of 1 m, m
+  RecordForm form; // of the records
+  int bits;        // of their positions
+  bool saturating; // the sums may overflow
+  float fade;      // 1 / softness, 1/m; 0: hard
+  float radius; // of something with a radius of one pixel at a depth of 1 m, m
 
   /// Discs and points: what their light is multiplied by at a diameter of n pixels, so that it is that of a footprint
   /// of this size; the last one holds for all larger ones.
   float gain[kMaxFootprint + 1];
 
   /// Spheres: see Daylight.
-  float toward_sun[3], upward[3], low, high, mean_shade;
+  float toward_sun[3], upward[3], sun, low, high, mean_shade;
+
+  bool one_size;  // all sprites are equally large
+  Stamp* stamps;  // kStamps of them, which the kernels fill
 
   const ImageLevel* levels;  // images
   int level_count;

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "image/layout.h"
-#include "image/pixel_lanes.h"
+#include "image/patch_lanes.h"
 #include "image/wide_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -18,10 +18,9 @@ struct WideSprite {
   std::uint32_t color, depth;
 };
 
-/// The light of a sprite at a vector of pixels, 0..1: what part of each pixel it covers, and that times the light of
-/// its own red, green and blue. All three are equal but for kinds with kColored.
+/// A sprite at a vector of pixels, 0..1: what part of each pixel it covers, and that times its light.
 struct Glow {
-  Floats cover, light[3];
+  Floats cover, light;
 };
 
 /// An opaque sprite at a vector of pixels: where it is, its red, green and blue (in the lower 24 bits), the part of
@@ -60,5 +59,52 @@ MOTES_INLINE Chord chord(Beside p, float half) {
 
 /// Shorter streaks, in radii, are drawn without one: the difference cannot be seen.
 inline constexpr float kShortest = 1.0f / 64;
+/// Half of the streak that is drawn, in radii.
+MOTES_INLINE float shown_half(WideSprite& s) {
+  if (!(s.half > kShortest * s.radius)) s.half = 0;
+  return s.half / s.radius;
+}
+
+/// A vector of pixels of a strip: one or two rows of eight, or half of one.
+struct Place {
+  Floats x, y;  // from the middle of the tile's first pixel
+};
+inline constexpr int kPixelRows = kWidth > kStrip ? kWidth / kStrip : 1;
+MOTES_INLINE Place place_of(const PatchPart& p, int strip, int row, int first) {
+  Floats column, down;
+  for (int lane = 0; lane < kWidth; ++lane) {
+    column[lane] = static_cast<float>(lane % kStrip);
+    down[lane] = static_cast<float>(lane / kStrip);
+  }
+  Floats start = all(static_cast<float>(p.start[row]));
+  if constexpr (kPixelRows == 2) start = select(down == 0.0f, start, all(static_cast<float>(p.start[row + 1])));
+  return {column + start + static_cast<float>(strip * kStrip + first), down + static_cast<float>(p.first + row)};
+}
+
+/// Calls use(x, y, at) for all vectors of pixels of a part: where they are, and their number in its planes.
+template <class Use>
+MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {
+  for (int strip = 0; strip < p.strips; ++strip) {
+    for (int row = 0; row < p.rows; row += kPixelRows) {
+      for (int first = 0; first < kStrip; first += kWidth) {
+        const Place at = place_of(p, strip, row, first);
+        use(at.x, at.y, kStrip * (strip * p.stride + row) + first);
+      }
+    }
+  }
+}
+
+/// The weight of what covers a pixel: see Patch.
+inline constexpr float kPixelWeight = 16384;
+MOTES_INLINE Ints weight_of(Floats part) { return to_ints(clamp(part, 0, 1) * kPixelWeight + 0.5f); }
+
+template <class Kind>
+MOTES_INLINE void weigh_pixels(const Kind& kind, Patch<2>& p) {
+  for_each_vector(p, [&](Floats x, Floats y, int at) {
+    const Glow glow = kind.glow(x - kind.s.x, y - kind.s.y);
+    store_narrow(p.cover + at, weight_of(glow.cover));
+    store_narrow(p.light + at, weight_of(glow.light));
+  });
+}
 
 }  // namespace motes::MOTES_ISA

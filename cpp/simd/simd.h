@@ -177,6 +177,28 @@ MOTES_INLINE Floats max(Floats a, Floats b) {
   return select(a > b, a, b);
 #endif
 }
+MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
+MOTES_INLINE Ints max_ints(Ints a, Ints b) {
+#if MOTES_WIDTH == 512
+  return (Ints)_mm512_max_epi32((__m512i)a, (__m512i)b);
+#elif MOTES_WIDTH == 256
+  return (Ints)_mm256_max_epi32((__m256i)a, (__m256i)b);
+#else
+  const Mask first = a > b;
+  return (a & first) | (b & ~first);
+#endif
+}
+MOTES_INLINE Ints min_ints(Ints a, Ints b) {
+#if MOTES_WIDTH == 512
+  return (Ints)_mm512_min_epi32((__m512i)a, (__m512i)b);
+#elif MOTES_WIDTH == 256
+  return (Ints)_mm256_min_epi32((__m256i)a, (__m256i)b);
+#else
+  const Mask first = a < b;
+  return (a & first) | (b & ~first);
+#endif
+}
+
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 
 /// How many floats `pick` looks up with one instruction; 0: there is no such instruction.

@@ -105,7 +105,7 @@ TEST(image_spheres_without_a_sun_have_the_light_of_the_sky) {
   view.sun = {0, 0, 0};
   const Daylight daylight(view);
   for (const double x : daylight.toward_sun()) CHECK(x == 0);
-  CHECK_NEAR(daylight.shade({0, 0, 1}), Daylight::kSky, 1e-12);  // seen from above
+  CHECK_NEAR(daylight.shade({0, 0, 1}), kSky, 1e-12);  // seen from above
 }
 
 namespace {

@@ -110,7 +110,7 @@ TEST(image_records_stand_in_every_tile_they_touch_and_only_once) {
   const View view = small_view(200, 150);
   for (const auto sprite :
        {Sprite{Sprite::Kind::point, 1}, Sprite{Sprite::Kind::disc, 6}, Sprite{Sprite::Kind::disc, 15}}) {
-    const int size = footprint_size(sprite);
+    const int size = footprint_size(sprite, view.height);
     const Cloud cloud = random_cloud(500, 11, false);
     for (std::size_t i = 0; i < cloud.count; ++i) {
       Cloud one(1);
@@ -346,18 +346,27 @@ TEST(image_layout_follows_from_sprite_and_view) {
   open.shutter = 0.5f;
   const Sprite disc, point{Sprite::Kind::point, 99}, in_metres{Sprite::Kind::disc, 0}, large{Sprite::Kind::disc, 16};
   const Sprite sphere{Sprite::Kind::sphere, 5};
-  Sprite smoke, part, leaf;
+  Sprite smoke, part, narrow, broad, leaf;
   smoke.blend = Sprite::Blend::alpha;
-  part.of_height = 0.01f;
+  part.of_height = 4.5f / static_cast<float>(view.height);
+  narrow.of_height = 1.5f / static_cast<float>(view.height);
+  broad.of_height = 16.5f / static_cast<float>(view.height);
   leaf.kind = Sprite::Kind::image;
   for (const Sprite& sprite : {disc, point}) {
     CHECK(layout(sprite, view, false) == Layout::plain);
     CHECK(layout(sprite, view, true) == Layout::deep);
     CHECK(layout(sprite, with_object(view), false) == Layout::deep);
-    CHECK(layout(sprite, open, false) == Layout::wide);
+    CHECK(layout(sprite, open, false) == Layout::moving);
+    CHECK(layout(sprite, open, true) == Layout::deep_moving);
   }
   for (const Sprite& sprite : {smoke, sphere}) CHECK(layout(sprite, view, false) == Layout::deep);
-  for (const Sprite& sprite : {in_metres, large, part, leaf}) CHECK(layout(sprite, view, false) == Layout::wide);
+  for (const Sprite& sprite : {in_metres, large, narrow, broad}) {
+    CHECK(layout(sprite, view, false) == Layout::sized);
+    CHECK(layout(sprite, view, true) == Layout::deep_sized);
+    CHECK(layout(sprite, small_view(8000, view.height), false) == Layout::wide);
+  }
+  CHECK(layout(part, view, false) == Layout::plain);
+  CHECK(layout(leaf, view, false) == Layout::wide && layout(leaf, open, false) == Layout::wide);
   CHECK(!anything_hides(view, std::vector<Sprite>{disc, sphere}));
   CHECK(anything_hides(view, std::vector<Sprite>{disc, smoke}) && anything_hides(with_object(view), {}));
 }

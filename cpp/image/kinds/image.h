@@ -5,8 +5,11 @@
 
 namespace motes::MOTES_ISA {
 
+/// Four numbers, of red, green, blue and alpha.
+using Texel = std::int32_t __attribute__((vector_size(16)));
+
 struct Image {
-  static constexpr bool kColored = true;
+  static constexpr int kPlanes = 4;
   static constexpr float kNarrow = 8;
 
   WideSprite s;
@@ -32,71 +35,115 @@ struct Image {
   }
   /// Half of the diagonal of a square, and half a pixel for what is between texels.
   MOTES_INLINE float reach() const { return s.radius * 1.4143f + 1 / scale; }
+  MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
+  MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
-  MOTES_INLINE Floats measured(const Glow& glow) const { return glow.cover; }
   MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
+  static MOTES_INLINE float greatest() { return kPixelWeight; }
+  /// Unscaled: as large as the picture.
+  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight; }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
-  struct Texels {
-    Floats channel[4];  // light times alpha, alpha; 0..1
-  };
-
-  MOTES_INLINE Glow glow(Floats x, Floats y) const {
-    Texels sum{};
-    for (int i = 0; i < steps; ++i) {
-      const float along = (static_cast<float>(i) + 0.5f) * step - s.half;
-      const Texels here = texels(x - along * s.along_x, y - along * s.along_y);
-      for (int c = 0; c < 4; ++c) sum.channel[c] += here.channel[c];
-    }
-    const float part = s.light / static_cast<float>(steps);
-    return {sum.channel[3] * part, {sum.channel[0] * part, sum.channel[1] * part, sum.channel[2] * part}};
+  MOTES_INLINE void weigh(Patch<4>& p) const {
+    for_each_vector(p, [&](Floats x, Floats y, int at) {
+      Texel texel[kLanes];
+      texels(x - s.x, y - s.y, texel);
+      for (int lane = 0; lane < kWidth; ++lane) {
+        p.cover[at + lane] = static_cast<std::uint16_t>(texel[lane][3]);
+        store_color(p.light + 3 * (at + lane), texel[lane]);
+      }
+    });
   }
 
   /// Where it is at least half opaque, in the middle of its streak.
   MOTES_INLINE Front front(Floats x, Floats y) const {
-    const Texels t = texels(x, y);
-    const Floats alpha = max(t.channel[3], all(0.5f));
-    Uints color{};
-    for (int c = 0; c < 3; ++c) {
-      const Floats own = to_floats((Ints)all_uints(s.color >> (8 * c) & 0xffu));
-      color |= (Uints)to_ints(min(own * t.channel[c] / alpha, all(255.0f)) + 0.5f) << (8 * c);
+    Texel texel[kLanes];
+    place(x, y, texel);
+    Front front;
+    Floats channel[4];
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      for (int c = 0; c < 4; ++c) channel[c][lane] = static_cast<float>(texel[lane][c]);
     }
-    return {t.channel[3] >= 0.5f, color, all(1.0f), Floats{}};
+    const Floats alpha = max(channel[3], all(0.5f * kPixelWeight));
+    front.color = Uints{};
+    for (int c = 0; c < 3; ++c) {
+      const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
+      front.color |= (Uints)to_ints(min(own * channel[c] / alpha, all(255.0f)) + 0.5f) << (8 * c);
+    }
+    front.covered = channel[3] >= 0.5f * kPixelWeight;
+    front.shade = all(1.0f);
+    front.nearer = Floats{};
+    return front;
   }
 
  private:
   static constexpr int kMostSteps = 64;
+  static constexpr int kPartBits = 7;  // of a texel, in places between texels
 
-  using Channels4 = float __attribute__((vector_size(16)));
-  static MOTES_INLINE Channels4 channels_at(const std::uint16_t* texel) {
-    using Shorts = std::uint16_t __attribute__((vector_size(8)));
-    using Numbers = std::int32_t __attribute__((vector_size(16)));
-    Shorts four;
-    __builtin_memcpy(&four, texel, sizeof four);
-    return __builtin_convertvector(__builtin_convertvector(four, Numbers), Channels4);
+  /// How far the turned picture and its frame reach along one axis, where its sides are that much along it.
+  MOTES_INLINE float box(float of_width, float of_height) const {
+    return (of_width * static_cast<float>(level.width + 1) + of_height * static_cast<float>(level.height + 1)) * 0.5f /
+           scale;
   }
 
-  /// Between the middles of four texels, by how near they are.
-  MOTES_INLINE Texels texels(Floats x, Floats y) const {
+  static MOTES_INLINE void store_color(std::uint16_t* to, Texel t) {
+    for (int c = 0; c < 3; ++c) to[c] = static_cast<std::uint16_t>(t[c]);
+  }
+
+  /// The mean over the streak.
+  MOTES_INLINE void texels(Floats x, Floats y, Texel (&to)[kLanes]) const {
+    if (steps == 1) return place(x, y, to);
+    Texel sum[kLanes] = {};
+    for (int i = 0; i < steps; ++i) {
+      const float along = (static_cast<float>(i) + 0.5f) * step - s.half;
+      place(x - along * s.along_x, y - along * s.along_y, to);
+      for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += to[lane];
+    }
+    const int part = 65536 / steps;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) to[lane] = sum[lane] * part >> 16;
+  }
+
+  /// Between the middles of four texels, by how near they are: weights like those of Patch.
+  MOTES_INLINE void place(Floats x, Floats y, Texel (&to)[kLanes]) const {
     // The picture's x is a quarter turn to the right of `up`.
     const Floats across = (y * s.up_x - x * s.up_y) * scale, down = -(x * s.up_x + y * s.up_y) * scale;
     const float width = static_cast<float>(level.width), height = static_cast<float>(level.height);
     // From the middle of the frame's first texel; outside the frame everything is transparent.
-    const Floats column = clamp(across + (0.5f * width + 0.5f), 0, width + 1);
-    const Floats row = clamp(down + (0.5f * height + 0.5f), 0, height + 1);
-    Texels t;
+    constexpr int kOne = 1 << kPartBits;
+    const Ints column = to_ints(clamp(across + (0.5f * width + 0.5f), 0, width + 1) * float{kOne});
+    const Ints row = to_ints(clamp(down + (0.5f * height + 0.5f), 0, height + 1) * float{kOne});
+    const Ints first_column = min_ints(column >> kPartBits, all_ints(level.width));
+    const Ints first_row = min_ints(row >> kPartBits, all_ints(level.height));
+    const Ints right = column - (first_column << kPartBits), below = row - (first_row << kPartBits);
+    // Weights of the left and right texel: the lower and upper half of each lane.
+    const Ints pair = (kOne - right) | right << 16;
+    const int stride = 4 * (level.width + 2);
+    std::int32_t index[kLanes], upper[kLanes], lower[kLanes];
+    store_mask(index, first_row * stride + first_column * 4);
+    store_mask(upper, pair * (kOne - below));
+    store_mask(lower, pair * below);
     for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      int c = static_cast<int>(column[lane]), r = static_cast<int>(row[lane]);
-      c = c < level.width ? c : level.width;
-      r = r < level.height ? r : level.height;
-      const float right = column[lane] - static_cast<float>(c), below = row[lane] - static_cast<float>(r);
-      const std::uint16_t* upper = level.texels + 4 * (static_cast<std::ptrdiff_t>(r) * (level.width + 2) + c);
-      const std::uint16_t* lower = upper + static_cast<std::ptrdiff_t>(4) * (level.width + 2);
-      const Channels4 above = channels_at(upper) * (1 - right) + channels_at(upper + 4) * right;
-      const Channels4 under = channels_at(lower) * (1 - right) + channels_at(lower + 4) * right;
-      const Channels4 here = (above * (1 - below) + under * below) * (1 / 65535.0f);
-      for (int i = 0; i < 4; ++i) t.channel[i][lane] = here[i];
+      to[lane] = between(level.texels + index[lane], stride, upper[lane], lower[lane]);
     }
-    return t;
+  }
+
+  static MOTES_INLINE Texel between(const std::uint16_t* texels, int stride, std::int32_t upper, std::int32_t lower) {
+#if MOTES_WIDTH != 0
+    const auto row = [](const std::uint16_t* from, std::int32_t weights) {
+      const __m128i two = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
+      return _mm_madd_epi16(_mm_unpacklo_epi16(two, _mm_srli_si128(two, 8)), _mm_set1_epi32(weights));
+    };
+    return (Texel)_mm_add_epi32(row(texels, upper), row(texels + stride, lower)) >> 15;
+#else
+    Texel sum;
+    for (int c = 0; c < 4; ++c) {
+      const auto row = [&](const std::uint16_t* from, std::int32_t weights) {
+        return from[c] * (weights & 0xffff) + from[c + 4] * (weights >> 16);
+      };
+      sum[c] = (row(texels, upper) + row(texels + stride, lower)) >> 15;
+    }
+    return sum;
+#endif
   }
 };
 

@@ -6,7 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct Sphere {
-  static constexpr bool kColored = false;
+  static constexpr int kPlanes = 2;
   static constexpr float kNarrow = 8;
 
   WideSprite s;
@@ -14,10 +14,17 @@ struct Sphere {
   float half;  // of the streak, in radii
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
-    half = s.half > kShortest * s.radius ? s.half / s.radius : 0;
+    half = shown_half(s);
   }
   MOTES_INLINE float reach() const { return s.radius + 0.5f; }
-  MOTES_INLINE Floats measured(const Glow& glow) const { return glow.light[0]; }
+  MOTES_INLINE float box_x() const { return reach(); }
+  MOTES_INLINE float box_y() const { return reach(); }
+  static MOTES_INLINE float greatest() { return kPixelWeight; }
+  /// Unscaled: each pixel's light is what glow() says.
+  MOTES_INLINE float usual_sum() const { return total() * kPixelWeight; }
+  MOTES_INLINE void weigh(Patch<2>& p) const { weigh_pixels(*this, p); }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
+
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * task.mean_shade * s.light; }
 
   /// At a place on the sphere: along the streak and across it, in radii; outside it, the shade at the rim.
@@ -29,7 +36,7 @@ struct Sphere {
     const Floats z = sqrt(max(1.0f - square, Floats{}));
     const Floats facing = x * task.toward_sun[0] - y * task.toward_sun[1] + z * task.toward_sun[2];
     const Floats up = x * task.upward[0] - y * task.upward[1] + z * task.upward[2];
-    return min(task.low + (task.high - task.low) * (0.5f + 0.5f * up) + kSun * max(facing, Floats{}), all(1.0f));
+    return min(task.low + (task.high - task.low) * (0.5f + 0.5f * up) + task.sun * max(facing, Floats{}), all(1.0f));
   }
 
   MOTES_INLINE Glow glow(Floats x, Floats y) const {
@@ -37,8 +44,7 @@ struct Sphere {
     if (!(half > 0)) {
       const Floats distance = sqrt(p.along * p.along + p.across * p.across);
       const Floats cover = clamp((1.0f - distance) * s.radius + 0.5f, 0, 1) * s.light;
-      const Floats light = cover * shade(p.along, p.across);
-      return {cover, {light, light, light}};
+      return {cover, cover * shade(p.along, p.across)};
     }
     // The mean of its shade over the time in which it is over the pixel.
     const Chord c = chord(p, half);
@@ -48,8 +54,7 @@ struct Sphere {
     for (int i = 0; i < kSteps; ++i) {
       mean += shade(c.first + length * ((static_cast<float>(i) + 0.5f) / kSteps), p.across);
     }
-    const Floats light = cover * mean * (1.0f / kSteps);
-    return {cover, {light, light, light}};
+    return {cover, cover * mean * (1.0f / kSteps)};
   }
 
   MOTES_INLINE Front front(Floats x, Floats y) const {
@@ -60,7 +65,6 @@ struct Sphere {
   }
 
  private:
-  static constexpr float kSun = 0.70f;  // see Daylight
   static constexpr int kSteps = 6;
 };
 

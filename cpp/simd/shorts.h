@@ -1,0 +1,144 @@
+// A vector of 16-bit lanes, twice as many as floats: fixed-point arithmetic with the same bits on every instruction
+// set.
+#pragma once
+
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+
+inline constexpr int kShorts = 2 * MOTES_LANES;
+using Shorts = std::int16_t __attribute__((vector_size(4 * MOTES_LANES)));
+
+MOTES_INLINE Shorts all_shorts(int value) { return Shorts{} + static_cast<std::int16_t>(value); }
+MOTES_INLINE void store_shorts(std::uint16_t* to, Shorts v) { __builtin_memcpy(to, &v, sizeof v); }
+
+#if MOTES_WIDTH == 512
+#define MOTES_SHORTS(name, form) \
+  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm512_##form((__m512i)a, (__m512i)b); }
+#elif MOTES_WIDTH == 256
+#define MOTES_SHORTS(name, form) \
+  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm256_##form((__m256i)a, (__m256i)b); }
+#elif MOTES_WIDTH == 128
+#define MOTES_SHORTS(name, form) \
+  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm_##form((__m128i)a, (__m128i)b); }
+#endif
+
+#if MOTES_WIDTH != 0
+/// Sums that stay at the greatest or least number where they would overflow.
+MOTES_SHORTS(add_saturating, adds_epi16)
+/// Differences of unsigned numbers, at least 0.
+MOTES_SHORTS(subtract_to_zero, subs_epu16)
+MOTES_SHORTS(min_shorts, min_epi16)
+MOTES_SHORTS(max_shorts, max_epi16)
+/// The upper halves of products of signed and of unsigned numbers.
+MOTES_SHORTS(multiply_high, mulhi_epi16)
+MOTES_SHORTS(multiply_high_unsigned, mulhi_epu16)
+#undef MOTES_SHORTS
+#else
+template <class Do>
+MOTES_INLINE Shorts each_short(Shorts a, Shorts b, const Do& what) {
+  Shorts v;
+  for (int i = 0; i < kShorts; ++i) v[i] = static_cast<std::int16_t>(what(std::int32_t{a[i]}, std::int32_t{b[i]}));
+  return v;
+}
+MOTES_INLINE Shorts add_saturating(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) { return x + y > 32767 ? 32767 : x + y < -32768 ? -32768 : x + y; });
+}
+MOTES_INLINE Shorts subtract_to_zero(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) { return (x & 0xffff) > (y & 0xffff) ? x - y : 0; });
+}
+MOTES_INLINE Shorts min_shorts(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) { return x < y ? x : y; });
+}
+MOTES_INLINE Shorts max_shorts(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) { return x > y ? x : y; });
+}
+MOTES_INLINE Shorts multiply_high(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) { return x * y >> 16; });
+}
+MOTES_INLINE Shorts multiply_high_unsigned(Shorts a, Shorts b) {
+  return each_short(a, b, [](int x, int y) {
+    return static_cast<int>(static_cast<unsigned>(x & 0xffff) * static_cast<unsigned>(y & 0xffff) >> 16);
+  });
+}
+#endif
+
+/// The numbers as 16 bits each; they must fit.
+template <class Number>
+MOTES_INLINE void store_narrow(Number* to, Ints v) {
+  static_assert(sizeof(Number) == 2);
+#if MOTES_WIDTH == 512
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm512_maskz_cvtepi32_epi16(0xffff, (__m512i)v));
+#elif MOTES_WIDTH == 256
+  const __m256i pairs = _mm256_packs_epi32((__m256i)v, (__m256i)v);
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(_mm256_permute4x64_epi64(pairs, 0x08)));
+#elif MOTES_WIDTH == 128
+  _mm_storel_epi64(reinterpret_cast<__m128i*>(to), _mm_packs_epi32((__m128i)v, (__m128i)v));
+#else
+  for (std::size_t i = 0; i < kLanes; ++i) to[i] = static_cast<Number>(v[i]);
+#endif
+}
+
+/// One number for each eight lanes: kShorts / 8 numbers are read.
+MOTES_INLINE Shorts by_eights(const std::int16_t* from) {
+#if MOTES_WIDTH == 512
+  const __m512i four = _mm512_maskz_broadcastq_epi64(0xff, _mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
+  const __m512i of = _mm512_set_epi64(0x0706070607060706, 0x0706070607060706, 0x0504050405040504, 0x0504050405040504,
+                                      0x0302030203020302, 0x0302030203020302, 0x0100010001000100, 0x0100010001000100);
+  return (Shorts)_mm512_shuffle_epi8(four, of);
+#elif MOTES_WIDTH == 256
+  std::int32_t two;
+  __builtin_memcpy(&two, from, sizeof two);
+  const __m256i of = _mm256_set_epi64x(0x0302030203020302, 0x0302030203020302, 0x0100010001000100, 0x0100010001000100);
+  return (Shorts)_mm256_shuffle_epi8(_mm256_set1_epi32(two), of);
+#else
+  return all_shorts(*from);
+#endif
+}
+/// Eight numbers, again and again.
+MOTES_INLINE Shorts eight_again(const std::int16_t* from) {
+#if MOTES_WIDTH == 512
+  return (Shorts)_mm512_maskz_broadcast_i32x4(0xffff, _mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+#elif MOTES_WIDTH == 256
+  return (Shorts)_mm256_broadcastsi128_si256(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+#else
+  Shorts v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+#endif
+}
+
+/// The sums of neighbouring lanes.
+MOTES_INLINE Uints pair_sums(Shorts v) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_madd_epi16((__m512i)v, _mm512_set1_epi16(1));
+#elif MOTES_WIDTH == 256
+  return (Uints)_mm256_madd_epi16((__m256i)v, _mm256_set1_epi16(1));
+#elif MOTES_WIDTH == 128
+  return (Uints)_mm_madd_epi16((__m128i)v, _mm_set1_epi16(1));
+#else
+  Uints sums;
+  for (std::size_t i = 0; i < kLanes; ++i) sums[i] = static_cast<std::uint32_t>(v[2 * i] + v[2 * i + 1]);
+  return sums;
+#endif
+}
+
+MOTES_INLINE std::uint32_t sum_of(Uints v) {
+#if MOTES_WIDTH == 512
+  return static_cast<std::uint32_t>(_mm512_reduce_add_epi32((__m512i)v));
+#elif MOTES_WIDTH >= 128
+#if MOTES_WIDTH == 256
+  __m128i four = _mm_add_epi32(_mm256_castsi256_si128((__m256i)v), _mm256_extracti128_si256((__m256i)v, 1));
+#else
+  __m128i four = (__m128i)v;
+#endif
+  four = _mm_add_epi32(four, _mm_shuffle_epi32(four, 0x4e));
+  return static_cast<std::uint32_t>(_mm_cvtsi128_si32(_mm_add_epi32(four, _mm_shuffle_epi32(four, 0xb1))));
+#else
+  std::uint32_t sum = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) sum += v[i];
+  return sum;
+#endif
+}
+
+}  // namespace motes::MOTES_ISA

@@ -14,7 +14,7 @@ using comm::Phase;
 namespace {
 
 // This calculator's, as the manager would see it.
-Load own_load(const Rank& rank, const Population& here) {
+Load own_load(const Population& here) {
   const std::uint64_t processed = here.tally.at_start + here.tally.created;
   return {here.store.size(), balance::rescaled(here.tally.compute_s, processed, here.store.size()), here.speeds.of(0),
           here.speeds.error(0)};
@@ -53,7 +53,7 @@ std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calcul
   Conversation& talk = rank.talk;
   const balance::Policy& policy = *rank.settings.policy;
   std::vector<Load> own;
-  for (const std::size_t i : systems) own.push_back(own_load(rank, *calculator.populations[i]));
+  for (const std::size_t i : systems) own.push_back(own_load(*calculator.populations[i]));
   for (const std::int32_t other : partners) {
     Message message;
     particles::write_fields(own, message.bytes());

@@ -24,9 +24,9 @@ struct Round {
   double reported_s = 0;  // when this rank's report was sent
 
   // What this rank reports, until those below it have reported too.
-  Report own;
-  std::vector<CalculatorLoad> own_loads;  // on calculators, one per system
-  std::vector<CalculatorTail> own_tails;  // on calculators, one per system of the last frame
+  Report own{};
+  std::vector<CalculatorLoad> own_loads{};  // on calculators, one per system
+  std::vector<CalculatorTail> own_tails{};  // on calculators, one per system of the last frame
   bool tells_tails = false;               // the log needs them in this round: the same on all ranks
 };
 

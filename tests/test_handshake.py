@@ -81,17 +81,18 @@ def test_names_of_logs_may_differ(tmp_path):
 def test_settings_are_frozen_and_say_everything_once():
     settings = RunSettings(
         seed=None, dt=0.5, substeps=1, axis="x", space=None, roles=(0, 0, [0]), balancer=motes.Static(),
-        combine="together", births="manager", fan_out=8, clock="cpu", digest=False, log="a", spans=False,
-        speeds={0: 0.5}, stall_s=3.0,
+        combine="together", births="manager", fan_out=8, threads=None, clock="cpu", digest=False, log="a",
+        spans=False, speeds={0: 0.5}, stall_s=3.0,
     )  # fmt: skip
     with pytest.raises(AttributeError):
         settings.dt = 1.0  # type: ignore[misc]
-    agreed = settings.with_seed(7)
+    agreed = settings.agreed(seed=7, threads=3)
     assert (settings.seed, agreed.seed) == (None, 7)
     assert agreed.for_core(rank=0, hosts=["h"])["speed"] == 0.5
     assert agreed.for_core(rank=1, hosts=["h"])["speed"] == 1.0
     assert agreed.for_log()["calculators"] == [0]
-    assert "speeds" not in agreed.compared()
+    assert agreed.for_core(rank=1, hosts=["h"])["threads"] == 3
+    assert {"speeds", "threads"}.isdisjoint(agreed.compared())
     assert agreed.compared()["log"] == "given"
 
 

@@ -1,4 +1,4 @@
-"""Threads of a rank: how many there are, what the log says, what they cost. For the bits: test_same_bits.py."""
+"""Threads of a rank: how many there are, what the log says, what they cost. Their bits: test_same_bits.py."""
 
 from __future__ import annotations
 

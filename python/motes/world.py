@@ -97,8 +97,8 @@ class World(Settings):
         rank relays the manager's messages to at most this many others (docs/growth.md measures the benefit of
         both with many ranks). `threads`: of each rank, for calculating and drawing; None: the processors that
         it may use, shared among the ranks of its host (`MOTES_THREADS` overrides); the bits are the same.
-        `clock`: the clock that measures a calculator's load: "cpu" (processor time of its threads, which other
-        processes do not lengthen, divided by their number) or "wall". `log`: a directory. `spans`: also log a
+        `clock`: what measures a calculator's load: "cpu" (processor time of its threads, which other processes
+        do not lengthen, divided by their number) or "wall". `log`: a directory. `spans`: also log a
         timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row per frame.
         `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
         """

@@ -158,3 +158,37 @@ def test_an_interrupt_reaches_the_script(tmp_path: Path):
     )
     ended = python(script)
     assert ended.code in (130, -2) or "KeyboardInterrupt" in ended.err, ended.text
+
+
+UNEQUAL = """
+import sys
+from mpi4py import MPI
+import motes
+from motes import balance, shapes
+
+threads = 1 + MPI.COMM_WORLD.rank
+world = motes.World(
+    seed=1, roles="shared", space=(-1, 1), threads=threads, balancer=balance.PrefixCuts(), log=sys.argv[1],
+    progress="off",
+)
+snow = world.system("snow")
+with world:
+    for frame in world.frames(12):
+        if frame == 0:
+            snow.burst(shapes.Box((-1, -1, -1), (1, 1, 1)), count=400_000)
+        for _ in range(8):
+            snow.random_acceleration(shapes.Sphere((0, 0, 0), 1e-6))
+        snow.move()
+        world.step()
+"""
+
+
+@pytest.mark.slow
+def test_ranks_with_other_numbers_of_threads_have_their_share(tmp_path: Path):
+    log = tmp_path / "log"
+    assert mpirun(2, UNEQUAL, log).code == 0
+    last = [json.loads(line) for line in (log / "load.jsonl").read_text().splitlines()][-2:]
+    first, second = sorted(last, key=lambda row: row["rank"])
+    speeds, particles = second["speed"] / first["speed"], second["n_end"] / first["n_end"]
+    assert speeds > 1.5, "two threads, if there is a processor for each"
+    assert abs(particles / speeds - 1) < 0.1

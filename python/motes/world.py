@@ -95,12 +95,12 @@ class World(Settings):
         of one travel while the next computes). `births`: who creates newborn particles: the "manager", which
         distributes them, or the "calculators", each its part; the particles are the same. `fan_out`: each
         rank relays the manager's messages to at most this many others (docs/growth.md measures the benefit of
-        both with many ranks). `threads`: of each rank, for calculating and drawing; None: the processors that
-        it may use, shared among the ranks of its host (`MOTES_THREADS` overrides); the bits are the same.
-        `clock`: what measures a calculator's load: "cpu" (processor time of its threads, which other processes
-        do not lengthen, divided by their number) or "wall". `log`: a directory. `spans`: also log a
-        timeline of each rank. `digest`: also log fingerprints of particles and pictures, one row per frame.
-        `progress`: "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
+        both with many ranks). `threads`: of each rank; the bits are the same. None: the processors
+        that it may use, shared among the ranks of its host (`MOTES_THREADS` overrides). `clock`:
+        what measures a calculator's load: "cpu" (processor time of its threads, which other processes do not
+        lengthen, divided by their number) or "wall". `log`: a directory. `spans`: also log a timeline of each
+        rank. `digest`: also log fingerprints of particles and pictures, one row per frame. `progress`:
+        "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
         """
         self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
         self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)

@@ -21,13 +21,15 @@ from .jobs import figures_of
 __all__ = ["LAYOUTS", "main", "paths"]
 
 LAYOUTS = {
-    "1": (1, "auto"),
-    "2 shared": (2, "shared"),
-    "2 paper": (2, "auto"),
-    "3 paper": (3, "auto"),
-    "4 paper": (4, "auto"),
+    "1": (1, "auto", 1),
+    "2 threads": (1, "auto", 2),
+    "2 shared": (2, "shared", 1),
+    "2 paper": (2, "auto", 1),
+    "3 paper": (3, "auto", 1),
+    "4 paper": (4, "auto", 1),
 }
-"""Ranks and roles. "paper": manager and image generator have no particles, if there are two ranks or more."""
+"""Ranks, roles, threads of each rank. "paper": manager and image generator have no particles where there are
+two ranks or more."""
 SYSTEMS = 8
 WARM = 4  # frames before the first that counts
 
@@ -67,7 +69,7 @@ def paths(
         ]
         medians = {
             figure: statistics.median(one[figure] for one in found[name])
-            for figure in ("frame_ms", "busiest_cpu_ms", "all_cpu_ms")
+            for figure in ("frame_ms", "act_ms", "busiest_cpu_ms", "all_cpu_ms")
         }
         row = {"layout": name, "path": found[name][-1]["path"], **medians}
         rows.append({**row, "speedup": statistics.median(speedups)})
@@ -80,11 +82,12 @@ def paths(
     return facts
 
 
-def _job(ranks: int, roles: str, options: Sequence[str], parts: bool) -> dict[str, Any]:
+def _job(ranks: int, roles: str, threads: int, options: Sequence[str], parts: bool) -> dict[str, Any]:
     """Run a layout once. `parts`: with a log, which tells the processor time of each part on each rank."""
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
         log = [f"--log={folder}/log"] if parts else []
-        figures = figures_of("motes.bench.paths", ranks, [f"--roles={roles}", *options, *log])
+        how = [f"--roles={roles}", f"--threads={threads}"]
+        figures = figures_of("motes.bench.paths", ranks, [*how, *options, *log])
         return figures | ({"parts": _parts(Path(folder) / "log", ranks)} if parts else {})
 
 
@@ -127,6 +130,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
         seed=1,
         space=(-12, 12),
         roles=arguments.roles,
+        threads=arguments.threads,
         renderer=Renderer(
             width, height, camera=camera, path=arguments.path, background=background, objects=objects
         ),
@@ -136,7 +140,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
     each = arguments.particles // SYSTEMS
     sprite = Sprite(blend=arguments.blend)
     layers = [world.system(f"snow {i}", capacity=2 * each, sprite=sprite) for i in range(SYSTEMS)]
-    wall, cpu = [], []
+    wall, act, cpu = [], [], []
     with world:
         for frame in world.frames(WARM + arguments.frames):
             start, cpu_start = time.perf_counter(), time.process_time()
@@ -145,16 +149,18 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
             world.render()
             wall.append(time.perf_counter() - start)
             cpu.append(time.process_time() - cpu_start)
+            act.append(world.timings["t_act_s"])
         path = world._engine.render_path if world._engine is not None else ""
-    everyone = MPI.COMM_WORLD.gather((sum(wall[WARM:]), sum(cpu[WARM:])), root=0)
+    everyone = MPI.COMM_WORLD.gather([sum(each[WARM:]) for each in (wall, act, cpu)], root=0)
     if everyone is None:
         return None
     to_ms = 1e3 / arguments.frames
     return {
         "path": path,
         "frame_ms": to_ms * max(one[0] for one in everyone),
-        "busiest_cpu_ms": to_ms * max(one[1] for one in everyone),
-        "all_cpu_ms": to_ms * sum(one[1] for one in everyone),
+        "act_ms": to_ms * max(one[1] for one in everyone),
+        "busiest_cpu_ms": to_ms * max(one[2] for one in everyone),
+        "all_cpu_ms": to_ms * sum(one[2] for one in everyone),
     }
 
 
@@ -163,6 +169,7 @@ def main(argv: Sequence[str] | None = None) -> None:
     parser = argparse.ArgumentParser(prog="python -m motes.bench.paths")
     parser.add_argument("--particles", type=int, required=True)
     parser.add_argument("--frames", type=int, required=True)
+    parser.add_argument("--threads", type=int, required=True)
     for name in ("size", "path", "roles"):
         parser.add_argument(f"--{name}", required=True)
     parser.add_argument("--blend", required=True)

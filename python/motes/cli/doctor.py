@@ -87,6 +87,7 @@ def examine() -> Report:
         _package(report, name, needed=True)
     _package(report, "av", needed=False)
     _environment(report)
+    report.figures["threads"] = _threads()
     if importlib.util.find_spec("mpi4py") is not None:
         _mpi(report)
         _core(report)
@@ -104,6 +105,14 @@ def _environment(report: Report) -> None:
             except ArgumentError as error:
                 report.problems.append(str(error))
     report.figures["environment"] = values
+
+
+def _threads() -> str:
+    """Say how many threads a script has that runs as one process."""
+    from .._run.threads import Place, processors, threads_of
+
+    alone = threads_of([Place("", processors(), 0)])[0]
+    return f"{alone} without mpirun"
 
 
 def _package(report: Report, name: str, *, needed: bool) -> None:

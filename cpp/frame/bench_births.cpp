@@ -8,6 +8,7 @@
 
 #include "comm/clock.h"
 #include "frame/birth_batch.h"
+#include "recording/bench_scene.h"
 #include "recording/births.h"
 #include "simd/float_mode.h"
 
@@ -29,12 +30,6 @@ recording::Birth snow(float width) {
   velocity.shape = {shapes::Kind::box, {-0.4, -1.4, -0.3, 0.4, -1.2, 0.3}};
   birth.state = {{particles::velocity, velocity}, {particles::age, {}}};
   return birth;
-}
-
-double median(std::vector<double> seconds) {
-  const auto middle = seconds.begin() + static_cast<std::ptrdiff_t>(seconds.size() / 2);
-  std::nth_element(seconds.begin(), middle, seconds.end());
-  return *middle;
 }
 
 }  // namespace
@@ -79,7 +74,7 @@ BirthBench birth_bench(int calculators, int births, int repeats) {
     }
     lap(4);
   }
-  const auto each = [&](std::size_t what) { return 1e9 * median(seconds[what]) / births; };
+  const auto each = [&](std::size_t what) { return 1e9 * recording::median(seconds[what]) / births; };
   return {each(0), each(1), each(2), each(3), each(4)};
 }
 

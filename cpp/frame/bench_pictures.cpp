@@ -12,6 +12,7 @@
 #include "image/prepared_scene.h"
 #include "image/projector.h"
 #include "image/tile_painter.h"
+#include "recording/bench_scene.h"
 #include "simd/float_mode.h"
 
 namespace motes::frame {
@@ -130,12 +131,6 @@ class Frame {
   std::vector<std::uint8_t> shown_;
 };
 
-double median(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
 }  // namespace
 
 PictureBench picture_bench(std::size_t particles, int width, int height, int repeats) {
@@ -152,7 +147,8 @@ PictureBench picture_bench(std::size_t particles, int width, int height, int rep
     pixel.push_back((s.start + s.show) / pixels);
     partial.push_back((s.bare + s.save + s.merge) / 2 / pixels);
   }
-  return {1e9 * median(project), 1e9 * median(record), 1e9 * median(pixel), 1e9 * median(partial)};
+  return {1e9 * recording::median(project), 1e9 * recording::median(record), 1e9 * recording::median(pixel),
+          1e9 * recording::median(partial)};
 }
 
 }  // namespace motes::frame

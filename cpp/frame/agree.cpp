@@ -205,7 +205,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
   const roles::Tree& tree = rank.talk.relay().tree();
   for (std::size_t r = 0; r < manager.judged.size(); ++r) {
     const Round& round = script.rounds[r];
-    Judged& judged = manager.judged[r];
+    const Judged& judged = manager.judged[r];
     if (r == 0) manager.account.note_tails(judged.tail, gather_tails(rank, round), tree);
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cstring>
-#include <optional>
 #include <utility>
 
 #include "frame/item_failure.h"
@@ -138,13 +137,13 @@ void make_births(const Rank& rank, const System& system, const BirthGroup& group
   const std::uint64_t at_a_time = kPiece * static_cast<std::uint64_t>(rank.pool->threads());
   for (; first < last; first += std::min(at_a_time, last - first)) {
     const std::uint64_t count = std::min(at_a_time, last - first);
-    std::vector<std::optional<particles::Store>> pieces((count + kPiece - 1) / kPiece);
+    std::vector<particles::Store> pieces((count + kPiece - 1) / kPiece, particles::Store(system.schema));
     rank.pool->run(pieces.size(), [&](std::size_t piece, std::size_t) {
       const std::uint64_t begin = piece * kPiece;
       pieces[piece] =
           system.make(group, first + begin, std::min(kPiece, count - begin), rank.settings.dt, rank.settings.substeps);
     });
-    for (std::optional<particles::Store>& piece : pieces) use(std::move(*piece));
+    for (particles::Store& piece : pieces) use(std::move(piece));
   }
 }
 

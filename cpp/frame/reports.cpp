@@ -68,7 +68,7 @@ void pass_tails(Rank& rank, const Round& round) {
 
 }  // namespace
 
-void send_report(Rank& rank, Round& round) {
+void send_report(Rank& rank, const Round& round) {
   Relay& relay = rank.talk.relay();
   relay.await_below(Phase::report);
   if (round.tells_tails) relay.await_below(Phase::log);

@@ -41,7 +41,7 @@ struct Judged {
 
 /// All ranks: what they report in this round. It leaves at once if no rank stands below this one, otherwise with
 /// pass_reports(), or judge().
-void send_report(Rank& rank, Round& round);
+void send_report(Rank& rank, const Round& round);
 
 /// Waits for the reports of those right below this rank, and puts them together with its own.
 Gathered gather_reports(Rank& rank, Round& round);

@@ -137,7 +137,7 @@ struct PartType<1> {
 #endif
 /// Lanes kPart * kWidth and those after it.
 template <int kPart>
-using Part = typename PartType<kPart>::Type;
+using Part = PartType<kPart>::Type;
 
 template <int kPart>
 MOTES_INLINE Part<kPart> spread_eight(Eight pixels) {

@@ -69,7 +69,7 @@ void Scenery::render_all(threads::Pool& pool) {
   pool.run(tiles_.size(), [&](std::size_t tile, std::size_t worker) { render(static_cast<int>(tile), worker); });
 }
 
-void Scenery::trace(Tile& tile, const TilePart& part, Worker& by) {
+void Scenery::trace(Tile& tile, const TilePart& part, Worker& by) const {
   tile.depth.resize(index(kTile * kTile));
   tile.occupied = by.caster.trace(*by.scene, part, view_.smooth, tile.surfaces, tile.depth.data());
   tile.forms = forms_;

@@ -83,7 +83,7 @@ class Scenery {
     std::uint64_t version = 0;
   };
 
-  void trace(Tile& tile, const TilePart& part, Worker& by);
+  void trace(Tile& tile, const TilePart& part, Worker& by) const;
 
   View view_;
   Grid grid_;

@@ -38,7 +38,7 @@ inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::ui
   image::WideSplat alone = task;
   alone.origin_x = alone.origin_y = 0;
   alone.columns = alone.rows = image::kTile;
-  image::TilePlanes nothing{};
+  const image::TilePlanes nothing{};
   const int phase = static_cast<int>(key & 15);
   g.at_x[0] = ((phase & 3) << kPlaceBits) + (1 << (kPlaceBits - 1));
   g.at_y[0] = ((phase >> 2) << kPlaceBits) + (1 << (kPlaceBits - 1));

@@ -58,7 +58,7 @@ Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), w
 
 Pool::~Pool() {
   {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     ends_ = true;
   }
   task_begins_.notify_all();
@@ -99,7 +99,7 @@ void Pool::run(std::size_t parts, const Work& work) {
 
 void Pool::open(std::size_t parts, const Work& work) {
   {
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     for (Worker& worker : workers_) worker.took_part = false;
     work_ = &work;
     parts_ = parts;
@@ -126,7 +126,7 @@ void Pool::take_parts(std::size_t worker) {
     try {
       (*work_)(part, worker);
     } catch (...) {
-      const std::lock_guard lock(mutex_);
+      const std::scoped_lock lock(mutex_);
       if (!failure_ || part < failed_part_) {
         failure_ = std::current_exception();
         failed_part_ = part;
@@ -142,7 +142,7 @@ void Pool::serve(std::size_t worker) {
   const simd::FloatMode mode;
   for (std::size_t seen = 0; join_task(seen);) {
     take_parts(worker);
-    const std::lock_guard lock(mutex_);
+    const std::scoped_lock lock(mutex_);
     if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) task_ends_.notify_one();
   }
 }

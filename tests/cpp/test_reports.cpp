@@ -119,7 +119,7 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
             static_cast<std::size_t>(ranks - 2) * static_cast<std::size_t>(systems) * sizeof(frame::CalculatorLoad);
         const auto reports = static_cast<std::size_t>(children) * static_cast<std::size_t>(600 + 300 * systems);
         CHECK(arrived.bytes.at(Phase::report) <= kFrames * (loads + reports));
-        CHECK(arrived.messages.count(Phase::log) == 0);  // nobody asked for a log
+        CHECK(!arrived.messages.contains(Phase::log));  // nobody asked for a log
       }
     }
   }

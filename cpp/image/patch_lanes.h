@@ -137,7 +137,7 @@ struct PartType<1> {
 #endif
 /// Lanes kPart * kWidth and those after it.
 template <int kPart>
-using Part = PartType<kPart>::Type;
+using Part = typename PartType<kPart>::Type;  // NOLINT(readability-redundant-typename): clang 14 needs it
 
 template <int kPart>
 MOTES_INLINE Part<kPart> spread_eight(Eight pixels) {

@@ -97,6 +97,24 @@ TEST(a_task_throws_what_its_lowest_failing_part_threw) {
   }
 }
 
+TEST(a_part_that_fails_later_counts_if_it_is_lower) {
+  Pool pool(2);
+  std::atomic<bool> other_failed{false};
+  std::string what;
+  try {
+    pool.run(2, [&](std::size_t part, std::size_t) {
+      for (int wait = 0; part == 0 && wait < 2000 && !other_failed; ++wait) {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+      if (part == 1) other_failed = true;
+      throw std::runtime_error("part " + std::to_string(part));
+    });
+  } catch (const std::runtime_error& error) {
+    what = error.what();
+  }
+  CHECK(what == "part 0");
+}
+
 TEST(a_pool_that_waits_uses_no_processor) {
   Pool pool(4);
   std::atomic<int> runs{0};

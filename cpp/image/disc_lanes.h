@@ -75,7 +75,8 @@ MOTES_INLINE Ints either(Mask mask, Ints yes, Ints no) { return (mask & yes) | (
 MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
   const Floats most = all(static_cast<float>(image::kMaxFootprint));
   const Floats within = min(diameter, most);
-  const Ints below = min_ints(to_ints(within), all_ints(image::kMaxFootprint - 1));
+  // Lanes without a record hold anything: they look up something, too.
+  const Ints below = max_ints(min_ints(to_ints(within), all_ints(image::kMaxFootprint - 1)), all_ints(0));
 #if MOTES_WIDTH == 512
   const Floats table = load(task.gain);
   const Floats low = pick(table, below), high = pick(table, below + 1);

@@ -92,11 +92,7 @@ void bind_pictures(py::module_& m) {
   m.def(
       "picture_bench",
       [](std::size_t particles, int width, int height, int repeats) {
-        frame::PictureBench b;
-        {
-          const py::gil_scoped_release release;
-          b = frame::picture_bench(particles, width, height, repeats);
-        }
+        const auto b = released([&] { return frame::picture_bench(particles, width, height, repeats); });
         py::dict d;
         d["project_ns"] = b.project;
         d["record_ns"] = b.record;

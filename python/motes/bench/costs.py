@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import json
 import statistics
-import subprocess
-import sys
 import time
 from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from .. import _core, launch
-from ..errors import MotesError
+from .. import _core
+from .jobs import figures_of
 
 __all__ = ["costs", "main"]
 
@@ -28,7 +26,7 @@ MESSAGES = {SMALL: 500, LARGE: 8}
 def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, Any]:
     """Measure all of them: nanoseconds of processor time."""
     picture = _core.picture_bench(particles, *size, repeats)
-    rounds = [_job() for _ in range(repeats)]
+    rounds = [figures_of("motes.bench.costs", 2, []) for _ in range(repeats)]
     small, large = (statistics.median(one[str(length)] for one in rounds) for length in (SMALL, LARGE))
     return {
         "particles": particles,
@@ -42,16 +40,6 @@ def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, A
         "kByte": max(0.0, large - small) / (LARGE - SMALL),
         "kMessage": small,
     }
-
-
-def _job() -> dict[str, float]:
-    argv = launch.command(2, [sys.executable, "-m", "motes.bench.costs"])
-    job = subprocess.run(argv, check=False, capture_output=True, text=True)
-    lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
-    if job.returncode != 0 or not lines:
-        raise MotesError(f"the job on 2 ranks failed:\n{job.stderr}")
-    figures: dict[str, float] = json.loads(lines[-1])
-    return figures
 
 
 def _talk(length: int, count: int) -> float:

@@ -65,13 +65,6 @@ struct DiscGroup {
 inline constexpr int kHidden = 0, kStill = 1, kMoving = 2,
                      kLarge = 3; // DiscGroup::state
 
-MOTES_INLINE Floats load_of(const float* from) { return load(from); }
-MOTES_INLINE Ints floor_of(Floats v) {
-  const Ints towards_zero = to_ints(v);
-  return towards_zero + (to_floats(towards_zero) > v); // a true lane is -1
-}
-MOTES_INLINE Ints either(Mask mask, Ints yes, Ints no) { return (mask & yes) | (~mask & no); }
-
 MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
   const Floats most = all(static_cast<float>(image::kMaxFootprint));
   const Floats within = min(diameter, most);
@@ -112,8 +105,8 @@ MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const ima
   const Floats over = select(follows, along_y, all(1.0f));
   const Floats side = select(follows, reach / abs(over), extent_x);
   const Floats left = x - side;
-  const Ints first = floor_of(y - extent_y) + 1, last = floor_of(y + extent_y);
-  const Ints column = floor_of(left) + 1;
+  const Ints first = floor_to_ints(y - extent_y) + 1, last = floor_to_ints(y + extent_y);
+  const Ints column = floor_to_ints(left) + 1;
   const Ints strips = (to_ints(2 * side) + kStrip) >> 3;
 
   Mask seen = (last >= 0) & (first <= task.rows - 1) & (last >= first);
@@ -123,7 +116,7 @@ MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const ima
   for (int i = 0; i < kWidth; ++i) lane[i] = i;
   seen &= lane < count;
   const Mask small = (last - first < DiscGroup::kRows) & (strips <= DiscGroup::kStrips);
-  store_mask(g.state, seen & either(small, either(moving, all_ints(kMoving), all_ints(kStill)), all_ints(kLarge)));
+  store_mask(g.state, seen & select(small, select(moving, all_ints(kMoving), all_ints(kStill)), all_ints(kLarge)));
 
   const Floats light = to_floats(load_mask(g.light)) * (1.0f / image::kAllLight);
   store(g.total, radius * radius * (DiscShape::kFullTurn / 3) * light * gain_of(task, 2 * radius));
@@ -179,7 +172,7 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
   for (int strip = 0; strip < g.strips[i]; ++strip) {
     for (int row = 0; row < rows; row += kWidth) {
       const Floats y = numbers_from(g.first[i] + row) - g.y[i];
-      const Ints start = floor_of(y * g.slope[i] + g.left[i]) + 1;
+      const Ints start = floor_to_ints(y * g.slope[i] + g.left[i]) + 1;
       if (strip == 0) store_mask(g.start[i] + row, start);
       const Floats x = to_floats(start + strip * kStrip) - g.x[i];
       const Floats along = x * g.along_x[i] + y * g.along_y[i];

@@ -12,12 +12,6 @@ namespace motes::MOTES_ISA {
 
 inline constexpr float kLargest = 3.402823466e38f;
 
-/// Rounds down; |v| < 2^24.
-MOTES_INLINE Ints floor_to_ints(Floats v) {
-  const Ints towards_zero = to_ints(v);
-  return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
-}
-
 #if MOTES_WIDTH != 0
 // Words, or pairs of them, of two vectors in turn: of the lower or the upper half of each four lanes.
 #if MOTES_WIDTH == 512

@@ -117,6 +117,7 @@ MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
   return (Floats)(((Ints)yes & mask) | ((Ints)no & ~mask));
 #endif
 }
+MOTES_INLINE Ints select(Mask mask, Ints yes, Ints no) { return (Ints)select(mask, (Floats)yes, (Floats)no); }
 
 MOTES_INLINE bool any(Mask mask) {
 #if MOTES_WIDTH == 512
@@ -224,5 +225,10 @@ MOTES_INLINE Floats pick(Floats table, Ints at) {
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }
 /// Rounds towards zero; the caller keeps lanes within the range of a 32-bit integer.
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }
+/// Rounds down; |v| < 2^24.
+MOTES_INLINE Ints floor_to_ints(Floats v) {
+  const Ints towards_zero = to_ints(v);
+  return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
+}
 
 }  // namespace motes::MOTES_ISA

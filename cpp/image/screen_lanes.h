@@ -14,21 +14,10 @@ inline constexpr float kLargest = 3.402823466e38f;
 
 #if MOTES_WIDTH != 0
 // Words, or pairs of them, of two vectors in turn: of the lower or the upper half of each four lanes.
-#if MOTES_WIDTH == 512
-#define MOTES_INTERLEAVE(name, form) \
-  MOTES_INLINE Uints name(Uints a, Uints b) { return (Uints)_mm512_##form((__m512i)a, (__m512i)b); }
-#elif MOTES_WIDTH == 256
-#define MOTES_INTERLEAVE(name, form) \
-  MOTES_INLINE Uints name(Uints a, Uints b) { return (Uints)_mm256_##form((__m256i)a, (__m256i)b); }
-#else
-#define MOTES_INTERLEAVE(name, form) \
-  MOTES_INLINE Uints name(Uints a, Uints b) { return (Uints)_mm_##form((__m128i)a, (__m128i)b); }
-#endif
-MOTES_INTERLEAVE(interleave_low, unpacklo_epi32)
-MOTES_INTERLEAVE(interleave_high, unpackhi_epi32)
-MOTES_INTERLEAVE(interleave_low_pairs, unpacklo_epi64)
-MOTES_INTERLEAVE(interleave_high_pairs, unpackhi_epi64)
-#undef MOTES_INTERLEAVE
+MOTES_INTEGERS(Uints, interleave_low, unpacklo_epi32)
+MOTES_INTEGERS(Uints, interleave_high, unpackhi_epi32)
+MOTES_INTEGERS(Uints, interleave_low_pairs, unpacklo_epi64)
+MOTES_INTEGERS(Uints, interleave_high_pairs, unpackhi_epi64)
 #endif
 
 /// 0..1 to 0..255, rounded to nearest; NaN to 0.

@@ -12,28 +12,16 @@ using Shorts = std::int16_t __attribute__((vector_size(4 * MOTES_LANES)));
 MOTES_INLINE Shorts all_shorts(int value) { return Shorts{} + static_cast<std::int16_t>(value); }
 MOTES_INLINE void store_shorts(std::uint16_t* to, Shorts v) { __builtin_memcpy(to, &v, sizeof v); }
 
-#if MOTES_WIDTH == 512
-#define MOTES_SHORTS(name, form) \
-  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm512_##form((__m512i)a, (__m512i)b); }
-#elif MOTES_WIDTH == 256
-#define MOTES_SHORTS(name, form) \
-  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm256_##form((__m256i)a, (__m256i)b); }
-#elif MOTES_WIDTH == 128
-#define MOTES_SHORTS(name, form) \
-  MOTES_INLINE Shorts name(Shorts a, Shorts b) { return (Shorts)_mm_##form((__m128i)a, (__m128i)b); }
-#endif
-
 #if MOTES_WIDTH != 0
 /// Sums that stay at the greatest or least number where they would overflow.
-MOTES_SHORTS(add_saturating, adds_epi16)
+MOTES_INTEGERS(Shorts, add_saturating, adds_epi16)
 /// Differences of unsigned numbers, at least 0.
-MOTES_SHORTS(subtract_to_zero, subs_epu16)
-MOTES_SHORTS(min_shorts, min_epi16)
-MOTES_SHORTS(max_shorts, max_epi16)
+MOTES_INTEGERS(Shorts, subtract_to_zero, subs_epu16)
+MOTES_INTEGERS(Shorts, min_shorts, min_epi16)
+MOTES_INTEGERS(Shorts, max_shorts, max_epi16)
 /// The upper halves of products of signed and of unsigned numbers.
-MOTES_SHORTS(multiply_high, mulhi_epi16)
-MOTES_SHORTS(multiply_high_unsigned, mulhi_epu16)
-#undef MOTES_SHORTS
+MOTES_INTEGERS(Shorts, multiply_high, mulhi_epi16)
+MOTES_INTEGERS(Shorts, multiply_high_unsigned, mulhi_epu16)
 #else
 template <class Do>
 MOTES_INLINE Shorts each_short(Shorts a, Shorts b, const Do& what) {

@@ -35,6 +35,18 @@
 
 #define MOTES_INLINE inline __attribute__((always_inline))
 
+// Defines `name`, which makes one vector of integers of two by an instruction whose intrinsics end in `form`.
+#if MOTES_WIDTH == 512
+#define MOTES_INTEGERS(Vector, name, form) \
+  MOTES_INLINE Vector name(Vector a, Vector b) { return (Vector)_mm512_##form((__m512i)a, (__m512i)b); }
+#elif MOTES_WIDTH == 256
+#define MOTES_INTEGERS(Vector, name, form) \
+  MOTES_INLINE Vector name(Vector a, Vector b) { return (Vector)_mm256_##form((__m256i)a, (__m256i)b); }
+#elif MOTES_WIDTH == 128
+#define MOTES_INTEGERS(Vector, name, form) \
+  MOTES_INLINE Vector name(Vector a, Vector b) { return (Vector)_mm_##form((__m128i)a, (__m128i)b); }
+#endif
+
 namespace motes::MOTES_ISA {
 
 inline constexpr std::size_t kLanes = MOTES_LANES;
@@ -179,26 +191,13 @@ MOTES_INLINE Floats max(Floats a, Floats b) {
 #endif
 }
 MOTES_INLINE Ints all_ints(int value) { return Ints{} + value; }
-MOTES_INLINE Ints max_ints(Ints a, Ints b) {
-#if MOTES_WIDTH == 512
-  return (Ints)_mm512_max_epi32((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Ints)_mm256_max_epi32((__m256i)a, (__m256i)b);
-#else
-  const Mask first = a > b;
-  return (a & first) | (b & ~first);
+#if MOTES_WIDTH >= 256
+MOTES_INTEGERS(Ints, max_ints, max_epi32)
+MOTES_INTEGERS(Ints, min_ints, min_epi32)
+#else  // SSE2 has no such instructions
+MOTES_INLINE Ints max_ints(Ints a, Ints b) { return select(a > b, a, b); }
+MOTES_INLINE Ints min_ints(Ints a, Ints b) { return select(a < b, a, b); }
 #endif
-}
-MOTES_INLINE Ints min_ints(Ints a, Ints b) {
-#if MOTES_WIDTH == 512
-  return (Ints)_mm512_min_epi32((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Ints)_mm256_min_epi32((__m256i)a, (__m256i)b);
-#else
-  const Mask first = a < b;
-  return (a & first) | (b & ~first);
-#endif
-}
 
 MOTES_INLINE Floats abs(Floats v) { return (Floats)((Ints)v & 0x7fffffff); }
 

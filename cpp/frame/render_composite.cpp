@@ -1,59 +1,45 @@
 #include "frame/render_composite.h"
 
-#include <algorithm>
+#include <atomic>
 #include <stdexcept>
+
+#include "frame/render_slots.h"
 
 namespace motes::frame {
 
 namespace {
 
-// Slots of a thread at a time.
-constexpr int kSlots = 8;
-
-struct Made {
-  particles::Bytes bytes;
-  std::uint64_t records = 0;
-  int tiles = 0;
-};
-
-// tile u32, records u64, size u64, then the partial tile.
-void put_partial(const Painter& painter, image::PreparedScene& scene, int tile, std::size_t worker,
-                 image::TileWorker& by, Made& made) {
+// tile u32, records u64, size u64, then the partial tile; nothing where no record touches the tile. Returns how many
+// do.
+std::uint64_t put_partial(Painter& painter, int tile, std::size_t worker, particles::Bytes& out) {
+  image::TileWorker& by = painter.workers[worker];
   painter.pieces.collect(tile, by.pieces);
   std::erase_if(by.pieces, [&](const image::Piece& piece) { return !piece.brush->blends(*painter.merged); });
   std::uint64_t records = 0;
   for (const image::Piece& piece : by.pieces) records += piece.count;
-  if (records == 0) return;
-  scene.render(tile, worker);  // objects hide what is behind them
-  by.painter.start_bare(scene.grid().area(tile));
+  if (records == 0) return 0;
+  painter.scene.render(tile, worker);  // objects hide what is behind them
+  by.painter.start_bare(painter.scene.grid().area(tile));
   by.painter.paint(by.pieces);
   by.partial.resize(0);
   by.painter.save_partial(by.partial);
-  made.bytes.put(static_cast<std::uint32_t>(tile));
-  made.bytes.put(records);
-  made.bytes.put(static_cast<std::uint64_t>(by.partial.size()));
-  made.bytes.put_raw(by.partial.data(), by.partial.size());
-  made.records += records;
-  ++made.tiles;
+  out.put(static_cast<std::uint32_t>(tile));
+  out.put(records);
+  out.put(static_cast<std::uint64_t>(by.partial.size()));
+  out.put_raw(by.partial.data(), by.partial.size());
+  return records;
 }
 
 }  // namespace
 
 std::uint64_t put_partials(const Rank& rank, Painter& painter, int first, int end, particles::Bytes& out) {
-  std::vector<Made> parts(static_cast<std::size_t>((end - first + kSlots - 1) / kSlots));
-  rank.pool->run(parts.size(), [&](std::size_t part, std::size_t worker) {
-    const int begin = first + static_cast<int>(part) * kSlots;
-    for (int slot = begin; slot < std::min(end, begin + kSlots); ++slot) {
-      put_partial(painter, painter.scene, painter.slots.tile(slot), worker, painter.workers[worker], parts[part]);
-    }
+  std::atomic<std::uint64_t> all{0};
+  std::atomic<int> made{0};  // partial tiles
+  put_slots(*rank.pool, first, end, out, [&](int slot, std::size_t worker, particles::Bytes& bytes) {
+    const std::uint64_t records = put_partial(painter, painter.slots.tile(slot), worker, bytes);
+    all += records;
+    made += records > 0 ? 1 : 0;
   });
-  std::uint64_t all = 0;
-  int made = 0;
-  for (const Made& part : parts) {
-    out.put_raw(part.bytes.data(), part.bytes.size());
-    all += part.records;
-    made += part.tiles;
-  }
   rank.machine.charge_once(rank.machine.costs().picture * made / painter.scene.grid().tiles());
   rank.machine.charge(rank.machine.costs().draw * static_cast<double>(all));
   return all;

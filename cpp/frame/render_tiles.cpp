@@ -1,11 +1,11 @@
 #include "frame/render_tiles.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cstring>
 
 #include "frame/render_composite.h"
 #include "frame/render_project.h"
+#include "frame/render_slots.h"
 
 namespace motes::frame {
 namespace {
@@ -58,7 +58,7 @@ class TilesOfRank {
   // Draws into the picture itself.
   void draw_here() {
     const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
-    rank_.pool->run(slots(), [&](std::size_t part, std::size_t worker) {
+    rank_.pool->run(static_cast<std::size_t>(end_ - first_), [&](std::size_t part, std::size_t worker) {
       const int slot = first_ + static_cast<int>(part);
       image::TileWorker& by = painter_.workers[worker];
       const Area area = area_of(slot);
@@ -74,20 +74,12 @@ class TilesOfRank {
   }
 
   void draw_into(particles::Bytes& out) {
-    constexpr std::size_t kSlots = 8;  // of a thread at a time
-    std::vector<particles::Bytes> parts((slots() + kSlots - 1) / kSlots);
-    rank_.pool->run(parts.size(), [&](std::size_t part, std::size_t worker) {
-      const std::size_t begin = part * kSlots;
-      for (std::size_t slot = begin; slot < std::min(slots(), begin + kSlots); ++slot) {
-        put(first_ + static_cast<int>(slot), worker, parts[part]);
-      }
-    });
-    for (const particles::Bytes& part : parts) out.put_raw(part.data(), part.size());
+    put_slots(*rank_.pool, first_, end_, out,
+              [&](int slot, std::size_t worker, particles::Bytes& bytes) { put(slot, worker, bytes); });
     finish();
   }
 
  private:
-  std::size_t slots() const { return static_cast<std::size_t>(end_ - first_); }
   Area area_of(int slot) const { return painter_.scene.grid().area(painter_.slots.tile(slot)); }
 
   // Draws a tile into a message.

@@ -1,0 +1,25 @@
+// render: the threads of a rank write tiles into one message.
+#pragma once
+
+#include <algorithm>
+#include <vector>
+
+#include "particles/bytes.h"
+#include "threads/pool.h"
+
+namespace motes::frame {
+
+/// Calls put(slot, worker, bytes) for the slots first .. end - 1, on all threads; appends what it writes for each of
+/// them, in their order.
+template <class Put>
+void put_slots(threads::Pool& pool, int first, int end, particles::Bytes& out, const Put& put) {
+  constexpr int kSlots = 8;  // a thread takes so many at once
+  std::vector<particles::Bytes> parts(static_cast<std::size_t>((end - first + kSlots - 1) / kSlots));
+  pool.run(parts.size(), [&](std::size_t part, std::size_t worker) {
+    const int begin = first + static_cast<int>(part) * kSlots;
+    for (int slot = begin; slot < std::min(end, begin + kSlots); ++slot) put(slot, worker, parts[part]);
+  });
+  for (const particles::Bytes& part : parts) out.put_raw(part.data(), part.size());
+}
+
+}  // namespace motes::frame

@@ -148,6 +148,16 @@ bool contains(const std::vector<int>& list, int rank) {
   return std::find(list.begin(), list.end(), rank) != list.end();
 }
 
+// A run without trouble yet, of its own shape for each seed.
+Trouble trouble_of(std::uint64_t seed, int ranks) {
+  Trouble trouble;
+  trouble.ranks = ranks;
+  trouble.shared = seed % 2 == 0;
+  trouble.fan_out = 1 + static_cast<int>(seed % 3);
+  trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+  return trouble;
+}
+
 void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends) {
   const roles::Cast cast = trouble.shared ? roles::cast_shared(trouble.ranks) : roles::cast_auto(trouble.ranks);
   frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast,
@@ -193,11 +203,7 @@ std::map<int, End> ends_of(const Trouble& trouble, std::uint64_t seed) {
 
 TEST(all_ranks_blame_the_lowest_rank_that_failed_wherever_it_stands) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    Trouble trouble;
-    trouble.ranks = 2 + static_cast<int>(seed % 12);
-    trouble.shared = seed % 2 == 0;
-    trouble.fan_out = 1 + static_cast<int>(seed % 3);
-    trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+    Trouble trouble = trouble_of(seed, 2 + static_cast<int>(seed % 12));
     const int calculators = trouble.shared ? trouble.ranks : std::max(1, trouble.ranks - 2);
     const int lowest = trouble.ranks - 1 - static_cast<int>(seed * 7) % calculators;
     trouble.failing = {lowest, trouble.ranks - 1};
@@ -210,11 +216,7 @@ TEST(all_ranks_blame_the_lowest_rank_that_failed_wherever_it_stands) {
 
 TEST(all_ranks_hear_who_recorded_another_list_wherever_it_stands) {
   for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    Trouble trouble;
-    trouble.ranks = 4 + static_cast<int>(seed % 10);
-    trouble.shared = seed % 2 == 0;
-    trouble.fan_out = 1 + static_cast<int>(seed % 3);
-    trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+    Trouble trouble = trouble_of(seed, 4 + static_cast<int>(seed % 10));
     const int other = static_cast<int>(seed * 5) % trouble.ranks;
     trouble.differing = {other};
     if (seed % 3 == 0) trouble.failing = {trouble.ranks - 1};  // a failure beside it is not told

@@ -96,7 +96,7 @@ def threads(given: Any) -> int | None:
 
 
 def grain() -> int | None:
-    """Return how many particles a thread takes at once, at most: MOTES_GRAIN."""
+    """Return the most particles that one thread takes at once: MOTES_GRAIN."""
     told: int | None = read("MOTES_GRAIN")
     return told
 
@@ -195,7 +195,7 @@ TABLE = {
         ),
         Variable(
             "MOTES_GRAIN",
-            "how many particles a thread takes at once, at most; for tests of threads with few particles",
+            "the most particles that one thread takes at once; for tests of threads with few particles",
             f"an integer 1..{MOST_RANKS}",
             _up_to(MOST_RANKS),
             default_text="what is fastest",

@@ -334,6 +334,9 @@ class Proportional(_Native):
         return _core.proportional_policy(self.powers, self.threshold, self.min_particles, *self._options())
 
 
+BALANCERS = tuple(kind.__name__ for kind in (Static, Pairwise, Diffusive, PrefixCuts, Proportional))
+
+
 def __getattr__(name: str) -> Any:
     raise missing("motes.balance", name, __all__)
 

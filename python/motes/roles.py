@@ -12,7 +12,7 @@ from .errors import ArgumentError
 __all__ = ["Roles"]
 
 MOST_RANKS = 2**31 - 1
-Core = tuple[int, int, list[int]]
+Core = tuple[int, int, Sequence[int]]
 MIN_SPEED = environment.LEAST_SPEED
 
 

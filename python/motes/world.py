@@ -24,7 +24,7 @@ from ._run.progress import Progress
 from ._run.progress import check as check_progress
 from ._run.settings import RunSettings
 from ._run.speaking import mark
-from .balance import Balancer, Static
+from .balance import Balancer
 from .errors import ArgumentError, MotesError, MotesWarning
 from .first_frame import remarks_on
 from .frame import Frame
@@ -35,11 +35,6 @@ from .usage import Usage, Weakly, describe
 from .values import Settings, says_near_names
 
 __all__ = ["World"]
-
-AXES = {"x": 0, "y": 1, "z": 2}
-
-
-BALANCERS = ("Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional")
 
 
 class World(Settings):
@@ -102,36 +97,31 @@ class World(Settings):
         rank. `digest`: also log fingerprints of particles and pictures, one row per frame. `progress`:
         "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
         """
-        self._seed = None if seed is None else arguments.integer("seed", seed, high=2**64 - 1)
-        self._dt = arguments.number("dt", dt, low=1e-9, high=1e9)
-        self._substeps = arguments.integer("substeps", substeps, low=1, high=10_000)
-        self._axis = arguments.choice("axis", axis, tuple(AXES))
-        self._space = checks.interval(space)
-        if balancer is not None and not isinstance(balancer, Balancer):
-            raise ArgumentError("balancer", balancer, "None or a balancer of motes.balance", known=BALANCERS)
-        self._balancer = balancer if balancer is not None else Static()
         if checkpoint is not None:
             raise ArgumentError("checkpoint", checkpoint, "None")
-        self._combine = arguments.choice("combine", combine, ("one_by_one", "together", "overlapped"))
-        self._births = environment.births(births)
-        self._fan_out = environment.fan_out(fan_out)
-        self._threads = environment.threads(threads)
-        self._clock = arguments.choice("clock", clock, ("cpu", "wall"))
-        if comm is not None and not isinstance(comm, MPI.Intracomm):
-            raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
-        if log is not None and not isinstance(log, (str, os.PathLike)):
-            raise ArgumentError("log", log, "None or a directory's path")
+        self._comm = checks.communicator(comm)
+        self._settings = RunSettings(
+            seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
+            dt=arguments.number("dt", dt, low=1e-9, high=1e9),
+            substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
+            axis=checks.axis(axis),
+            space=checks.interval(space),
+            roles=_roles.cast(roles, self._comm.size),
+            balancer=checks.balancer(balancer),
+            combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
+            births=environment.births(births),
+            fan_out=environment.fan_out(fan_out),
+            threads=environment.threads(threads),
+            clock=arguments.choice("clock", clock, ("cpu", "wall")),
+            digest=arguments.flag("digest", digest),
+            log=checks.directory(log),
+            spans=checks.spans(spans, log=log),
+            speeds=_roles.speeds(roles, self._comm.size),
+            stall_s=environment.stall_s(),
+        )
+        self._cast = self._settings.roles
         self.renderer = renderer
-        self._log = None if log is None else os.fspath(log)
-        self._spans = arguments.flag("spans", spans)
-        if self._spans and log is None:
-            raise ArgumentError("spans", spans, "False where there is no log")
-        self._digest = arguments.flag("digest", digest)
         self._progress_way = check_progress(progress)
-        self._stall_s = environment.stall_s()
-        self._comm: MPI.Intracomm = MPI.COMM_WORLD if comm is None else comm
-        self._cast = _roles.cast(roles, self._comm.size)
-        self._speeds = _roles.speeds(roles, self._comm.size)
         self._systems: list[System] = []
         self._names: set[str] = set()
         self._unseen: list[System] = []  # whose first list has not run yet
@@ -179,22 +169,22 @@ class World(Settings):
     @property
     def time(self) -> float:
         """Seconds of the animation at the frame's start."""
-        return self.frame * self._dt
+        return self.frame * self.dt
 
     @property
     def dt(self) -> float:
         """Seconds per frame."""
-        return self._dt
+        return self._settings.dt
 
     @property
     def seed(self) -> int | None:
         """The seed; None before a run that draws its own."""
-        return self._seed
+        return self._settings.seed
 
     @property
     def threads(self) -> int | None:
         """This rank's threads; None before a run that leaves them to the machine."""
-        return self._threads
+        return self._settings.threads
 
     @property
     def systems(self) -> tuple[System, ...]:
@@ -233,13 +223,11 @@ class World(Settings):
         checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
-        if sprite is not None and not isinstance(sprite, Sprite):
-            raise ArgumentError("sprite", sprite, "None or a motes.Sprite")
         definition = {
             "capacity": capacity,
-            "axis": AXES[self._axis if axis is None else arguments.choice("axis", axis, tuple(AXES))],
-            "space": self._space if space is None else checks.interval(space),
-            "sprite": sprite if sprite is not None else Sprite(),
+            "axis": checks.AXES.index(self._settings.axis if axis is None else checks.axis(axis)),
+            "space": self._settings.space if space is None else checks.interval(space),
+            "sprite": checks.sprite(sprite),
             "attributes": checks.user_attributes({} if attributes is None else attributes),
         }
         made = System(self, len(self._systems), name, definition)
@@ -274,11 +262,9 @@ class World(Settings):
         return self
 
     def _start(self, run: OpenRun) -> None:
-        announce = self._seed is None
+        announce = self.seed is None
         role = _core.describe_role(self._cast, self.rank)
-        settings = handshake.meet(run, self._comm, self._settings(), role)
-        self._seed = settings.seed
-        self._threads = settings.threads
+        settings = self._settings = handshake.meet(run, self._comm, self._settings, role)
         _core.name_crashes(mark() or "")
         _core.set_place(process.describe(run))
         hosts = [peer.host for peer in run.peers]
@@ -289,7 +275,7 @@ class World(Settings):
             # The garbage collector cannot see what the engine holds: it must not hold the world.
             while_waiting=lambda _: busy.look_around(run),
             describe=partial(describe, self._cast),
-            stall_s=self._stall_s,
+            stall_s=settings.stall_s,
             alive=lambda rank: bool(run.watch and run.watch.alive(rank)),
             warn=lambda text: tell(f"motes: {text}"),
         )
@@ -299,43 +285,17 @@ class World(Settings):
         self._recording = scenefile.claim(self._engine)
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
-        if announce:  # whatever `progress` is: without it the run cannot be repeated
-            self._tell(f"seed {self._seed}")
-        if self._log is not None and self.rank == self._cast[0]:
-            ranks = [{"rank": i, "host": host, "threads": run.threads[i]} for i, host in enumerate(hosts)]
-            run_file.write_run(self._log, self._facts(), ranks)
-
-    def _settings(self) -> RunSettings:
-        return RunSettings(
-            seed=self._seed,
-            dt=self._dt,
-            substeps=self._substeps,
-            axis=self._axis,
-            space=self._space,
-            roles=self._cast,
-            balancer=self._balancer,
-            combine=self._combine,
-            births=self._births,
-            fan_out=self._fan_out,
-            threads=self._threads,
-            clock=self._clock,
-            digest=self._digest,
-            log=self._log,
-            spans=self._spans,
-            speeds=self._speeds,
-            stall_s=self._stall_s,
-        )
+        if announce and self.rank == self._cast[0]:  # whatever `progress` is: nobody could repeat the run
+            tell(f"seed {self.seed}")
+        if settings.log is not None and self.rank == self._cast[0]:
+            run_file.write_run(settings.log, self._facts(), hosts, run.threads)
 
     def _facts(self) -> dict[str, Any]:
         return {
-            **self._settings().for_log(),
+            **self._settings.for_log(),
             "systems": [system.name for system in self._systems],
-            "axes": ["xyz"[system._definition["axis"]] for system in self._systems],
+            "axes": [checks.AXES[system._definition["axis"]] for system in self._systems],
         }
-
-    def _tell(self, text: str) -> None:
-        if self.rank == self._cast[0]:
-            tell(text)
 
     def _call_back(self, system: int, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
         self._systems[system]._call_back(number, begin, chosen)
@@ -406,7 +366,7 @@ class World(Settings):
         index = self.frame
         engine = self._run("render()", self.renderer.view())
         home = self._cast[1]
-        time = (index + 1) * self._dt
+        time = (index + 1) * self.dt
         if self._recording is not None and not self._recording.full:
             return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
         kept = self.renderer.kept(engine)
@@ -415,7 +375,7 @@ class World(Settings):
         pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
         frame = Frame(index, time, pixels, **kept, home=home, rank=self.rank)
         self._last_picture = weakref.ref(frame)
-        if self._digest:
+        if self._settings.digest:
             engine.set_image_sha256(frame.digest())
         return frame
 
@@ -423,7 +383,7 @@ class World(Settings):
         """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
         index = self.frame
         self._run("step()", None)
-        return Frame(index, (index + 1) * self._dt, None, home=None, rank=self.rank)
+        return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank)
 
     def _run(self, call: str, view: _core.View | None) -> _core.Engine:
         engine = self._begin(call)

@@ -2,23 +2,89 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Container, Mapping
 from typing import Any
 
 import numpy as np
+from mpi4py import MPI
 
 from . import _core, arguments
+from .balance import BALANCERS, Balancer, Static
 from .errors import ArgumentError
 from .rendering import Renderer
+from .sprites import Sprite
 
-__all__ = ["interval", "renderer", "system_name", "user_attributes"]
+__all__ = [
+    "AXES",
+    "axis",
+    "balancer",
+    "communicator",
+    "directory",
+    "interval",
+    "renderer",
+    "spans",
+    "sprite",
+    "system_name",
+    "user_attributes",
+]
+
+AXES = "xyz"
+
+
+def axis(value: Any) -> str:
+    """Return `value`, one of `AXES`."""
+    return arguments.choice("axis", value, tuple(AXES))
+
+
+def balancer(value: Any) -> Balancer:
+    """Return `value`, or the balancer that keeps cuts for None."""
+    if value is None:
+        return Static()
+    if not isinstance(value, Balancer):
+        raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
+    return value
+
+
+def communicator(comm: Any) -> MPI.Intracomm:
+    """Return `comm`, or that of all ranks for None."""
+    if comm is None:
+        return MPI.COMM_WORLD
+    if not isinstance(comm, MPI.Intracomm):
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    return comm
+
+
+def directory(log: Any) -> str | None:
+    """Return `log` as a text, or None."""
+    if log is None:
+        return None
+    if not isinstance(log, (str, os.PathLike)):
+        raise ArgumentError("log", log, "None or a directory's path")
+    return os.fspath(log)
+
+
+def spans(value: Any, *, log: Any) -> bool:
+    """Return `value`, True or False: spans need a log."""
+    if arguments.flag("spans", value) and log is None:
+        raise ArgumentError("spans", value, "False where there is no log")
+    return bool(value)
 
 
 def renderer(argument: str, value: Any) -> Renderer | None:
     """Return `value`, a renderer or None."""
     if value is not None and not isinstance(value, Renderer):
         raise ArgumentError(argument, value, "None or a motes.Renderer")
+    return value
+
+
+def sprite(value: Any) -> Sprite:
+    """Return `value`, or the default sprite for None."""
+    if value is None:
+        return Sprite()
+    if not isinstance(value, Sprite):
+        raise ArgumentError("sprite", value, "None or a motes.Sprite")
     return value
 
 

@@ -25,9 +25,9 @@ SCHEMA = 1
 
 
 def write_run(
-    directory: str | os.PathLike[str], facts: dict[str, Any], ranks: Sequence[dict[str, Any]]
+    directory: str | os.PathLike[str], facts: dict[str, Any], hosts: Sequence[str], threads: Sequence[int]
 ) -> None:
-    """Write `directory`/run.json from the world's facts and one row per rank."""
+    """Write `directory`/run.json from the world's facts, and the host and threads of each rank."""
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = script.read_text(errors="replace") if script is not None and script.is_file() else ""
     run = {
@@ -37,7 +37,7 @@ def write_run(
         "script": text,
         "script_sha256": hashlib.sha256(text.encode()).hexdigest(),
         **facts,
-        "ranks": list(ranks),
+        "ranks": [{"rank": rank, "host": host, "threads": threads[rank]} for rank, host in enumerate(hosts)],
         "motes": _version("motes"),
         "mpi": _core.mpi_version(),
         "mpi4py": mpi4py.__version__,

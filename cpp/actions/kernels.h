@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "actions/action.h"
 #include "actions/block.h"
@@ -25,6 +26,12 @@ constexpr void fields(Visitor& visit, Distribution& distribution) {
   visit(distribution.kind, distribution.first, distribution.second, distribution.shape);
 }
 
+/// Who stays: low <= x < high.
+struct Band {
+  const float* x = nullptr;  // a plane of coordinates, from the block's first particle on
+  float low = 0, high = 0;
+};
+
 struct Kernels {
   Kernel action[kKinds];
 
@@ -43,10 +50,9 @@ struct Kernels {
   /// inside[i] = whether the shape contains particle i.
   void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);
 
-  /// Writes the indices of dead particles to `dead`. Where `axis` is a plane, writes those of living particles not in
-  /// low <= x < high to `left`. Indices count from `base`. Each array has room for kPadding more indices than there are
-  /// particles.
-  void (*collect)(const Block&, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
+  /// Writes the indices of dead particles to `dead`, those of living particles outside of one of at most three bands to
+  /// `left`. Indices count from `base`. Each array has room for kPadding more indices than there are particles.
+  void (*collect)(const Block&, std::span<const Band> bands, std::uint32_t base, std::uint32_t* dead,
                   std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
 };
 

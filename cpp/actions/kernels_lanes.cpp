@@ -13,17 +13,19 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
   });
 }
 
-void collect(const actions::Block& b, const float* axis, float low, float high, std::uint32_t base, std::uint32_t* dead,
-             std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
+// One band is what slabs have: the count is known to the compiler, so more of them cost slabs nothing.
+template <std::size_t Bands>
+void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* dead,
+                    std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
   constexpr std::uint32_t kNumbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   static_assert(kLanes <= particles::kPadding && particles::kPadding == std::size(kNumbers));
   const Uints lane = load_uints(kNumbers);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Mask killed = load_mask(b.dead + i);
     Mask away = Mask{};
-    if (axis != nullptr) {
-      const Floats x = load(axis + i);
-      away = ~((x >= low) & (x < high));
+    for (std::size_t k = 0; k < Bands; ++k) {
+      const Floats x = load(bands[k].x + i);
+      away = away | ~((x >= bands[k].low) & (x < bands[k].high));
     }
     if (!any(killed | away)) continue;
     const Mask here = (Mask)(lane < static_cast<std::uint32_t>(b.count - i));
@@ -31,6 +33,12 @@ void collect(const actions::Block& b, const float* axis, float low, float high, 
     dead_count += squeeze(dead + dead_count, index, killed & here);
     left_count += squeeze(left + left_count, index, away & ~killed & here);
   }
+}
+
+void collect(const actions::Block& b, std::span<const actions::Band> bands, std::uint32_t base, std::uint32_t* dead,
+             std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
+  constexpr auto kBy = std::array{collect_beyond<0>, collect_beyond<1>, collect_beyond<2>, collect_beyond<3>};
+  kBy[bands.size()](b, bands.data(), base, dead, dead_count, left, left_count);
 }
 
 }  // namespace

@@ -85,13 +85,14 @@ std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::ve
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(settings));
 }
 
-int add_system(Engine& engine, const std::string& name, std::optional<std::uint64_t> capacity, int axis,
-               const py::object& space, const image::Sprite& sprite,
+int add_system(Engine& engine, const std::string& name, std::optional<std::uint64_t> capacity, unsigned axes,
+               const py::object& space, int domains_of, const image::Sprite& sprite,
                const std::vector<std::tuple<std::string, int, std::array<float, 3>>>& attributes) {
   recording::SystemDefinition definition;
   definition.name = name;
   if (capacity) definition.capacity = *capacity;
-  definition.axis = axis;
+  definition.axes.bits = static_cast<std::uint8_t>(axes);
+  definition.domains_of = domains_of;
   definition.sprite = sprite;
   if (py::isinstance<py::str>(space)) {
     definition.space.kind = domains::Space::Kind::fit;
@@ -195,7 +196,11 @@ void bind_reading(py::class_<Engine>& engine) {
       .def("count", [](Engine& e, int system) { return computed(e, system).counts.alive; })
       .def("born", [](Engine& e, int system) { return computed(e, system).counts.born; })
       .def("dropped", [](Engine& e, int system) { return computed(e, system).counts.dropped; })
-      .def("cuts", [](Engine& e, int system) { return computed(e, system).domains.cuts(); });
+      .def("cuts", [](Engine& e, int system) {
+        std::vector<std::pair<int, float>> cuts;
+        for (const domains::Cut& cut : computed(e, system).domains.tree()) cuts.emplace_back(cut.axis, cut.at);
+        return cuts;
+      });
 }
 
 // The picture of the last frame, on the image generator.
@@ -252,8 +257,8 @@ void bind_engine(py::module_& m) {
   engine
       .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("facts"), py::arg("while_waiting"),
            py::arg("describe"), py::arg("stall_s"), py::arg("alive") = py::none(), py::arg("warn") = py::none())
-      .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axis"), py::arg("space"),
-           py::arg("sprite"), py::arg("attributes"))
+      .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axes"), py::arg("space"),
+           py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"))
       .def("record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })

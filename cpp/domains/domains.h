@@ -1,12 +1,15 @@
-// Where a particle belongs: the slices of space along one axis, one per calculator, for one system (paper 3.1.4).
+// Where a particle belongs: which calculator owns it, for one system (paper 3.1.4). Domains are slabs along one axis,
+// bricks made by halving space along two or three, or the particles are dealt out by id.
 #pragma once
 
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <optional>
+#include <limits>
 #include <span>
 #include <vector>
+
+#include "domains/axes.h"
 
 namespace motes::domains {
 
@@ -17,7 +20,7 @@ inline constexpr float kInfinite = 1048576.0f;  // 2^20
 struct Space {
   enum class Kind : unsigned char { finite, infinite, fit };
   Kind kind = Kind::infinite;
-  double low = 0;   // metres, kind finite
+  double low = 0;   // metres, kind finite; the same interval along each axis that is cut
   double high = 0;
 
   bool operator==(const Space&) const = default;
@@ -28,40 +31,90 @@ constexpr void fields(Visitor& visit, Space& space) {
   visit(space.kind, space.low, space.high);
 }
 
-/// The n domains of one system: n - 1 ascending cuts. Domain i holds cuts[i-1] <= x < cuts[i]; the first and the last
-/// extend to infinity. Particles whose coordinate is NaN belong to the last.
+/// A part of space, half-open: low <= x < high along each axis. Outer faces are at infinity.
+struct Box {
+  static constexpr float kInf = std::numeric_limits<float>::infinity();
+  std::array<float, 3> low{-kInf, -kInf, -kInf};
+  std::array<float, 3> high{kInf, kInf, kInf};
+
+  bool operator==(const Box&) const = default;
+};
+
+/// Where particles are, and who they are: planes of coordinates and ids. Only what the domains look at must be there:
+/// the planes of the axes that are cut, or the ids.
+struct Places {
+  std::array<const float*, 3> position{};  // x, y, z
+  const std::uint64_t* ids = nullptr;
+  std::size_t count = 0;
+};
+
+/// The coordinate, 0 <= s < 1, that takes the place of x where particles are dealt out by id: multiples of the golden
+/// ratio, modulo 1. Any run of consecutive ids fills the interval evenly.
+inline float scattered(std::uint64_t id) { return static_cast<float>((id * 0x9E3779B97F4A7C15u) >> 40) * 0x1p-24f; }
+
+/// A cut: what is at x < at lies on its left, everything else on its right, NaN too.
+struct Cut {
+  std::int32_t axis = 0;  // 0..2: x, y, z; kById
+  float at = 0;           // metres
+
+  bool operator==(const Cut&) const = default;
+};
+static_assert(sizeof(Cut) == 8);  // as it travels
+
+/// Where n domains are halved: the first n / 2 of them lie to the left of the cut, which is number n / 2 - 1 of the n
+/// - 1. Cut i so stands between domains i and i + 1 in their order, whatever the axes.
+constexpr int left_part(int domains) { return domains / 2; }
+
+/// The n domains of one system: a tree of n - 1 cuts. Where all have the same axis, domains are slabs and the cuts
+/// ascend: domain i holds cuts[i-1] <= x < cuts[i]. Outer faces are at infinity; a coordinate that is NaN lies beyond
+/// every cut of its axis, so slabs give NaN to the last domain.
 class Domains {
  public:
   /// One domain that holds everything.
   Domains() = default;
-  /// Throws std::invalid_argument where the cuts do not ascend or one of them is NaN.
-  explicit Domains(std::vector<float> cuts);
+  /// Slabs along an axis (0..2), or parts of the ids (kById). Throws std::invalid_argument where the cuts do not ascend
+  /// or one of them is NaN.
+  explicit Domains(std::vector<float> cuts, int axis = 0);
+  /// Any tree, its cuts in the order of the domains that they stand between. Throws std::invalid_argument where a cut
+  /// lies outside the part of space that it halves, is NaN, or has no such axis.
+  static Domains of(const std::vector<Cut>& tree);
 
   int count() const { return static_cast<int>(cuts_.size()) + 1; }
+  /// Positions of the cuts, in the order of the domains: ascending for slabs.
   const std::vector<float>& cuts() const { return cuts_; }
+  /// The axis of all cuts, or -1 where they differ: then `tree` says.
+  int axis() const { return axis_; }
+  /// The axis of the cut that halves all of space.
+  int halved() const { return axis_ >= 0 ? axis_ : nodes_[static_cast<std::size_t>(left_part(count()))].axis; }
+  /// All cuts with their axes.
+  std::vector<Cut> tree() const;
 
-  /// The single rule of ownership: create, exchange and donate all use it.
-  int owner_of(float x) const {
+  /// The single rule of ownership: births, exchange, reads and donation all use it.
+  int owner_of(const std::array<float, 3>& position, std::uint64_t id) const {
     std::uint32_t owner = 0;
-    owners_of({&x, 1}, &owner);
+    owners_of({{&position[0], &position[1], &position[2]}, &id, 1}, &owner);
     return static_cast<int>(owner);
   }
   /// The same for many particles.
-  void owners_of(std::span<const float> x, std::uint32_t* owners) const;
+  void owners_of(const Places& places, std::uint32_t* owners) const;
 
+  /// The part of space that belongs to a domain: owner_of gives p to it exactly where p lies in the box. All of space
+  /// where ids decide.
+  Box box(int domain) const;
+
+  // The ends of a domain along the one axis of its cuts, or among the ids.
   float low(int domain) const;   // -infinity for the first
   float high(int domain) const;  // infinity for the last
 
   bool operator==(const Domains&) const = default;
 
  private:
+  void search(std::span<const float> x, std::uint32_t* owners) const;
+  void walk(const Places& places, std::size_t first, std::size_t count, std::uint32_t* owners) const;
+
   std::vector<float> cuts_;
+  std::vector<Cut> nodes_;  // where axes differ: node i is cut i - 1; node 0 is a stopgap
+  int axis_ = 0;
 };
-
-/// n equal slices of [low, high].
-Domains equal_slices(double low, double high, int count);
-
-/// The cuts that put equally many of these coordinates (in any order) into each of n domains.
-Domains quantiles(std::span<const float> coordinates, int count);
 
 }  // namespace motes::domains

@@ -78,7 +78,7 @@ void write_run(const std::string& directory, const RunFacts& facts) {
   field("image_generator", number(facts.cast.image_generator));
   field("calculators", listed(facts.cast.calculators, number));
   field("systems", listed(facts.systems, [](const auto& system) { return quoted(system.name); }));
-  field("axes", listed(facts.systems, [](const auto& s) { return quoted(std::string(1, "xyz"[s.axis])); }));
+  field("axes", listed(facts.systems, [](const auto& s) { return quoted(domains::name_of(s.axes)); }));
   field("ranks", ranks(facts.settings.log.hosts, facts.settings.threads));
   const std::string speeds =
       listed(facts.speeds, [](const auto& of) { return quoted(std::to_string(of.first)) + ": " + decimal(of.second); });

@@ -50,8 +50,8 @@ void Account::note_loads(const System& system, const Loads& loads, std::size_t n
     const std::uint64_t processed = load.tally.at_start + load.tally.created;
     load.rescaled_s = balance::rescaled(from.compute_s, processed, load.n_end);
     load.speed = from.compute_s > 0 ? static_cast<double>(processed) / from.compute_s : 0;
-    load.domain_lo = system.domains.low(static_cast<int>(c));
-    load.domain_hi = system.domains.high(static_cast<int>(c));
+    load.domain = system.domains.box(static_cast<int>(c));
+    load.axes = system.definition.axes;
     row_.exchanged += load.tally.sent;
     row_.load.push_back(std::move(load));
   }

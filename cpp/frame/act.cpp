@@ -4,6 +4,7 @@
 #include <iterator>
 
 #include "frame/item_failure.h"
+#include "frame/places.h"
 #include "frame/run_list.h"
 #include "frame/spawn.h"
 #include "recording/select.h"
@@ -54,9 +55,9 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
 std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
                                                            const Population& here) {
   std::map<int, std::vector<std::uint32_t>> to;
-  const float* x = here.store.plane(particles::position, system.definition.axis);
+  const domains::Places places = places_of(here.store);
   for (const std::uint32_t p : here.outcome.left) {
-    const int owner = system.domains.owner_of(x[p]);
+    const int owner = owner_of(system.domains, places, p);
     if (owner != rank.talk.calculator()) to[owner].push_back(p);
   }
   return to;

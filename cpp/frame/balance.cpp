@@ -24,10 +24,12 @@ std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
 }
 
+// Along the first axis that is cut, or what stands for it where ids decide.
 std::span<const float> coordinates(const System& system, const Population& here, std::vector<float>& room) {
-  const int axis = system.definition.axis;
-  if (const float* x = here.store.plane(particles::position, axis)) return {x, here.store.size()};
-  room.assign(here.store.size(), here.store.uniform_value(particles::position)[static_cast<std::size_t>(axis)]);
+  const int axis = system.definition.axes.first();
+  if (axis < 3) return {here.store.plane(particles::position, axis), here.store.size()};
+  room.clear();
+  for (std::size_t p = 0; p < here.store.size(); ++p) room.push_back(domains::scattered(here.store.ids()[p]));
   return room;
 }
 
@@ -128,7 +130,7 @@ void move_cuts(const Rank& rank, const Script& script, Manager& manager, const s
         cuts[static_cast<std::size_t>(row->first.second)] = row->second.cut_after;
       }
     }
-    if (cuts != before) balancing.next = domains::Domains(std::move(cuts));
+    if (cuts != before) balancing.next = domains::Domains(std::move(cuts), script.systems[i]->domains.axis());
   }
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "comm/clock.h"
+#include "domains/divide.h"
 #include "frame/birth_batch.h"
 #include "recording/bench_scene.h"
 #include "recording/births.h"
@@ -57,7 +58,7 @@ BirthBench birth_bench(int calculators, int births, int repeats) {
     Store newborn = recording::make(birth, schema, particles::system_key(1, 0), static_cast<std::uint64_t>(i) * count,
                                     count, 1.0f / 24, false, 0);
     lap(0);
-    const std::vector<BirthBatch> made(1, BirthBatch(0, std::move(newborn), domains, 0));
+    const std::vector<BirthBatch> made(1, BirthBatch(0, std::move(newborn), domains));
     lap(1);
     std::vector<comm::Message> messages = split(made, ring, 0);
     lap(2);

@@ -4,14 +4,16 @@
 #include <stdexcept>
 #include <utility>
 
+#include "frame/places.h"
+
 namespace motes::frame {
 
 using comm::Message;
 using particles::Reader;
 
-BirthBatch::BirthBatch(std::uint32_t number, particles::Store newborn, const domains::Domains& domains, int axis)
+BirthBatch::BirthBatch(std::uint32_t number, particles::Store newborn, const domains::Domains& domains)
     : group(number), store(std::move(newborn)), owners(store.size()) {
-  domains.owners_of({store.plane(particles::position, axis), store.size()}, owners.data());
+  domains.owners_of(places_of(store), owners.data());
 }
 
 std::vector<Message> split(std::span<const BirthBatch> batches, const roles::Ring& ring, int step) {

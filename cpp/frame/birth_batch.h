@@ -18,8 +18,8 @@ struct BirthBatch {
   particles::Store store;
   std::vector<std::uint32_t> owners;
 
-  /// Newborn particles of a system with these domains, along this axis.
-  BirthBatch(std::uint32_t number, particles::Store newborn, const domains::Domains& domains, int axis);
+  /// Newborn particles of a system with these domains.
+  BirthBatch(std::uint32_t number, particles::Store newborn, const domains::Domains& domains);
   /// Nothing yet.
   BirthBatch(std::uint32_t number, const particles::Schema& schema) : group(number), store(schema) {}
 };

@@ -1,10 +1,13 @@
 #include "frame/create.h"
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <utility>
 
+#include "domains/divide.h"
 #include "frame/item_failure.h"
+#include "frame/places.h"
 #include "frame/render_load.h"
 #include "frame/share.h"
 
@@ -21,17 +24,17 @@ constexpr std::uint64_t kPiece = std::uint64_t{1} << 16;
 void put_cuts(const System& system, Balancing& balancing, particles::Bytes& out) {
   out.put(balancing.untold);
   if (!std::exchange(balancing.untold, false)) return;
-  const std::vector<float>& cuts = system.domains.cuts();
+  const std::vector<domains::Cut> cuts = system.domains.tree();
   out.put(static_cast<std::uint32_t>(cuts.size()));
-  out.put_raw(cuts.data(), cuts.size() * sizeof(float));
+  out.put_raw(cuts.data(), cuts.size() * sizeof(domains::Cut));
 }
 
 void take_cuts(System& system, Population& here, particles::Reader& in) {
   if (!in.get<bool>()) return;
-  std::vector<float> cuts(in.get<std::uint32_t>());
-  const auto bytes = in.take(cuts.size() * sizeof(float));
+  std::vector<domains::Cut> cuts(in.get<std::uint32_t>());
+  const auto bytes = in.take(cuts.size() * sizeof(domains::Cut));
   if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
-  system.domains = domains::Domains(std::move(cuts));
+  system.domains = domains::Domains::of(cuts);
   system.waits_for_fit = false;
   here.moved = true;  // its particles may be outside now: the next exchange takes them to their owners
 }
@@ -40,7 +43,7 @@ void take_cuts(System& system, Population& here, particles::Reader& in) {
 void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
   std::vector<std::vector<std::uint32_t>> owned(rank.talk.calculators());
   std::vector<std::uint32_t> owners(newborn.size());
-  system.domains.owners_of({newborn.plane(particles::position, system.definition.axis), newborn.size()}, owners.data());
+  system.domains.owners_of(places_of(newborn), owners.data());
   for (std::size_t p = 0; p < newborn.size(); ++p) owned[owners[p]].push_back(static_cast<std::uint32_t>(p));
   for (std::size_t c = 0; c < owned.size(); ++c) {
     Part& part = parts[static_cast<std::size_t>(rank.talk.rank_of(static_cast<int>(c)))];
@@ -156,10 +159,12 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
   const bool all = rank.talk.calculators() == 1;
   if (all) store.make_room(group.count);
   make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
-    const float* x = piece.plane(particles::position, system.definition.axis);
+    std::vector<std::uint32_t> owners(all ? 0 : piece.size());
+    if (!all) system.domains.owners_of(places_of(piece), owners.data());
+    const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
     std::vector<std::uint32_t> mine;
     for (std::size_t p = 0; p < piece.size(); ++p) {
-      if (all || system.domains.owner_of(x[p]) == rank.talk.calculator()) mine.push_back(static_cast<std::uint32_t>(p));
+      if (all || owners[p] == self) mine.push_back(static_cast<std::uint32_t>(p));
     }
     store.append(piece, mine, *rank.pool);
   });
@@ -167,16 +172,22 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
 
 bool fit(const Rank& rank, System& system) {
   if (!system.waits_for_fit || system.groups.empty()) return false;
-  std::vector<float> coordinates;
+  std::array<std::vector<float>, 3> positions;
   if (rank.talk.calculators() > 1) {  // one domain needs no cuts
     for (const BirthGroup& group : system.groups) {
       make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
-        const float* x = piece.plane(particles::position, system.definition.axis);
-        coordinates.insert(coordinates.end(), x, x + piece.size());
+        for (int axis = 0; axis < 3; ++axis) {
+          if (!system.definition.axes.has(axis)) continue;
+          const float* x = piece.plane(particles::position, axis);
+          std::vector<float>& all = positions[static_cast<std::size_t>(axis)];
+          all.insert(all.end(), x, x + piece.size());
+        }
       });
     }
   }
-  system.domains = domains::quantiles(coordinates, static_cast<int>(rank.talk.calculators()));
+  const std::size_t born = positions[static_cast<std::size_t>(system.definition.axes.first())].size();
+  const domains::Places places{{positions[0].data(), positions[1].data(), positions[2].data()}, nullptr, born};
+  system.domains = domains::quantiles(system.definition.axes, places, static_cast<int>(rank.talk.calculators()));
   system.waits_for_fit = false;
   return true;
 }

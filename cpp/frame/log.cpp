@@ -29,6 +29,19 @@ Row row_of(const FrameRow& frame) {
   return row;
 }
 
+// Along the first axis that is cut; bricks have columns of their own for the others.
+void put_domain(const LoadRow& load, Row& row) {
+  static const char* const kNames[3][2] = {
+      {"domain_x_lo", "domain_x_hi"}, {"domain_y_lo", "domain_y_hi"}, {"domain_z_lo", "domain_z_hi"}};
+  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const auto at = static_cast<std::size_t>(first);
+  row.field("domain_lo", load.domain.low[at]).field("domain_hi", load.domain.high[at]);
+  for (std::size_t axis = at + 1; axis < 3; ++axis) {
+    if (!load.axes.has(static_cast<int>(axis))) continue;
+    row.field(kNames[axis][0], load.domain.low[axis]).field(kNames[axis][1], load.domain.high[axis]);
+  }
+}
+
 Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) {
   Row row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank).field("host", host);
@@ -40,9 +53,8 @@ Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) 
   row.field("t_exchange_s", seconds(load.exchange_s))
       .field("t_wait_s", seconds(load.wait_s))
       .field("t_image_s", seconds(load.image_s));
-  row.field("domain_lo", load.domain_lo)
-      .field("domain_hi", load.domain_hi)
-      .field("speed", static_cast<float>(load.speed));
+  put_domain(load, row);
+  row.field("speed", static_cast<float>(load.speed));
   return row;
 }
 

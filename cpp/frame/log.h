@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "balance/load.h"
+#include "domains/domains.h"
 #include "frame/report.h"
 #include "frame/table.h"
 
@@ -20,7 +21,8 @@ struct LoadRow {
   std::uint64_t children = 0;  // born at the frame's end: no time was spent on them
   std::uint64_t n_end = 0;
   double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
-  float domain_lo = 0, domain_hi = 0;  // metres; infinite at the ends
+  domains::Box domain;  // metres; infinite at the ends
+  domains::Axes axes;   // that are cut
   double speed = 0;                    // particles per second
   Density density;
 };

@@ -34,11 +34,12 @@ struct Asked {
   std::vector<std::size_t> systems;
 };
 
-/// A parent, and the calculator that its children belong to.
+/// A parent, and the calculator that its children belong to; -1 where each child's id decides.
 struct PlacedParent {
   int calculator;
   int into;  // the children's system
   std::uint32_t count;
+  std::uint64_t first_id;  // of its children
   Parent parent;
 };
 

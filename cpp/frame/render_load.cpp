@@ -20,11 +20,13 @@ void expect_births(const Script& script, RenderLoad& load) {
   }
 }
 
-// The domains of most particles are slices along this axis.
+// The domains of most particles are slices along this axis. Bricks count for the axis of the cut through all of space,
+// and parts of the ids for none.
 int axis_of_most(const Script& script) {
   std::array<std::uint64_t, 3> particles{};
   for (const auto& system : script.systems) {
-    particles[static_cast<std::size_t>(system->definition.axis)] += system->counts.alive + 1;
+    const int axis = system->domains.halved();
+    if (axis < 3) particles[static_cast<std::size_t>(axis)] += system->counts.alive + 1;
   }
   return static_cast<int>(std::max_element(particles.begin(), particles.end()) - particles.begin());
 }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "frame/places.h"
 #include "recording/order.h"
 
 namespace motes::frame {
@@ -20,6 +21,16 @@ void tidy(Outcome& outcome) {
                 [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
 }
 
+// Particles that another calculator owns.
+void find_strangers(const Rank& rank, const System& system, Population& here) {
+  std::vector<std::uint32_t> owners(here.store.size());
+  system.domains.owners_of(places_of(here.store), owners.data());
+  const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
+  for (std::uint32_t p = 0; p < owners.size(); ++p) {
+    if (owners[p] != self) here.outcome.left.push_back(p);
+  }
+}
+
 bool wants_hits(const System& system) {
   const std::vector<const recording::Spawn*> rules = system.rules();
   return std::any_of(rules.begin(), rules.end(),
@@ -35,12 +46,12 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
   const Settings& run = rank.settings;
   recording::Span span{rank.talk.frame, run.substeps, run.dt, group.substep, 0};
   if (!calls_back(pieces)) {
-    pieces[0].program.run(store, begin, group.entry, span, system.key, slice_of(rank, system), here.outcome,
+    pieces[0].program.run(store, begin, group.entry, span, system.key, region_of(rank, system), here.outcome,
                           *rank.pool);
     return;
   }
   if (begin >= store.size()) return;
-  const recording::Slice everywhere{system.definition.axis};
+  const recording::Region everywhere;
   for (int substep = group.substep; substep < run.substeps; ++substep) {
     span.first = substep;
     span.last = substep + 1;
@@ -56,14 +67,23 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
 
 }  // namespace
 
-recording::Slice slice_of(const Rank& rank, const System& system) {
-  const int self = rank.talk.calculator();
-  return {system.definition.axis, system.domains.low(self), system.domains.high(self)};
+recording::Region region_of(const Rank& rank, const System& system) {
+  const domains::Box box = system.domains.box(rank.talk.calculator());
+  recording::Region region;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    if (system.definition.axes.has(axis)) region.limit({axis, box.low[i], box.high[i]});
+  }
+  return region;
 }
 
 void find_leavers(const Rank& rank, const System& system, Population& here) {
   here.outcome.left.clear();
-  recording::Program::find_leavers(here.store, 0, slice_of(rank, system), here.outcome, *rank.pool);
+  if (system.definition.axes.by_id()) {
+    if (here.moved) find_strangers(rank, system, here);  // ids stay the same: only new cuts make leavers
+  } else {
+    recording::Program::find_leavers(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
+  }
   tidy(here.outcome);
 }
 

@@ -20,8 +20,8 @@ using CallBack = std::function<void(const recording::Callback&, std::size_t begi
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
               bool keep_hits);
 
-/// The part of space that belongs to this calculator.
-recording::Slice slice_of(const Rank& rank, const System& system);
+/// The part of space that belongs to this calculator; everything where ids decide.
+recording::Region region_of(const Rank& rank, const System& system);
 
 /// Looks through all particles for those outside the domain.
 void find_leavers(const Rank& rank, const System& system, Population& here);

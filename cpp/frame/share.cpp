@@ -28,9 +28,8 @@ std::vector<BirthBatch> make_share(const Rank& rank, const Script& script, const
       const std::uint64_t first = share(group.count, calculators, self);
       const std::uint64_t last = share(group.count, calculators, self + 1);
       of_item(system.list, i, group.item, [&] {
-        make_births(rank, system, group, first, last, [&](particles::Store&& piece) {
-          batches.emplace_back(number, std::move(piece), system.domains, system.definition.axis);
-        });
+        make_births(rank, system, group, first, last,
+                    [&](particles::Store&& piece) { batches.emplace_back(number, std::move(piece), system.domains); });
       });
       rank.machine.charge(rank.machine.costs().birth * static_cast<double>(last - first));
       ++number;

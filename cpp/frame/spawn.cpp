@@ -1,6 +1,7 @@
 #include "frame/spawn.h"
 
 #include <algorithm>
+#include <array>
 
 #include "frame/item_failure.h"
 
@@ -26,6 +27,21 @@ std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_
   return first >= children ? 0 : std::min<std::uint64_t>(count, children - first);
 }
 
+// The calculators that children of this event belong to: the owner of the place, or of each child's id.
+std::vector<int> owners_of_children(const System& system, const Event& event, std::uint64_t first_id,
+                                    std::uint32_t count) {
+  const std::array<float, 3> place{event.position[0], event.position[1], event.position[2]};
+  if (!system.definition.axes.by_id()) return {system.domains.owner_of(place, first_id)};
+  std::vector<int> owners;
+  std::vector<bool> seen(static_cast<std::size_t>(system.domains.count()));
+  for (std::uint64_t k = 0; k < count && owners.size() < seen.size(); ++k) {
+    const auto owner = static_cast<std::size_t>(system.domains.owner_of(place, first_id + k));
+    if (!seen[owner]) owners.push_back(static_cast<int>(owner));
+    seen[owner] = true;
+  }
+  return owners;
+}
+
 // The place in a list of its spawn rule number `rule`.
 std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t rule) {
   std::size_t item = 0;
@@ -35,8 +51,8 @@ std::size_t item_of_rule(const std::vector<recording::Item>& list, std::int32_t 
 }
 
 // Parents of one rule that stand next to each other make their children in one go.
-void make_children(const Script& script, Calculator& calculator, const std::vector<Parent>& parents, std::size_t begin,
-                   std::size_t end, const std::vector<std::uint64_t>& children) {
+void make_children(const Script& script, Calculator& calculator, int self, const std::vector<Parent>& parents,
+                   std::size_t begin, std::size_t end, const std::vector<std::uint64_t>& children) {
   const System& from = *script.systems[static_cast<std::size_t>(parents[begin].system)];
   const Spawn& rule = *from.rules()[static_cast<std::size_t>(parents[begin].rule)];
   const auto into = static_cast<std::size_t>(rule.into);
@@ -45,7 +61,9 @@ void make_children(const Script& script, Calculator& calculator, const std::vect
   for (std::size_t p = begin; p < end; ++p) {
     const std::uint64_t count = children_of(parents[p].first, rule.count, children[into]);
     for (std::uint64_t k = 0; k < count; ++k) {
-      wanted.push_back({system.counts.newborn_from + parents[p].first + k, &parents[p].event});
+      const std::uint64_t id = system.counts.newborn_from + parents[p].first + k;
+      const bool ours = !system.definition.axes.by_id() || system.domains.owner_of({}, id) == self;
+      if (ours) wanted.push_back({id, &parents[p].event});
     }
   }
   const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
@@ -85,10 +103,12 @@ void collect_parents(const Rank& rank, const Script& script, Manager& manager, c
       const auto into = static_cast<std::size_t>(rules[r]->into);
       const System& system = *script.systems[into];
       for (const Event& event : events[r]) {
-        const int owner = system.domains.owner_of(event.position[system.definition.axis]);
         const Parent parent{static_cast<std::int32_t>(i), static_cast<std::int32_t>(r), next[into], event};
-        judgement.parents.push_back({static_cast<std::uint32_t>(owner), parent});
-        manager.parents.push_back({owner, rules[r]->into, rules[r]->count, parent});
+        const std::uint64_t first_id = system.counts.born + next[into];
+        const std::vector<int> owners = owners_of_children(system, event, first_id, rules[r]->count);
+        for (const int owner : owners) judgement.parents.push_back({static_cast<std::uint32_t>(owner), parent});
+        const int placed = system.definition.axes.by_id() ? -1 : owners[0];
+        manager.parents.push_back({placed, rules[r]->into, rules[r]->count, first_id, parent});
         next[into] += rules[r]->count;
         judgement.verdict.spawned[into] += rules[r]->count;
       }
@@ -111,7 +131,10 @@ void note_children(const Script& script, const Manager& manager,
     const std::uint64_t capacity = script.systems[into]->definition.capacity;
     const std::uint64_t room = capacity > alive[into] ? capacity - alive[into] : 0;
     const std::uint64_t count = children_of(placed.parent.first, placed.count, room);
-    if (count > 0) note(into, placed.calculator, count);
+    for (std::uint64_t k = 0; placed.calculator < 0 && k < count; ++k) {
+      note(into, script.systems[into]->domains.owner_of({}, placed.first_id + k), 1);
+    }
+    if (count > 0 && placed.calculator >= 0) note(into, placed.calculator, count);
   }
 }
 
@@ -136,7 +159,7 @@ void spawn(Rank& rank, Script& script, Calculator& calculator) {
         const auto from = static_cast<std::size_t>(parents[begin].system);
         const std::vector<recording::Item>& list = script.systems[from]->list;
         of_item(list, from, item_of_rule(list, parents[begin].rule),
-                [&] { make_children(script, calculator, parents, begin, end, children); });
+                [&] { make_children(script, calculator, rank.talk.calculator(), parents, begin, end, children); });
       }
     }
   });

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "domains/divide.h"
+
 namespace motes::frame {
 
 using recording::Birth;
@@ -13,9 +15,9 @@ System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint3
   for (const recording::UserAttribute& a : definition.attributes) schema.add(a.name, a.width, a.initial);
   const domains::Space& space = definition.space;
   const bool finite = space.kind == domains::Space::Kind::finite;
-  domains = domains::equal_slices(finite ? space.low : -domains::kInfinite, finite ? space.high : domains::kInfinite,
-                                  calculators);
-  waits_for_fit = space.kind == domains::Space::Kind::fit;
+  domains = domains::equal_parts(definition.axes, finite ? space.low : -domains::kInfinite,
+                                 finite ? space.high : domains::kInfinite, calculators);
+  waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id();
 }
 
 void System::count_births(std::uint64_t frame, double dt, int substeps) {

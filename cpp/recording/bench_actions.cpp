@@ -113,7 +113,7 @@ struct Range {
   double run(const Program& program, int substeps) {
     const double start = cpu_now();
     outcome.clear();
-    program.run(store, 0, 0, {frame++, substeps, kDt * substeps, 0}, {1, 2}, {0, -1e6f, 1e6f}, outcome);
+    program.run(store, 0, 0, {frame++, substeps, kDt * substeps, 0}, {1, 2}, recording::Slice{0, -1e6f, 1e6f}, outcome);
     return 1e9 * (cpu_now() - start) / (static_cast<double>(store.size()) * substeps);
   }
   double limit(const Action& action) {

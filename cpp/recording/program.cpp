@@ -38,15 +38,37 @@ std::uint64_t untouched(const actions::Action& action, bool turns) {
   return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
 
+// A region's slices on the planes of a store. Positions without planes are not looked at.
+class Bands {
+ public:
+  Bands(const Store& store, const Region& region) {
+    for (const Slice& slice : region.slices()) {
+      const float* x = store.plane(particles::position, slice.axis);
+      if (x != nullptr) bands_[size_++] = {x, slice.low, slice.high};
+    }
+  }
+  std::size_t size() const { return size_; }
+  std::array<actions::Band, 3> at(std::size_t first) const {
+    std::array<actions::Band, 3> here = bands_;
+    for (std::size_t k = 0; k < size_; ++k) here[k].x += first;
+    return here;
+  }
+
+ private:
+  std::array<actions::Band, 3> bands_{};
+  std::size_t size_ = 0;
+};
+
 // Room for one more block's indices; the collector reports how many it used.
-bool collect(const actions::Block& block, const float* axis, const Slice& slice, std::size_t base, Outcome& outcome) {
+bool collect(const actions::Block& block, const Bands& bands, std::size_t base, Outcome& outcome) {
   const std::size_t dead = outcome.dead.size();
   const std::size_t left = outcome.left.size();
   static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> dead_here;
   static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> left_here;
   std::size_t dead_count = 0;
   std::size_t left_count = 0;
-  actions::kernels().collect(block, axis, slice.low, slice.high, static_cast<std::uint32_t>(base), dead_here.data(),
+  const std::array<actions::Band, 3> here = bands.at(base);
+  actions::kernels().collect(block, {here.data(), bands.size()}, static_cast<std::uint32_t>(base), dead_here.data(),
                              dead_count, left_here.data(), left_count);
   if (dead_count + left_count == 0) return false;
   outcome.dead.resize(dead + dead_count);
@@ -130,16 +152,16 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
 }
 
 void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-                  const Slice& slice, Outcome& outcome, threads::Pool& pool) const {
+                  const Region& region, Outcome& outcome, threads::Pool& pool) const {
   if (list_.empty() || begin >= store.size()) return;
-  const Pass pass = prepare(store, entry, span, key, slice);
+  const Pass pass = prepare(store, entry, span, key, region);
   share(pool, begin, store.size(), outcome,
         [&](std::size_t first, std::size_t last, Outcome& of_range) { run_range(pass, first, last, of_range); });
 }
 
 // Allocates what the list writes to; from then on parts may run at the same time.
 Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span, particles::Key key,
-                               const Slice& slice) const {
+                               const Region& region) const {
   const bool spins = turns(store, list_);
   std::uint64_t reads = 0;
   std::uint64_t writes = 0;
@@ -151,7 +173,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  return {store, entry, span, key, slice, spins, reads | writes};
+  return {store, entry, span, key, region, spins, reads | writes};
 }
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
@@ -159,7 +181,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::vector<float> scratch(actions::kScratch);
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
-  const float* axis = pass.store.plane(particles::position, pass.slice.axis);
+  const Bands bands(pass.store, pass.region);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
@@ -168,7 +190,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
     const actions::Block block{count, planes.at(at), pass.store.ids() + at, dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws);
-    if (collect(block, axis == nullptr ? nullptr : axis + at, pass.slice, at, outcome)) dead.fill(0);
+    if (collect(block, bands, at, outcome)) dead.fill(0);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
     }
@@ -225,15 +247,15 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
   }
 }
 
-void Program::find_leavers(const Store& store, std::size_t begin, const Slice& slice, Outcome& outcome,
+void Program::find_leavers(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
                            threads::Pool& pool) {
-  const float* axis = store.plane(particles::position, slice.axis);
-  if (axis == nullptr || begin >= store.size()) return;
+  const Bands bands(store, region);
+  if (bands.size() == 0 || begin >= store.size()) return;
   share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
     std::array<std::int32_t, kBlock + particles::kPadding> dead{};
     for (std::size_t at = first; at < last; at += kBlock) {
       const actions::Block block{std::min(kBlock, last - at), nullptr, nullptr, dead.data()};
-      collect(block, axis + at, slice, at, of_range);
+      collect(block, bands, at, of_range);
     }
   });
 }

@@ -1,8 +1,10 @@
 // A recorded list of actions, compiled: one pass over blocks that stay in the first-level cache.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <vector>
 
 #include "actions/action.h"
@@ -21,11 +23,25 @@ struct Span {
   int last = 0;  // one past the last sub-step; 0: all
 };
 
-/// The slice of space whose particles stay: low <= x < high along the axis (0..2).
+/// A slice of space: low <= x < high along the axis (0..2).
 struct Slice {
   int axis = 0;
   float low = -std::numeric_limits<float>::infinity();
   float high = std::numeric_limits<float>::infinity();
+};
+
+/// The part of space whose particles stay: what is in all of its slices, one per axis at most. Without any: everything.
+class Region {
+ public:
+  Region() = default;
+  Region(const Slice& slice) : slices_{slice}, count_(1) {}  // NOLINT(google-explicit-constructor): a slice is a region
+
+  void limit(const Slice& slice) { slices_.at(count_++) = slice; }
+  std::span<const Slice> slices() const { return {slices_.data(), count_}; }
+
+ private:
+  std::array<Slice, 3> slices_{};
+  std::size_t count_ = 0;
 };
 
 /// Indices of particles, ascending.
@@ -48,15 +64,15 @@ class Program {
   explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0);
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
-  /// `entry` on, the others in full. Adds the dead and those outside the slice to `outcome`; removes none. An empty
+  /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
   /// list does nothing; it does not even look for leavers. The threads of the pool share the particles.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
-           const Slice& slice, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
+           const Region& region, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
 
   std::size_t size() const { return list_.size(); }
 
-  /// Adds the particles outside the slice to outcome.left.
-  static void find_leavers(const particles::Store& store, std::size_t begin, const Slice& slice, Outcome& outcome,
+  /// Adds the particles outside the region to outcome.left.
+  static void find_leavers(const particles::Store& store, std::size_t begin, const Region& region, Outcome& outcome,
                            threads::Pool& pool = threads::alone());
 
  private:
@@ -74,13 +90,13 @@ class Program {
     std::size_t entry;
     const Span& span;
     particles::Key key;
-    const Slice& slice;
+    const Region& region;
     bool spins;
     std::uint64_t touched;  // attributes
   };
 
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
-               const Slice& slice) const;
+               const Region& region) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
   void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
                  std::vector<particles::DrawKeys>& draws) const;

@@ -36,8 +36,9 @@ constexpr void fields(Visitor& visit, UserAttribute& attribute) {
 struct SystemDefinition {
   std::string name;
   std::uint64_t capacity = UINT64_MAX;  // most particles alive at once
-  int axis = 0;  // 0..2: x, y, z
+  domains::Axes axes;  // that domains cut
   domains::Space space;
+  std::int32_t domains_of = -1;  // the earlier system whose domains it shares; -1: it has its own
   image::Sprite sprite;
   std::vector<UserAttribute> attributes;
 
@@ -46,7 +47,7 @@ struct SystemDefinition {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SystemDefinition& system) {
-  visit(system.name, system.capacity, system.axis, system.space, system.sprite, system.attributes);
+  visit(system.name, system.capacity, system.axes, system.space, system.domains_of, system.sprite, system.attributes);
 }
 
 /// The script read or wrote particles here: items before this one run before those after it.

@@ -142,7 +142,7 @@ void check(const Record& record) {
   require(record.lists.size() == record.systems.size(), "there must be one list per system");
   require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
   for (const SystemDefinition& system : record.systems) {
-    require(system.axis >= 0 && system.axis <= 2, "axis must be 0, 1 or 2");
+    require(system.axes.bits < 8, "axes must be of x, y and z");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
     require(!finite || system.space.low < system.space.high, "the low end of space must be below its high end");
   }

@@ -19,7 +19,7 @@ import operator
 from abc import abstractmethod
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 import numpy.typing as npt
@@ -78,6 +78,8 @@ class Balancer:
 
     smoothing: float = 0.5
     over: str = "system"
+    slabs_only: ClassVar[bool] = False
+    """Whether it needs domains in a row, that is, slabs along one axis."""
 
     def __new__(cls, *given: Any, **named: Any) -> Self:
         """Refuse a class that cannot decide."""
@@ -173,7 +175,10 @@ class Pairwise(_Native):
     A pair whose times differ by more than the threshold divides its particles by processing power, and the
     next pair is skipped: each calculator either gives or takes, and with one neighbour only. Times are
     particles over measured speed; a difference that the noise of the measurement can explain does not count.
+    Domains must be slabs: in bricks no neighbour is the next one.
     """
+
+    slabs_only = True
 
     @says_near_names
     def __init__(
@@ -212,8 +217,10 @@ class Diffusive(_Native):
     Neighbours whose times differ tell each other their loads, and part of the difference flows over the cut
     between them: first-order diffusion (G. Cybenko, 1989). The flow fades with the difference, so it needs no
     wide threshold and does not stall on a gradient as `Pairwise` can; but an imbalance between distant
-    calculators takes many frames.
+    calculators takes many frames. Domains must be slabs.
     """
+
+    slabs_only = True
 
     @says_near_names
     def __init__(

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 __all__ = ["System"]
 
+CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
+
 
 class System(Recorder):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
@@ -42,12 +44,13 @@ class System(Recorder):
     """The world that it belongs to."""
     name: str
 
-    def __init__(self, world: World, index: int, name: str, definition: dict[str, Any]) -> None:
+    def __init__(self, world: World, index: int, name: str, axes: str, definition: dict[str, Any]) -> None:
         """Create a system of a world; scripts call `World.system`."""
         names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
         self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
         self.__dict__.update(world=world, name=name)
         self._index = index
+        self._axes = axes
         self._definition = definition
         self._sprite: Sprite = definition["sprite"]
         self._columns = _first_components(names)
@@ -304,6 +307,11 @@ class System(Recorder):
                 world._engine.set_sprite(self._index, value.core)
 
     @property
+    def axis(self) -> str | None:
+        """What its domains cut: one axis (slabs), several (bricks), or None (particles dealt out by id)."""
+        return None if self._axes == "id" else self._axes
+
+    @property
     def count(self) -> int:
         """Particles on all ranks, as last agreed."""
         return 0 if self.world._engine is None else self.world._engine.count(self._index)
@@ -319,11 +327,19 @@ class System(Recorder):
         return 0 if self.world._engine is None else self.world._engine.dropped(self._index)
 
     @property
-    def cuts(self) -> NDArray[np.float32]:
-        """The positions of the cuts between domains (m), as last agreed; one fewer than calculators."""
+    def cuts(self) -> NDArray[Any]:
+        """The cuts between domains, as last agreed; one fewer than calculators.
+
+        Slabs: their positions (m), ascending, float32. By id (`axis=None`): the same, on the interval 0..1.
+        Bricks: records with the fields `axis` ("x", "y" or "z") and `at` (m), in the order of the domains
+        between which they stand: of n domains the first n // 2 lie below cut n // 2 - 1, and so on.
+        """
         if self.world._engine is None:
             raise MotesError("cuts exist inside `with world:` only")
-        return np.asarray(self.world._engine.cuts(self._index), np.float32)
+        tree = self.world._engine.cuts(self._index)
+        if self.axis is None or len(self.axis) == 1:
+            return np.array([at for _, at in tree], np.float32)
+        return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
 
     def __setattr__(self, name: str, value: Any) -> None:
         """Refuse what is not an attribute of the system, and say how to set a particle's attribute."""

@@ -62,7 +62,7 @@ class World(Settings):
         seed: int | None = None,
         dt: float = 1 / 24,
         substeps: int = 1,
-        axis: str = "x",
+        axis: str | None = "x",
         space: tuple[float, float] | str | None = None,
         roles: str | _roles.Roles = "auto",
         balancer: Balancer | None = None,
@@ -82,20 +82,22 @@ class World(Settings):
         """Take the run's settings; nothing is started before `with world:`.
 
         `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
-        list runs `substeps` times. `axis` and `space`: the axis that domains cut, and the interval (m) that
-        they divide at the start: (lo, hi), None for the paper's infinite space, or "fit" for quantiles of the
-        first births. `roles`: "auto", "shared" or Roles(...). `balancer`: one of motes.balance; None keeps
-        cuts. `renderer`: what `render` draws. `combine`: how several systems share a frame (paper 3.3):
-        "one_by_one", "together" (one message per pair of ranks for all systems) or "overlapped" (the messages
-        of one travel while the next computes). `births`: who creates newborn particles: the "manager", which
-        distributes them, or the "calculators", each its part; the particles are the same. `fan_out`: each
-        rank relays the manager's messages to at most this many others (docs/growth.md measures the benefit of
-        both with many ranks). `threads`: of each rank; the bits are the same. None: the processors
-        that it may use, shared among the ranks of its host (`MOTES_THREADS` overrides). `clock`:
-        what measures a calculator's load: "cpu" (processor time of its threads, which other processes do not
-        lengthen, divided by their number) or "wall". `log`: a directory. `spans`: also log a timeline of each
-        rank. `digest`: also log fingerprints of particles and pictures, one row per frame. `progress`:
-        "lines", "bar", "off" or a function of a row. `comm`: an mpi4py communicator.
+        list runs `substeps` times. `axis`: what domains cut: one axis makes slabs; two or three, "xy", "xyz",
+        make bricks, by halving space again and again; None deals particles out by id, wherever they are.
+        `space`: the interval (m) that they divide at the start, the same along each axis: (lo, hi), None for
+        the paper's infinite space, or "fit" for quantiles of the first births. `roles`: "auto", "shared" or
+        Roles(...). `balancer`: one of motes.balance; None keeps cuts. `renderer`: what `render` draws.
+        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message per
+        pair of ranks for all systems) or "overlapped" (the messages of one travel while the next computes).
+        `births`: who creates newborn particles: the "manager", which distributes them, or the "calculators",
+        each its part; the particles are the same. `fan_out`: each rank relays the manager's messages to at
+        most this many others (docs/growth.md measures the benefit of both with many ranks). `threads`: of
+        each rank; the bits are the same. None: the processors that it may use, shared among the ranks of its
+        host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
+        its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a
+        directory. `spans`: also log a timeline of each rank. `digest`: also log fingerprints of particles and
+        pictures, one row per frame. `progress`: "lines", "bar", "off" or a function of a row. `comm`: an
+        mpi4py communicator.
         """
         if checkpoint is not None:
             raise ArgumentError("checkpoint", checkpoint, "None")
@@ -107,7 +109,7 @@ class World(Settings):
             axis=checks.axis(axis),
             space=checks.interval(space),
             roles=_roles.cast(roles, self._comm.size),
-            balancer=checks.balancer(balancer),
+            balancer=checks.balancer(balancer, checks.axis(axis)),
             combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
             births=environment.births(births),
             fan_out=environment.fan_out(fan_out),
@@ -210,7 +212,7 @@ class World(Settings):
         *,
         capacity: int | None = None,
         sprite: Sprite | None = None,
-        axis: str | None = None,
+        axis: str | None = "world",
         space: tuple[float, float] | str | None = None,
         attributes: Mapping[str, Any] | None = None,
     ) -> System:
@@ -223,14 +225,17 @@ class World(Settings):
         checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
+        axes = self._settings.axis if axis == "world" else checks.axis(axis)
+        checks.balancer(self._settings.balancer, axes)
         definition = {
             "capacity": capacity,
-            "axis": checks.AXES.index(self._settings.axis if axis is None else checks.axis(axis)),
+            "axes": checks.axes_bits(axes),
+            "domains_of": -1,
             "space": self._settings.space if space is None else checks.interval(space),
             "sprite": checks.sprite(sprite),
             "attributes": checks.user_attributes({} if attributes is None else attributes),
         }
-        made = System(self, len(self._systems), name, definition)
+        made = System(self, len(self._systems), name, axes, definition)
         if self._ended:
             raise MotesError("this world has ended; make a new one")
         with self._usage.during("system()"):
@@ -294,7 +299,7 @@ class World(Settings):
         return {
             **self._settings.for_log(),
             "systems": [system.name for system in self._systems],
-            "axes": [checks.AXES[system._definition["axis"]] for system in self._systems],
+            "axes": [system._axes for system in self._systems],
         }
 
     def _call_back(self, system: int, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:

@@ -17,7 +17,7 @@ from .rendering import Renderer
 from .sprites import Sprite
 
 __all__ = [
-    "AXES",
+    "axes_bits",
     "axis",
     "balancer",
     "communicator",
@@ -30,20 +30,33 @@ __all__ = [
     "user_attributes",
 ]
 
-AXES = "xyz"
+ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
+BY_ID = "id"  # the name of axis=None in logs and in the core
 
 
 def axis(value: Any) -> str:
-    """Return `value`, one of `AXES`."""
-    return arguments.choice("axis", value, tuple(AXES))
+    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; `BY_ID` for None."""
+    if value is None:
+        return BY_ID
+    if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
+        raise ArgumentError("axis", value, ALLOWED_AXES)
+    return "".join(sorted(value))
 
 
-def balancer(value: Any) -> Balancer:
-    """Return `value`, or the balancer that keeps cuts for None."""
+def axes_bits(name: str) -> int:
+    """Return the axes as the core takes them."""
+    return sum(1 << "xyz".index(letter) for letter in name if name != BY_ID)
+
+
+def balancer(value: Any, axes: str) -> Balancer:
+    """Return `value`, or the balancer that keeps cuts for None, which must be able to move cuts of `axes`."""
     if value is None:
         return Static()
     if not isinstance(value, Balancer):
         raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
+    if value.slabs_only and len(axes) != 1:
+        allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+        raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
     return value
 
 

@@ -29,7 +29,7 @@ Record rich_record() {
   SystemDefinition snow;
   snow.name = "snow";
   snow.capacity = 1000;
-  snow.axis = 2;
+  snow.axes = {4};
   snow.space = {domains::Space::Kind::finite, -4.5, 4.5};
   snow.sprite.pixels = 7;
   snow.attributes = {{"heat", 1, {0.5f, 0, 0}}, {"wind", 3, {1, 2, 3}}};
@@ -83,7 +83,7 @@ std::vector<std::function<void(Record&)>> changes() {
       [](Record& r) { r.substeps = 2; },
       [](Record& r) { r.systems[0].name = "Snow"; },
       [](Record& r) { r.systems[0].capacity = 1001; },
-      [](Record& r) { r.systems[0].axis = 1; },
+      [](Record& r) { r.systems[0].axes = {2}; },
       [](Record& r) { r.systems[0].space.low = -4.4; },
       [](Record& r) { r.systems[0].space.kind = domains::Space::Kind::fit; },
       [](Record& r) { r.systems[0].attributes[1].initial[2] = 4; },
@@ -208,7 +208,7 @@ TEST(first_difference_names_the_place) {
   CHECK(told([](Record& r) { r.verb = Verb::digest; }) == "digest here, render there");
   CHECK(told([](Record& r) { r.frame = 9; }) == "frame 9 here, 7 there");
   CHECK(told([](Record& r) { r.systems.pop_back(); }) == "1 systems here, 2 there");
-  CHECK(told([](Record& r) { r.systems[0].axis = 0; }) == "system 'snow' is defined differently");
+  CHECK(told([](Record& r) { r.systems[0].axes = {1}; }) == "system 'snow' is defined differently");
   CHECK(told([](Record& r) { std::get<actions::Action>(r.lists[0][1]).numbers[0] = 1; }) ==
         "system 'snow', call 2: gravity with different arguments");
   CHECK(told([](Record& r) { r.lists[0].pop_back(); }) == "system 'snow', call 5: nothing here, move there");

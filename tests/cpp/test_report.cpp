@@ -191,8 +191,8 @@ TEST(log_rows_are_padded_lines) {
     LoadRow load;
     load.system = "snow \"1\" \\ \n\t\x01 \xc3\xa9";
     load.rank = 1;
-    load.domain_lo = -std::numeric_limits<float>::infinity();
-    load.domain_hi = 0.1f;
+    load.domain.low[0] = -std::numeric_limits<float>::infinity();
+    load.domain.high[0] = 0.1f;
     row.load = {load, load};
     for (int i = 0; i < 3; ++i) log.add(row);
     log.event("births_dropped", 2, std::string(600, 'x'));

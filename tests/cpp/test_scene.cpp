@@ -242,7 +242,7 @@ TEST(scene_frame_holds_what_scripts_may_say) {
   CHECK(refused([](Record& r) { r.dt = 0; }));
   CHECK(refused([](Record& r) { r.substeps = 0; }));
   CHECK(refused([](Record& r) { r.substeps = 10001; }));
-  CHECK(refused([](Record& r) { r.systems[0].axis = 3; }));
+  CHECK(refused([](Record& r) { r.systems[0].axes = {8}; }));
   CHECK(refused([](Record& r) { r.systems[0].space = {domains::Space::Kind::finite, 1, 1}; }));
   CHECK(refused([](Record& r) { r.lists.clear(); }));
   CHECK(refused([](Record& r) { r.sprites.clear(); }));

@@ -1,0 +1,142 @@
+#include "domains/divide.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace motes::domains {
+namespace {
+
+// A part of space with an end on every side.
+struct Room {
+  std::array<double, 3> low, high;
+
+  int longest(Axes axes) const {
+    int best = axes.first();
+    for (int axis = best + 1; axis < 3; ++axis) {
+      if (axes.has(axis) && side(axis) > side(best)) best = axis;
+    }
+    return best;
+  }
+  double side(int axis) const { return high[static_cast<std::size_t>(axis)] - low[static_cast<std::size_t>(axis)]; }
+};
+
+// Halves rooms, and the particles in them, until each domain has its own. Indices are those of the room's particles.
+class Halving {
+ public:
+  Halving(Axes axes, const Places& places, int count)
+      : axes_(axes), places_(places), tree_(static_cast<std::size_t>(count) - 1) {}
+
+  void divide(int first, int last, const Room& room, std::span<std::uint32_t> indices) {
+    if (last - first < 2) return;
+    const int left = left_part(last - first);
+    const double part = static_cast<double>(left) / (last - first);
+    const Cut cut = cut_of(room, indices, part);
+    tree_[static_cast<std::size_t>(first + left - 1)] = cut;
+    const auto axis = static_cast<std::size_t>(cut.axis);
+    Room below = room;
+    Room above = room;
+    // Particles may lie outside of the room at the start.
+    below.high[axis] = above.low[axis] = static_cast<double>(cut.at);
+    below.low[axis] = std::min(below.low[axis], below.high[axis]);
+    above.high[axis] = std::max(above.high[axis], above.low[axis]);
+    const float* x = places_.position[axis];
+    const auto middle = std::partition(indices.begin(), indices.end(), [&](std::uint32_t p) { return x[p] < cut.at; });
+    const auto given = static_cast<std::size_t>(middle - indices.begin());
+    divide(first, first + left, below, indices.first(given));
+    divide(first + left, last, above, indices.subspan(given));
+  }
+
+  Domains domains() const { return Domains::of(tree_); }
+
+ private:
+  static bool finite(float x) { return std::abs(x) <= std::numeric_limits<float>::max(); }
+
+  // Along an axis; those that are not finite cannot be put in order.
+  std::vector<float> coordinates(std::span<const std::uint32_t> indices, int axis) const {
+    std::vector<float> found;
+    found.reserve(indices.size());
+    for (const std::uint32_t p : indices) {
+      const float x = places_.position[static_cast<std::size_t>(axis)][p];
+      if (finite(x)) found.push_back(x);
+    }
+    return found;
+  }
+
+  Cut cut_of(const Room& room, std::span<const std::uint32_t> indices, double part) const {
+    std::vector<float> longest;
+    int along = room.longest(axes_);
+    float reach = -1;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!axes_.has(axis)) continue;
+      std::vector<float> x = coordinates(indices, axis);
+      if (x.empty()) continue;
+      const auto [least, most] = std::minmax_element(x.begin(), x.end());
+      if (!(*most - *least > reach)) continue;
+      reach = *most - *least;
+      longest = std::move(x);
+      along = axis;
+    }
+    const auto axis = static_cast<std::size_t>(along);
+    if (longest.empty()) return {along, static_cast<float>(room.low[axis] + room.side(along) * part)};
+    const auto nth = longest.begin() + static_cast<std::ptrdiff_t>(part * static_cast<double>(longest.size()));
+    std::nth_element(longest.begin(), nth, longest.end());
+    return {along, *nth};
+  }
+
+  Axes axes_;
+  const Places& places_;
+  std::vector<Cut> tree_;
+};
+
+Room room_between(double low, double high) { return {{low, low, low}, {high, high, high}}; }
+
+Domains bricks(Axes axes, const Room& room, const Places& places, int count) {
+  std::vector<std::uint32_t> indices(places.count);
+  std::iota(indices.begin(), indices.end(), 0u);
+  Halving halving(axes, places, count);
+  halving.divide(0, count, room, indices);
+  return halving.domains();
+}
+
+}  // namespace
+
+Domains equal_slices(double low, double high, int count, int axis) {
+  std::vector<float> cuts;
+  for (int i = 1; i < count; ++i) cuts.push_back(static_cast<float>(low + (high - low) * i / count));
+  return Domains(std::move(cuts), axis);
+}
+
+Domains equal_parts(Axes axes, double low, double high, int count) {
+  if (axes.by_id()) return equal_slices(0, 1, count, kById);
+  if (axes.slabs()) return equal_slices(low, high, count, axes.first());
+  return bricks(axes, room_between(low, high), {}, count);
+}
+
+Domains quantiles(std::span<const float> coordinates, int count, int axis) {
+  std::vector<float> sorted(coordinates.begin(), coordinates.end());
+  std::erase_if(sorted, [](float x) { return std::isnan(x); });
+  if (sorted.empty()) return equal_slices(-kInfinite, kInfinite, count, axis);
+  std::vector<float> cuts;
+  auto from = sorted.begin();
+  for (int i = 1; i < count; ++i) {
+    const auto nth = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * static_cast<std::size_t>(i) /
+                                                                  static_cast<std::size_t>(count));
+    std::nth_element(from, nth, sorted.end());
+    cuts.push_back(*nth);
+    from = nth;
+  }
+  return Domains(std::move(cuts), axis);
+}
+
+Domains quantiles(Axes axes, const Places& places, int count) {
+  if (axes.by_id()) return equal_parts(axes, 0, 1, count);
+  if (axes.slabs()) {
+    const float* x = places.position[static_cast<std::size_t>(axes.first())];
+    return quantiles({x, places.count}, count, axes.first());
+  }
+  return bricks(axes, room_between(-kInfinite, kInfinite), places, count);
+}
+
+}  // namespace motes::domains

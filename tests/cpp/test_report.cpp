@@ -49,6 +49,11 @@ Report plain_report(std::uint64_t particles, std::uint64_t oldest, std::vector<s
   report.tail.valid = true;
   report.tail.times.act = static_cast<double>(particles);
   report.tail.exchanged_bytes = particles;
+  report.tail.children.resize(1);
+  report.tail.children[0].second = 2 * particles;
+  report.tail.drawings.records = 3 * particles;
+  report.tail.drawings.sent = 4 * particles;
+  report.tail.drawings.bytes = 5 * particles;
   return report;
 }
 
@@ -113,6 +118,9 @@ TEST(joined_reports_are_sums) {
   for (const recording::Event& event : all.systems[0].events[0]) parents.push_back(event.id);
   CHECK(parents == std::vector<std::uint64_t>({1, 4, 6, 9, 12}));
   CHECK(all.tail.times.act == 10 && all.tail.exchanged_bytes == 13);
+  CHECK(all.tail.children.size() == 1 && all.tail.children[0].second == 2 * 13);
+  const Drawings& drawings = all.tail.drawings;
+  CHECK(drawings.records == 3 * 13 && drawings.sent == 4 * 13 && drawings.bytes == 5 * 13);
   Report later = plain_report(1, 1, {});
   later.tail.frame = 1;
   CHECK_THROWS(join(all, std::move(later)), std::runtime_error);

@@ -116,6 +116,20 @@ Batch random_wide(const Sprite& sprite, const View& view, std::size_t count, std
   return batch;
 }
 
+// A streak of a sprite of one size, which may have a stamp. Places and half ways are in 1/16 px.
+void put_streak(Batch& batch, int x, int y, int half_x, int half_y) {
+  const Sprite& sprite = batch.brush.sprite();
+  const std::int16_t place[] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
+  const std::int16_t way[] = {static_cast<std::int16_t>(half_x), static_cast<std::int16_t>(half_y)};
+  const std::uint16_t size[] = {static_cast<std::uint16_t>(64 * (sprite.pixels == 1 ? 2 : sprite.pixels)), kAllLight};
+  std::byte bytes[16];
+  std::memset(bytes, 0xff, sizeof bytes);
+  std::memcpy(bytes, place, 4);
+  std::memcpy(bytes + 8, size, 4);
+  std::memcpy(bytes + 12, way, 4);
+  batch.bytes.insert(batch.bytes.end(), bytes, bytes + sizeof bytes);
+}
+
 std::vector<Batch> every_kind(const View& view, std::uint64_t seed) {
   std::vector<Batch> batches;
   for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere, Kind::image}) {
@@ -233,19 +247,13 @@ TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
     test::Dice dice(static_cast<std::uint64_t>(pixels));
     for (int i = 0; i < 60; ++i) {
       const int reach = i % 4 == 0 ? 40 : 12;  // px, half of the way; the long ones have no stamps
-      const auto way = [&] { return static_cast<std::int16_t>((static_cast<int>(dice.below(33)) - 16) * reach); };
-      const auto place = [&] { return static_cast<std::int16_t>(static_cast<int>(dice.below(400)) - 200); };
-      const std::int16_t numbers[] = {place(), place(), way(), way()};
-      const std::uint16_t size[] = {static_cast<std::uint16_t>(64 * (pixels == 1 ? 2 : pixels)), kAllLight};
-      std::byte bytes[16];
-      std::memset(bytes, 0xff, sizeof bytes);
-      std::memcpy(bytes, numbers, 4);
-      std::memcpy(bytes + 8, size, 4);
-      std::memcpy(bytes + 12, numbers + 2, 4);
+      const auto way = [&] { return (static_cast<int>(dice.below(33)) - 16) * reach; };
+      const auto place = [&] { return static_cast<int>(dice.below(400)) - 200; };
+      const int numbers[] = {place(), place(), way(), way()};
       Batch one(sprite, Layout::moving, view);
-      one.bytes.assign(bytes, bytes + sizeof bytes);
+      put_streak(one, numbers[0], numbers[1], numbers[2], numbers[3]);
       CHECK_NEAR(sum(whole_picture(view, {one.piece()})) / expected, 1, 0.01);
-      all.bytes.insert(all.bytes.end(), bytes, bytes + sizeof bytes);
+      put_streak(all, numbers[0], numbers[1], numbers[2], numbers[3]);
     }
     const auto splats = usable_splat_lanes();
     const auto wides = usable_wide_lanes();
@@ -257,6 +265,32 @@ TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
         all.shuffle(order);
         PaintedTile other(view, tile, *splats[isa], *wides[isa]);
         CHECK(other.paint({all.piece(20), all.piece(0, 20)}) == reference);
+      }
+    }
+  }
+}
+
+// Stamps are for 16 places in a pixel, in the middle of its quarters: there they are what is drawn without them.
+TEST(image_a_stamp_is_the_streak_at_its_place) {
+  const View view = wide_view(64, 64);
+  for (const int pixels : {2, 3, 5, 9}) {
+    Sprite sprite;
+    sprite.pixels = pixels;
+    for (int quarter = 0; quarter < 16; ++quarter) {
+      const int x = 16 * (quarter - 8) + 4 * (quarter % 4) + 2, y = 16 * (5 - quarter) + 4 * (quarter / 4) + 2;
+      for (const auto& [dx, dy] : {std::pair{4, 0}, {0, 6}, {5, -3}, {-8, 2}, {1, 1}}) {  // px
+        Batch stamped(sprite, Layout::moving, view);
+        put_streak(stamped, x, y, 8 * dx, 8 * dy);
+        const auto light = whole_picture(view, {stamped.piece()});
+        WideRecord r = wide_record(x / 16.0, y / 16.0, pixels);
+        r.dx = 256 * dx;
+        r.dy = 256 * dy;
+        const auto expected = picture_of(view, wide_sprite(Kind::disc, Blend::add), r);
+        const double most = *std::max_element(expected.begin(), expected.end());
+        double off = 0;
+        for (std::size_t i = 0; i < light.size(); ++i) off = std::max(off, std::fabs(double{light[i]} - expected[i]));
+        CHECK(most > 0);
+        CHECK_NEAR(off / most, 0, 0.01);
       }
     }
   }

@@ -9,6 +9,7 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "forwarding_transport.h"
 #include "frame/engine.h"
 
 using namespace motes;
@@ -25,28 +26,19 @@ struct Arrived {
   std::map<Phase, std::size_t> bytes;
 };
 
-class Counting final : public comm::Transport {
+class Counting final : public test::Forwarding {
  public:
-  Counting(std::unique_ptr<comm::Transport> under, Arrived& arrived) : under_(std::move(under)), arrived_(arrived) {}
-  int rank() const override { return under_->rank(); }
-  int size() const override { return under_->size(); }
-  bool entered() override { return under_->entered(); }
-  void send(int to, Phase phase, comm::Message message) override { under_->send(to, phase, std::move(message)); }
-  void await(int from, Phase phase) override { under_->await(from, phase); }
+  Counting(std::unique_ptr<Transport> under, Arrived& arrived) : Forwarding(std::move(under)), arrived_(arrived) {}
   std::optional<particles::Bytes> receive(int from, Phase phase) override {
-    auto bytes = under_->receive(from, phase);
+    auto bytes = Forwarding::receive(from, phase);
     if (bytes) {
       ++arrived_.messages[phase];
       arrived_.bytes[phase] += bytes->size();
     }
     return bytes;
   }
-  std::optional<int> unsent() override { return under_->unsent(); }
-  bool finished() override { return under_->finished(); }
-  void pause(int round, double until_s) override { under_->pause(round, until_s); }
 
  private:
-  std::unique_ptr<comm::Transport> under_;
   Arrived& arrived_;
 };
 
@@ -121,6 +113,46 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
         CHECK(arrived.bytes.at(Phase::report) <= kFrames * (loads + reports));
         CHECK(!arrived.messages.contains(Phase::log));  // nobody asked for a log
       }
+    }
+  }
+}
+
+namespace {
+
+// What each calculator received of each system, in all frames about which the manager knows all.
+std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, frame::Combine combine) {
+  comm::Simulation simulation;
+  simulation.ranks = ranks;
+  std::vector<std::uint64_t> received;
+  std::uint64_t sent = 0, arrived = 0;
+  comm::simulate(simulation, [&](SimulatedRank& self) {
+    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(ranks),
+                         settings(fan_out, combine));
+    for (int i = 0; i < 2; ++i) engine.add_system(definition(std::to_string(i)));
+    engine.start();
+    for (int i = 0; i < kFrames; ++i) {
+      for (int system = 0; system < 2; ++system) record(engine, system);
+      engine.run_frame(std::nullopt);
+      if (!engine.last_row()) continue;
+      for (const frame::LoadRow& load : engine.last_row()->load) {
+        received.push_back(load.tally.received);
+        arrived += load.tally.received;
+        sent += load.tally.sent;
+      }
+    }
+    engine.finish();
+  });
+  CHECK(sent > 0 && arrived == sent);
+  return received;
+}
+
+}  // namespace
+
+TEST(arrivals_are_counted_wherever_the_reports_of_sender_and_receiver_meet) {
+  for (const auto combine : {frame::Combine::one_by_one, frame::Combine::together}) {
+    for (const int ranks : {5, 14}) {
+      const auto expected = received_by_each(ranks, ranks, combine);  // all meet at the manager
+      for (const int fan_out : {1, 2, 3}) CHECK(received_by_each(ranks, fan_out, combine) == expected);
     }
   }
 }

@@ -1,0 +1,33 @@
+// A transport that does what the one below it does: tests override what they watch.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "comm/transport.h"
+
+namespace test {
+
+class Forwarding : public motes::comm::Transport {
+ public:
+  using Phase = motes::comm::Phase;
+
+  explicit Forwarding(std::unique_ptr<Transport> under) : under_(std::move(under)) {}
+  int rank() const override { return under_->rank(); }
+  int size() const override { return under_->size(); }
+  bool entered() override { return under_->entered(); }
+  void send(int to, Phase phase, motes::comm::Message message) override { under_->send(to, phase, std::move(message)); }
+  void await(int from, Phase phase) override { under_->await(from, phase); }
+  std::optional<motes::particles::Bytes> receive(int from, Phase phase) override {
+    return under_->receive(from, phase);
+  }
+  std::optional<int> unsent() override { return under_->unsent(); }
+  bool finished() override { return under_->finished(); }
+  void pause(int round, double until_s) override { under_->pause(round, until_s); }
+  void weigh(motes::comm::Weights weights) override { under_->weigh(weights); }
+
+ private:
+  std::unique_ptr<Transport> under_;
+};
+
+}  // namespace test

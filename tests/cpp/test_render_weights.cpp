@@ -1,0 +1,93 @@
+// Where each computed particle stands for many, records stand for as many; partial tiles are as large as before.
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <vector>
+
+#include "check.h"
+#include "comm/clock.h"
+#include "comm/simulated_ranks.h"
+#include "forwarding_transport.h"
+#include "frame/engine.h"
+
+using namespace motes;
+using comm::Phase;
+using comm::SimulatedRank;
+using Path = image::View::Path;
+
+namespace {
+
+constexpr double kScale = 100, kMessage = 700, kByte = 3;  // operations
+
+// A message of records or partial tiles, at its sender.
+struct Sent {
+  double bytes = 0, operations = 0;
+};
+
+class Watching final : public test::Forwarding {
+ public:
+  Watching(std::unique_ptr<Transport> under, std::vector<Sent>& sent) : Forwarding(std::move(under)), sent_(sent) {}
+  void send(int to, Phase phase, comm::Message message) override {
+    const auto bytes = static_cast<double>(message.bytes().size());
+    const double before = comm::wall_seconds();
+    Forwarding::send(to, phase, std::move(message));
+    if (phase == Phase::records) sent_.push_back({bytes, (comm::wall_seconds() - before) * 1e9});
+  }
+
+ private:
+  std::vector<Sent>& sent_;
+};
+
+// What calculators send for the pictures of a few frames.
+std::vector<Sent> sent_on(Path path) {
+  comm::Simulation simulation;
+  simulation.ranks = 4;
+  simulation.variation = 0;
+  std::vector<Sent> sent;
+  comm::simulate(simulation, [&](SimulatedRank& self) {
+    frame::Settings settings;
+    settings.costs.messages = {kScale, kMessage, kByte};
+    frame::Engine engine(
+        std::make_unique<comm::Communicator>(std::make_unique<Watching>(self.transport(), sent), comm::Watch{}),
+        roles::cast_shared(4), std::move(settings));
+    recording::SystemDefinition definition;
+    definition.space = {domains::Space::Kind::finite, -4, 4};
+    engine.add_system(definition);
+    image::View view;
+    view.width = 200;
+    view.height = 150;
+    view.camera.position = {0, 0, 8};
+    view.path = path;
+    engine.start();
+    for (int i = 0; i < 3; ++i) {
+      recording::Birth birth;
+      birth.kind = recording::Birth::Kind::source;
+      birth.shape = {shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
+      birth.rate = 24 * 300;
+      engine.record(0, birth);
+      engine.record(0, actions::Action{actions::Kind::random_displacement, {}, {{shapes::Kind::sphere, {0, 0, 0, 1}}}});
+      engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+      engine.run_frame(view);
+    }
+    engine.finish();
+  });
+  return sent;
+}
+
+// Bytes of a message for tiles that no particle touches: at most so many.
+constexpr double kEmpty = 150;
+
+bool weighs(const Sent& one, double scale) {
+  const double expected = kMessage + kByte * one.bytes * scale;
+  return std::fabs(one.operations - expected) < 1e-3 * expected;
+}
+
+}  // namespace
+
+TEST(records_weigh_as_many_as_they_stand_for_and_partial_tiles_their_bytes) {
+  const std::vector<Sent> records = sent_on(Path::tiles), partial = sent_on(Path::composite);
+  const auto full = [](const Sent& one) { return one.bytes > kEmpty; };
+  CHECK(std::any_of(records.begin(), records.end(), full) && std::any_of(partial.begin(), partial.end(), full));
+  for (const Sent& one : records) CHECK(weighs(one, full(one) ? kScale : 1));
+  for (const Sent& one : partial) CHECK(weighs(one, 1));
+}

@@ -13,7 +13,7 @@ import motes
 from motes.shapes import Plane, Sphere
 
 SCENE = Path(__file__).parent / "scenes" / "reads.py"
-WAYS = ["l01234", "g1,a4", "g01234,l01234,d01234,a5"]
+WAYS = ["l01234", "g1,a4", "s01234", "g01234,l01234,d01234,a5"]
 SETTINGS = [
     ("--births", "calculators", "--roles", "shared"),
     ("--combine", "one_by_one"),
@@ -36,7 +36,7 @@ def test_reads_change_no_bit(way, ranks):
     assert mpirun(ranks, SCENE, way).lines == without_reads(1)
 
 
-@pytest.mark.parametrize("ranks, way", [(1, "g01234,l01234,d01234"), (3, "l1,d2,g3"), (5, "l01234")])
+@pytest.mark.parametrize("ranks, way", [(1, "g01234,l01234,d01234"), (3, "l1,d2,g3,s4"), (5, "l01234")])
 def test_reads_change_no_bit_with_substeps(ranks, way):
     assert mpirun(ranks, SCENE, way, "--substeps", 3).lines == without_reads(3)
 

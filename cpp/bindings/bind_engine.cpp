@@ -155,6 +155,18 @@ py::object gather(Engine& engine, int system, bool to_all) {
   return columns;
 }
 
+// One number per bin, the last dimension fastest, or one per weight.
+py::array sum(Engine& engine, int system, const std::string& verb, const recording::Sum& what) {
+  const auto asked = particles::enumerator<recording::Verb>("verb", verb);
+  recording::Totals totals = released([&] { return engine.sum(system, asked, what); });
+  return std::visit(
+      [](auto& values) -> py::array {
+        const auto n = static_cast<py::ssize_t>(values.size());
+        return owned_array(std::move(values), {n});
+      },
+      totals);
+}
+
 // A reader must see computed values: a recording that skipped computing catches up first.
 frame::System& computed(Engine& engine, int system) {
   engine.catch_up();
@@ -268,6 +280,7 @@ void bind_engine(py::module_& m) {
       .def(
           "digest", [](Engine& e) { return combined(e.digest()); }, Release())
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
+      .def("sum", &sum, py::arg("system"), py::arg("verb"), py::arg("sum"))
       .def(
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
       .def("keep_preview", &Engine::keep_preview, Release())

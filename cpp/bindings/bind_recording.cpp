@@ -2,6 +2,7 @@
 #include "particles/enumerators.h"
 #include "recording/births.h"
 #include "recording/record.h"
+#include "recording/sums.h"
 #include "simd/float_mode.h"
 
 namespace motes::bindings {
@@ -104,6 +105,18 @@ recording::Callback make_callback(const std::string& name, int number, const Ste
   return {name, number, expression(where), std::move(shapes)};
 }
 
+using Dimensions = std::vector<std::tuple<Steps, std::vector<double>, bool>>;
+
+recording::Sum make_sum(const Dimensions& dimensions, const std::vector<Steps>& weights, const Steps& where,
+                        std::vector<shapes::Shape> shapes) {
+  recording::Sum sum;
+  for (const auto& [value, edges, closed] : dimensions) sum.dimensions.push_back({expression(value), edges, closed});
+  for (const Steps& weight : weights) sum.weights.push_back(expression(weight));
+  sum.where = expression(where);
+  sum.shapes = std::move(shapes);
+  return sum;
+}
+
 }  // namespace
 
 void bind_recording(py::module_& m) {
@@ -130,6 +143,9 @@ void bind_recording(py::module_& m) {
            py::arg("state"), py::arg("where"), py::arg("shapes"));
   py::class_<recording::Callback>(m, "Callback")
       .def(py::init(&make_callback), py::arg("name"), py::arg("number"), py::arg("where"), py::arg("shapes"));
+  py::class_<recording::Sum>(m, "Sum").def(py::init(&make_sum), py::arg("dimensions"), py::arg("weights"),
+                                           py::arg("where"), py::arg("shapes"));
+  m.attr("most_bins") = recording::kMostBins;
   m.def("action_names", [] {
     std::vector<std::string> names;
     for (int k = 0; k < actions::kKinds; ++k) names.emplace_back(actions::facts(static_cast<actions::Kind>(k)).name);

@@ -19,10 +19,12 @@ double patience(Phase phase, int hops) {
   const double longer = 0.2 * hops;
   switch (phase) {
     case Phase::report:
+    case Phase::sums:
     case Phase::proposals: return 1.25 + longer;
     case Phase::tiles: return 1.1 + longer;  // whose owner waits for records
     case Phase::begin:
     case Phase::verdict:
+    case Phase::totals:
     case Phase::plan: return 1.5 + longer;
     default: return 1 + longer;
   }
@@ -35,8 +37,8 @@ std::string where(const Stamp& stamp, Phase phase) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records", "tiles",
-                                           "gather", "plan",   "loads",   "proposals", "births",  "log"};
+  constexpr const char* kNames[kPhases] = {"begin", "report", "verdict",   "exchange", "records", "tiles", "gather",
+                                           "plan",  "loads",  "proposals", "births",   "log",     "sums",  "totals"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }

@@ -22,9 +22,11 @@ enum class Phase : std::uint8_t {
   loads,
   proposals,
   births,
-  log
+  log,
+  sums,
+  totals
 };
-inline constexpr int kPhases = 12;
+inline constexpr int kPhases = 14;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

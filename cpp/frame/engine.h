@@ -11,6 +11,7 @@
 
 #include "frame/parts.h"
 #include "frame/read.h"
+#include "recording/sums.h"
 
 namespace motes::frame {
 
@@ -69,6 +70,10 @@ class Engine {
   /// Collective. All particles of a system on rank 0, or on every rank; null elsewhere. Not sorted.
   std::unique_ptr<particles::Store> gather(int system, bool to_all);
 
+  /// Collective. What a sum over all particles of a system comes to where the script stands, on every rank. `verb`:
+  /// total, histogram or tally. Throws std::invalid_argument for what the system cannot sum.
+  recording::Totals sum(int system, recording::Verb verb, const recording::Sum& what);
+
  private:
   // Lists that are kept for a scene file.
   struct Kept {
@@ -80,6 +85,8 @@ class Engine {
     void keep(Script& script);
   };
 
+  template <class Compute>
+  void look_at(int system, const Compute& compute);
   Population& population(int system) { return *parts_.calculator.populations[static_cast<std::size_t>(system)]; }
 
   Parts parts_;

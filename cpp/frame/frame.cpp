@@ -12,6 +12,7 @@
 #include "frame/exchange.h"
 #include "frame/histories.h"
 #include "frame/spawn.h"
+#include "frame/sums.h"
 #include "particles/enumerators.h"
 
 namespace motes::frame {
@@ -167,11 +168,18 @@ void Engine::finish() {
   parts_.rank.talk.comm().finish();
 }
 
+// What a conversation about particles computes first: it may fail.
+template <class Compute>
+void Engine::look_at(int index, const Compute& compute) {
+  parts_.rank.talk.work("act", [&] { compute(local(index)); });
+  pass_over(parts_.rank, system(index));
+}
+
 std::vector<particles::Digest> Engine::digest() {
   catch_up();
-  parts_.rank.talk.work("act", [&] {
-    for (int i = 0; i < system_count(); ++i) note_digest(parts_.rank, local(i), population(i));
-  });
+  for (int i = 0; i < system_count(); ++i) {
+    look_at(i, [&](const Seen& seen) { note_digest(parts_.rank, seen, population(i)); });
+  }
   ask_all(parts_, Verb::digest, "");
   std::vector<particles::Digest> found;
   for (const auto& system : parts_.script.systems) found.push_back(system->digest);
@@ -180,9 +188,19 @@ std::vector<particles::Digest> Engine::digest() {
 
 std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
   catch_up();
-  parts_.rank.talk.work("act", [&] { local(index); });
+  look_at(index, [](const Seen&) {});
   ask_all(parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
   return frame::gather(parts_.rank, system(index), seen(index), to_all);
+}
+
+recording::Totals Engine::sum(int index, Verb verb, const recording::Sum& what) {
+  catch_up();
+  recording::check(what, system(index).schema);
+  if (recording::uses_copies(what, system(index).schema)) keep_copies(system(index), population(index));
+  recording::Summed own;
+  look_at(index, [&](const Seen& seen) { own = recording::sum_up(what, *seen.store, seen.count, *parts_.rank.pool); });
+  ask_all(parts_, verb, system(index).definition.name + ", " + recording::fingerprint(what));
+  return total_of_all(parts_.rank, std::move(own));
 }
 
 }  // namespace motes::frame

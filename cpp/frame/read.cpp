@@ -63,6 +63,12 @@ void run_and_arrange(Rank& rank, System& system, const Calculator& calculator, s
   set_dead_aside(rank, here);
 }
 
+void end_part(System& system) {
+  system.groups.clear();
+  system.list.emplace_back(recording::Read{});
+  system.mark_run();
+}
+
 // In place: the rest of the list comes to the same whether it runs with this part or behind it.
 void run_part(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
   Population& here = *calculator.populations[index];
@@ -71,9 +77,7 @@ void run_part(Rank& rank, System& system, const Calculator& calculator, std::siz
   here.moved = true;
   rank.machine.slow_down(start);
   here.tally.compute_s += rank.machine.compute_seconds() - start;
-  system.groups.clear();
-  system.list.emplace_back(recording::Read{});
-  system.mark_run();
+  end_part(system);
 }
 
 // On a copy: afterwards all is as it was.
@@ -153,6 +157,10 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
     run_preview(rank, system, calculator, i);
   }
   return seen(here);
+}
+
+void pass_over(const Rank& rank, System& system) {
+  if (rank.talk.failed() && rank.settings.substeps == 1 && system.pending()) end_part(system);
 }
 
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index) {

@@ -25,6 +25,10 @@ Seen seen(Population& here);
 /// a copy that is forgotten at the frame's end.
 Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
 
+/// After a read in which all ranks take part: where this one failed before or within it, its list goes on like those of
+/// the others, so that all hear of the failure and not of different lists.
+void pass_over(const Rank& rank, System& system);
+
 /// The script writes into such a copy, on all ranks: from here on it is what there is. All sub-steps of the list so far
 /// have run then, before any of the rest. Views of the copy stay as they are.
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);

@@ -37,7 +37,8 @@ std::string name(const Item& value) {
 }
 
 std::string name(Verb verb) {
-  constexpr const char* kNames[] = {"entering the world", "render", "step", "digest", "gather", "leaving the world"};
+  constexpr const char* kNames[] = {
+      "entering the world", "render", "step", "digest", "gather", "total", "histogram", "tally", "leaving the world"};
   return kNames[static_cast<std::size_t>(verb)];
 }
 

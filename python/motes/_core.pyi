@@ -23,6 +23,7 @@ __all__: list[str] = [
     "Spawn",
     "Speeds",
     "Sprite",
+    "Sum",
     "View",
     "act_bench",
     "action_bench",
@@ -42,6 +43,7 @@ __all__: list[str] = [
     "leaver_bench",
     "legal_plan",
     "list_bench",
+    "most_bins",
     "mpi_version",
     "name_crashes",
     "pairwise_policy",
@@ -140,6 +142,17 @@ class Callback:
         self,
         name: str,
         number: int,
+        where: collections.abc.Sequence[tuple[str, int, float]],
+        shapes: collections.abc.Sequence[Shape],
+    ) -> None: ...
+
+class Sum:
+    def __init__(
+        self,
+        dimensions: collections.abc.Sequence[
+            tuple[collections.abc.Sequence[tuple[str, int, float]], collections.abc.Sequence[float], bool]
+        ],
+        weights: collections.abc.Sequence[collections.abc.Sequence[tuple[str, int, float]]],
         where: collections.abc.Sequence[tuple[str, int, float]],
         shapes: collections.abc.Sequence[Shape],
     ) -> None: ...
@@ -293,6 +306,7 @@ class Engine:
     def set_image_sha256(self, arg0: str) -> None: ...
     def set_sprite(self, arg0: int, arg1: Sprite) -> None: ...
     def start(self) -> None: ...
+    def sum(self, system: int, verb: str, sum: Sum) -> numpy.ndarray: ...
     def take_pixels(self, arg0: int, arg1: int) -> numpy.typing.NDArray[numpy.uint8]: ...
     def touched(self, arg0: int) -> None: ...
     @property
@@ -375,3 +389,5 @@ def simd() -> str: ...
 def static_policy() -> Policy: ...
 def sum_of_tables(systems: collections.abc.Sequence[BalanceTable]) -> BalanceTable: ...
 def tone_16_bits(light: numpy.typing.ArrayLike, exposure: float) -> numpy.typing.NDArray[numpy.uint16]: ...
+
+most_bins: int = 16777216

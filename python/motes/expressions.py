@@ -181,11 +181,15 @@ def compile_values(
     name: str, value: Any, width: int, columns: Columns, shapes: list[_core.Shape]
 ) -> list[Program]:
     """Compile what `set` gives an attribute of `width` numbers; one number serves all components."""
-    parts = components(as_expression(name, value)._node, columns)
+    parts = components_of(name, value, columns, shapes)
     if len(parts) not in (1, width):
         raise ArgumentError(name, value, "a number or an expression of one number per particle")
-    parts = parts * width if len(parts) == 1 else parts
-    return [_program_of(part, shapes) for part in parts]
+    return parts * width if len(parts) == 1 else parts
+
+
+def components_of(name: str, value: Any, columns: Columns, shapes: list[_core.Shape]) -> list[Program]:
+    """Compile the components of an expression: one, or three."""
+    return [_program_of(part, shapes) for part in components(as_expression(name, value)._node, columns)]
 
 
 def _one(operation: str, a: Expression) -> Expression:

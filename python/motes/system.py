@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, actions, arguments
+from . import _core, actions, arguments, sums
 from ._run import script_lines
 from .actions.base import Where
 from .actions.recorder import Recorder
 from .conditions import condition_of
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
+from .expressions import Expression
 from .first_frame import FirstFrame
 from .particles import LocalParticles, Particles
 from .shapes import Shape, as_shape
@@ -288,6 +289,64 @@ class System(Recorder):
         engine = self.world._begin("gather()", reads=True)
         try:
             return Particles(engine.gather(self._index, to == "all"))
+        finally:
+            self.world._end_call(engine)
+
+    @says_near_names
+    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
+        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
+
+        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
+        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
+        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
+        only the particles in a shape or for which a comparison holds.
+        """
+        summed = sums.compile_sum(self._columns, (), weights=expression, where=where)
+        found = self._sum("total", summed)
+        return found if len(found) > 1 else float(found[0])
+
+    @says_near_names
+    def histogram(
+        self,
+        expression: Expression,
+        edges: ArrayLike,
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
+
+        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
+        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
+        int64; sums are float64, exact and rounded once, as those of `total`.
+        """
+        bins = [("expression", expression, sums.histogram_edges(edges))]
+        summed = sums.compile_sum(self._columns, bins, closed=True, weights=weights, where=where)
+        return self._sum("histogram", summed)
+
+    @says_near_names
+    def tally(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: Sequence[int],
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
+
+        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
+        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
+        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
+        rounded once, as those of `total`.
+        """
+        cells = sums.cell_edges(low, high, shape)
+        summed = sums.compile_sum(self._columns, cells, weights=weights, where=where)
+        return self._sum("tally", summed).reshape([len(edges) - 1 for _, _, edges in cells])
+
+    def _sum(self, verb: str, what: _core.Sum) -> NDArray[Any]:
+        engine = self.world._begin(f"{verb}()", reads=True)
+        try:
+            return engine.sum(self._index, verb, what)
         finally:
             self.world._end_call(engine)
 

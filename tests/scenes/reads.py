@@ -7,7 +7,7 @@ from motes.shapes import Box, Plane, Sphere
 
 parser = argparse.ArgumentParser()
 parser.add_argument(
-    "reads", help="letters: l(ocal), g(ather), a(ll), d(igest), each at the places that follow it"
+    "reads", help="letters: l(ocal), g(ather), a(ll), d(igest), s(um), each at the places that follow it"
 )
 parser.add_argument("--substeps", type=int, default=1)
 parser.add_argument("--births", default="manager")
@@ -41,6 +41,8 @@ def read(place):
             if group[0] == "l":
                 with system.local() as particles:
                     assert len(particles.position) == len(particles.id)
+            elif group[0] == "s":
+                system.tally((-3, -3, -3), (3, 3, 3), (4, 4, 4), where=motes.column("age") > 0)
             elif group[0] in "ga":
                 system.gather(to="all" if group[0] == "a" else 0)
         if group[0] == "d":

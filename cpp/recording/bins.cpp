@@ -1,0 +1,57 @@
+// Which bin of a dimension a number belongs to.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "recording/sums.h"
+
+namespace motes::recording {
+namespace {
+
+constexpr float kInfinity = std::numeric_limits<float>::infinity();
+
+// The smallest float32 that is at least, or above, an edge.
+float at_least(double edge) {
+  const auto near = static_cast<float>(edge);
+  return near < edge ? std::nextafter(near, kInfinity) : near;
+}
+float above(double edge) {
+  const float least = at_least(edge);
+  return least == edge ? std::nextafter(least, kInfinity) : least;
+}
+
+bool evenly_spaced(const std::vector<double>& edges) {
+  const double width = (edges.back() - edges.front()) / static_cast<double>(edges.size() - 1);
+  if (!std::isfinite(width)) return false;
+  for (std::size_t i = 0; i < edges.size(); ++i) {
+    if (!(std::abs(edges[i] - edges.front() - width * static_cast<double>(i)) <= width)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+Bins::Bins(const Dimension& dimension)
+    : count_(static_cast<std::uint32_t>(dimension.edges.size() - 1)), regular_(evenly_spaced(dimension.edges)),
+      holds_infinity_(dimension.closed && dimension.edges.back() == kInfinity), first_(dimension.edges.front()),
+      per_width_(count_ / (dimension.edges.back() - dimension.edges.front())) {
+  for (const double edge : dimension.edges) starts_.push_back(at_least(edge));
+  if (dimension.closed) starts_.back() = above(dimension.edges.back());
+}
+
+std::uint32_t Bins::of(float value) const {
+  if (!(value >= starts_.front() && value < starts_.back())) {
+    return holds_infinity_ && value == kInfinity ? count_ - 1 : count_;
+  }
+  if (!regular_) {
+    const auto after = std::upper_bound(starts_.begin(), starts_.end(), value);
+    return static_cast<std::uint32_t>(after - starts_.begin() - 1);
+  }
+  const double place = std::clamp((value - first_) * per_width_, 0.0, static_cast<double>(count_ - 1));
+  auto bin = static_cast<std::uint32_t>(place);
+  while (value < starts_[bin]) --bin;
+  while (value >= starts_[bin + 1]) ++bin;
+  return bin;
+}
+
+}  // namespace motes::recording

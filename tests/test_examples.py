@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import cache
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -31,12 +32,14 @@ GALLERY = {
     "smoke": (3, 900, 40),
     "rain": (2, 3000, 12),
     "leaves": (3, 600, 30),
+    "shielding": (2, 2000, 40),
 }  # systems, particles of each, frames
 
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
     """Run an example; return the fields of each line: frame, particles' digest, picture's digest."""
-    lines = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
+    said = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
+    lines = [line for line in said if line[0].isdigit()]
     frames = arguments[arguments.index("--frames") + 1] if "--frames" in arguments else FRAMES
     assert [line.split()[0] for line in lines] == [str(frame) for frame in range(int(str(frames)))]
     return [line.split() for line in lines]
@@ -128,6 +131,32 @@ def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
     rows = [json.loads(line) for line in (tmp_path / "heterogeneous" / "load.jsonl").read_text().splitlines()]
     last = [row["n_end"] for row in rows if row["frame"] == 8]
     assert shares[8] == pytest.approx([100 * n / sum(last) for n in last], abs=0.1)
+
+
+def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:
+    """Part of the photons that half-absorbing collisions let through a slab, by another Monte Carlo."""
+    rng = np.random.default_rng(3)
+    x, cosine = np.zeros(photons), np.ones(photons)
+    through = 0
+    while len(x):
+        x = x + cosine * rng.exponential(path, len(x))
+        through += int((x > thick).sum())
+        x = x[(x > 0) & (x < thick) & (rng.random(len(x)) < 0.5)]
+        cosine = rng.uniform(-1, 1, len(x))
+    return through / photons
+
+
+def test_shielding_obeys_the_law_and_counts_the_same_on_any_ranks():
+    arguments = ("--no-images", "--particles", 30_000)
+    one, three = (mpirun(n, EXAMPLES / "shielding.py", *arguments).lines for n in (1, 3))
+    assert one == three and len(one) == 2
+    for line, path in zip(one, (0.5, 1.2), strict=True):
+        words = line.replace(",", "").split()
+        photons, through, straight, law = int(words[1]), int(words[3]), int(words[5]), float(words[10])
+        assert photons == 30_000
+        for part, wanted in ((straight, math.exp(-2 / path)), (through, through_a_slab(400_000, path))):
+            assert abs(part / photons - wanted) < 4 * math.sqrt(wanted * (1 - wanted) / photons), line
+        assert law == pytest.approx(math.exp(-2 / path), abs=1e-4)
 
 
 def test_the_readme_shows_the_gallery():

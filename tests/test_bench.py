@@ -165,3 +165,10 @@ def test_costs_of_pictures_are_positive(capsys):
     names = ("kProject", "record of 5 pixels", "kPixel", "kPartialPixel", "kMessage")
     assert all(found[name] > 0 for name in names)
     assert 0 <= found["kByte"] < 50
+
+
+def test_sums_are_measured_beside_reading(capsys):
+    found = figures(capsys, "sums", "--particles", "2000", "--repeats", "2")
+    for kind in ("read", "total", "energy", "total_where", "histogram", "weighted_histogram", "tally"):
+        assert found[f"{kind}_ns"] > 0
+    assert found["weighted_tally_ns"] > 0 and found["total_by_read"] > 1

@@ -99,12 +99,16 @@ double ExactSum::rounded() const {
 
 bool ExactSum::zero() const { return *this == ExactSum{}; }
 
-void FloatTable::add(float value) {
-  const auto bits = std::bit_cast<std::uint32_t>(value);
-  const std::uint32_t exponent = bits >> 23 & 0xffu;
-  if (exponent == kNotFinite) return specials_.add_special(value);
-  turn_ ^= 1u;
-  mantissas_[turn_][bits >> 23] += mantissa_of(bits, exponent);
+void FloatTable::add(std::span<const float> values) {
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    const auto bits = std::bit_cast<std::uint32_t>(values[i]);
+    const std::uint32_t exponent = bits >> 23 & 0xffu;
+    if (exponent == kNotFinite) {
+      specials_.add_special(values[i]);
+    } else {
+      mantissas_[i % kTables][bits >> 23] += mantissa_of(bits, exponent);
+    }
+  }
 }
 
 void FloatTable::add_to(ExactSum& sum) const {

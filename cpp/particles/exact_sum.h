@@ -4,6 +4,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 namespace motes::particles {
 
@@ -44,14 +45,14 @@ static_assert(sizeof(ExactSum) == 48);
 /// Many numbers for one sum: an addition to a table by sign and exponent each. Takes 2^40 of them.
 class FloatTable {
  public:
-  void add(float value);
+  void add(std::span<const float> values);
   void add_to(ExactSum& sum) const;
 
  private:
-  // Numbers of one sign and exponent often follow each other, and additions to one place wait for each other: two
+  // Numbers of one sign and exponent often follow each other, and additions to one place wait for each other: the
   // tables take turns.
-  std::array<std::array<std::uint64_t, 512>, 2> mantissas_{};
-  std::size_t turn_ = 0;
+  static constexpr std::size_t kTables = 4;
+  std::array<std::array<std::uint64_t, 512>, kTables> mantissas_{};
   ExactSum specials_;
 };
 

@@ -34,24 +34,14 @@ bool evenly_spaced(const std::vector<double>& edges) {
 Bins::Bins(const Dimension& dimension)
     : count_(static_cast<std::uint32_t>(dimension.edges.size() - 1)), regular_(evenly_spaced(dimension.edges)),
       holds_infinity_(dimension.closed && dimension.edges.back() == kInfinity), first_(dimension.edges.front()),
-      per_width_(count_ / (dimension.edges.back() - dimension.edges.front())) {
+      per_width_(count_ / (dimension.edges.back() - dimension.edges.front())), last_(count_ - 1) {
   for (const double edge : dimension.edges) starts_.push_back(at_least(edge));
   if (dimension.closed) starts_.back() = above(dimension.edges.back());
 }
 
-std::uint32_t Bins::of(float value) const {
-  if (!(value >= starts_.front() && value < starts_.back())) {
-    return holds_infinity_ && value == kInfinity ? count_ - 1 : count_;
-  }
-  if (!regular_) {
-    const auto after = std::upper_bound(starts_.begin(), starts_.end(), value);
-    return static_cast<std::uint32_t>(after - starts_.begin() - 1);
-  }
-  const double place = std::clamp((value - first_) * per_width_, 0.0, static_cast<double>(count_ - 1));
-  auto bin = static_cast<std::uint32_t>(place);
-  while (value < starts_[bin]) --bin;
-  while (value >= starts_[bin + 1]) ++bin;
-  return bin;
+std::uint32_t Bins::search(float value) const {
+  const auto after = std::upper_bound(starts_.begin(), starts_.end(), value);
+  return static_cast<std::uint32_t>(after - starts_.begin() - 1);
 }
 
 }  // namespace motes::recording

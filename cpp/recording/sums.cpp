@@ -2,7 +2,8 @@
 
 #include <algorithm>
 #include <array>
-#include <cmath>
+#include <bit>
+#include <cstdio>
 #include <cstring>
 #include <stdexcept>
 #include <string>
@@ -47,15 +48,17 @@ void check_edges(const std::vector<double>& edges) {
 /// The values of expressions, block by block. Each thread has its own.
 class Values {
  public:
-  Values(const Sum& sum, Store& store) : sum_(sum), store_(store), planes_(store, columns_of(sum, store.schema())) {}
+  Values(const Sum& sum, Store& store) : sum_(sum), store_(store), planes_(store, columns_of(sum, store.schema())) {
+    chosen_.fill(~0u);
+  }
 
   /// Goes on to a block, and finds out which of its particles count.
   void enter(std::size_t at, std::size_t count) {
     block_ = {count, planes_.at(at), store_.ids() + at, nullptr};
-    if (sum_.where.empty()) return;
-    std::memcpy(chosen_.data(), of(sum_.where), count * sizeof(float));
+    if (!sum_.where.empty()) std::memcpy(chosen_.data(), of(sum_.where), count * sizeof(float));
   }
-  bool counts(std::size_t i) const { return sum_.where.empty() || chosen_[i] != 0; }
+  /// All bits of those that count, none of the others.
+  const std::uint32_t* chosen() const { return chosen_.data(); }
 
   /// Good until the next call.
   const float* of(const Expression& expression) {
@@ -71,7 +74,7 @@ class Values {
   const Store& store_;
   Planes planes_;
   actions::Block block_{};
-  std::array<std::uint32_t, kBlock> chosen_{};
+  std::array<std::uint32_t, kBlock> chosen_;
   std::vector<float> stack_ = std::vector<float>(actions::kScratch);
 };
 
@@ -81,10 +84,13 @@ void over_blocks(std::size_t first, std::size_t last, const Work& work) {
   for (std::size_t at = first; at < last; at += kBlock) work(at, std::min(kBlock, last - at));
 }
 
-void add_block(const Values& values, const float* value, std::size_t count, particles::FloatTable& table) {
+// Those that do not count are added as 0: nobody can foresee which they are.
+void add_block(const std::uint32_t* chosen, const float* value, std::size_t count, particles::FloatTable& table) {
+  std::array<float, kBlock> counted;
   for (std::size_t i = 0; i < count; ++i) {
-    if (values.counts(i)) table.add(value[i]);
+    counted[i] = std::bit_cast<float>(std::bit_cast<std::uint32_t>(value[i]) & chosen[i]);
   }
+  table.add({counted.data(), count});
 }
 
 // One bin: each range has tables of its own, which then add up.
@@ -97,7 +103,9 @@ std::vector<ExactSum> sum_all(const Sum& sum, Store& store, std::size_t count, t
     std::vector<particles::FloatTable> tables(sum.weights.size());
     over_blocks(part * range, std::min(count, (part + 1) * range), [&](std::size_t at, std::size_t length) {
       values.enter(at, length);
-      for (std::size_t w = 0; w < tables.size(); ++w) add_block(values, values.of(sum.weights[w]), length, tables[w]);
+      for (std::size_t w = 0; w < tables.size(); ++w) {
+        add_block(values.chosen(), values.of(sum.weights[w]), length, tables[w]);
+      }
     });
     parts[part].resize(tables.size());
     for (std::size_t w = 0; w < tables.size(); ++w) tables[w].add_to(parts[part][w]);
@@ -129,7 +137,7 @@ class Sorter {
     over_blocks(first, last, [&](std::size_t at, std::size_t length) {
       values.enter(at, length);
       std::uint32_t* bins = sorted.bins.data() + (to + at - first);
-      for (std::size_t i = 0; i < length; ++i) bins[i] = values.counts(i) ? 0 : none_;
+      for (std::size_t i = 0; i < length; ++i) bins[i] = values.chosen()[i] != 0 ? 0 : none_;
       for (std::size_t d = 0; d < bins_.size(); ++d) {
         refine(bins_[d], values.of(sum_.dimensions[d].value), length, bins);
       }
@@ -166,6 +174,7 @@ void add_one(ExactSum& sum, const Sorted& sorted, std::size_t i) { sum.add(sorte
 template <class Result>
 void sum_bins(const Sum& sum, Store& store, std::size_t count, threads::Pool& pool, std::vector<Result>& into) {
   constexpr std::size_t kStretch = 32 * kRange;
+  constexpr std::size_t kAhead = 16;  // bins are all over memory: each is asked for before its turn
   const Sorter sorter(sum, store);
   const std::size_t most = std::min(count, kStretch);
   Sorted sorted{std::vector<std::uint32_t>(most), std::vector<float>(sum.weights.empty() ? 0 : most)};
@@ -177,6 +186,7 @@ void sum_bins(const Sum& sum, Store& store, std::size_t count, threads::Pool& po
     });
     pool.run(threads, [&](std::size_t part, std::size_t) {
       for (std::size_t i = 0; i < length; ++i) {
+        if (i + kAhead < length) __builtin_prefetch(into.data() + sorted.bins[i + kAhead], 1);
         const std::uint32_t bin = sorted.bins[i];
         if (bin == sorter.none() || (threads > 1 && thread_of(bin, threads) != part)) continue;
         add_one(into[bin], sorted, i);

@@ -1,8 +1,11 @@
 // Sums over particles, exact in any order: totals, histograms, tallies (API: System.total, histogram, tally).
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <string>
 #include <variant>
 #include <vector>
 
@@ -67,14 +70,25 @@ class Bins {
 
   std::uint32_t count() const { return count_; }
   /// The bin, or count() for what is in none: outside, or NaN.
-  std::uint32_t of(float value) const;
+  std::uint32_t of(float value) const {
+    if (!(value >= starts_.front() && value < starts_.back())) {
+      return holds_infinity_ && value == std::numeric_limits<float>::infinity() ? count_ - 1 : count_;
+    }
+    if (!regular_) return search(value);
+    auto bin = static_cast<std::uint32_t>(std::clamp((value - first_) * per_width_, 0.0, last_));
+    while (value < starts_[bin]) --bin;
+    while (value >= starts_[bin + 1]) ++bin;
+    return bin;
+  }
 
  private:
+  std::uint32_t search(float value) const;
+
   std::vector<float> starts_;  // the smallest float32 of each bin, and of what is behind the last one
   std::uint32_t count_;
   bool regular_;           // bins of nearly the same width: a division finds nearly the right one
   bool holds_infinity_;  // the last one does
-  double first_ = 0, per_width_ = 0;
+  double first_, per_width_, last_;  // edge; bins per unit; the number of the last bin
 };
 
 /// Counts or sums, of one part of the particles or of all.

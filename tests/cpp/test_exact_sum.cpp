@@ -29,7 +29,7 @@ ExactSum sum_of(const std::vector<float>& values) {
 
 ExactSum by_table(const std::vector<float>& values) {
   FloatTable table;
-  for (const float value : values) table.add(value);
+  table.add(values);
   ExactSum sum;
   table.add_to(sum);
   return sum;

@@ -34,6 +34,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     recording = names.add_parser("recording", help="what Python costs per frame: 8 systems of 12 actions")
     recording.add_argument("--systems", type=positive, default=8)
     recording.add_argument("--frames", type=positive, default=200)
+    sums = names.add_parser("sums", help="totals, histograms and tallies, beside reading a column")
+    sums.add_argument("--particles", type=positive, default=3_200_000)
+    sums.add_argument("--repeats", type=positive, default=7)
     leavers = names.add_parser("leavers", help="ways to find the particles that left a domain")
     leavers.add_argument("--particles", type=positive, default=3_200_000)
     leavers.add_argument("--steps", type=positive, default=10)
@@ -126,6 +129,10 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench.recording import recording
 
         return recording(**sizes)
+    if name == "sums":
+        from ..bench.sums import sums
+
+        return sums(**sizes)
     from ..bench import kernels
 
     if name in ("snow", "fountain"):

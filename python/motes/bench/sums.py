@@ -1,0 +1,64 @@
+"""What sums over particles cost on one core, beside reading the columns that they need."""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from ..expressions import column
+from ..shapes import Box, Sphere
+from ..system import System
+from ..world import World
+
+__all__ = ["sums"]
+
+BINS, CELLS = 100, (100, 100, 100)
+SIZE = 1.0  # m, of the box that the particles fill
+
+
+def sums(*, particles: int, repeats: int) -> dict[str, Any]:
+    """Time each kind of sum in turn with reading a column, in CPU time; medians per particle, and of ratios."""
+    world = World(seed=1, progress="off", threads=1)
+    gas = world.system("gas")
+    box = (0, 0, 0), (SIZE, SIZE, SIZE)
+    gas.configure(velocity=Sphere((0, 0, 0), 1))
+    with world:
+        gas.burst(Box(*box), count=particles)
+        gas.move()
+        world.step()
+        kinds = _kinds(gas, box)
+        taken: dict[str, list[float]] = {name: [] for name in ("read", *kinds)}
+        with gas.local() as here:
+            plane = here.velocity[:, 0]
+            for _ in range(repeats):
+                taken["read"].append(_seconds(lambda: plane.max()))
+                for name, call in kinds.items():
+                    taken[name].append(_seconds(call))
+    figures: dict[str, Any] = {"particles": particles, "repeats": repeats}
+    for name, seconds in taken.items():
+        figures[f"{name}_ns"] = 1e9 * statistics.median(seconds) / particles
+    ratios = [total / read for total, read in zip(taken["total"], taken["read"], strict=True)]
+    return {**figures, "total_by_read": statistics.median(ratios)}
+
+
+def _kinds(gas: System, box: tuple[Any, Any]) -> dict[str, Callable[[], Any]]:
+    v = column("velocity")
+    return {
+        "total": lambda: gas.total(v.x),
+        "energy": lambda: gas.total(0.5 * (v.x * v.x + v.y * v.y + v.z * v.z)),
+        "total_where": lambda: gas.total(v.x, where=v.y > 0),
+        "histogram": lambda: gas.histogram(v.x, np.linspace(-1, 1, BINS + 1)),
+        "weighted_histogram": lambda: gas.histogram(v.x, np.linspace(-1, 1, BINS + 1), weights=v.y),
+        "tally": lambda: gas.tally(*box, CELLS),
+        "weighted_tally": lambda: gas.tally(*box, CELLS, weights=v.x),
+    }
+
+
+def _seconds(call: Callable[[], Any]) -> float:
+    start = time.thread_time()
+    call()
+    return time.thread_time() - start

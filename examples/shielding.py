@@ -11,7 +11,7 @@ import motes
 from motes import column
 from motes.shapes import Blob, Cylinder, Disc
 
-args = motes.script.options(__doc__, space="-1,4", systems=2, particles=60_000, frames=144, size="960x540")
+args = motes.script.options(__doc__, systems=2, particles=60_000, frames=144, size="960x540")
 
 # A slab without end in y and z, from x = 0 on, between two screens; a lamp in front of it. Metres, m/s.
 thick, screens, speed = 2.0, (-1.5, 4.0), 2.0
@@ -28,7 +28,8 @@ camera = motes.Camera((4.3, 2.4, 7.4), (1.25, -0.1, 0), fov_deg=34)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.004, 0.005, 0.009), objects=solids, bloom=0.1
 )
-world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
+# Photons do not see each other: they are dealt out by id, and none ever changes its rank.
+world = motes.World(seed=args.seed, axis=None, births="calculators", renderer=renderer, log=args.log)
 
 # left: metres to the next collision. state: 1 collides now, or is new; 0 flies; -1 is absorbed.
 own = {"left": 0.0, "state": 1.0, "hits": -1.0}

@@ -30,7 +30,7 @@ def alone(substeps: int = 1) -> list[str]:
     return lines
 
 
-SETTINGS = [{"roles": "shared", "space": (-2, 2)}, {"fan_out": 2, "substeps": 3}]
+SETTINGS = [{"roles": "shared", "space": (-2, 2)}, {"fan_out": 2, "substeps": 3, "axis": None}]
 
 
 @pytest.mark.parametrize("ranks", [1, 2, 3, 5])

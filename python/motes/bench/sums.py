@@ -21,7 +21,7 @@ SIZE = 1.0  # m, of the box that the particles fill
 
 
 def sums(*, particles: int, repeats: int) -> dict[str, Any]:
-    """Time each kind of sum in turn with reading a column, in CPU time; medians per particle, and of ratios."""
+    """Time each kind of sum in turn with reading a column: medians of CPU time, and of ratios."""
     world = World(seed=1, progress="off", threads=1)
     gas = world.system("gas")
     box = (0, 0, 0), (SIZE, SIZE, SIZE)

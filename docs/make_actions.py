@@ -13,7 +13,7 @@ import textwrap
 from pathlib import Path
 
 from motes import actions
-from motes.actions import forces, motion, recorder, targets
+from motes.actions import between, forces, motion, recorder, targets
 
 PAGE = Path(__file__).with_name("actions.md")
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
@@ -21,6 +21,7 @@ FAMILIES = [
     ("What pulls, pushes and turns", forces),
     ("What leads to given values", targets),
     ("What collides, kills and moves", motion),
+    ("Between particles", between),
 ]
 OPENING = """
 # Actions

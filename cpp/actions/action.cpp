@@ -27,6 +27,7 @@ constexpr std::uint32_t kLifetime = bit(particles::lifetime);
 constexpr std::uint32_t kPositionB = bit(particles::position_b);
 constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
+constexpr std::uint32_t kContacts = bit(particles::contacts);
 
 // What list.inc says of a number.
 using Rule = Number::Rule;
@@ -42,7 +43,9 @@ constexpr Number whole(const char* name, double low, double high) { return {name
 const std::array<Facts, kKinds>& table() {
   static const std::array<Facts, kKinds> all = {{
 #define MOTES_ACTION(action, ...) {.name = #action __VA_OPT__(, ) __VA_ARGS__},
+#define MOTES_MEETING(action, ...) {.name = #action, __VA_ARGS__, .between = true},
 #include "actions/list.inc"
+#undef MOTES_MEETING
 #undef MOTES_ACTION
   }};
   return all;

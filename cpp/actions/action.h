@@ -13,13 +13,17 @@ namespace motes::actions {
 
 enum class Kind : std::uint8_t {
 #define MOTES_ACTION(name, ...) name,
+#define MOTES_MEETING MOTES_ACTION
 #include "actions/list.inc"
+#undef MOTES_MEETING
 #undef MOTES_ACTION
 };
 
 inline constexpr int kKinds = 0
 #define MOTES_ACTION(name, ...) +1  // NOLINT(bugprone-macro-parentheses): a summand
+#define MOTES_MEETING MOTES_ACTION
 #include "actions/list.inc"
+#undef MOTES_MEETING
 #undef MOTES_ACTION
     ;
 
@@ -31,13 +35,14 @@ struct Action {
   Expression where{};                  // a truth value; empty: all particles
   std::int32_t target = -1;            // set: the attribute
   std::vector<Expression> values{};    // set: one per component
+  std::int32_t other = -1;             // between particles: the other system, where two meet
 
   bool operator==(const Action&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
-  visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values);
+  visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other);
 }
 
 /// One number of an action, or a vector of them: its name in the Python API and the values that it may have.
@@ -60,6 +65,7 @@ struct Facts {
   std::uint32_t writes = 0;
   bool meets = false;  // the shape must have a surface that a particle can meet
   int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
+  bool between = false;  // between particles: a meeting, which has no kernel over a block
 };
 
 const Facts& facts(Kind kind);

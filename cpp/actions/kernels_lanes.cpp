@@ -47,7 +47,9 @@ extern const actions::Kernels action_kernels;
 const actions::Kernels action_kernels = {
     {
 #define MOTES_ACTION(name, ...) name,
+#define MOTES_MEETING(name, ...) nullptr,
 #include "actions/list.inc"
+#undef MOTES_MEETING
 #undef MOTES_ACTION
     },
     evaluate,

@@ -272,6 +272,7 @@ void bind_engine(py::module_& m) {
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axes"), py::arg("space"),
            py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"))
       .def("record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
+      .def("record_meeting", &Engine::record_meeting, py::arg("first"), py::arg("second"), py::arg("action"))
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())

@@ -37,8 +37,9 @@ std::string where(const Stamp& stamp, Phase phase) {
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin", "report", "verdict",   "exchange", "records", "tiles", "gather",
-                                           "plan",  "loads",  "proposals", "births",   "log",     "sums",  "totals"};
+  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records", "tiles",
+                                           "gather", "plan",   "loads",   "proposals", "births",  "log",
+                                           "sums",   "totals", "word",    "meeting"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }

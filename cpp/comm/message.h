@@ -24,9 +24,11 @@ enum class Phase : std::uint8_t {
   births,
   log,
   sums,
-  totals
+  totals,
+  word,
+  meeting
 };
-inline constexpr int kPhases = 14;
+inline constexpr int kPhases = 16;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

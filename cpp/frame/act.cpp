@@ -3,8 +3,9 @@
 #include <algorithm>
 #include <iterator>
 
+#include "frame/course.h"
 #include "frame/item_failure.h"
-#include "frame/places.h"
+#include "frame/meet.h"
 #include "frame/run_list.h"
 #include "frame/spawn.h"
 #include "recording/select.h"
@@ -28,6 +29,16 @@ std::uint64_t lowest_id(const Store& store) {
   return store.size() == 0 ? UINT64_MAX : *std::min_element(ids, ids + store.size());
 }
 
+// The list has run: what happened to whom.
+void end_list(const Rank& rank, const System& system, Population& here) {
+  if (here.moved && here.outcome.left.empty())
+    find_leavers(rank, system, here);  // a list without actions does not look
+  here.tally.killed += here.outcome.dead.size();
+  note_events(system, here);
+  here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
+  charge_list(rank, system, here);
+}
+
 void act_on(Rank& rank, const System& system, std::size_t index, Population& here, Newborn& newborn,
             const CallBack& call_back) {
   const double start = rank.machine.compute_seconds();
@@ -41,26 +52,9 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
     });
   };
   run_list(rank, system, here, append, call_back, false);
-  if (here.moved && here.outcome.left.empty())
-    find_leavers(rank, system, here);  // a list without actions does not look
-  here.tally.killed = here.outcome.dead.size();
-  note_events(system, here);
-  here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
-  charge_list(rank, system, here);
+  end_list(rank, system, here);
   rank.machine.slow_down(start);
   here.tally.compute_s += rank.machine.compute_seconds() - start;
-}
-
-// By their owner. A particle that is infinitely far out, or NaN, may belong here all the same.
-std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
-                                                           const Population& here) {
-  std::map<int, std::vector<std::uint32_t>> to;
-  const domains::Places places = places_of(here.store);
-  for (const std::uint32_t p : here.outcome.left) {
-    const int owner = owner_of(system.domains, places, p);
-    if (owner != rank.talk.calculator()) to[owner].push_back(p);
-  }
-  return to;
 }
 
 // The dead are removed; those that left their domain are packed for their owners and removed too.
@@ -92,28 +86,56 @@ void pack_leavers(const Rank& rank, const System& system, Population& here, Roun
   here.outcome.clear();
 }
 
-void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, Round& round, Newborn& newborn) {
+// Systems in which nobody meets; of the others, the births.
+void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, Round& round, Newborn& newborn,
+                Course& course) {
   std::uint64_t received = 0;
   for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
     Population& here = *calculator.populations[i];
     const std::uint64_t before = here.tally.created;
-    act_on(rank, *script.systems[i], i, here, newborn,
-           [&](const recording::Callback& callback, std::size_t begin) { call_back(calculator, i, callback, begin); });
-    pack_leavers(rank, *script.systems[i], here, round, static_cast<std::uint32_t>(i));
+    if (system.meets()) {
+      course.take_births(i, newborn);
+    } else {
+      act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, std::size_t begin) {
+        call_back(calculator, i, callback, begin);
+      });
+      pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+    }
     received += here.tally.created - before;
   }
   if (received != newborn.count) throw std::runtime_error("births were lost on the way");
+}
+
+void end_meetings(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
+    if (!system.meets()) continue;
+    Population& here = *calculator.populations[i];
+    const double start = rank.machine.compute_seconds();
+    end_list(rank, system, here);
+    rank.machine.slow_down(start);
+    here.tally.compute_s += rank.machine.compute_seconds() - start;
+    pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+  }
+}
+
+void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
+  Course course(rank, script, calculator, round);
+  rank.talk.work("act", [&] {
+    if (script.in_frame()) act_on_all(rank, script, calculator, round, newborn, course);
+  });
+  if (!newborn.meet) return;
+  if (rank.talk.failed()) return say_failed(rank, round);  // perhaps its list is another one
+  course.run();
+  rank.talk.work("act", [&] { end_meetings(rank, script, calculator, round); });
 }
 
 }  // namespace
 
 void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "act", script.name_of(round));
-  if (!newborn.heard.failed) {
-    rank.talk.work("act", [&] {
-      if (script.in_frame() && rank.talk.calculates()) act_on_all(rank, script, calculator, round, newborn);
-    });
-  }
+  if (!newborn.heard.failed && rank.talk.calculates()) run_lists(rank, script, calculator, round, newborn);
   for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) script.systems[i]->mark_run();
 }
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "domains/divide.h"
+#include "frame/course.h"
 #include "frame/item_failure.h"
 #include "frame/places.h"
 #include "frame/render_load.h"
@@ -97,6 +98,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   common.put(script.hash);
   common.put(static_cast<std::uint32_t>(script.rounds.size()));
   common.put(shared);
+  common.put(meets(script, round));
   if (rank.talk.failed()) {
     parts = std::vector<Part>(parts.size());
   } else {
@@ -117,6 +119,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   const auto hash = in.get<recording::Hash>();
   const auto rounds = in.get<std::uint32_t>();
   newborn.shared = in.get<bool>();
+  newborn.meet = in.get<bool>();
   if (hash != script.hash) {
     rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
     follow(script, rounds);

@@ -35,6 +35,9 @@ void Engine::record(int index, recording::Item item) {
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
     actions::check(*action, s.schema);
+    if (action->other >= system_count() || action->other == index) {
+      throw std::invalid_argument("an action between particles must name another system of the world");
+    }
     uses_copies = actions::uses_copies(*action, s.schema);
   }
   if (const auto* birth = std::get_if<recording::Birth>(&item)) {
@@ -54,6 +57,18 @@ void Engine::record(int index, recording::Item item) {
   }
   if (uses_copies) keep_copies(s, population(index));
   s.list.push_back(std::move(item));
+}
+
+void Engine::record_meeting(int first, int second, actions::Action action) {
+  if (first == second) throw std::invalid_argument("other must be another system");
+  action.other = second;
+  actions::Action counterpart = action;
+  record(first, std::move(action));
+  counterpart.other = first;
+  counterpart.where.clear();
+  counterpart.shapes.clear();
+  counterpart.numbers.back() = 1;
+  record(second, std::move(counterpart));
 }
 
 Seen Engine::local(int index) {

@@ -32,6 +32,8 @@ class Engine {
 
   /// Adds to this frame's list. Throws std::invalid_argument for what the system cannot take.
   void record(int system, recording::Item item);
+  /// Adds an action between the particles of two systems: it stands at this place in both of their lists.
+  void record_meeting(int first, int second, actions::Action action);
 
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
   Seen local(int system);

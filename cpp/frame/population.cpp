@@ -16,6 +16,8 @@ void start_frame(Population& here) {
   here.preview.reset();
   here.moved = false;
   here.outcome.clear();
+  here.bounced.clear();
+  here.sight = {};
   here.tally = {};
   here.tally.at_start = here.store.size();
   here.sent.clear();

@@ -4,11 +4,13 @@
 #include <cstdint>
 #include <functional>
 #include <memory>
+#include <set>
 #include <vector>
 
 #include "balance/load.h"
 #include "frame/report.h"
 #include "frame/system.h"
+#include "meetings/act.h"
 #include "particles/store.h"
 #include "recording/program.h"
 #include "recording/spawn.h"
@@ -22,6 +24,15 @@ struct Preview {
   std::size_t items;  // of the list, that have run
 };
 
+/// What meetings of this frame saw on this calculator.
+struct Sight {
+  std::uint32_t meetings = 0;
+  std::uint32_t most_in_a_cell = 0;
+  std::uint64_t pairs = 0;   // directed
+  std::uint64_t copies = 0;  // sent
+  std::uint64_t bytes = 0;   // sent: copies and leavers
+};
+
 struct Population {
   explicit Population(const particles::Schema& schema) : store(schema) {}
 
@@ -33,7 +44,9 @@ struct Population {
   bool in_callback = false;                   // the script sees all that the list runs over
   bool moved = false;                         // positions may have changed since leavers were looked for
   recording::Outcome outcome;
+  std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
   Tally tally;
+  Sight sight;
   std::vector<Sent> sent;                              // leavers of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
   std::uint64_t oldest = 0;                            // the lowest id here, where the history asks for it
@@ -54,6 +67,7 @@ struct Call {
 struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
+  meetings::Scratch scratch;  // of meetings, one after another
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system
 };

@@ -149,6 +149,10 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
   const auto i = static_cast<std::size_t>(index);
   System& system = *script.systems[i];
   Population& here = *calculator.populations[i];
+  if (system.meets()) {
+    throw std::invalid_argument("particles of system '" + system.definition.name +
+                                "' meet in this frame's list so far: they can be read before that, or after the frame");
+  }
   if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
   const simd::FloatMode mode;
   if (rank.settings.substeps == 1) {

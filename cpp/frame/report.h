@@ -78,6 +78,7 @@ struct Tally {
   std::uint64_t received = 0;
   std::uint64_t bytes_sent = 0;
   double compute_s = 0;
+  std::uint64_t moved_in = 0, moved_out = 0;  // in meetings, to and from other calculators
 };
 
 /// A particle that has children at the end of this frame, for the calculator that they belong to.

@@ -11,16 +11,6 @@ namespace {
 
 using recording::Outcome;
 
-// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
-void tidy(Outcome& outcome) {
-  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
-    std::sort(list->begin(), list->end());
-    list->erase(std::unique(list->begin(), list->end()), list->end());
-  }
-  std::erase_if(outcome.left,
-                [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
-}
-
 // Particles that another calculator owns.
 void find_strangers(const Rank& rank, const System& system, Population& here) {
   std::vector<std::uint32_t> owners(here.store.size());
@@ -29,12 +19,6 @@ void find_strangers(const Rank& rank, const System& system, Population& here) {
   for (std::uint32_t p = 0; p < owners.size(); ++p) {
     if (owners[p] != self) here.outcome.left.push_back(p);
   }
-}
-
-bool wants_hits(const System& system) {
-  const std::vector<const recording::Spawn*> rules = system.rules();
-  return std::any_of(rules.begin(), rules.end(),
-                     [](const recording::Spawn* rule) { return rule->on == recording::Spawn::On::collision; });
 }
 
 bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }
@@ -67,6 +51,21 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
 
 }  // namespace
 
+void tidy(Outcome& outcome) {
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+  std::erase_if(outcome.left,
+                [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
+}
+
+bool wants_hits(const System& system) {
+  const std::vector<const recording::Spawn*> rules = system.rules();
+  return std::any_of(rules.begin(), rules.end(),
+                     [](const recording::Spawn* rule) { return rule->on == recording::Spawn::On::collision; });
+}
+
 recording::Region region_of(const Rank& rank, const System& system) {
   const domains::Box box = system.domains.box(rank.talk.calculator());
   recording::Region region;
@@ -85,6 +84,17 @@ void find_leavers(const Rank& rank, const System& system, Population& here) {
     recording::Program::find_leavers(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
   }
   tidy(here.outcome);
+}
+
+std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
+                                                           const Population& here) {
+  std::map<int, std::vector<std::uint32_t>> to;
+  const domains::Places places = places_of(here.store);
+  for (const std::uint32_t p : here.outcome.left) {
+    const int owner = owner_of(system.domains, places, p);
+    if (owner != rank.talk.calculator()) to[owner].push_back(p);
+  }
+  return to;
 }
 
 void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,

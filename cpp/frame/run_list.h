@@ -1,7 +1,10 @@
 // The recorded list on one calculator's particles: actions in fused passes, births where they stand, callbacks between.
 #pragma once
 
+#include <cstdint>
 #include <functional>
+#include <map>
+#include <vector>
 
 #include "frame/population.h"
 #include "frame/rank.h"
@@ -25,6 +28,17 @@ recording::Region region_of(const Rank& rank, const System& system);
 
 /// Looks through all particles for those outside the domain.
 void find_leavers(const Rank& rank, const System& system, Population& here);
+
+/// Those of here.outcome.left by their owners. A particle that is infinitely far out, or NaN, may belong here all the
+/// same.
+std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
+                                                           const Population& here);
+
+/// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
+void tidy(recording::Outcome& outcome);
+
+/// Whether a spawn rule asks who bounced.
+bool wants_hits(const System& system);
 
 /// Obeys the sorts from item `first` of the list on: the particles stand in the order of drawing.
 void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first);

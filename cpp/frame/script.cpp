@@ -1,5 +1,7 @@
 #include "frame/script.h"
 
+#include <algorithm>
+
 #include <utility>
 
 namespace motes::frame {
@@ -47,12 +49,30 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   script.hash = recording::hash(script.bytes.view());
 }
 
+namespace {
+
+// Systems that meet share a round, with those between them: the last one that must be in a round that begins here.
+std::size_t last_to_meet(const Script& script, std::size_t first) {
+  std::size_t last = first;
+  for (std::size_t i = first; i <= last; ++i) {
+    for (const recording::Item& item : script.systems[i]->list) {
+      const auto* action = std::get_if<actions::Action>(&item);
+      if (action != nullptr && action->other >= 0) last = std::max(last, static_cast<std::size_t>(action->other));
+    }
+  }
+  return last;
+}
+
+}  // namespace
+
 void split_rounds(Script& script, Combine combine, std::uint32_t& turn) {
   script.rounds.clear();
   const std::size_t n = script.systems.size();
-  const std::size_t width = script.in_frame() && combine != Combine::together ? 1 : n;
-  for (std::size_t first = 0; first < n; first += width)
-    script.rounds.push_back({first, first + width, ++turn, {}, {}, {}, 0});
+  const bool apart = script.in_frame() && combine != Combine::together;
+  for (std::size_t first = 0, last = 0; first < n; first = last) {
+    last = apart ? last_to_meet(script, first) + 1 : n;
+    script.rounds.push_back({first, last, ++turn, {}, {}, {}, 0});
+  }
   if (script.rounds.empty()) script.rounds.push_back({0, 0, ++turn, {}, {}, {}, 0});
 }
 

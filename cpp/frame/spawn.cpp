@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 #include "frame/item_failure.h"
+#include "frame/run_list.h"
 
 namespace motes::frame {
 
@@ -20,6 +22,38 @@ std::vector<std::uint32_t> newborn_of(const System& system, const particles::Sto
     if (store.ids()[i] >= system.counts.newborn_from) found.push_back(static_cast<std::uint32_t>(i));
   }
   return found;
+}
+
+// Their indices change where particles meet; their ids do not.
+void note_bounced(Population& here) {
+  for (const std::uint32_t p : here.outcome.hits) here.bounced.insert(here.store.ids()[p]);
+  here.outcome.hits.clear();
+}
+
+std::vector<std::uint32_t> bounced_of(const Population& here) {
+  std::vector<std::uint32_t> found;
+  for (std::size_t i = 0; !here.bounced.empty() && i < here.store.size(); ++i) {
+    if (here.bounced.contains(here.store.ids()[i])) found.push_back(static_cast<std::uint32_t>(i));
+  }
+  return found;
+}
+
+// What becomes of each rule, where these particles were born, died or bounced.
+void add_events(const System& system, Population& here, const std::vector<std::uint32_t>& newborn,
+                const std::vector<std::uint32_t>& dead, const std::vector<std::uint32_t>& bounced) {
+  const std::vector<const Spawn*> rules = system.rules();
+  here.events.resize(rules.size());
+  for (std::size_t r = 0; r < rules.size(); ++r) {
+    const std::vector<std::uint32_t>& chosen = rules[r]->on == Spawn::On::birth   ? newborn
+                                               : rules[r]->on == Spawn::On::death ? dead
+                                                                                  : bounced;
+    std::vector<Event>& all = here.events[r];
+    const auto old = static_cast<std::ptrdiff_t>(all.size());
+    const std::vector<Event> more = recording::events_of(*rules[r], here.store, chosen);
+    all.insert(all.end(), more.begin(), more.end());
+    std::inplace_merge(all.begin(), all.begin() + old, all.end(),
+                       [](const Event& a, const Event& b) { return a.id < b.id; });
+  }
 }
 
 // How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
@@ -76,17 +110,29 @@ void make_children(const Script& script, Calculator& calculator, int self, const
 }  // namespace
 
 void note_events(const System& system, Population& here) {
-  const std::vector<const Spawn*> rules = system.rules();
-  here.events.resize(rules.size());
-  for (std::size_t r = 0; r < rules.size(); ++r) {
-    switch (rules[r]->on) {
-      case Spawn::On::birth:
-        here.events[r] = recording::events_of(*rules[r], here.store, newborn_of(system, here.store));
-        break;
-      case Spawn::On::death: here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.dead); break;
-      case Spawn::On::collision: here.events[r] = recording::events_of(*rules[r], here.store, here.outcome.hits); break;
-    }
+  note_bounced(here);
+  add_events(system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here));
+}
+
+void clear_dead(const Rank& rank, const System& system, Population& here) {
+  recording::Outcome& outcome = here.outcome;
+  tidy(outcome);
+  note_bounced(here);
+  if (outcome.dead.empty()) return;
+  const auto dead_ones = [&](const std::vector<std::uint32_t>& found) {
+    std::vector<std::uint32_t> dead;
+    std::set_intersection(found.begin(), found.end(), outcome.dead.begin(), outcome.dead.end(),
+                          std::back_inserter(dead));
+    return dead;
+  };
+  if (!system.rules().empty()) {
+    add_events(system, here, dead_ones(newborn_of(system, here.store)), outcome.dead, dead_ones(bounced_of(here)));
   }
+  for (const std::uint32_t p : outcome.dead) here.bounced.erase(here.store.ids()[p]);
+  here.store.remove(outcome.dead, *rank.pool);
+  here.tally.killed += outcome.dead.size();
+  outcome.dead.clear();
+  outcome.left.clear();
 }
 
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,

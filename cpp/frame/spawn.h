@@ -16,6 +16,9 @@ namespace motes::frame {
 /// particle once.
 void note_events(const System& system, Population& here);
 
+/// Calculator, before a meeting: the dead so far are removed, with the events that the spawn rules ask of them noted.
+void clear_dead(const Rank& rank, const System& system, Population& here);
+
 /// Manager: numbers the children of a round's events, and says to whom they belong.
 void collect_parents(const Rank& rank, const Script& script, Manager& manager, const Round& round,
                      const std::vector<SystemReport>& reports, Judgement& judgement);

@@ -55,26 +55,35 @@ std::vector<Piece> System::pending_pieces() const {
   std::vector<actions::Action> actions;
   std::uint32_t before = 0;  // actions of earlier segments and pieces
   std::size_t first = 0;
-  const auto cut = [&](const recording::Callback* callback) {
+  const auto cut = [&](std::size_t end, const recording::Callback* callback, const actions::Action* meeting) {
     const std::size_t length = actions.size();
-    pieces.push_back({recording::Program(std::move(actions), before), first, callback});
+    pieces.push_back({recording::Program(std::move(actions), before), first, end, callback, meeting});
     actions.clear();
-    before += static_cast<std::uint32_t>(length);
-    first += length;
+    before += static_cast<std::uint32_t>(length + (meeting != nullptr ? 1 : 0));
+    first += length + (meeting != nullptr ? 1 : 0);
   };
   for (std::size_t i = 0; i < list.size(); ++i) {
     if (const auto* action = std::get_if<actions::Action>(&list[i])) {
       if (i < run_items) {
         ++before;
+      } else if (actions::facts(action->kind).between) {
+        cut(i, nullptr, action);
       } else {
         actions.push_back(*action);
       }
     } else if (const auto* callback = std::get_if<recording::Callback>(&list[i]); callback && i >= run_items) {
-      cut(callback);
+      cut(i, callback, nullptr);
     }
   }
-  if (!actions.empty() || pieces.empty()) cut(nullptr);
+  if (!actions.empty() || pieces.empty() || pieces.back().meeting != nullptr) cut(list.size(), nullptr, nullptr);
   return pieces;
+}
+
+bool System::meets() const {
+  return std::any_of(list.begin() + static_cast<std::ptrdiff_t>(run_items), list.end(), [](const Item& item) {
+    const auto* action = std::get_if<actions::Action>(&item);
+    return action != nullptr && actions::facts(action->kind).between;
+  });
 }
 
 std::vector<const recording::Spawn*> System::rules() const {

@@ -24,11 +24,13 @@ struct BirthGroup {
   std::uint64_t count = 0;
 };
 
-/// A stretch of the list between callbacks.
+/// A stretch of the list between callbacks and meetings.
 struct Piece {
   recording::Program program;
   std::size_t first = 0;  // actions before it in the segment
+  std::size_t end = 0;    // place in the list of what stands behind it, or the list's length
   const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
+  const actions::Action* meeting = nullptr;       // the same
 };
 
 /// Numbers of particles that all ranks agree on.
@@ -55,6 +57,9 @@ class System {
 
   /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
   std::vector<Piece> pending_pieces() const;
+
+  /// Whether particles meet in the items that have not run yet.
+  bool meets() const;
 
   /// The frame's spawn rules so far, in order.
   std::vector<const recording::Spawn*> rules() const;

@@ -189,11 +189,23 @@ class System(Recorder):
         world = self.world
         engine = world._begin(type(action).__name__)
         try:
-            engine.record_action(self._index, action.compiled(self._columns))
+            line = script_lines.running_line(depth)
+            other = getattr(action, "other", None)
+            if other is None:
+                engine.record_action(self._index, action.compiled(self._columns))
+            else:
+                self._check_other(other)
+                engine.record_meeting(self._index, other._index, action.compiled(self._columns))
+                other._list.append(action)
+                other._lines.append(line)
             self._list.append(action)
-            self._lines.append(script_lines.running_line(depth))
+            self._lines.append(line)
         finally:
             world._usage.end()
+
+    def _check_other(self, other: object) -> None:
+        if not isinstance(other, System) or other.world is not self.world or other is self:
+            raise ArgumentError("other", other, "another system of the same world")
 
     @says_near_names
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from numpy.typing import ArrayLike
 
@@ -16,6 +16,9 @@ from .. import actions
 from ..shapes import Shape
 from ..values import says_near_names
 from .base import Where
+
+if TYPE_CHECKING:
+    from ..system import System
 
 __all__ = ["Recorder"]
 
@@ -306,6 +309,75 @@ class Recorder(ABC):
     def sort(self, eye: ArrayLike, look: ArrayLike, *, where: Where = None) -> None:
         """Record `actions.Sort`."""
         self._record(actions.Sort(eye=eye, look=look, where=where))
+
+    @says_near_names
+    def gravitate(
+        self,
+        magnitude: float = 1,
+        epsilon: float = 0.001,
+        max_radius: float = math.inf,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Gravitate`."""
+        self._record(
+            actions.Gravitate(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where)
+        )
+
+    @says_near_names
+    def match_velocity(
+        self,
+        magnitude: float = 1,
+        epsilon: float = 0.001,
+        max_radius: float = math.inf,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.MatchVelocity`."""
+        self._record(
+            actions.MatchVelocity(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where)
+        )
+
+    @says_near_names
+    def match_rotational_velocity(
+        self,
+        magnitude: float = 1,
+        epsilon: float = 0.001,
+        max_radius: float = math.inf,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.MatchRotationalVelocity`."""
+        self._record(
+            actions.MatchRotationalVelocity(
+                magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where
+            )
+        )
+
+    @says_near_names
+    def collide(
+        self,
+        radius: float | None = None,
+        restitution: float = 0,
+        friction: float = 0.5,
+        sleep: float | None = None,
+        other: System | None = None,
+        other_radius: float | None = None,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Collide`."""
+        self._record(
+            actions.Collide(
+                radius=radius,
+                restitution=restitution,
+                friction=friction,
+                sleep=sleep,
+                other=other,
+                other_radius=other_radius,
+                where=where,
+            )
+        )
 
     def set(self, *, where: Where = None, **attributes: Any) -> None:
         """Record `actions.Set` for each attribute in turn: `s.set(heat=column("age") * 2)`."""

@@ -1,0 +1,130 @@
+#include "frame/course.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "frame/act.h"
+#include "frame/item_failure.h"
+#include "frame/meet.h"
+#include "frame/run_list.h"
+
+namespace motes::frame {
+
+using particles::Store;
+
+bool meets(const Script& script, const Round& round) {
+  bool any = false;
+  for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) any = any || script.systems[i]->meets();
+  return any;
+}
+
+Course::Course(Rank& rank, const Script& script, Calculator& calculator, const Round& round)
+    : rank_(rank), script_(script), calculator_(calculator), round_(round) {}
+
+void Course::take_births(std::size_t index, Newborn& newborn) {
+  const System& system = *script_.systems[index];
+  Population& here = *calculator_.populations[index];
+  here.outcome.wants_hits = wants_hits(system);
+  Runner& runner = runners_.emplace_back(Runner{index, system.pending_pieces(), {}});
+  for (const BirthGroup& group : system.groups) {
+    of_item(system.list, index, group.item, [&] {
+      Store births(system.schema);
+      if (rank_.creates_in_place()) {
+        create_own(rank_, system, group, births);
+      } else {
+        frame::take_births(group, newborn, births, *rank_.pool);
+      }
+      here.tally.created += births.size();
+      runner.births.push_back(std::move(births));
+    });
+  }
+}
+
+void Course::run() {
+  for (int substep = 0; substep < rank_.settings.substeps; ++substep) {
+    if (!run_substep(substep)) return;
+  }
+}
+
+// Systems take turns; where one waits for another that it meets, the other goes on to that place in its own list.
+bool Course::run_substep(int substep) {
+  for (Runner& runner : runners_) runner.next_piece = 0;
+  std::vector<const Piece*> waits(runners_.size(), nullptr);
+  for (std::size_t done = 0; done < runners_.size();) {
+    done = 0;
+    bool moved = false;
+    for (std::size_t r = 0; r < runners_.size(); ++r) {
+      Runner& runner = runners_[r];
+      while (true) {
+        if (waits[r] == nullptr) waits[r] = run_to_meeting(runner, substep);
+        if (waits[r] == nullptr) break;
+        std::size_t first = r;
+        std::size_t second = r;
+        if (waits[r]->meeting->other >= 0) {
+          const std::size_t other = partner_of(runner, *waits[r]);
+          if (waits[other] == nullptr || waits[other]->meeting->other != static_cast<std::int32_t>(runner.system)) break;
+          (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
+        }
+        const Meeting meeting{waits[first]->meeting,
+                              waits[first]->end,
+                              {runners_[first].system, runners_[second].system},
+                              first == second ? std::size_t{1} : std::size_t{2}};
+        waits[first] = nullptr;
+        waits[second] = nullptr;
+        moved = true;
+        if (!meet(rank_, script_, calculator_, round_, meeting)) return false;
+      }
+      if (waits[r] == nullptr && runner.next_piece == runner.pieces.size()) ++done;
+    }
+    if (!moved && done < runners_.size()) throw std::logic_error("systems wait for each other to meet");
+  }
+  return true;
+}
+
+std::size_t Course::partner_of(const Runner& runner, const Piece& piece) const {
+  const auto found = std::find_if(runners_.begin(), runners_.end(), [&](const Runner& other) {
+    return other.system == static_cast<std::size_t>(piece.meeting->other);
+  });
+  if (found == runners_.end() || &*found == &runner) throw std::logic_error("two systems meet, but one has no list");
+  return static_cast<std::size_t>(found - runners_.begin());
+}
+
+const Piece* Course::run_to_meeting(Runner& runner, int substep) {
+  while (runner.next_piece < runner.pieces.size()) {
+    const Piece& piece = runner.pieces[runner.next_piece++];
+    rank_.talk.work("act", [&] {
+      const double start = rank_.machine.compute_seconds();
+      run_piece(runner, piece, substep);
+      rank_.machine.slow_down(start);
+      calculator_.populations[runner.system]->tally.compute_s += rank_.machine.compute_seconds() - start;
+    });
+    if (piece.meeting != nullptr) return &piece;
+  }
+  return nullptr;
+}
+
+// Old particles run the piece; those that are born in it join behind their birth.
+void Course::run_piece(Runner& runner, const Piece& piece, int substep) {
+  const System& system = *script_.systems[runner.system];
+  Population& here = *calculator_.populations[runner.system];
+  const Settings& settings = rank_.settings;
+  const recording::Span span{rank_.talk.frame, settings.substeps, settings.dt, substep, substep + 1};
+  const recording::Region everywhere;
+  const auto run = [&](std::size_t begin, std::size_t skip) {
+    piece.program.run(here.store, begin, skip, span, system.key, everywhere, here.outcome, *rank_.pool);
+  };
+  run(0, 0);
+  std::size_t& g = runner.next_group;
+  for (; g < system.groups.size() && system.groups[g].substep == substep && system.groups[g].item < piece.end; ++g) {
+    const std::size_t begin = here.store.size();
+    const Store& births = runner.births[g];
+    here.store.append(births, first_indices(births.size()), *rank_.pool);
+    run(begin, system.groups[g].entry - piece.first);
+  }
+  here.moved = true;
+  if (piece.callback != nullptr) {
+    call_back(calculator_, runner.system, *piece.callback, 0);
+  }
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,49 @@
+// Lists with meetings: all particles go through them in step, since they see each other on the way.
+#pragma once
+
+#include "frame/create.h"
+#include "frame/population.h"
+#include "frame/rank.h"
+#include "frame/round.h"
+#include "frame/script.h"
+
+namespace motes::frame {
+
+/// Whether particles of the round's systems meet.
+bool meets(const Script& script, const Round& round);
+
+/// Calculators, collective: runs the lists of the round's systems in which particles meet, sub-step by sub-step.
+/// `newborn`: what they got of the round's births; taken from it where the systems before them have taken theirs.
+class Course {
+ public:
+  Course(Rank& rank, const Script& script, Calculator& calculator, const Round& round);
+
+  /// Takes a system's births out of the round's; they join the others where the list says so.
+  void take_births(std::size_t system, Newborn& newborn);
+
+  /// Runs the lists of all systems whose births were taken. Where a rank fails, all leave together.
+  void run();
+
+ private:
+  struct Runner {
+    std::size_t system;
+    std::vector<Piece> pieces;
+    std::vector<particles::Store> births;  // one per group
+    std::size_t next_group = 0;
+    std::size_t next_piece = 0;
+  };
+
+  bool run_substep(int substep);
+  /// To the next meeting, or to the end of the list: then null.
+  const Piece* run_to_meeting(Runner& runner, int substep);
+  void run_piece(Runner& runner, const Piece& piece, int substep);
+  std::size_t partner_of(const Runner& runner, const Piece& piece) const;
+
+  Rank& rank_;
+  const Script& script_;
+  Calculator& calculator_;
+  const Round& round_;
+  std::vector<Runner> runners_;
+};
+
+}  // namespace motes::frame

@@ -1,0 +1,368 @@
+#include "frame/meet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <limits>
+#include <map>
+#include <set>
+#include <utility>
+
+#include "frame/act.h"
+#include "frame/item_failure.h"
+#include "frame/run_list.h"
+#include "frame/spawn.h"
+#include "frame/word.h"
+#include "meetings/act.h"
+#include "recording/select.h"
+
+namespace motes::frame {
+
+using comm::Message;
+using comm::Phase;
+using meetings::Copies;
+using particles::Store;
+
+namespace {
+
+// How far apart two intervals are, in metres; the same seen from either.
+double gap(double low, double high, double other_low, double other_high) {
+  return std::max({0.0, low - other_high, other_low - high});
+}
+
+double gap(const domains::Box& a, const domains::Box& b) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) most = std::max(most, gap(a.low[c], a.high[c], b.low[c], b.high[c]));
+  return most;
+}
+
+// How far out of the box a point is. What is no number may belong anywhere.
+double outside(const domains::Box& box, const float (&x)[3]) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (std::isnan(x[c])) return std::numeric_limits<double>::infinity();
+    most = std::max(most, gap(box.low[c], box.high[c], x[c], x[c]));
+  }
+  return most;
+}
+
+void position_of(const Store& store, std::size_t i, float (&x)[3]) {
+  for (int c = 0; c < 3; ++c) {
+    const float* plane = store.plane(particles::position, c);
+    x[c] = plane != nullptr ? plane[i] : store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
+  }
+}
+
+// Who left its domain since the last meeting, by owner.
+struct Leavers {
+  std::map<int, std::vector<std::uint32_t>> to;
+  double farthest = 0;  // metres outside the domain
+};
+
+Leavers leavers_of(const Rank& rank, const System& system, Population& here) {
+  Leavers leavers;
+  find_leavers(rank, system, here);
+  leavers.to = leavers_by_owner(rank, system, here);
+  here.outcome.left.clear();
+  const domains::Box box = system.domains.box(rank.talk.calculator());
+  for (const auto& [owner, particles] : leavers.to) {
+    for (const std::uint32_t p : particles) {
+      float x[3];
+      position_of(here.store, p, x);
+      leavers.farthest = std::max(leavers.farthest, outside(box, x));
+    }
+  }
+  return leavers;
+}
+
+// What each calculator knows when it begins to meet: who goes where, and what all agreed on.
+class Swap {
+ public:
+  Swap(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
+      : rank_(rank), script_(script), calculator_(calculator), round_(round), meeting_(meeting) {}
+
+  bool run() {
+    prepare();
+    if (!agree()) return false;
+    if (rank_.talk.calculators() > 1) exchange();
+    compute([&] { act(); });
+    return true;
+  }
+
+ private:
+  using Extent = meetings::Extent;
+
+  const std::vector<recording::Item>& list() const { return system(0).list; }
+  const System& system(std::size_t side) const { return *script_.systems[meeting_.systems[side]]; }
+  Population& population(std::size_t side) const { return *calculator_.populations[meeting_.systems[side]]; }
+  float dt() const { return static_cast<float>(rank_.settings.dt / rank_.settings.substeps); }
+
+  // The work of systems that meet counts by their numbers of particles.
+  template <class Work>
+  void compute(const Work& work) {
+    rank_.talk.work("meeting", [&] {
+      const double start = rank_.machine.compute_seconds();
+      of_item(list(), meeting_.systems[0], meeting_.item, work);
+      rank_.machine.slow_down(start);
+      const double spent = rank_.machine.compute_seconds() - start;
+      double all = 0;
+      for (std::size_t side = 0; side < meeting_.count; ++side) all += static_cast<double>(population(side).store.size());
+      for (std::size_t side = 0; side < meeting_.count; ++side) {
+        const auto own = static_cast<double>(population(side).store.size());
+        population(side).tally.compute_s += spent * (all > 0 ? own / all : 1 / static_cast<double>(meeting_.count));
+      }
+    });
+  }
+
+  // Clears the dead, finds who left, and what all must know.
+  void prepare() {
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) {
+        Population& here = population(side);
+        clear_dead(rank_, system(side), here);
+        if (rank_.talk.calculators() > 1) leavers_[side] = leavers_of(rank_, system(side), here);
+        const Extent extent = meetings::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
+        extent_.radius = std::max(extent_.radius, extent.radius);
+        extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
+        extent_.displacement = std::max(extent_.displacement, extent.displacement);
+        extent_.rounding = std::max(extent_.rounding, extent.rounding);
+        extent_.masses = std::max(extent_.masses, extent.masses);
+      }
+    });
+  }
+
+  // What the first number says of failure is said by all who can still talk.
+  bool agree() {
+    const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
+    const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
+    const Word heard =
+        agree_on_maxima(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
+                                        extent_.displacement, extent_.rounding, extent_.masses});
+    extent_ = {heard[2], heard[3], heard[4], heard[5], heard[6]};
+    farthest_ = heard[1];
+    range_ = meetings::range_of(*meeting_.action, extent_);
+    return heard[0] == 0;
+  }
+
+  // Whether what one calculator has may concern another: leavers, or copies of what is within reach.
+  bool concerns(int from, int to) const {
+    for (std::size_t a = 0; a < meeting_.count; ++a) {
+      const domains::Box box = system(a).domains.box(from);
+      if (gap(box, system(a).domains.box(to)) <= farthest_) return true;
+      if (gap(box, system(seer(a)).domains.box(to)) <= farthest_ + range_) return true;
+    }
+    return false;
+  }
+
+  // Who sees the particles of this side: their own kind, or the other one.
+  std::size_t seer(std::size_t side) const { return meeting_.count == 1 ? 0 : 1 - side; }
+
+  void exchange() {
+    const int self = rank_.talk.calculator();
+    const int count = static_cast<int>(rank_.talk.calculators());
+    std::vector<int> to;
+    std::vector<int> from;
+    for (int other = 0; other < count; ++other) {
+      if (other != self && concerns(self, other)) to.push_back(other);
+      if (other != self && concerns(other, self)) from.push_back(other);
+    }
+    for (const int source : from) rank_.talk.comm().await(rank_.talk.rank_of(source), Phase::meeting);
+    std::map<int, Message> messages;
+    for (const int target : to) messages[target];
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) pack(side, messages);
+    });
+    for (auto& [target, message] : messages) {
+      if (rank_.talk.failed()) message = Message();
+      const std::uint64_t leaving = rank_.talk.failed() ? 0 : sent_[target];
+      population(0).sight.bytes += message.payload().size();
+      rank_.talk.comm().post(rank_.talk.rank_of(target), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
+                             leaving, rank_.talk.failed());
+    }
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) remove_leavers(side);
+    });
+    for (const int source : from) {
+      const Message message =
+          rank_.talk.comm().expect(rank_.talk.rank_of(source), Phase::meeting, rank_.talk.stamp(round_));
+      if (message.header().failed == 0) compute([&] { unpack(message); });
+    }
+  }
+
+  // The particles that somebody else may see, or that leave.
+  std::vector<std::uint32_t> near_the_border(std::size_t side) const {
+    const System& sees = system(seer(side));
+    const Store& store = population(side).store;
+    const domains::Box own = system(side).domains.box(rank_.talk.calculator());
+    if (sees.domains != system(side).domains || own == domains::Box{}) return first_indices(store.size());
+    std::vector<std::uint8_t> near(store.size(), 0);
+    for (int c = 0; c < 3; ++c) {
+      const auto a = static_cast<std::size_t>(c);
+      if (std::isinf(own.low[a]) && std::isinf(own.high[a])) continue;
+      const double low = static_cast<double>(own.low[a]) + range_;
+      const double high = static_cast<double>(own.high[a]) - range_;
+      const float* plane = store.plane(particles::position, c);
+      if (plane == nullptr) return first_indices(store.size());
+      for (std::size_t i = 0; i < store.size(); ++i) {
+        const double x = static_cast<double>(plane[i]);
+        near[i] = near[i] | static_cast<std::uint8_t>(!(x > low && x < high));
+      }
+    }
+    std::vector<std::uint32_t> found;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      if (near[i] != 0) found.push_back(static_cast<std::uint32_t>(i));
+    }
+    return found;
+  }
+
+  void put_copies(std::size_t side, const std::vector<std::uint32_t>& chosen, particles::Bytes& out) const {
+    const Store& store = population(side).store;
+    out.put(static_cast<std::uint64_t>(chosen.size()));
+    for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
+    for (const meetings::Component c : meetings::read_by(*meeting_.action)) {
+      const float* plane = store.plane(c.attribute, c.component);
+      const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+      for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
+    }
+  }
+
+  static void take_copies(particles::Reader& in, std::size_t columns, Copies& copies) {
+    const auto count = in.get<std::uint64_t>();
+    copies.columns.resize(columns);
+    for (std::uint64_t i = 0; i < count; ++i) copies.ids.push_back(in.get<std::uint64_t>());
+    for (std::vector<float>& column : copies.columns) {
+      for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
+    }
+  }
+
+  // For each calculator: leavers that are its own from now on, and copies of what its particles may see.
+  void pack(std::size_t side, std::map<int, Message>& messages) {
+    Population& here = population(side);
+    const int self = rank_.talk.calculator();
+    std::map<std::uint32_t, int> owners;
+    for (const auto& [owner, leavers] : leavers_[side].to) {
+      for (const std::uint32_t p : leavers) owners[p] = owner;
+    }
+    const domains::Domains& seen_by = system(seer(side)).domains;
+    const std::vector<std::uint32_t> near = near_the_border(side);
+    const auto sees = [&](int who, std::uint32_t p) {
+      float x[3];
+      position_of(here.store, p, x);
+      const bool number = !std::isnan(x[0] + x[1] + x[2]);
+      return number && outside(seen_by.box(who), x) <= range_;
+    };
+    const auto owner_of = [&](std::uint32_t p) {
+      const auto leaver = owners.find(p);
+      return leaver == owners.end() ? self : leaver->second;
+    };
+    // Among themselves, a particle is no copy where it belongs.
+    const auto copy_for = [&](int who, std::uint32_t p) {
+      return sees(who, p) && (meeting_.count == 2 || owner_of(p) != who);
+    };
+    for (auto& [target, message] : messages) {
+      particles::Bytes& bytes = message.bytes();
+      const auto leaving = leavers_[side].to.find(target);
+      const std::vector<std::uint32_t> none;
+      const std::vector<std::uint32_t>& gone = leaving == leavers_[side].to.end() ? none : leaving->second;
+      here.store.pack(gone, bytes, *rank_.pool);
+      put_hits(here, gone, bytes);
+      sent_[target] += gone.size();
+      std::vector<std::uint32_t> copied;
+      for (const std::uint32_t p : near) {
+        if (copy_for(target, p)) copied.push_back(p);
+      }
+      put_copies(side, copied, bytes);
+      here.sight.copies += copied.size();
+    }
+    particles::Bytes kept;  // of leavers that this calculator still sees
+    std::vector<std::uint32_t> copied;
+    for (const auto& [p, owner] : owners) {
+      if (meeting_.count == 1 && sees(self, p)) copied.push_back(p);
+    }
+    put_copies(side, copied, kept);
+    particles::Reader in(kept.view());
+    take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
+  }
+
+  // Which of those that leave have bounced in this frame: their new owner reports it.
+  static void put_hits(const Population& here, const std::vector<std::uint32_t>& gone, particles::Bytes& out) {
+    std::vector<std::uint64_t> hit;
+    for (const std::uint32_t p : gone) {
+      const std::uint64_t id = here.store.ids()[p];
+      if (here.bounced.contains(id)) hit.push_back(id);
+    }
+    out.put(static_cast<std::uint64_t>(hit.size()));
+    for (const std::uint64_t id : hit) out.put(id);
+  }
+
+  void remove_leavers(std::size_t side) {
+    Population& here = population(side);
+    std::vector<std::uint32_t> gone;
+    for (const auto& [owner, leavers] : leavers_[side].to) gone.insert(gone.end(), leavers.begin(), leavers.end());
+    if (gone.empty()) return;
+    std::sort(gone.begin(), gone.end());
+    here.store.remove(gone, *rank_.pool);
+    here.tally.moved_out += gone.size();
+  }
+
+  void unpack(const Message& message) {
+    particles::Reader in = message.reader();
+    std::uint64_t count = 0;
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      Population& here = population(side);
+      const std::size_t before = here.store.size();
+      here.store.unpack(in, *rank_.pool);
+      count += here.store.size() - before;
+      here.tally.moved_in += here.store.size() - before;
+      const auto hits = in.get<std::uint64_t>();
+      for (std::uint64_t i = 0; i < hits; ++i) here.bounced.insert(in.get<std::uint64_t>());
+      take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
+    }
+    if (count != message.header().count || !in.done())
+      throw std::runtime_error("particles were lost on the way between calculators");
+  }
+
+  void act() {
+    meetings::Side sides[2];
+    std::vector<std::uint8_t> chosen[2];
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      Population& here = population(side);
+      sides[side] = {&here.store, &copies_[side], nullptr};
+      here.moved = true;
+      if (meeting_.action->where.empty() || side == 1) continue;
+      chosen[side].assign(here.store.size(), 0);
+      for (const std::uint32_t p : recording::select(meeting_.action->where, meeting_.action->shapes, here.store, 0)) {
+        chosen[side][p] = 1;
+      }
+      sides[side].chosen = &chosen[side];
+    }
+    const meetings::Seen seen =
+        meetings::act(*meeting_.action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
+    Sight& sight = population(0).sight;
+    ++sight.meetings;
+    sight.pairs += seen.pairs;
+    sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);
+  }
+
+  Rank& rank_;
+  const Script& script_;
+  Calculator& calculator_;
+  const Round& round_;
+  const Meeting& meeting_;
+  Leavers leavers_[2];
+  Extent extent_;
+  double farthest_ = 0;
+  double range_ = 0;
+  std::map<int, std::uint64_t> sent_;
+  Copies copies_[2];
+};
+
+}  // namespace
+
+bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
+  return Swap(rank, script, calculator, round, meeting).run();
+}
+
+void say_failed(Rank& rank, const Round& round) { agree_on_maxima(rank, round, {1}); }
+
+}  // namespace motes::frame

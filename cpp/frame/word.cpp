@@ -1,0 +1,29 @@
+#include "frame/word.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace motes::frame {
+
+using comm::Message;
+using comm::Phase;
+
+Word agree_on_maxima(Rank& rank, const Round& round, Word word) {
+  Conversation& talk = rank.talk;
+  const int count = static_cast<int>(talk.calculators());
+  const int self = talk.calculator();
+  for (int ahead = 1; ahead < count; ahead *= 2) {
+    const int to = talk.rank_of((self + ahead) % count);
+    const int from = talk.rank_of((self + count - ahead) % count);
+    talk.comm().await(from, Phase::word);
+    Message message;
+    message.bytes().put_raw(word.data(), sizeof word);
+    talk.comm().post(to, Phase::word, talk.stamp(round), std::move(message));
+    const Message heard = talk.comm().expect(from, Phase::word, talk.stamp(round));
+    const auto theirs = heard.reader().get<Word>();
+    for (std::size_t i = 0; i < word.size(); ++i) word[i] = std::max(word[i], theirs[i]);
+  }
+  return word;
+}
+
+}  // namespace motes::frame

@@ -1,0 +1,362 @@
+#include "meetings/act.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "particles/blocks.h"
+#include "simd/float_mode.h"
+
+namespace motes::meetings {
+
+namespace {
+
+using actions::Action;
+using actions::Kind;
+using particles::Store;
+
+constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
+constexpr std::size_t kRange = std::size_t{1} << 15;
+constexpr double kMargin = 1e-6;  // cells and halos are larger than the reach by this part of it
+
+bool collides(const Action& action) { return action.kind == Kind::collide; }
+
+float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
+
+// Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
+// the particle itself.
+struct Ahead {
+  float dt;
+  float farthest;
+
+  void of(const float (&x)[3], const float (&v)[3], float (&at)[3]) const {
+    float way[3];
+    for (int c = 0; c < 3; ++c) way[c] = v[c] * dt;
+    const float length2 = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    if (length2 > farthest * farthest) {
+      const float part = farthest / std::sqrt(length2);
+      for (float& w : way) w *= part;
+    }
+    for (int c = 0; c < 3; ++c) at[c] = x[c] + way[c];
+  }
+};
+
+template <class Work>
+void each_range(std::size_t count, threads::Pool& pool, std::vector<float>& most, const Work& work) {
+  const std::size_t range = pool.items(kRange);
+  most.assign((count + range - 1) / range, 0);
+  pool.run(most.size(), [&](std::size_t part, std::size_t) {
+    const simd::FloatMode mode;
+    work(part * range, std::min(count, (part + 1) * range), most[part]);
+  });
+}
+
+float largest(const std::vector<float>& values) {
+  float most = 0;
+  for (const float value : values) most = std::max(most, value);
+  return most;
+}
+
+// How far particles get in the step, along an axis, where `limit` does not stop them. What is no number is seen by
+// nobody.
+void measure_steps(const Store& store, float dt, Extent& extent, threads::Pool& pool) {
+  std::vector<float> most;
+  std::vector<float> farthest((store.size() + pool.items(kRange) - 1) / pool.items(kRange), 0);
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
+    float& out = farthest[first / pool.items(kRange)];
+    for (int c = 0; c < 3; ++c) {
+      const float* x = store.plane(particles::position, c);
+      const float* v = store.plane(particles::velocity, c);
+      const float same_x = store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
+      const float same_v = store.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
+      for (std::size_t i = first; i < last; ++i) {
+        const float from = x != nullptr ? x[i] : same_x;
+        const float way = std::abs((from + (v != nullptr ? v[i] : same_v) * dt) - from);
+        if (way > far) far = way;
+        if (std::abs(from) > out) out = std::abs(from);
+      }
+    }
+  });
+  extent.displacement = largest(most);
+  extent.rounding = largest(farthest) * 0x1p-22f;
+}
+
+float radius_of(const Store& store, threads::Pool& pool) {
+  const float* size = store.plane(particles::size, 0);
+  if (size == nullptr) return store.size() == 0 ? 0 : std::max(0.0f, 0.5f * store.uniform_value(particles::size)[0]);
+  std::vector<float> most;
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& wide) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (0.5f * size[i] > wide) wide = 0.5f * size[i];
+    }
+  });
+  return largest(most);
+}
+
+bool has_masses(const Store& store) {
+  return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
+}
+
+// A particle that gets farther than the reach in a step is looked for at most so far ahead: whom it would meet beyond,
+// it passes through in any case, and one spark does not make all ranks exchange what they have.
+float step_limit(float reach) { return reach; }
+
+// Columns of the store and of copies, as a crowd needs them.
+struct Source {
+  const Side& side;
+  std::vector<Component> read;
+
+  Column column(std::size_t number) const {
+    const Component c = read[number];
+    Column made;
+    made.own = side.store->plane(c.attribute, c.component);
+    made.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+    if (side.copies != nullptr && !side.copies->ids.empty()) made.copies = side.copies->columns[number].data();
+    return made;
+  }
+};
+
+class Meeting {
+ public:
+  Meeting(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+          threads::Pool& pool)
+      : action_(action), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
+        count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
+
+  Seen act() {
+    for (std::size_t s = 0; s < count_; ++s) gather(s);
+    Seen seen;
+    for (std::size_t s = 0; s < count_; ++s) {
+      run(s, seen);
+      seen.most_in_a_cell = std::max(seen.most_in_a_cell, scratch_.party[s].cells.most_in_a_cell());
+    }
+    for (std::size_t s = 0; s < count_; ++s) apply(s);
+    return seen;
+  }
+
+ private:
+  static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
+
+  void gather(std::size_t s) {
+    const Source source{sides_[s], read_by(action_)};
+    Scratch::Party& party = scratch_.party[s];
+    Crowd& crowd = crowds_[s];
+    crowd.own = sides_[s].store->size();
+    crowd.own_ids = sides_[s].store->ids();
+    if (sides_[s].copies != nullptr) {
+      crowd.copies = sides_[s].copies->ids.size();
+      crowd.copied_ids = sides_[s].copies->ids.data();
+    }
+    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = source.column(c);
+    if (collides(action_)) look_ahead(source, party, crowd);
+    party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
+    for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowd.at[c]);
+    for (std::size_t c = 3; c < source.read.size() && c < 7; ++c) arrange(s, static_cast<int>(c), source.column(c));
+    if (radii()) arrange_radii(s, source);
+    if (masses()) arrange_masses(s, source);
+  }
+
+  void arrange(std::size_t s, int to, const Column& column) {
+    Scratch::Party& party = scratch_.party[s];
+    std::vector<float>& values = party.column[to];
+    values.resize(padded(crowds_[s].size()));
+    party.cells.arrange(crowds_[s], column, values.data(), pool_);
+  }
+
+  void look_ahead(const Source& source, Scratch::Party& party, Crowd& crowd) {
+    const Ahead ahead{dt_, step_limit(reach_)};
+    for (std::size_t c = 0; c < 3; ++c) {
+      party.at[c].resize(crowd.own);
+      party.copied_at[c].resize(crowd.copies);
+    }
+    Column columns[6];
+    for (std::size_t c = 0; c < 6; ++c) columns[c] = source.column(c);
+    const auto look = [&](std::size_t i, bool own, std::vector<float>(&to)[3]) {
+      float values[6];
+      for (int c = 0; c < 6; ++c) {
+        const Column& column = columns[c];
+        values[c] = !own ? column.copies[i] : column.own != nullptr ? column.own[i] : column.value;
+      }
+      float at[3];
+      ahead.of({values[0], values[1], values[2]}, {values[3], values[4], values[5]}, at);
+      for (int c = 0; c < 3; ++c) to[c][i] = at[c];
+    };
+    threads::over_ranges(pool_, crowd.own, kRange, [&](std::size_t first, std::size_t last) {
+      const simd::FloatMode mode;
+      for (std::size_t i = first; i < last; ++i) look(i, true, party.at);
+    });
+    for (std::size_t i = 0; i < crowd.copies; ++i) look(i, false, party.copied_at);
+    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = {party.at[c].data(), party.copied_at[c].data(), 0};
+  }
+
+  bool radii() const {
+    return collides(action_) && (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
+  }
+  bool masses() const { return collides(action_) && extent_.masses > 0; }
+
+  void arrange_radii(std::size_t s, const Source& source) {
+    const float given = given_radius(action_, s == 1);
+    const Crowd& crowd = crowds_[s];
+    Column widths = source.column(7);
+    std::vector<float>& values = scratch_.party[s].column[radius];
+    if (given > 0) {
+      values.assign(padded(crowd.size()), given);
+      return;
+    }
+    arrange(s, radius, widths);
+    for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
+  }
+
+  // What weighs nothing, or is no number, is pushed away by the other alone.
+  void arrange_masses(std::size_t s, const Source& source) {
+    arrange(s, inverse_mass, source.column(8));
+    std::vector<float>& values = scratch_.party[s].column[inverse_mass];
+    for (std::size_t i = 0; i < crowds_[s].size(); ++i) values[i] = values[i] > 1e-12f ? 1 / values[i] : 1e12f;
+  }
+
+  Terms terms(int side) const {
+    Terms t;
+    t.reach = reach_;
+    t.side = side;
+    if (collides(action_)) {
+      const double sleep = action_.numbers[3] < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : action_.numbers[3];
+      t.step = dt_;
+      t.restitution = static_cast<float>(action_.numbers[1]);
+      t.friction = static_cast<float>(action_.numbers[2]);
+      t.slow = t.restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(dt_))
+                                 : std::numeric_limits<float>::infinity();
+      t.sleep2 = static_cast<float>(sleep * sleep);
+    } else {
+      t.strength = static_cast<float>(action_.numbers[0]) * dt_;
+      t.epsilon = static_cast<float>(action_.numbers[1]);
+    }
+    return t;
+  }
+
+  // What those of one side hear of those whom they see: of their own, or of the other side.
+  void run(std::size_t s, Seen& seen) {
+    Scratch::Party& party = scratch_.party[s];
+    const std::size_t other = count_ == 2 ? 1 - s : s;
+    const float* columns[2][party_columns];
+    for (std::size_t p = 0; p < count_; ++p) {
+      for (std::size_t c = 0; c < party_columns; ++c) columns[p][c] = scratch_.party[p].column[c].data();
+    }
+    float* out[4];
+    for (std::size_t c = 0; c < 4; ++c) {
+      party.out[c].resize(padded(crowds_[s].size()));
+      out[c] = party.out[c].data();
+    }
+    const Party targets{party.cells.view(crowds_[s].own), columns[s], &crowds_[s]};
+    const Party sources{scratch_.party[other].cells.view(crowds_[other].own), columns[other], &crowds_[other]};
+    const std::vector<std::size_t> cuts = parts_of(party.cells);
+    std::vector<Sight> sights(cuts.size() - 1);
+    const auto kernel = kernel_of();
+    pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
+      const simd::FloatMode mode;
+      const int side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
+      kernel({targets, sources, terms(side), out, cuts[part], cuts[part + 1], &sights[part]});
+    });
+    for (const Sight& sight : sights) seen.pairs += sight.pairs;
+  }
+
+  // Rows of about as many particles each, several per thread.
+  std::vector<std::size_t> parts_of(const Cells& cells) const {
+    const std::vector<meetings::Row>& rows = cells.rows();
+    const std::size_t most = pool_.threads() == 1 ? cells.size() : pool_.items(4096);
+    std::vector<std::size_t> cuts{0};
+    for (std::size_t r = 1; r + 1 < rows.size(); ++r) {
+      if (rows[r].first - rows[cuts.back()].first >= most) cuts.push_back(r);
+    }
+    cuts.push_back(rows.size() - 1);
+    return cuts;
+  }
+
+  void (*kernel_of() const)(const Task&) {
+    const Kernels& all = kernels();
+    if (collides(action_)) return all.collide[radii() ? 1 : 0][masses() ? 1 : 0];
+    return action_.kind == Kind::gravitate ? all.gravitate : all.match;
+  }
+
+  void apply(std::size_t s) {
+    Store& store = *sides_[s].store;
+    const int attribute = action_.kind == Kind::match_rotational_velocity ? particles::rotational_velocity
+                                                                          : particles::velocity;
+    float* to[4] = {store.writable_plane(attribute, 0), store.writable_plane(attribute, 1),
+                    store.writable_plane(attribute, 2), nullptr};
+    if (collides(action_)) to[3] = store.writable_plane(particles::contacts, 0);
+    const bool adds = action_.kind == Kind::gravitate;
+    const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
+    const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
+    threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k) {
+        const std::uint32_t i = order[k];
+        if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
+        for (int c = 0; c < 3; ++c) to[c][i] = adds ? to[c][i] + scratch_.party[s].out[c][k] : scratch_.party[s].out[c][k];
+        if (to[3] != nullptr) to[3][i] = scratch_.party[s].out[3][k];
+      }
+    });
+  }
+
+  const Action& action_;
+  const Extent& extent_;
+  float dt_;
+  const Side (&sides_)[2];
+  Scratch& scratch_;
+  threads::Pool& pool_;
+  std::size_t count_;
+  float reach_;
+  Crowd crowds_[2];
+};
+
+}  // namespace
+
+std::vector<Component> read_by(const Action& action) {
+  std::vector<Component> all;
+  const auto add = [&](int attribute, int width) {
+    for (int c = 0; c < width; ++c) all.push_back({attribute, c});
+  };
+  add(particles::position, 3);
+  switch (action.kind) {
+    case Kind::match_velocity: add(particles::velocity, 3); break;
+    case Kind::match_rotational_velocity: add(particles::rotational_velocity, 3); break;
+    case Kind::collide:
+      add(particles::velocity, 3);
+      add(particles::contacts, 1);
+      add(particles::size, 1);
+      add(particles::mass, 1);
+      break;
+    default: break;
+  }
+  return all;
+}
+
+Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
+  Extent extent;
+  if (!collides(action)) return extent;
+  const simd::FloatMode mode;
+  const float given = given_radius(action, second);
+  (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
+  measure_steps(store, dt, extent, pool);
+  extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  return extent;
+}
+
+float reach_of(const Action& action, const Extent& extent) {
+  if (!collides(action)) return static_cast<float>(action.numbers[2]);
+  return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
+}
+
+double range_of(const Action& action, const Extent& extent) {
+  const double reach = static_cast<double>(reach_of(action, extent));
+  if (!collides(action)) return reach * (1 + 4 * kMargin);
+  const double step = std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
+  return (reach + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
+}
+
+Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+         threads::Pool& pool) {
+  if (!(reach_of(action, extent) > 0)) return {};
+  return Meeting(action, extent, dt, sides, scratch, pool).act();
+}
+
+}  // namespace motes::meetings

@@ -1,0 +1,77 @@
+// One action between particles on one rank: what it reads of those that it sees, how far it sees, and what it does to
+// this rank's particles. No conversation: copies of other ranks' particles are given.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "actions/action.h"
+#include "meetings/kernels.h"
+#include "particles/store.h"
+
+namespace motes::meetings {
+
+/// A component of an attribute.
+struct Component {
+  int attribute = 0;
+  int component = 0;
+};
+
+/// What ranks know of particles of another: as many of each column as there are ids.
+struct Copies {
+  std::vector<std::uint64_t> ids;
+  std::vector<std::vector<float>> columns;  // of read_by()
+};
+
+/// What an action reads of those that it sees: position first.
+std::vector<Component> read_by(const actions::Action& action);
+
+/// What all ranks agree on before particles meet: maxima over all of them.
+struct Extent {
+  float radius = 0;         // metres
+  float other_radius = 0;   // of the second system
+  float displacement = 0;   // metres along an axis, in the step
+  float rounding = 0;       // metres: of positions
+  float masses = 0;         // above 0: some particle has another mass than 1 kg
+
+  bool operator==(const Extent&) const = default;
+};
+
+/// Of this rank's particles. `second`: they are of the action's second system.
+Extent extent_of(const actions::Action& action, const particles::Store& store, float dt, bool second,
+                 threads::Pool& pool);
+
+/// How far apart two particles may be that see each other, at the places where the action looks for them.
+float reach_of(const actions::Action& action, const Extent& extent);
+/// How far apart they may be now.
+double range_of(const actions::Action& action, const Extent& extent);
+
+/// The particles of one system: those of this rank, who is changed of them, and copies of others.
+struct Side {
+  particles::Store* store = nullptr;
+  const Copies* copies = nullptr;
+  const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
+};
+
+/// What a meeting saw.
+struct Seen {
+  std::uint64_t pairs = 0;          // directed: each is counted at both ends
+  std::uint32_t most_in_a_cell = 0;
+};
+
+/// Working memory that is kept from meeting to meeting.
+struct Scratch {
+  struct Party {
+    Cells cells;
+    std::vector<float> at[3], copied_at[3];  // where particles will be at the end of the step
+    std::vector<float> column[party_columns];
+    std::vector<float> out[4];
+  };
+  Party party[2];
+};
+
+/// Acts on the particles of one system, or on those of two on both (`sides` of which the second has no store: one).
+Seen act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+         threads::Pool& pool);
+
+}  // namespace motes::meetings

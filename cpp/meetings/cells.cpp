@@ -1,0 +1,239 @@
+#include "meetings/cells.h"
+
+#include <algorithm>
+#include <array>
+
+namespace motes::meetings {
+
+namespace {
+
+constexpr std::int32_t kFarthest = 1 << 20;
+constexpr int kDigit = 11;  // bits: its counters stay in the first cache
+constexpr std::size_t kDigits = std::size_t{1} << kDigit;
+
+// A thread takes so many particles at once.
+constexpr std::size_t kRange = std::size_t{1} << 15;
+
+// In double: float32 would put particles far from the origin into other cells than their neighbours expect.
+std::int32_t cell_of(float x, double cells_per_metre) {
+  const double q = static_cast<double>(x) * cells_per_metre;
+  if (!(q > -kFarthest)) return -kFarthest;
+  if (q >= kFarthest) return kFarthest;
+  const auto toward_zero = static_cast<std::int32_t>(q);
+  return toward_zero - static_cast<std::int32_t>(toward_zero > q);
+}
+
+void number_column(const Crowd& crowd, const Column& at, double cells_per_metre, std::size_t first, std::size_t last,
+                   std::int32_t* cells) {
+  const std::size_t own = std::min(last, std::max(first, crowd.own));
+  const std::int32_t uniform = cell_of(at.value, cells_per_metre);
+  for (std::size_t i = first; i < own; ++i) cells[i] = at.own ? cell_of(at.own[i], cells_per_metre) : uniform;
+  for (std::size_t i = own; i < last; ++i) cells[i] = cell_of(at.copies[i - crowd.own], cells_per_metre);
+}
+
+int bits_of(std::uint64_t values) {
+  int bits = 0;
+  while (bits < 64 && (values - 1) >> bits != 0) ++bits;
+  return bits;
+}
+
+// A part of the particles, sorted by one digit of their keys: stable, so digits from the lowest on sort by all.
+struct Pass {
+  const std::uint64_t* keys;
+  const std::uint32_t* order;
+  std::uint64_t* sorted_keys;
+  std::uint32_t* sorted_order;
+  int shift;
+
+  std::size_t digit(std::size_t i) const { return keys[i] >> shift & (kDigits - 1); }
+
+  void count(std::size_t first, std::size_t last, std::uint32_t* counts) const {
+    for (std::size_t i = first; i < last; ++i) ++counts[digit(i)];
+  }
+  void scatter(std::size_t first, std::size_t last, std::uint32_t* places) const {
+    for (std::size_t i = first; i < last; ++i) {
+      const std::uint32_t place = places[digit(i)]++;
+      sorted_keys[place] = keys[i];
+      sorted_order[place] = order[i];
+    }
+  }
+};
+
+// Each part has counters of its own: few parts, each a thread's share.
+struct Shares {
+  Shares(std::size_t count, threads::Pool& pool)
+      : size(count), parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
+  std::size_t first(std::size_t part) const { return size * part / parts; }
+
+  std::size_t size;
+  std::size_t parts;
+};
+
+void run(const Pass& pass, const Shares& shares, std::vector<std::uint32_t>& counts, threads::Pool& pool) {
+  counts.assign(shares.parts * kDigits, 0);
+  pool.run(shares.parts, [&](std::size_t part, std::size_t) {
+    pass.count(shares.first(part), shares.first(part + 1), &counts[part * kDigits]);
+  });
+  std::uint32_t before = 0;
+  for (std::size_t digit = 0; digit < kDigits; ++digit) {
+    for (std::size_t part = 0; part < shares.parts; ++part) {
+      const std::uint32_t here = counts[part * kDigits + digit];
+      counts[part * kDigits + digit] = before;
+      before += here;
+    }
+  }
+  pool.run(shares.parts, [&](std::size_t part, std::size_t) {
+    pass.scatter(shares.first(part), shares.first(part + 1), &counts[part * kDigits]);
+  });
+}
+
+// A table of z pays where a row has about as many cells as particles.
+bool worth_a_table(const Row& row, std::uint32_t particles) {
+  return static_cast<std::int64_t>(row.z_high) - row.z_low < std::int64_t{8} * particles + 64;
+}
+
+}  // namespace
+
+void Cells::sort(const Crowd& crowd, double edge, threads::Pool& pool) {
+  const Range range = number_cells(crowd, edge, pool);
+  sort_cells(range, pool);
+  sort_ids(crowd, pool);
+  find_rows(range);
+}
+
+Cells::Range Cells::number_cells(const Crowd& crowd, double edge, threads::Pool& pool) {
+  const std::size_t count = crowd.size();
+  for (auto& cells : cell_) cells.resize(count);
+  const std::size_t range = pool.items(kRange);
+  const Range none{{kFarthest, kFarthest, kFarthest}, {-kFarthest, -kFarthest, -kFarthest}};
+  std::vector<Range> parts((count + range - 1) / range, none);
+  pool.run(parts.size(), [&](std::size_t part, std::size_t) {
+    const std::size_t first = part * range;
+    const std::size_t last = std::min(count, first + range);
+    for (std::size_t a = 0; a < 3; ++a) {
+      std::int32_t* cells = cell_[a].data();
+      number_column(crowd, crowd.at[a], 1 / edge, first, last, cells);
+      std::int32_t low = kFarthest;
+      std::int32_t high = -kFarthest;
+      for (std::size_t i = first; i < last; ++i) low = std::min(low, cells[i]), high = std::max(high, cells[i]);
+      parts[part].low[a] = low;
+      parts[part].high[a] = high;
+    }
+  });
+  Range all = none;
+  for (const Range& part : parts) {
+    for (std::size_t a = 0; a < 3; ++a) {
+      all.low[a] = std::min(all.low[a], part.low[a]);
+      all.high[a] = std::max(all.high[a], part.high[a]);
+    }
+  }
+  return count == 0 ? Range{} : all;
+}
+
+void Cells::sort_cells(const Range& range, threads::Pool& pool) {
+  const std::size_t count = cell_[0].size();
+  keys_.resize(count);
+  order_.resize(count);
+  other_keys_.resize(count);
+  other_order_.resize(count);
+  threads::over_ranges(pool, count, kRange, [&](std::size_t first, std::size_t last) {
+    const std::uint64_t y_cells = range.y_cells();
+    const std::uint64_t z_cells = range.z_cells();
+    for (std::size_t i = first; i < last; ++i) {
+      const auto x = static_cast<std::uint64_t>(cell_[0][i] - range.low[0]);
+      const auto y = static_cast<std::uint64_t>(cell_[1][i] - range.low[1]);
+      const auto z = static_cast<std::uint64_t>(cell_[2][i] - range.low[2]);
+      keys_[i] = (x * y_cells + y) * z_cells + z;
+      order_[i] = static_cast<std::uint32_t>(i);
+    }
+  });
+  const int bits = bits_of(range.cells());
+  const Shares shares(count, pool);
+  std::vector<std::uint32_t> counts;
+  for (int shift = 0; shift < bits; shift += kDigit) {
+    run({keys_.data(), order_.data(), other_keys_.data(), other_order_.data(), shift}, shares, counts, pool);
+    keys_.swap(other_keys_);
+    order_.swap(other_order_);
+  }
+}
+
+// Few particles per cell: insertion, and a sort where there are many.
+void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
+  constexpr std::size_t kFew = 24;
+  const std::size_t count = order_.size();
+  const Shares shares(count, pool);
+  std::vector<std::uint32_t> most(shares.parts, 0);
+  const auto start = [&](std::size_t part) {  // a cell belongs to the part in which it begins
+    std::size_t at = shares.first(part);
+    while (at > 0 && at < count && keys_[at] == keys_[at - 1]) ++at;
+    return at;
+  };
+  pool.run(shares.parts, [&](std::size_t part, std::size_t) {
+    const std::size_t last = part + 1 == shares.parts ? count : start(part + 1);
+    for (std::size_t begin = start(part), end = begin; begin < last; begin = end) {
+      for (end = begin + 1; end < count && keys_[end] == keys_[begin];) ++end;
+      most[part] = std::max(most[part], static_cast<std::uint32_t>(end - begin));
+      if (end - begin > kFew) {
+        std::sort(&order_[begin], &order_[begin] + (end - begin),
+                  [&](std::uint32_t a, std::uint32_t b) { return crowd.id(a) < crowd.id(b); });
+        continue;
+      }
+      for (std::size_t i = begin + 1; i < end; ++i) {
+        const std::uint32_t moved = order_[i];
+        const std::uint64_t id = crowd.id(moved);
+        std::size_t j = i;
+        for (; j > begin && crowd.id(order_[j - 1]) > id; --j) order_[j] = order_[j - 1];
+        order_[j] = moved;
+      }
+    }
+  });
+  most_ = *std::max_element(most.begin(), most.end());
+}
+
+void Cells::find_rows(const Range& range) {
+  const std::size_t count = order_.size();
+  const std::uint64_t y_cells = range.y_cells();
+  const std::uint64_t z_cells = range.z_cells();
+  rows_.clear();
+  table_.clear();
+  z_.resize(count);
+  for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
+    const std::uint64_t number = keys_[begin] / z_cells;
+    const std::uint64_t first_key = number * z_cells;
+    Row row;
+    row.x = static_cast<std::int32_t>(number / y_cells) + range.low[0];
+    row.y = static_cast<std::int32_t>(number % y_cells) + range.low[1];
+    row.first = static_cast<std::uint32_t>(begin);
+    for (end = begin; end < count && keys_[end] - first_key < z_cells; ++end) {
+      z_[end] = static_cast<std::int32_t>(keys_[end] - first_key) + range.low[2];
+    }
+    row.z_low = z_[begin];
+    row.z_high = z_[end - 1];
+    if (worth_a_table(row, static_cast<std::uint32_t>(end - begin))) {
+      row.table = static_cast<std::int64_t>(table_.size());
+      std::size_t at = begin;
+      for (std::int32_t z = row.z_low; z <= row.z_high; ++z) {
+        table_.push_back(static_cast<std::uint32_t>(at));
+        while (at < end && z_[at] == z) ++at;
+      }
+      table_.push_back(static_cast<std::uint32_t>(end));
+    }
+    rows_.push_back(row);
+  }
+  rows_.push_back({INT32_MAX, INT32_MAX, static_cast<std::uint32_t>(count), 0, 0, -1});
+}
+
+CellsView Cells::view(std::size_t own) const {
+  return {rows_.data(), rows_.size() - 1, table_.data(), z_.data(), order_.data(), static_cast<std::uint32_t>(own)};
+}
+
+void Cells::arrange(const Crowd& crowd, const Column& column, float* to, threads::Pool& pool) const {
+  threads::over_ranges(pool, order_.size(), kRange, [&](std::size_t first, std::size_t last) {
+    for (std::size_t k = first; k < last; ++k) {
+      const std::size_t i = order_[k];
+      to[k] = i >= crowd.own ? column.copies[i - crowd.own] : column.own != nullptr ? column.own[i] : column.value;
+    }
+  });
+}
+
+}  // namespace motes::meetings

@@ -1,0 +1,15 @@
+// Compiled once for each instruction set: the kernels of meetings.
+#include "meetings/collide.h"
+#include "meetings/gravitate.h"
+#include "meetings/match.h"
+
+namespace motes::MOTES_ISA {
+
+extern const meetings::Kernels meeting_kernels;
+const meetings::Kernels meeting_kernels = {
+    gravitate,
+    match,
+    {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
+};
+
+}  // namespace motes::MOTES_ISA

@@ -15,7 +15,6 @@ from launching import python
 SCENE = Path(__file__).parent / "scenes" / "conform.py"
 NAME = "mcallister_actions.json"
 SCALARS = ("alpha", "mass", "age", "lifetime")
-BETWEEN_PARTICLES = ("gravitate", "follow", "match_velocity", "match_rotational_velocity")
 
 
 def reference() -> Path | None:
@@ -61,10 +60,8 @@ def test_there_are_reference_numbers():
 
 
 @pytest.mark.parametrize("number", range(len(CASES)), ids=title)
-def test_like_mcallister(number: int, results: list[dict[str, Any]], request: pytest.FixtureRequest):
+def test_like_mcallister(number: int, results: list[dict[str, Any]]):
     case = CASES[number]
-    if case["action"] in BETWEEN_PARTICLES:
-        request.applymarker(pytest.mark.xfail(strict=True, reason="between particles"))
     result = results[number]
     assert "error" not in result, result["error"]
     columns = result["columns"]

@@ -62,7 +62,8 @@ bool Course::run_substep(int substep) {
         std::size_t second = r;
         if (waits[r]->meeting->other >= 0) {
           const std::size_t other = partner_of(runner, *waits[r]);
-          if (waits[other] == nullptr || waits[other]->meeting->other != static_cast<std::int32_t>(runner.system)) break;
+          if (waits[other] == nullptr || waits[other]->meeting->other != static_cast<std::int32_t>(runner.system))
+            break;
           (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
         }
         const Meeting meeting{waits[first]->meeting,

@@ -106,7 +106,8 @@ class Swap {
       rank_.machine.slow_down(start);
       const double spent = rank_.machine.compute_seconds() - start;
       double all = 0;
-      for (std::size_t side = 0; side < meeting_.count; ++side) all += static_cast<double>(population(side).store.size());
+      for (std::size_t side = 0; side < meeting_.count; ++side)
+        all += static_cast<double>(population(side).store.size());
       for (std::size_t side = 0; side < meeting_.count; ++side) {
         const auto own = static_cast<double>(population(side).store.size());
         population(side).tally.compute_s += spent * (all > 0 ? own / all : 1 / static_cast<double>(meeting_.count));
@@ -135,8 +136,8 @@ class Swap {
   bool agree() {
     const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
-    const Word heard =
-        agree_on_maxima(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
+    const Word heard = agree_on_maxima(rank_, round_,
+                                       {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
                                         extent_.displacement, extent_.rounding, extent_.masses});
     extent_ = {heard[2], heard[3], heard[4], heard[5], heard[6]};
     farthest_ = heard[1];
@@ -336,8 +337,7 @@ class Swap {
       }
       sides[side].chosen = &chosen[side];
     }
-    const meetings::Seen seen =
-        meetings::act(*meeting_.action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
+    const meetings::Seen seen = meetings::act(*meeting_.action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
     Sight& sight = population(0).sight;
     ++sight.meetings;
     sight.pairs += seen.pairs;

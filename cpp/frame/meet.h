@@ -15,9 +15,9 @@ namespace motes::frame {
 /// A meeting: its action in the list of the first system, and who meets.
 struct Meeting {
   const actions::Action* action = nullptr;
-  std::size_t item = 0;          // in that list
+  std::size_t item = 0;  // in that list
   std::size_t systems[2] = {};
-  std::size_t count = 1;         // of systems: two where they meet each other
+  std::size_t count = 1;  // of systems: two where they meet each other
 };
 
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.

@@ -11,8 +11,8 @@ namespace motes::frame {
 /// The first number says whether a calculator has failed.
 using Word = std::array<float, 8>;
 
-/// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one 2^s
-/// places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
+/// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one
+/// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
 Word agree_on_maxima(Rank& rank, const Round& round, Word word);
 
 }  // namespace motes::frame

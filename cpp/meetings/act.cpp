@@ -190,7 +190,8 @@ class Meeting {
   }
 
   bool radii() const {
-    return collides(action_) && (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
+    return collides(action_) &&
+           (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
   }
   bool masses() const { return collides(action_) && extent_.masses > 0; }
 
@@ -279,8 +280,8 @@ class Meeting {
 
   void apply(std::size_t s) {
     Store& store = *sides_[s].store;
-    const int attribute = action_.kind == Kind::match_rotational_velocity ? particles::rotational_velocity
-                                                                          : particles::velocity;
+    const int attribute =
+        action_.kind == Kind::match_rotational_velocity ? particles::rotational_velocity : particles::velocity;
     float* to[4] = {store.writable_plane(attribute, 0), store.writable_plane(attribute, 1),
                     store.writable_plane(attribute, 2), nullptr};
     if (collides(action_)) to[3] = store.writable_plane(particles::contacts, 0);
@@ -291,7 +292,8 @@ class Meeting {
       for (std::size_t k = first; k < last; ++k) {
         const std::uint32_t i = order[k];
         if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
-        for (int c = 0; c < 3; ++c) to[c][i] = adds ? to[c][i] + scratch_.party[s].out[c][k] : scratch_.party[s].out[c][k];
+        for (int c = 0; c < 3; ++c)
+          to[c][i] = adds ? to[c][i] + scratch_.party[s].out[c][k] : scratch_.party[s].out[c][k];
         if (to[3] != nullptr) to[3][i] = scratch_.party[s].out[3][k];
       }
     });
@@ -349,7 +351,8 @@ float reach_of(const Action& action, const Extent& extent) {
 double range_of(const Action& action, const Extent& extent) {
   const double reach = static_cast<double>(reach_of(action, extent));
   if (!collides(action)) return reach * (1 + 4 * kMargin);
-  const double step = std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
+  const double step =
+      std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
   return (reach + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
 }
 

@@ -62,7 +62,8 @@ struct Pass {
 // Each part has counters of its own: few parts, each a thread's share.
 struct Shares {
   Shares(std::size_t count, threads::Pool& pool)
-      : size(count), parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
+      : size(count),
+        parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
   std::size_t first(std::size_t part) const { return size * part / parts; }
 
   std::size_t size;

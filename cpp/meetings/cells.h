@@ -71,9 +71,7 @@ class Cells {
     std::int32_t low[3], high[3];
     std::uint64_t y_cells() const { return static_cast<std::uint64_t>(high[1] - low[1]) + 1; }
     std::uint64_t z_cells() const { return static_cast<std::uint64_t>(high[2] - low[2]) + 1; }
-    std::uint64_t cells() const {
-      return (static_cast<std::uint64_t>(high[0] - low[0]) + 1) * y_cells() * z_cells();
-    }
+    std::uint64_t cells() const { return (static_cast<std::uint64_t>(high[0] - low[0]) + 1) * y_cells() * z_cells(); }
   };
 
   Range number_cells(const Crowd& crowd, double edge, threads::Pool& pool);

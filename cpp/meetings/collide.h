@@ -130,7 +130,8 @@ struct Collision {
             const float* const* column = task.sources.column;
             const Floats reach = kRadii ? own_radius + column[meetings::radius][j] : law.reach;
             if (!(r2[lane] < reach[lane] * reach[lane])) continue;
-            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)), apart(column, j));
+            const Floats3 change =
+                law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)), apart(column, j));
             sum = sum + only(here, change * share(column, j));
             touching -= here;
           }

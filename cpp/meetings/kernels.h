@@ -22,15 +22,15 @@ enum At : int { at_x, at_y, at_z, value_x, value_y, value_z, contacts, radius, i
 
 /// What the laws are set to. Lengths in metres, times in seconds.
 struct Terms {
-  float reach = 0;        // who is farther away is not seen
-  float strength = 0;     // gravitate, match: magnitude times the step
-  float epsilon = 0;      // metres squared
-  float step = 0;         // collide
+  float reach = 0;  // who is farther away is not seen
+  float strength = 0;  // gravitate, match: magnitude times the step
+  float epsilon = 0;  // metres squared
+  float step = 0;  // collide
   float friction = 0;
   float restitution = 0;
-  float slow = 0;         // m/s: those that approach each other more slowly do not rebound
-  float sleep2 = 0;       // m2/s2
-  int side = 0;           // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
+  float slow = 0;  // m/s: those that approach each other more slowly do not rebound
+  float sleep2 = 0;  // m2/s2
+  int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
 };
 
 /// What was seen, for the log.
@@ -45,7 +45,6 @@ struct Task {
   std::size_t first_row = 0, last_row = 0;  // of the targets
   Sight* sight = nullptr;
 };
-
 
 struct Kernels {
   /// v_i += sum of (x_j - x_i) strength / (r (r^2 + epsilon)): out is that sum.

@@ -14,7 +14,9 @@ using meetings::CellsView;
 using meetings::Row;
 using meetings::Task;
 
-MOTES_INLINE bool before(const Row& row, std::int32_t x, std::int32_t y) { return row.x < x || (row.x == x && row.y < y); }
+MOTES_INLINE bool before(const Row& row, std::int32_t x, std::int32_t y) {
+  return row.x < x || (row.x == x && row.y < y);
+}
 
 /// The first row that is not before (x, y); `hint`: one that is before it, or 0.
 inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32_t x, std::int32_t y) {

@@ -164,5 +164,3 @@ def _set_match(action: MatchVelocity | MatchRotationalVelocity, name: str) -> No
         epsilon=arguments.number("epsilon", action.epsilon, low=0),
         max_radius=at_least_0("max_radius", action.max_radius),
     )
-
-

@@ -2,7 +2,8 @@
 
 An action treats each particle by itself: v is its velocity in m/s, x its position in m, dt the (sub)step in
 seconds. Actions that accelerate are in `forces`, those that set or approach given values in `targets`, those
-that move, bounce, sort and kill in `motion`, those between particles in `between`; all are names of this package.
+that move, bounce, sort and kill in `motion`, those between particles in `between`; all are names of this
+package.
 """
 
 from __future__ import annotations

@@ -24,8 +24,8 @@ __all__ = ["Collide", "Gravitate", "MatchRotationalVelocity", "MatchVelocity"]
 class Gravitate(Action):
     """Draws particles to each other, more strongly the nearer they are; not those at the same place.
 
-    Formula: v_i += sum over r < max_radius of toward_ij magnitude dt / (r^2 + epsilon), with r the distance to
-    particle j, toward_ij the direction to it
+    Formula: v_i += sum over r < max_radius of toward_ij magnitude dt / (r^2 + epsilon), with r the distance
+    to particle j, toward_ij the direction to it
 
     Attributes:
         magnitude: strength, m^3/s^2; negative: particles repel each other.
@@ -62,7 +62,8 @@ class MatchVelocity(Action):
         epsilon: softens the effect of those that are near, m^2.
         max_radius: no effect beyond this distance, m.
 
-    Source: McAllister's MatchVelocity, whose sums are unstable where weights are large: here they count for at most 1.
+    Source: McAllister's MatchVelocity, whose sums are unstable where weights are large: here they count for
+    at most 1.
     """
 
     magnitude: float = 1
@@ -101,21 +102,22 @@ class MatchRotationalVelocity(Action):
 class Collide(Action):
     """Keeps spheres apart: they push each other so that they will not overlap after this step, with friction.
 
-    Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) keep the mean overlap
-    at 5 % under so many layers. Momentum is kept, but for what sleeps. In each sub-step, `contacts` becomes the number
-    of others that a particle touches. A particle that moves farther than the sum of two radii in a sub-step may pass
-    through another.
+    Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) of them keep
+    the mean overlap at 5 % under so many layers. Momentum is kept, but for particles that fall asleep. In each
+    sub-step, `contacts` becomes the number of others that a particle touches. A particle that gets farther
+    than the sum of two radii in a sub-step may pass through another.
 
-    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j), with out = overlap
-    after the step / dt, n the direction from j to i, t the velocity of i relative to j along the contact, w = 1 / mass,
-    f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0 where |v_i| < sleep and two or more touch
+    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j), with
+    out = overlap after the step / dt, n the direction from j to i, t the velocity of i relative to j along the
+    contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0 where
+    |v_i| < sleep and two or more touch
 
     Attributes:
         radius: of the particles, m; None: half of `size[0]`.
         restitution: speed after a head-on collision to that before, 0..1.
         friction: Coulomb's coefficient.
-        sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g of the sub-step's length.
-        other: another system: its particles and these collide with each other, and not among themselves.
+        sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the sub-step.
+        other: another system: its particles collide with these, and none among themselves.
         other_radius: of its particles, m; None: half of `size[0]`.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.

@@ -102,13 +102,13 @@ class MatchRotationalVelocity(Action):
 class Collide(Action):
     """Keeps spheres apart: they push each other so that they will not overlap after this step, with friction.
 
-    Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) of them keep
-    the mean overlap at 5 % under so many layers. Momentum is kept, but for particles that fall asleep. In each
+    Piles come to rest where a frame has enough sub-steps: about dt sqrt(50 g layers / diameter) of them
+    keep the mean overlap at 5 % under so many layers. Momentum is kept, but for particles that fall asleep. In each
     sub-step, `contacts` becomes the number of others that a particle touches. A particle that gets farther
     than the sum of two radii in a sub-step may pass through another.
 
-    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j), with
-    out = overlap after the step / dt, n the direction from j to i, t the velocity of i relative to j along the
+    Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j),
+    with out = overlap after the step / dt, n the direction from j to i, t the velocity of i relative to j along the
     contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0 where
     |v_i| < sleep and two or more touch
 

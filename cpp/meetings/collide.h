@@ -107,7 +107,7 @@ struct Collision {
       store_lanes(task.out[1] + i, kept.y, last - i);
       store_lanes(task.out[2] + i, kept.z, last - i);
       store_lanes(task.out[3] + i, count, last - i);
-      task.sight->pairs += sum_lanes(touching, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, touching, i, last);
     }
 
     /// Those at the same place as others: after all other contacts, in the same order.

@@ -27,7 +27,7 @@ struct Gravitation {
       store_lanes(task.out[0] + i, sum.x, last - i);
       store_lanes(task.out[1] + i, sum.y, last - i);
       store_lanes(task.out[2] + i, sum.z, last - i);
-      task.sight->pairs += sum_lanes(pairs, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };
 };

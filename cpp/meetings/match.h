@@ -38,7 +38,7 @@ struct Matching {
       store_lanes(task.out[0] + i, now.x, last - i);
       store_lanes(task.out[1] + i, now.y, last - i);
       store_lanes(task.out[2] + i, now.z, last - i);
-      task.sight->pairs += sum_lanes(pairs, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };
 };

@@ -133,9 +133,12 @@ MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uin
   return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};
 }
 
-MOTES_INLINE std::uint64_t sum_lanes(Ints counts, std::uint32_t lanes) {
+/// Sums what was counted for this rank's own targets: beside copies they may stand in one vector.
+MOTES_INLINE std::uint64_t sum_own(const CellsView& targets, Ints counts, std::uint32_t i, std::uint32_t last) {
   std::uint64_t sum = 0;
-  for (std::uint32_t k = 0; k < lanes; ++k) sum += static_cast<std::uint64_t>(counts[k]);
+  for (std::uint32_t k = i; k < last; ++k) {
+    sum += targets.order[k] < targets.own ? static_cast<std::uint64_t>(counts[k - i]) : 0;
+  }
   return sum;
 }
 

@@ -1,0 +1,210 @@
+// Particles that meet, for tests of the laws between them, and the builds of the kernels side by side.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "isas.h"
+#include "meetings/cells.h"
+#include "meetings/kernels.h"
+#include "particles/blocks.h"
+#include "simd/float_mode.h"
+#include "threads/pool.h"
+
+namespace motes {
+namespace sse2 {
+extern const meetings::Kernels meeting_kernels;
+}
+namespace avx2 {
+extern const meetings::Kernels meeting_kernels;
+}
+namespace avx512 {
+extern const meetings::Kernels meeting_kernels;
+}
+}  // namespace motes
+
+namespace test {
+
+namespace meetings = motes::meetings;
+
+struct MeetingBuild {
+  std::string name;
+  const meetings::Kernels& kernels;
+};
+
+/// The builds that this processor can run, sse2 first.
+inline const std::vector<MeetingBuild>& meeting_builds() {
+  static const std::vector<MeetingBuild> all = [] {
+    std::vector<MeetingBuild> found;
+    for (const Build& build : builds()) {
+      found.push_back({build.name, build.name == "sse2"   ? motes::sse2::meeting_kernels
+                                   : build.name == "avx2" ? motes::avx2::meeting_kernels
+                                                          : motes::avx512::meeting_kernels});
+    }
+    return found;
+  }();
+  return all;
+}
+
+template <class T>
+void shuffle(std::vector<T>& values, Dice& dice) {
+  for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[dice.below(i)]);
+}
+
+inline std::vector<std::uint64_t> numbers(std::size_t count, std::uint64_t first) {
+  std::vector<std::uint64_t> all(count);
+  std::iota(all.begin(), all.end(), first);
+  return all;
+}
+
+/// Particles by their index: this rank's own, then copies of others.
+struct Flock {
+  std::array<std::vector<float>, meetings::party_columns> column;
+  std::vector<std::uint64_t> ids;
+  std::size_t own = 0;
+
+  std::size_t size() const { return ids.size(); }
+  meetings::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
+  meetings::Crowd crowd() const {
+    return {{plane(0), plane(1), plane(2)}, ids.data(), ids.data() + own, own, size() - own};
+  }
+};
+
+/// In a cube around the origin, with ids in no order; reaches are below 0.25 m, contacts as a pile has them.
+inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
+  Dice dice(seed);
+  Flock flock;
+  flock.own = count;
+  flock.ids = numbers(count, 5);
+  shuffle(flock.ids, dice);
+  for (std::size_t c = 0; c < meetings::party_columns; ++c) {
+    for (std::size_t i = 0; i < count; ++i) {
+      float value = c < meetings::value_x ? dice.between(-half, half) : dice.between(-2, 2);
+      if (c == meetings::contacts) value = static_cast<float>(dice.below(9));
+      if (c == meetings::radius) value = dice.between(0.05f, 0.125f);
+      if (c == meetings::inverse_mass) value = 1 / dice.between(0.25f, 4);
+      flock.column[c].push_back(value);
+    }
+  }
+  return flock;
+}
+
+/// The particles at these indices; the first `own` are this rank's.
+inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, std::size_t own) {
+  Flock flock;
+  flock.own = own;
+  for (const std::size_t i : indices) {
+    flock.ids.push_back(from.ids[i]);
+    for (std::size_t c = 0; c < meetings::party_columns; ++c) flock.column[c].push_back(from.column[c][i]);
+  }
+  return flock;
+}
+
+struct Law {
+  enum Kind { gravitate, match, collide } kind = gravitate;
+  meetings::Terms terms;
+  bool radii = false, masses = false;
+
+  std::size_t outputs() const { return kind == collide ? 4 : 3; }
+};
+
+inline Law gravitation(float reach) {
+  Law law;
+  law.terms.reach = reach;
+  law.terms.strength = 0.02f;
+  law.terms.epsilon = 1e-3f;
+  return law;
+}
+
+inline Law matching(float reach, float strength) {
+  Law law = gravitation(reach);
+  law.kind = Law::match;
+  law.terms.strength = strength;
+  law.terms.epsilon = 0.5f;
+  return law;
+}
+
+inline Law collision(float reach, float restitution, bool radii, bool masses) {
+  Law law;
+  law.kind = Law::collide;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.friction = 0.5f;
+  law.terms.restitution = restitution;
+  law.terms.slow = restitution > 0 ? 0.05f : std::numeric_limits<float>::infinity();
+  law.radii = radii;
+  law.masses = masses;
+  return law;
+}
+
+/// What a law says of each own particle, by index.
+struct Heard {
+  std::array<std::vector<float>, 4> out;
+  std::uint64_t pairs = 0;
+};
+
+/// A flock in the order of its cells, as kernels take it.
+struct Arranged {
+  Arranged(const Flock& flock, float reach, motes::threads::Pool& pool) : crowd(flock.crowd()) {
+    cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
+    for (std::size_t c = 0; c < meetings::party_columns; ++c) {
+      column[c].resize(flock.size() + 2 * motes::particles::kPadding);
+      cells.arrange(crowd, flock.plane(c), column[c].data(), pool);
+      planes[c] = column[c].data();
+    }
+  }
+  meetings::Party party() const { return {cells.view(crowd.own), planes, &crowd}; }
+
+  meetings::Crowd crowd;
+  meetings::Cells cells;
+  std::vector<float> column[meetings::party_columns];
+  const float* planes[meetings::party_columns];
+};
+
+/// `sources`: those that the targets see.
+inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
+                   motes::threads::Pool& pool = motes::threads::alone()) {
+  const Arranged seeing(targets, law.terms.reach, pool);
+  const Arranged seen(sources, law.terms.reach, pool);
+  std::vector<float> by_place[4];
+  float* out[4];
+  for (std::size_t c = 0; c < 4; ++c) {
+    by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
+    out[c] = by_place[c].data();
+  }
+  const meetings::Kernels& kernels = build.kernels;
+  const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
+                      : law.kind == Law::match   ? kernels.match
+                                                 : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
+  const std::size_t rows = seeing.cells.rows().size() - 1;
+  const std::size_t parts = pool.threads() == 1 ? 1 : 5;
+  std::vector<meetings::Sight> sights(parts);
+  pool.run(parts, [&](std::size_t part, std::size_t) {
+    const motes::simd::FloatMode mode;
+    kernel(
+        {seeing.party(), seen.party(), law.terms, out, rows * part / parts, rows * (part + 1) / parts, &sights[part]});
+  });
+  Heard heard;
+  for (std::size_t c = 0; c < law.outputs(); ++c) {
+    heard.out[c].resize(targets.own);
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const std::uint32_t i = seeing.cells.order()[k];
+      if (i < targets.own) heard.out[c][i] = by_place[c][k];
+    }
+  }
+  for (const meetings::Sight& sight : sights) heard.pairs += sight.pairs;
+  return heard;
+}
+
+inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& flock,
+                   motes::threads::Pool& pool = motes::threads::alone()) {
+  return heard(build, law, flock, flock, pool);
+}
+
+}  // namespace test

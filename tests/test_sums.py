@@ -142,6 +142,21 @@ def test_a_cell_holds_its_lower_faces_only():
         assert s.histogram(column("position").x, [0, 1, 2]).tolist() == [1, 3], "the last edge is closed"
 
 
+def test_sums_see_what_a_script_would_read_there():
+    world = motes.World(seed=1, progress="off")
+    s = world.system("s")
+    with world:
+        s.configure(age=motes.Uniform(0, 2))
+        s.burst(Box((0, 0, 0), (1, 1, 1)), count=1000)
+        assert s.total(1) == 1000
+        s.kill_old(1)  # they stay in memory, unseen, until the frame ends
+        young = s.total(1)
+        assert young == len(s.gather()) == s.histogram(column("age"), [0, np.inf]).sum() < 1000
+        assert young == s.tally((0, 0, 0), (1, 1, 1), (1, 1, 1))[0, 0, 0]
+        s.burst(Box((0, 0, 0), (1, 1, 1)), count=7)
+        assert s.histogram(column("age"), [0, 1]).sum() > young
+
+
 def test_a_million_cells():
     world = motes.World(seed=1, progress="off", threads=2)
     s = world.system("s")

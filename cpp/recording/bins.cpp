@@ -33,7 +33,7 @@ bool evenly_spaced(const std::vector<double>& edges) {
 
 Bins::Bins(const Dimension& dimension)
     : count_(static_cast<std::uint32_t>(dimension.edges.size() - 1)), regular_(evenly_spaced(dimension.edges)),
-      holds_infinity_(dimension.closed && dimension.edges.back() == kInfinity), first_(dimension.edges.front()),
+      holds_infinity_(dimension.closed && std::isinf(dimension.edges.back())), first_(dimension.edges.front()),
       per_width_(count_ / (dimension.edges.back() - dimension.edges.front())), last_(count_ - 1) {
   for (const double edge : dimension.edges) starts_.push_back(at_least(edge));
   if (dimension.closed) starts_.back() = above(dimension.edges.back());

@@ -2,7 +2,7 @@
 
 A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
 Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
-nothing is computed, unless the script reads: `System.local`, `gather`, `World.digest`, `count`, `born`,
+nothing is computed, unless the script reads: `System.local`, `gather`, sums, `World.digest`, `count`, `born`,
 `dropped` and `cuts` compute everything up to this point of the script, and from then on all is computed. (On
 several ranks all is computed from the start: a getter must not communicate.) Pictures are not made: frames
 are falsy, as on ranks other than the image generator, and movies are empty. `--full` computes and draws as an

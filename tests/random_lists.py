@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 import inspect
+import re
 from functools import cache
 from typing import Any
 
 from hypothesis import strategies as st
 
 from motes import actions, balance
+from motes.actions import between
 
 __all__ = ["FRAMES", "HEADER", "KINDS", "script"]
 
@@ -163,6 +165,14 @@ NAMED: dict[str, st.SearchStrategy[Any]] = {
     "min_speed": numbers(0, 2),
     "max_speed": numbers(2, 20),
 }
+BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between particles
+    "magnitude": numbers(0, 4),
+    "max_radius": st.just(0.0) | numbers(0.001, 0.5),
+    "radius": numbers(0.001, 0.25),
+    "other_radius": st.none() | numbers(0.001, 0.25),
+    "sleep": st.none() | numbers(0, 1),
+    "other": st.just("$"),  # the system of the two whose list it is not
+}
 TYPED: dict[str, st.SearchStrategy[Any]] = {
     "float": numbers(0, 3),
     "int": st.integers(1, 3),
@@ -181,6 +191,8 @@ KINDS: dict[str, type[actions.Action]] = {
 @cache
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
+    if kind in between.__all__ and name in BETWEEN:
+        return BETWEEN[name]
     if name == "ramp":
         value = triples(0, 1) if "ArrayLike" in annotation else numbers(0, 1)
         return st.lists(st.tuples(numbers(0, 1), value), min_size=1, max_size=12).map(sorted)
@@ -209,15 +221,18 @@ def sets(draw: st.DrawFn, where: Text) -> str:
 
 @cache
 @st.composite
-def one_action(draw: st.DrawFn) -> str:
-    """Draw an action, in two of three cases without a condition."""
-    kind = draw(st.sampled_from(sorted(KINDS)))
+def one_action(draw: st.DrawFn, meets: bool) -> str:
+    """Draw an action, in two of three cases without a condition; one in three between particles, or none."""
+    alone = st.sampled_from(sorted(KINDS.keys() - between.__all__))
+    kind = draw(alone | alone | st.sampled_from(between.__all__) if meets else alone)
     where = st.just("None") | st.just("None") | conditions()
     if kind == "Set":
         return draw(sets(where))
     arguments = []
     for part in dataclasses.fields(KINDS[kind]):
         if part.name == "where" or (part.default is not dataclasses.MISSING and draw(st.booleans())):
+            continue
+        if part.name == "other_radius" and "other=$" not in arguments:
             continue
         arguments.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
     arguments.append(f"where={draw(where)}")
@@ -321,15 +336,32 @@ OTHERS = (
 
 @cache
 @st.composite
-def calls(draw: st.DrawFn) -> list[str]:
+def calls(draw: st.DrawFn, meets: bool) -> list[str]:
     """Draw the lines of a frame: 1 to 12 actions, with births and other calls between them."""
-    lines = draw(st.lists(one_action().map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
+    lines = draw(st.lists(one_action(meets).map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
     extras = draw(st.lists(births() | spawns() | st.sampled_from(OTHERS), max_size=5))
     for extra in extras:
         lines.insert(draw(st.integers(0, len(lines))), extra)
     if draw(st.integers(0, 3)):
         lines.append("@.move()")
-    return [line.replace("@", draw(st.sampled_from("aab"))) for line in lines]
+    return readable([called(line, draw(st.sampled_from("aab"))) for line in lines])
+
+
+def called(line: str, name: str) -> str:
+    """Fill in the system whose list it is, and the other one."""
+    return line.replace("@", name).replace("$", "b" if name == "a" else "a")
+
+
+def readable(lines: list[str]) -> list[str]:
+    """Leave out what reads particles behind a place where they meet: that is refused."""
+    met: set[str] = set()
+    kept = []
+    for line in lines:
+        if any(f".apply({name}(" in line for name in between.__all__):
+            met |= {line[0], *re.findall(r"other=(\w)", line)}
+        if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
+            kept.append(line)
+    return kept
 
 
 COMBINE = ("together", "one_by_one", "overlapped")
@@ -375,7 +407,11 @@ def script(draw: st.DrawFn) -> str:
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]
     start.append("a.source(Box((-2, -2, -2), (2, 2, 2)), rate=1500, jitter=True)")
     lines += [f"        {line}" for line in start]
+    meets = draw(st.integers(0, 2)) > 0
     for test in ("frame % 2 == 0", "frame % 2 == 1"):
-        lines += [f"        if {test}:", *(f"            {line}" for line in draw(calls()))]
-    lines.append("        note(world.digest(), world.render())")
+        lines += [f"        if {test}:", *(f"            {line}" for line in draw(calls(meets)))]
+    if meets:
+        lines += ["        picture = world.render()", "        note(world.digest(), picture)"]
+    else:
+        lines.append("        note(world.digest(), world.render())")
     return "\n".join(lines) + "\n"

@@ -256,10 +256,8 @@ class Swap {
       const auto leaver = owners.find(p);
       return leaver == owners.end() ? self : leaver->second;
     };
-    // Among themselves, a particle is no copy where it belongs.
-    const auto copy_for = [&](int who, std::uint32_t p) {
-      return sees(who, p) && (meeting_.count == 2 || owner_of(p) != who);
-    };
+    // Where it belongs, a particle is no copy.
+    const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(who, p); };
     for (auto& [target, message] : messages) {
       particles::Bytes& bytes = message.bytes();
       const auto leaving = leavers_[side].to.find(target);
@@ -278,7 +276,7 @@ class Swap {
     particles::Bytes kept;  // of leavers that this calculator still sees
     std::vector<std::uint32_t> copied;
     for (const auto& [p, owner] : owners) {
-      if (meeting_.count == 1 && sees(self, p)) copied.push_back(p);
+      if (sees(self, p)) copied.push_back(p);
     }
     put_copies(side, copied, kept);
     particles::Reader in(kept.view());

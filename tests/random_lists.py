@@ -368,13 +368,18 @@ COMBINE = ("together", "one_by_one", "overlapped")
 
 
 @cache
-def balancers() -> list[str]:
-    """Name every balancer that needs no argument, with options that make it balance as often as possible."""
+def balancers(*, rows: bool) -> list[str]:
+    """Name every balancer that needs no argument, with options that make it balance as often as possible.
+
+    `rows`: whether domains stand in rows, as some balancers need them.
+    """
     calls = ["None"]
     eager = {"threshold": 0.001, "min_particles": 1}
     for name in balance.__all__:
         kind = getattr(balance, name)
         if not inspect.isclass(kind) or not issubclass(kind, balance.Balancer) or kind is balance.Balancer:
+            continue
+        if kind.slabs_only and not rows:
             continue
         takes = inspect.signature(kind).parameters
         if all(parameter.default is not parameter.empty for parameter in takes.values()):
@@ -389,19 +394,22 @@ def script(draw: st.DrawFn) -> str:
 
     `note` takes what identifies the frame: the particles' digest and the picture.
     """
-    axes = st.sampled_from("xyz")
+    axes = st.sampled_from(["x", "y", "z", "xy", "zx", "yz", "xyz", None])
     space = st.sampled_from(["None", "(-2, 2)", "'fit'", "(0.5, 0.75)"])
     facts = f"seed={draw(st.integers(0, 2**64 - 1))}, substeps={draw(st.integers(1, 3))}, space={draw(space)}"
     roles, combine = draw(st.sampled_from(["auto", "shared"])), draw(st.sampled_from(COMBINE))
-    facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers()))}"
+    cut = [draw(axes), draw(axes)]
+    shared = draw(st.integers(0, 3)) == 0  # the second system shares the first one's domains
+    cut = [cut[0], cut[0]] if shared else cut
+    rows = all(axis is not None and len(axis) == 1 for axis in cut)
+    facts += f", roles={roles!r}, combine={combine!r}, balancer={draw(st.sampled_from(balancers(rows=rows)))}"
     lines = [
         f"world = motes.World({facts}, progress='off')",
         "world.renderer = motes.Renderer(32, 24, camera=motes.Camera((0, 1, 9), (0, 0, 0)))",
     ]
-    for name in "ab":
-        options = (
-            f"capacity={draw(st.sampled_from([3000, 700, 40]))}, axis={draw(axes)!r}, space={draw(space)}"
-        )
+    for name, axis in zip("ab", cut, strict=True):
+        options = f"capacity={draw(st.sampled_from([3000, 700, 40]))}, "
+        options += "domains_of=a" if shared and name == "b" else f"axis={axis!r}, space={draw(space)}"
         lines.append(f"{name} = world.system({name!r}, {options}, attributes=dict(heat=0.5, wind=(0, 1, 0)))")
     lines += ["with world:", f"    for frame in world.frames({FRAMES}):"]
     start = [line.replace("@", draw(st.sampled_from("ab"))) for line in draw(st.lists(births(), max_size=2))]

@@ -84,6 +84,22 @@ def test_any_ranks_roles_and_cuts(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_bricks_and_parts_of_the_ids(size: int):
+    variants = [
+        {"roles": wish, "space": space, "axis": axis, "balance": True, "births": births}
+        for wish in ("auto", "shared")
+        for axis, space, births in (
+            ("xz", None, "manager"),
+            ("yx", [-3, 3], "calculators"),
+            ("xyz", "fit", "calculators"),
+            (None, None, "manager"),
+            (None, None, "calculators"),
+        )
+    ]
+    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
+
+
 @pytest.mark.parametrize("size", [3, 5, 9])
 def test_any_way_of_talking(size: int):
     ways = [("manager", 1, None), ("calculators", 2, "fit"), ("calculators", 8, [-1, 2])]

@@ -120,6 +120,10 @@ Plan legal(Plan plan, const Table& table, const std::string& policy) {
   if (!plan.shares.empty() && !plan.orders.empty()) {
     refuse(policy, table, "a plan must be orders or shares, got both");
   }
+  if (!plan.orders.empty() && !table.axes.slabs()) {
+    refuse(policy, table,
+           "a plan must be shares where domains are no slabs, got orders (axis " + name_of(table.axes) + ")");
+  }
   if (!plan.shares.empty()) check_numbers(plan.shares, "shares", table, policy);
   if (!plan.costs.empty()) check_numbers(plan.costs, "costs", table, policy);
   std::vector<Crossing> cuts = crossings(plan, table, policy);

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "balance/load.h"
+#include "domains/axes.h"
 
 namespace motes::balance {
 
@@ -17,7 +18,8 @@ struct Table {
   std::uint64_t evaluation = 0;  // how often the policy was asked about this system before
   std::string system;  // its name, or "all" for the sum over systems
   std::vector<Load> loads;  // one per calculator, in the order of the domains
-  std::vector<float> cuts;  // loads.size() - 1
+  std::vector<float> cuts;  // loads.size() - 1, in the order of the domains
+  domains::Axes axes{};  // that domains cut; orders are for slabs
 };
 
 /// Particles to move from one domain to its left or right neighbour.
@@ -76,8 +78,8 @@ class Policy {
 /// Makes any plan legal for this table: orders over the same cut are netted and sorted by cut, no donor gives more than
 /// it has (both sides together), shares sum to 1, and nothing is left to do where there are no particles or no cuts.
 /// Throws std::invalid_argument, naming policy and frame, for an invalid plan: a wrong number of shares or costs, a
-/// number that is negative or not finite, no share above 0, orders between calculators that are not neighbours, both
-/// orders and shares.
+/// number that is negative or not finite, no share above 0, orders between calculators that are not neighbours or where
+/// domains are not slabs, both orders and shares.
 Plan legal(Plan plan, const Table& table, const std::string& policy);
 
 /// Turns a plan for the sum over systems into one for a system that holds `mine` of the particles of `all`: orders are

@@ -120,6 +120,7 @@ void bind_values(py::module_& m) {
       .def_property_readonly("error", [](const Table& t) { return column(t, &Load::error); })
       .def_property_readonly("complete_speed", [](const Table& t) { return array_of(complete(t.loads)); })
       .def_property_readonly("cuts", [](const Table& t) { return array_of(t.cuts); })
+      .def_property_readonly("bricks", [](const Table& t) { return t.axes.bricks(); })
       .def_property_readonly("imbalance", [](const Table& t) { return imbalance(t.loads); });
   py::class_<Plan>(m, "BalancePlan")
       .def(py::init(&make_plan), py::arg("orders"), py::arg("shares"), py::arg("costs"))

@@ -25,14 +25,15 @@ struct Room {
 // Halves rooms, and the particles in them, until each domain has its own. Indices are those of the room's particles.
 class Halving {
  public:
-  Halving(Axes axes, const Places& places, int count)
-      : axes_(axes), places_(places), tree_(static_cast<std::size_t>(count) - 1) {}
+  Halving(Axes axes, const Places& places, int count, Across across)
+      : axes_(axes), places_(places), across_(across), tree_(static_cast<std::size_t>(count) - 1) {}
 
-  void divide(int first, int last, const Room& room, std::span<std::uint32_t> indices) {
+  // `before`: the axis of the cut that made this room.
+  void divide(int first, int last, const Room& room, std::span<std::uint32_t> indices, int before = 2) {
     if (last - first < 2) return;
     const int left = left_part(last - first);
     const double part = static_cast<double>(left) / (last - first);
-    const Cut cut = cut_of(room, indices, part);
+    const Cut cut = cut_of(room, indices, part, before);
     tree_[static_cast<std::size_t>(first + left - 1)] = cut;
     const auto axis = static_cast<std::size_t>(cut.axis);
     Room below = room;
@@ -44,8 +45,8 @@ class Halving {
     const float* x = places_.position[axis];
     const auto middle = std::partition(indices.begin(), indices.end(), [&](std::uint32_t p) { return x[p] < cut.at; });
     const auto given = static_cast<std::size_t>(middle - indices.begin());
-    divide(first, first + left, below, indices.first(given));
-    divide(first + left, last, above, indices.subspan(given));
+    divide(first, first + left, below, indices.first(given), cut.axis);
+    divide(first + left, last, above, indices.subspan(given), cut.axis);
   }
 
   Domains domains() const { return Domains::of(tree_); }
@@ -64,11 +65,12 @@ class Halving {
     return found;
   }
 
-  Cut cut_of(const Room& room, std::span<const std::uint32_t> indices, double part) const {
+  Cut cut_of(const Room& room, std::span<const std::uint32_t> indices, double part, int before) const {
     std::vector<float> longest;
     int along = room.longest(axes_);
     float reach = -1;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int turn = 1; turn <= 3; ++turn) {
+      const int axis = across_ == Across::in_turn ? (before + turn) % 3 : turn - 1;
       if (!axes_.has(axis)) continue;
       std::vector<float> x = coordinates(indices, axis);
       if (x.empty()) continue;
@@ -77,6 +79,7 @@ class Halving {
       reach = *most - *least;
       longest = std::move(x);
       along = axis;
+      if (across_ == Across::in_turn && reach > 0) break;
     }
     const auto axis = static_cast<std::size_t>(along);
     if (longest.empty()) return {along, static_cast<float>(room.low[axis] + room.side(along) * part)};
@@ -87,15 +90,16 @@ class Halving {
 
   Axes axes_;
   const Places& places_;
+  Across across_;
   std::vector<Cut> tree_;
 };
 
 Room room_between(double low, double high) { return {{low, low, low}, {high, high, high}}; }
 
-Domains bricks(Axes axes, const Room& room, const Places& places, int count) {
+Domains bricks(Axes axes, const Room& room, const Places& places, int count, Across across) {
   std::vector<std::uint32_t> indices(places.count);
   std::iota(indices.begin(), indices.end(), 0u);
-  Halving halving(axes, places, count);
+  Halving halving(axes, places, count, across);
   halving.divide(0, count, room, indices);
   return halving.domains();
 }
@@ -111,7 +115,7 @@ Domains equal_slices(double low, double high, int count, int axis) {
 Domains equal_parts(Axes axes, double low, double high, int count) {
   if (axes.by_id()) return equal_slices(0, 1, count, kById);
   if (axes.slabs()) return equal_slices(low, high, count, axes.first());
-  return bricks(axes, room_between(low, high), {}, count);
+  return bricks(axes, room_between(low, high), {}, count, Across::farthest);
 }
 
 Domains quantiles(std::span<const float> coordinates, int count, int axis) {
@@ -130,13 +134,13 @@ Domains quantiles(std::span<const float> coordinates, int count, int axis) {
   return Domains(std::move(cuts), axis);
 }
 
-Domains quantiles(Axes axes, const Places& places, int count) {
+Domains quantiles(Axes axes, const Places& places, int count, Across across) {
   if (axes.by_id()) return equal_parts(axes, 0, 1, count);
   if (axes.slabs()) {
     const float* x = places.position[static_cast<std::size_t>(axes.first())];
     return quantiles({x, places.count}, count, axes.first());
   }
-  return bricks(axes, room_between(-kInfinite, kInfinite), places, count);
+  return bricks(axes, room_between(-kInfinite, kInfinite), places, count, across);
 }
 
 }  // namespace motes::domains

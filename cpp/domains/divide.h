@@ -17,8 +17,11 @@ Domains equal_parts(Axes axes, double low, double high, int count);
 /// The cuts that put equally many of these coordinates (in any order) into each of n domains.
 Domains quantiles(std::span<const float> coordinates, int count, int axis = 0);
 
-/// The same along any axes: a brick is halved across the axis along which its particles reach farthest. Parts of the
-/// ids are equal.
-Domains quantiles(Axes axes, const Places& places, int count);
+/// Across which axis a brick is halved: that along which its particles reach farthest, so that bricks are compact; or
+/// each axis in turn, so that all are resolved alike, however far they reach.
+enum class Across : std::uint8_t { farthest, in_turn };
+
+/// The same along any axes. Parts of the ids are equal.
+Domains quantiles(Axes axes, const Places& places, int count, Across across = Across::farthest);
 
 }  // namespace motes::domains

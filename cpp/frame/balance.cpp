@@ -1,8 +1,10 @@
 #include "frame/balance.h"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
+#include "balance/cells.h"
 #include "balance/cuts.h"
 #include "frame/neighbours.h"
 #include "frame/spawn.h"
@@ -24,13 +26,32 @@ std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
 }
 
-// Along the first axis that is cut, or what stands for it where ids decide.
-std::span<const float> coordinates(const System& system, const Population& here, std::vector<float>& room) {
-  const int axis = system.definition.axes.first();
-  if (axis < 3) return {here.store.plane(particles::position, axis), here.store.size()};
+// Along an axis, or what stands for it where ids decide.
+std::span<const float> coordinates(const Population& here, int axis, std::vector<float>& room) {
+  if (axis != domains::kById) return {here.store.plane(particles::position, axis), here.store.size()};
   room.clear();
   for (std::size_t p = 0; p < here.store.size(); ++p) room.push_back(domains::scattered(here.store.ids()[p]));
   return room;
+}
+
+// The same of all systems that share these domains.
+std::span<const float> coordinates(const Script& script, const Calculator& calculator, std::size_t system, int axis,
+                                   std::vector<float>& room) {
+  const std::vector<std::size_t> sharing = script.sharing(system);
+  if (sharing.size() == 1) return coordinates(*calculator.populations[system], axis, room);
+  std::vector<float> of_one;
+  for (const std::size_t i : sharing) {
+    const std::span<const float> more = coordinates(*calculator.populations[i], axis, of_one);
+    room.insert(room.end(), more.begin(), more.end());
+  }
+  return room;
+}
+
+// The loads of a system and of those that share its domains.
+std::vector<Load> loads_of(const Script& script, const Manager& manager, std::size_t system) {
+  std::vector<std::vector<Load>> loads;
+  for (const std::size_t i : script.sharing(system)) loads.push_back(manager.systems[i].loads);
+  return loads.size() == 1 ? loads[0] : balance::sum_of(loads);
 }
 
 // The row of a cut that is being looked at; made where there is none yet.
@@ -43,9 +64,12 @@ BalanceRow& row_of(const Rank& rank, const Script& script, Manager& manager, std
   row.system = script.systems[system]->definition.name;
   row.left_rank = rank.talk.rank_of(cut);
   row.right_rank = rank.talk.rank_of(cut + 1);
-  row.left = manager.systems[system].loads[left];
-  row.right = manager.systems[system].loads[left + 1];
-  row.cut_before = row.cut_after = script.systems[system]->domains.cuts()[left];
+  const std::vector<Load> loads = loads_of(script, manager, system);
+  row.left = loads[left];
+  row.right = loads[left + 1];
+  const domains::Cut at = script.systems[system]->domains.tree()[left];
+  row.axis = at.axis;
+  row.cut_before = row.cut_after = at.at;
   return row;
 }
 
@@ -77,21 +101,46 @@ void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t s
     const auto count = static_cast<std::int64_t>(order.count);
     row_of(rank, script, manager, system, std::min(order.from, order.to)).ordered = right ? count : -count;
   }
+  const bool bricks = script.systems[system]->definition.axes.bricks();
+  const std::vector<Load> loads = loads_of(script, manager, system);
   for (std::size_t c = 0; !plan.shares.empty() && c < inquiries.size(); ++c) {
-    const std::uint64_t bins = bins_for(manager.systems[system].loads, c);
-    inquiries[c].requests.push_back({index, Request::Kind::histogram, bins});
+    const auto kind = bricks ? Request::Kind::cells : Request::Kind::histogram;
+    inquiries[c].requests.push_back({index, kind, bins_for(loads, c)});
   }
   manager.systems[system].plan = plan;
 }
 
-Proposal propose(const Rank& rank, const System& system, const Population& here, const Request& request) {
+std::vector<balance::Cell> cells(const Script& script, const Calculator& calculator, std::size_t system, int most) {
+  const domains::Axes axes = script.systems[system]->definition.axes;
+  std::array<std::vector<float>, 3> room;
+  domains::Places places;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (!axes.has(axis)) continue;
+    const auto a = static_cast<std::size_t>(axis);
+    const std::span<const float> x = coordinates(script, calculator, system, axis, room[a]);
+    places.position[a] = x.data();
+    places.count = x.size();
+  }
+  return balance::cells(axes, places, most);
+}
+
+Proposal propose(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request) {
+  const auto index = static_cast<std::size_t>(request.system);
+  const System& system = *script.systems[index];
+  std::uint64_t particles = 0;
+  for (const std::size_t i : script.sharing(index)) particles += calculator.populations[i]->store.size();
+  rank.machine.charge(rank.machine.costs().select * static_cast<double>(particles));
+  Proposal proposal{request, {}, {}, {}};
+  if (request.kind == Request::Kind::cells) {
+    proposal.cells = cells(script, calculator, index, static_cast<int>(request.count));
+    return proposal;
+  }
   std::vector<float> room;
-  const std::span<const float> x = coordinates(system, here, room);
+  const std::span<const float> x = coordinates(script, calculator, index, system.definition.axes.first(), room);
   const float low = system.domains.low(rank.talk.calculator());
   const float high = system.domains.high(rank.talk.calculator());
-  rank.machine.charge(rank.machine.costs().select * static_cast<double>(x.size()));
-  Proposal proposal{request, {}, {}};
   switch (request.kind) {
+    case Request::Kind::cells: break;
     case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;
     case Request::Kind::give_right: proposal.gift = balance::give_right(x, request.count, low, high); break;
     case Request::Kind::histogram: proposal.histogram = balance::histogram(x, static_cast<int>(request.count)); break;
@@ -107,6 +156,12 @@ void take_proposal(const Rank& rank, const Script& script, Manager& manager, int
     histograms[static_cast<std::size_t>(calculator)] = proposal.histogram;
     return;
   }
+  if (proposal.request.kind == Request::Kind::cells) {
+    std::vector<std::vector<balance::Cell>>& cells = manager.systems[system].cells;
+    cells.resize(rank.talk.calculators());
+    cells[static_cast<std::size_t>(calculator)] = proposal.cells;
+    return;
+  }
   const bool right = proposal.request.kind == Request::Kind::give_right;
   const int sign = right ? 1 : -1;
   BalanceRow& row = row_of(rank, script, manager, system, right ? calculator : calculator - 1);
@@ -118,19 +173,25 @@ void take_proposal(const Rank& rank, const Script& script, Manager& manager, int
 void move_cuts(const Rank& rank, const Script& script, Manager& manager, const std::vector<std::size_t>& systems) {
   for (const std::size_t i : systems) {
     Balancing& balancing = manager.systems[i];
-    const std::vector<float>& before = script.systems[i]->domains.cuts();
-    std::vector<float> cuts = before;
-    if (!balancing.histograms.empty()) {
-      cuts = balance::prefix_cuts(balancing.histograms, balancing.plan.costs, balancing.plan.shares, cuts);
-      for (std::size_t c = 0; c < cuts.size(); ++c) {
-        row_of(rank, script, manager, i, static_cast<std::int32_t>(c)).cut_after = cuts[c];
-      }
+    const domains::Domains& before = script.systems[i]->domains;
+    domains::Domains after = before;
+    if (!balancing.cells.empty()) {
+      after = balance::tree_cuts(balancing.cells, balancing.plan.costs, balancing.plan.shares, before);
+    } else if (!balancing.histograms.empty()) {
+      after = domains::Domains(
+          balance::prefix_cuts(balancing.histograms, balancing.plan.costs, balancing.plan.shares, before.cuts()),
+          before.axis());
     } else {
+      std::vector<float> cuts = before.cuts();
       for (auto row = manager.rows.lower_bound({i, 0}); row != manager.rows.end() && row->first.first == i; ++row) {
         cuts[static_cast<std::size_t>(row->first.second)] = row->second.cut_after;
       }
+      if (before.axis() >= 0) after = domains::Domains(std::move(cuts), before.axis());
     }
-    if (cuts != before) balancing.next = domains::Domains(std::move(cuts), script.systems[i]->domains.axis());
+    for (std::size_t c = 0; !balancing.plan.shares.empty() && c < after.cuts().size(); ++c) {
+      row_of(rank, script, manager, i, static_cast<std::int32_t>(c)).cut_after = after.cuts()[c];
+    }
+    if (after != before) balancing.next = std::move(after);
   }
 }
 
@@ -159,20 +220,29 @@ void make_plan(const Rank& rank, const Script& script, Manager& manager, const R
   std::vector<Load> sum;
   if (policy.over_all && !systems.empty()) {
     std::vector<std::vector<Load>> loads;
-    for (const std::size_t i : systems) loads.push_back(manager.systems[i].loads);
+    for (const std::size_t i : systems) loads.push_back(loads_of(script, manager, i));
     sum = balance::sum_of(loads);
     const std::size_t first = systems.front();
-    const balance::Table table{rank.talk.frame, manager.systems[first].evaluations++, "all", sum,
-                               script.systems[first]->domains.cuts()};
+    // Orders must be possible in all of them.
+    const auto of_no_slabs = std::find_if(systems.begin(), systems.end(),
+                                          [&](std::size_t i) { return !script.systems[i]->definition.axes.slabs(); });
+    const domains::Axes axes = script.systems[of_no_slabs == systems.end() ? first : *of_no_slabs]->definition.axes;
+    const balance::Table table{
+        rank.talk.frame, manager.systems[first].evaluations++, "all", sum, script.systems[first]->domains.cuts(), axes};
     whole = balance::legal(policy.plan(table), table, policy.name());
   }
   for (const std::size_t i : systems) {
     Balancing& system = manager.systems[i];
     if (policy.over_all) {
-      ask(rank, script, manager, i, balance::part_of(whole, system.loads, sum), inquiries);
+      ask(rank, script, manager, i, balance::part_of(whole, loads_of(script, manager, i), sum), inquiries);
     } else {
-      const balance::Table table{rank.talk.frame, system.evaluations++, script.systems[i]->definition.name,
-                                 system.loads, script.systems[i]->domains.cuts()};
+      const recording::SystemDefinition& definition = script.systems[i]->definition;
+      const balance::Table table{rank.talk.frame,
+                                 system.evaluations++,
+                                 definition.name,
+                                 loads_of(script, manager, i),
+                                 script.systems[i]->domains.cuts(),
+                                 definition.axes};
       ask(rank, script, manager, i, balance::legal(policy.plan(table), table, policy.name()), inquiries);
     }
   }
@@ -197,12 +267,11 @@ void propose_all(Rank& rank, const Script& script, Calculator& calculator, const
   std::vector<Request> requests = inquiry.requests;
   if (!inquiry.partners.empty()) {
     const std::vector<std::size_t> systems = systems_to_balance(rank, script, round);
-    requests = decide_with_neighbours(rank, calculator, round, systems, inquiry.partners);
+    requests = decide_with_neighbours(rank, script, calculator, round, systems, inquiry.partners);
   }
   rank.talk.work("balance", [&] {
     for (const Request& request : requests) {
-      const auto i = static_cast<std::size_t>(request.system);
-      write(propose(rank, *script.systems[i], *calculator.populations[i], request), proposals);
+      write(propose(rank, script, calculator, request), proposals);
     }
   });
   if (rank.talk.failed()) proposals.clear();
@@ -264,7 +333,8 @@ std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& scri
   const bool all = rank.settings.policy->over_all;
   if (all && round.last < script.systems.size()) return found;
   for (std::size_t i = all ? 0 : round.first; i < round.last; ++i) {
-    if (!script.systems[i]->waits_for_fit) found.push_back(i);
+    const System& system = *script.systems[i];
+    if (!system.waits_for_fit && system.definition.domains_of < 0) found.push_back(i);
   }
   return found;
 }
@@ -319,7 +389,10 @@ void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& 
 void take_all_proposals(Rank& rank, const Script& script, Manager& manager) {
   if (manager.asked.empty() && manager.rows.empty()) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::balance, "new cuts");
-  for (Balancing& system : manager.systems) system.histograms.clear();
+  for (Balancing& system : manager.systems) {
+    system.histograms.clear();
+    system.cells.clear();
+  }
   for (const Asked& asked : std::exchange(manager.asked, {})) take_proposals(rank, script, manager, asked);
   write_rows(rank, manager);
 }
@@ -331,7 +404,8 @@ std::vector<Density> densities(const Script& script, const Calculator& calculato
     const Population& here = *calculator.populations[i];
     Density density;
     density.particles = here.store.size();
-    const std::vector<float> q = balance::quantiles(coordinates(*script.systems[i], here, room), kQuantiles);
+    const int axis = script.systems[i]->definition.axes.first();
+    const std::vector<float> q = balance::quantiles(coordinates(here, axis, room), kQuantiles);
     if (q.empty()) density.particles = 0;
     std::copy(q.begin(), q.end(), density.quantiles);
     found.push_back(density);

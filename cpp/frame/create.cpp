@@ -30,14 +30,14 @@ void put_cuts(const System& system, Balancing& balancing, particles::Bytes& out)
   out.put_raw(cuts.data(), cuts.size() * sizeof(domains::Cut));
 }
 
-void take_cuts(System& system, Population& here, particles::Reader& in) {
+void take_cuts(Script& script, Calculator& calculator, std::size_t index, particles::Reader& in) {
   if (!in.get<bool>()) return;
   std::vector<domains::Cut> cuts(in.get<std::uint32_t>());
   const auto bytes = in.take(cuts.size() * sizeof(domains::Cut));
   if (!cuts.empty()) std::memcpy(cuts.data(), bytes.data(), bytes.size());
-  system.domains = domains::Domains::of(cuts);
-  system.waits_for_fit = false;
-  here.moved = true;  // its particles may be outside now: the next exchange takes them to their owners
+  script.divide(index, domains::Domains::of(cuts));
+  // Particles may be outside now: the next exchange takes them to their owners.
+  for (const std::size_t i : script.sharing(index)) calculator.populations[i]->moved = true;
 }
 
 // To each calculator what belongs to it.
@@ -86,10 +86,10 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
       System& system = *script.systems[i];
       Balancing& balancing = manager.systems[i];
       if (balancing.next) {
-        system.domains = *std::exchange(balancing.next, std::nullopt);
+        script.divide(i, *std::exchange(balancing.next, std::nullopt));
         balancing.untold = true;
       }
-      if (fit(rank, system)) balancing.untold = true;
+      if (fit(rank, script, i)) balancing.untold = true;
       put_cuts(system, balancing, cuts);
       if (!shared) deal_groups(rank, system, i, parts);
     }
@@ -129,7 +129,7 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
     rank.talk.work("create", [&] {
       newborn.plan = take_plan(in);
       for (std::size_t i = round.first; i < round.last; ++i) {
-        take_cuts(*script.systems[i], *calculator.populations[i], in);
+        take_cuts(script, calculator, i, in);
       }
     });
   }
@@ -173,7 +173,8 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
   });
 }
 
-bool fit(const Rank& rank, System& system) {
+bool fit(const Rank& rank, Script& script, std::size_t index) {
+  const System& system = *script.systems[index];
   if (!system.waits_for_fit || system.groups.empty()) return false;
   std::array<std::vector<float>, 3> positions;
   if (rank.talk.calculators() > 1) {  // one domain needs no cuts
@@ -190,8 +191,7 @@ bool fit(const Rank& rank, System& system) {
   }
   const std::size_t born = positions[static_cast<std::size_t>(system.definition.axes.first())].size();
   const domains::Places places{{positions[0].data(), positions[1].data(), positions[2].data()}, nullptr, born};
-  system.domains = domains::quantiles(system.definition.axes, places, static_cast<int>(rank.talk.calculators()));
-  system.waits_for_fit = false;
+  script.divide(index, domains::quantiles(system.definition.axes, places, static_cast<int>(rank.talk.calculators())));
   return true;
 }
 

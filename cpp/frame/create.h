@@ -41,7 +41,7 @@ void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& st
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store);
 
 /// space "fit": the first births decide where the domains lie. Returns whether they did.
-bool fit(const Rank& rank, System& system);
+bool fit(const Rank& rank, Script& script, std::size_t system);
 
 /// Makes particles first .. last - 1 of a group, by their numbers in it, piece by piece.
 void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,

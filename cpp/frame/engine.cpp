@@ -17,6 +17,11 @@ int Engine::add_system(recording::SystemDefinition definition) {
   const auto index = static_cast<std::uint32_t>(parts_.script.systems.size());
   const int calculators = static_cast<int>(parts_.rank.talk.calculators());
   auto system = std::make_unique<System>(std::move(definition), parts_.rank.settings.seed, index, calculators);
+  if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
+    const System& followed = *parts_.script.systems.at(static_cast<std::size_t>(leader));
+    system->domains = followed.domains;
+    system->waits_for_fit = followed.waits_for_fit;
+  }
   auto here = std::make_unique<Population>(system->schema);
   balance::SpeedOptions speeds;
   if (parts_.rank.settings.policy) speeds = parts_.rank.settings.policy->speeds;

@@ -89,6 +89,8 @@ Row row_of(const BalanceRow& balance) {
       row.null(name);
     }
   }
+  static const char* const kAxes[] = {"x", "y", "z", "id"};
+  row.field("axis", kAxes[balance.axis]);
   row.field("cut_before", balance.cut_before).field("cut_after", balance.cut_after);
   row.field("policy", balance.policy);
   return row;

@@ -34,6 +34,7 @@ struct BalanceRow {
   int left_rank = 0, right_rank = 0;
   balance::Load left, right;
   std::optional<std::int64_t> ordered, given;  // particles; above 0: from left to right
+  int axis = 0;                                // of the cut: 0..2, or kById
   float cut_before = 0, cut_after = 0;         // metres
   std::string policy;
 };

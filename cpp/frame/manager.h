@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "balance/cells.h"
 #include "balance/cuts.h"
 #include "balance/policy.h"
 #include "domains/domains.h"
@@ -26,6 +27,7 @@ struct Balancing {
   balance::Plan plan;  // what this frame's loads call for
   std::uint64_t evaluations = 0;  // how often cuts were looked at
   std::vector<balance::Histogram> histograms;  // one per calculator, where all are asked for one
+  std::vector<std::vector<balance::Cell>> cells;  // the same for bricks
 };
 
 /// What the manager asked for in a round, until it needs the new cuts.

@@ -14,10 +14,17 @@ using comm::Phase;
 namespace {
 
 // This calculator's, as the manager would see it.
-Load own_load(const Population& here) {
+Load load_of(const Population& here) {
   const std::uint64_t processed = here.tally.at_start + here.tally.created;
   return {here.store.size(), balance::rescaled(here.tally.compute_s, processed, here.store.size()), here.speeds.of(0),
           here.speeds.error(0)};
+}
+
+// The same of all systems that share these domains.
+Load own_load(const Script& script, const Calculator& calculator, std::size_t system) {
+  std::vector<std::vector<Load>> loads;
+  for (const std::size_t i : script.sharing(system)) loads.push_back({load_of(*calculator.populations[i])});
+  return loads.size() == 1 ? loads[0][0] : balance::sum_of(loads)[0];
 }
 
 // What this calculator, of two with these loads, has to give.
@@ -47,13 +54,13 @@ std::vector<std::uint64_t> counts_between(const balance::Policy& policy, int sel
 
 }  // namespace
 
-std::vector<Request> decide_with_neighbours(Rank& rank, const Calculator& calculator, const Round& round,
-                                            const std::vector<std::size_t>& systems,
+std::vector<Request> decide_with_neighbours(Rank& rank, const Script& script, const Calculator& calculator,
+                                            const Round& round, const std::vector<std::size_t>& systems,
                                             const std::vector<std::int32_t>& partners) {
   Conversation& talk = rank.talk;
   const balance::Policy& policy = *rank.settings.policy;
   std::vector<Load> own;
-  for (const std::size_t i : systems) own.push_back(own_load(*calculator.populations[i]));
+  for (const std::size_t i : systems) own.push_back(own_load(script, calculator, i));
   for (const std::int32_t other : partners) {
     Message message;
     particles::write_fields(own, message.bytes());

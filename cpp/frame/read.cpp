@@ -48,9 +48,10 @@ void set_dead_aside(const Rank& rank, Population& here) {
   follow(outcome, from);
 }
 
-void run_and_arrange(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+void run_and_arrange(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  System& system = *script.systems[index];
   system.count_births(rank.talk.frame, rank.settings.dt, rank.settings.substeps);
-  fit(rank, system);
+  fit(rank, script, index);
   if (!rank.talk.calculates()) return;
   Population& here = *calculator.populations[index];
   run_list(
@@ -70,10 +71,11 @@ void end_part(System& system) {
 }
 
 // In place: the rest of the list comes to the same whether it runs with this part or behind it.
-void run_part(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+void run_part(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
   const double start = rank.machine.compute_seconds();
-  run_and_arrange(rank, system, calculator, index);
+  run_and_arrange(rank, script, calculator, index);
   here.moved = true;
   rank.machine.slow_down(start);
   here.tally.compute_s += rank.machine.compute_seconds() - start;
@@ -81,7 +83,8 @@ void run_part(Rank& rank, System& system, const Calculator& calculator, std::siz
 }
 
 // On a copy: afterwards all is as it was.
-void run_preview(Rank& rank, System& system, const Calculator& calculator, std::size_t index) {
+void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
   const Counts counts = system.counts;
   const domains::Domains domains = system.domains;
@@ -97,13 +100,13 @@ void run_preview(Rank& rank, System& system, const Calculator& calculator, std::
     here.outcome = outcome;
     here.tally = tally;
     system.counts = counts;
-    system.domains = domains;
-    system.waits_for_fit = waits_for_fit;
+    script.divide(index, domains);
+    for (const std::size_t i : script.sharing(index)) script.systems[i]->waits_for_fit = waits_for_fit;
     system.history = history;
     system.groups.clear();
   };
   try {
-    run_and_arrange(rank, system, calculator, index);
+    run_and_arrange(rank, script, calculator, index);
   } catch (...) {
     restore();
     here.preview.reset();
@@ -156,9 +159,9 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
   if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
   const simd::FloatMode mode;
   if (rank.settings.substeps == 1) {
-    run_part(rank, system, calculator, i);
+    run_part(rank, script, calculator, i);
   } else {
-    run_preview(rank, system, calculator, i);
+    run_preview(rank, script, calculator, i);
   }
   return seen(here);
 }
@@ -173,7 +176,7 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   if (!here.preview) return;
   const simd::FloatMode mode;
   const std::unique_ptr<Preview> written = std::move(here.preview);
-  run_part(rank, *script.systems[i], calculator, i);  // the same particles in the same order
+  run_part(rank, script, calculator, i);  // the same particles in the same order
   here.store = std::move(written->store);
 }
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "balance/cells.h"
 #include "balance/cuts.h"
 #include "frame/render_order.h"
 #include "image/scene.h"
@@ -246,12 +247,12 @@ constexpr void fields(Visitor& visit, Report& report) {
 void join(Report& into, Report&& other);
 
 /// What a calculator is asked for before cuts move: this many particles at most for a neighbour, or where all of
-/// its particles are.
+/// its particles are, along an axis or in boxes.
 struct Request {
-  enum class Kind : std::uint32_t { give_left, give_right, histogram };
+  enum class Kind : std::uint32_t { give_left, give_right, histogram, cells };
   std::int32_t system = 0;
   Kind kind = Kind::histogram;
-  std::uint64_t count = 0;  // particles, or bins of the histogram
+  std::uint64_t count = 0;  // particles, bins of the histogram, or cells
 };
 
 template <class Visitor>
@@ -264,11 +265,12 @@ struct Proposal {
   Request request;
   balance::Gift gift;
   balance::Histogram histogram;
+  std::vector<balance::Cell> cells;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Proposal& proposal) {
-  visit(proposal.request, proposal.gift, proposal.histogram);
+  visit(proposal.request, proposal.gift, proposal.histogram, proposal.cells);
 }
 
 struct Verdict {

@@ -10,6 +10,23 @@ std::string Script::name_of(const Round& round) const {
   return round.last == round.first + 1 ? systems[round.first]->definition.name : "";
 }
 
+std::vector<std::size_t> Script::sharing(std::size_t system) const {
+  const std::int32_t leader = systems[system]->definition.domains_of;
+  const std::size_t first = leader < 0 ? system : static_cast<std::size_t>(leader);
+  std::vector<std::size_t> all{first};
+  for (std::size_t i = first + 1; i < systems.size(); ++i) {
+    if (systems[i]->definition.domains_of == static_cast<std::int32_t>(first)) all.push_back(i);
+  }
+  return all;
+}
+
+void Script::divide(std::size_t system, const domains::Domains& domains) {
+  for (const std::size_t i : sharing(system)) {
+    systems[i]->domains = domains;
+    systems[i]->waits_for_fit = false;
+  }
+}
+
 namespace {
 
 void note_camera(Script& script, std::uint64_t frame, image::View& view) {

@@ -27,6 +27,10 @@ struct Script {
   std::uint64_t camera_frame = 0;
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
+  /// The systems that share this one's domains, itself among them; the one that they follow stands first.
+  std::vector<std::size_t> sharing(std::size_t system) const;
+  /// Gives all of them these domains.
+  void divide(std::size_t system, const domains::Domains& domains);
   /// The one system of a round, or empty: what a timeline calls the round.
   std::string name_of(const Round& round) const;
 };

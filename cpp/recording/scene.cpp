@@ -135,6 +135,14 @@ void check_items(const Record& record) {
   }
 }
 
+bool follows_an_earlier(const Record& record, const SystemDefinition& system) {
+  if (system.domains_of == -1) return true;
+  const auto own = &system - record.systems.data();
+  if (system.domains_of < 0 || system.domains_of >= own) return false;
+  const SystemDefinition& leader = record.systems[static_cast<std::size_t>(system.domains_of)];
+  return leader.domains_of == -1 && leader.axes == system.axes && leader.space == system.space;
+}
+
 void check(const Record& record) {
   require(record.verb == Verb::render || record.verb == Verb::step, "a frame must be rendered or stepped");
   require(std::isfinite(record.dt) && record.dt > 0, "dt must be a positive number");
@@ -143,6 +151,7 @@ void check(const Record& record) {
   require(record.sprites.size() == record.systems.size(), "there must be one sprite per system");
   for (const SystemDefinition& system : record.systems) {
     require(system.axes.bits < 8, "axes must be of x, y and z");
+    require(follows_an_earlier(record, system), "domains_of must be an earlier system that has domains of its own");
     const bool finite = system.space.kind == domains::Space::Kind::finite;
     require(!finite || system.space.low < system.space.high, "the low end of space must be below its high end");
   }

@@ -25,10 +25,11 @@ RECORD = np.dtype(
 
 
 class LoadTable:
-    """One row per calculator, in the order of their domains along the axis.
+    """One row per calculator, in the order of their domains.
 
     `np.asarray(load)` is a structured array (calculators,) with the fields particles, seconds, speed, low,
-    high; `load[i]` is one of its records. Arrays are read-only copies.
+    high; `load[i]` is one of its records. low and high are the ends of slabs, or parts of the ids; bricks
+    have NaN there. Arrays are read-only copies.
     """
 
     def __init__(self, table: _core.BalanceTable) -> None:
@@ -77,7 +78,7 @@ class LoadTable:
 
     @property
     def cuts(self) -> npt.NDArray[np.float32]:
-        """Where domains end, metres along the axis, float32 (calculators - 1,), ascending."""
+        """Where domains end, metres along the axis, float32 (calculators - 1,), ascending for slabs."""
         return _kept(self.table.cuts)
 
     @property
@@ -93,6 +94,8 @@ class LoadTable:
         """Return the structured array."""
         records = np.empty(len(self), RECORD)
         ends = np.concatenate([[-np.inf], self.table.cuts, [np.inf]])
+        if self.table.bricks:
+            ends[:] = np.nan
         records["particles"] = self.table.particles
         records["seconds"] = self.table.seconds
         records["speed"] = self.table.speed

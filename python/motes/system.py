@@ -52,6 +52,8 @@ class System(Recorder):
         self.__dict__.update(world=world, name=name)
         self._index = index
         self._axes = axes
+        followed: int = definition["domains_of"]
+        self._leads = index if followed < 0 else followed  # whose domains it has: its own, or another's
         self._definition = definition
         self._sprite: Sprite = definition["sprite"]
         self._columns = _first_components(names)

@@ -214,24 +214,31 @@ class World(Settings):
         sprite: Sprite | None = None,
         axis: str | None = "world",
         space: tuple[float, float] | str | None = None,
+        domains_of: System | None = None,
         attributes: Mapping[str, Any] | None = None,
     ) -> System:
         """Create a particle system; every rank makes the same calls in the same order.
 
         `capacity`: most particles alive at once; births beyond it are dropped and counted. `attributes`:
         extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
-        `space` override the world's.
+        `space` override the world's. `domains_of`: an earlier system whose domains this one shares, always:
+        the same calculator then owns what is in the same place. Balancers see the sum of both loads, and
+        count all particles alike where they look for a cut.
         """
         checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
         axes = self._settings.axis if axis == "world" else checks.axis(axis)
+        cuts = self._settings.space if space is None else checks.interval(space)
+        leader = None if domains_of is None else self._leader(domains_of, axis, space)
+        if leader is not None:
+            axes, cuts = leader._axes, leader._definition["space"]
         checks.balancer(self._settings.balancer, axes)
         definition = {
             "capacity": capacity,
             "axes": checks.axes_bits(axes),
-            "domains_of": -1,
-            "space": self._settings.space if space is None else checks.interval(space),
+            "domains_of": -1 if leader is None else leader._index,
+            "space": cuts,
             "sprite": checks.sprite(sprite),
             "attributes": checks.user_attributes({} if attributes is None else attributes),
         }
@@ -245,6 +252,19 @@ class World(Settings):
             if self._engine is not None:
                 self._define(made)
         return made
+
+    def _leader(self, domains_of: Any, axis: str | None, space: Any) -> System:
+        """Return the system whose domains a new one shares; its own wishes must be the same."""
+        if not isinstance(domains_of, System) or domains_of.world is not self:
+            raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
+        leader = self._systems[domains_of._leads]
+        whose = f"that of {leader.name!r}, whose domains it shares"
+        if axis != "world" and checks.axis(axis) != leader._axes:
+            raise ArgumentError("axis", axis, f"{leader.axis!r}, {whose}, or not given")
+        wanted = leader._definition["space"]
+        if space is not None and checks.interval(space) != wanted:
+            raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
+        return leader
 
     def _define(self, system: System) -> None:
         assert self._engine is not None

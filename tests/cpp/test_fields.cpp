@@ -81,7 +81,7 @@ using sample::Padded;
 
 static_assert(particles::enumerators<Colour>() == 3);
 static_assert(particles::enumerators<recording::Verb>() == 9);
-static_assert(particles::enumerators<frame::Request::Kind>() == 3);
+static_assert(particles::enumerators<frame::Request::Kind>() == 4);
 static_assert(particles::enumerators<actions::Kind>() == actions::kKinds);
 static_assert(particles::enumerators<shapes::Kind>() == shapes::kKinds);
 
@@ -193,7 +193,7 @@ TEST(fields_find_damage) {
   refused(recording::Record{}, 0, particles::enumerators<recording::Verb>());
   frame::Inquiry inquiry;
   inquiry.requests.resize(1);
-  refused(inquiry, 8 + 4, 3);
+  refused(inquiry, 8 + 4, particles::enumerators<frame::Request::Kind>());
 }
 
 TEST(a_list_longer_than_its_bytes_is_refused_before_memory_is_asked_for) {

@@ -8,10 +8,12 @@
 #include <vector>
 
 #include "balance/pairwise.h"
+#include "balance/prefix_cuts.h"
 #include "check.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
 #include "frame/engine.h"
+#include "frame/places.h"
 #include "image/sha256.h"
 #include "particles/digest.h"
 
@@ -31,6 +33,10 @@ struct Way {
   int threads = 1;     // of each rank
   bool reads = false;  // reads particles in the middle of each frame
   image::View::Path path = image::View::Path::automatic;
+  domains::Axes axes;
+  std::optional<domains::Axes> axes_of_children = domains::Axes{};  // nothing: they share their parents' domains
+  bool prefix_cuts = false;
+  bool fit = false;
 };
 
 // The results of each frame: digests of particles and picture, the parents' cuts, the number of children, and who drew.
@@ -101,12 +107,24 @@ frame::Settings settings(const Way& way) {
   settings.fan_out = way.fan_out;
   settings.threads = way.threads;
   settings.grain = 16;  // threads share even a few particles
-  const auto policy = std::make_shared<balance::Pairwise>(0.05, 4);
+  std::shared_ptr<balance::Policy> policy = std::make_shared<balance::Pairwise>(0.05, 4);
+  if (way.prefix_cuts) policy = std::make_shared<balance::PrefixCuts>(0.05, std::vector<double>(), 4);
   policy->speeds.min_particles = 1;
   settings.policy = policy;
   settings.costs.act.fill(2000);
   settings.costs.birth = 500;
   return settings;
+}
+
+// Between two frames each calculator has what belongs to it, and nothing else.
+void check_owners(frame::Engine& engine) {
+  for (int i = 0; engine.talk().calculates() && i < engine.system_count(); ++i) {
+    const particles::Store& store = *engine.seen(i).store;
+    const domains::Places places = frame::places_of(store);
+    for (std::size_t p = 0; p < store.size(); ++p) {
+      CHECK(frame::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
+    }
+  }
 }
 
 void play(SimulatedRank& self, const Way& way, Film& film) {
@@ -115,14 +133,23 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
   frame::Engine engine(std::move(communicator), cast, settings(way));
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -4, 4};
+  definition.axes = way.axes;
+  if (way.fit) definition.space.kind = domains::Space::Kind::fit;
   definition.name = "parents";
   const int parents = engine.add_system(definition);
   definition.name = "children";
+  if (way.axes_of_children) {
+    definition.axes = *way.axes_of_children;
+  } else {
+    definition.domains_of = parents;
+  }
   const int children = engine.add_system(definition);
   engine.start();
   for (int i = 0; i < kFrames; ++i) {
     record(engine, parents, children, way.reads);
     engine.run_frame(view(way.path));
+    check_owners(engine);
+    if (definition.domains_of == parents) CHECK(engine.system(parents).domains == engine.system(children).domains);
     const std::string particles = particles::combine(engine.digest()).text();
     if (!engine.talk().draws()) continue;
     film.frames.push_back(particles + " " + image::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
@@ -151,6 +178,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
   CHECK(alone.children.back() > 20);
   std::set<std::vector<float>> cuts;
   std::set<std::vector<std::uint32_t>> owners;
+  std::uint64_t moved = 0;  // cuts of bricks
   for (std::uint64_t seed = 0; seed < orders(); ++seed) {
     Way way;
     way.ranks = seed % 50 == 0 ? 21 : 2 + static_cast<int>(seed % 7);
@@ -163,13 +191,21 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
     way.fan_out = 1 + static_cast<int>(seed % 4);
     way.threads = seed % 10 == 9 ? 3 : 1;
     way.path = static_cast<image::View::Path>(seed / 2 % 4);
+    // Half of them slabs; of the children, a quarter follows.
+    way.axes.bits = static_cast<std::uint8_t>(seed % 2 == 0 ? 1u << seed / 2 % 3 : seed / 2 % 8);
+    if (seed % 4 != 1) way.axes_of_children = domains::Axes{static_cast<std::uint8_t>(seed / 3 % 8)};
+    const bool slabs = way.axes.slabs() && (!way.axes_of_children || way.axes_of_children->slabs());
+    way.prefix_cuts = !slabs;
+    way.fit = seed % 6 == 5;
     const Film film = run(way, seed, seed);
     CHECK(film.frames == alone.frames && film.children == alone.children);
     cuts.insert(film.cuts.back());
+    if (way.axes.bricks()) moved += static_cast<std::uint64_t>(film.cuts.front() != film.cuts.back());
     owners.insert(film.plans.back().ends);
   }
   CHECK(cuts.size() > orders() / 3);  // balancing moved them, by the simulated time
   CHECK(owners.size() > 10);
+  CHECK(moved > orders() / 10);
 }
 
 TEST(what_balancing_decides_repeats_with_the_simulated_time) {

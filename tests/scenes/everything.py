@@ -159,6 +159,7 @@ def run(number: int, variant: dict[str, Any]) -> None:
         roles=roles_of(variant["roles"]),
         births=variant.get("births", "manager"),
         fan_out=variant.get("fan_out", 8),
+        balancer=motes.balance.PrefixCuts(0.001, min_particles=1) if "balance" in variant else None,
         renderer=motes.Renderer(
             160,
             120,

@@ -104,8 +104,12 @@ LOAD = Table(
         t_exchange_s float s exchange, its waits included; of the rank, the same in each system's row
         t_wait_s float s waiting for messages in all phases; of the rank
         t_image_s float s its part of the picture; of the rank
-        domain_lo float m lower end of the domain; null: reaches to infinity
-        domain_hi float m upper end
+        domain_lo float m lower end of the domain along the first axis that is cut; null: reaches to infinity
+        domain_hi float m upper end; where particles are dealt out by id: both are parts of the ids, 0..1
+        domain_y_lo float m bricks that y cuts too: their lower end along it
+        domain_y_hi float m upper end
+        domain_z_lo float m bricks that z cuts too: their lower end along it
+        domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
         """
     ),
@@ -129,6 +133,7 @@ BALANCE = Table(
         speed_right float particles/s on the right
         ordered int - particles ordered: + left gives to right, - right gives to left; null: cut by shares
         given int - particles given, signed alike; fewer than ordered where several share a coordinate
+        axis str - axis of the cut; id: it parts the ids
         cut_before float m the cut
         cut_after float m the cut from the next frame on
         policy str - who decided

@@ -32,7 +32,14 @@ solids = [motes.Solid(pool, (0.01, 0.018, 0.026))]
 solids += [motes.Solid(ball, (0.09, 0.085, 0.08)) for ball in balls]
 camera = motes.Camera((-14.5, 1.5, 18.5), (-1.9, 4.2, 0), fov_deg=35)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.002, 0.003, 0.008), objects=solids)
-world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
+world = motes.World(
+    seed=args.seed,
+    axis=args.axis,
+    space=args.space,
+    balancer=args.balancer,
+    renderer=renderer,
+    log=args.log,
+)
 
 fountains = []
 for part, ball, nozzle in zip(parts, balls, nozzles, strict=True):

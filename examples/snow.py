@@ -35,7 +35,14 @@ solids += [motes.Solid(shape, color=(1, 0.4, 0.1), light=2.6) for shape in panes
 
 camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
-world = motes.World(seed=args.seed, space=args.space, balancer=args.balancer, renderer=renderer, log=args.log)
+world = motes.World(
+    seed=args.seed,
+    axis=args.axis,
+    space=args.space,
+    balancer=args.balancer,
+    renderer=renderer,
+    log=args.log,
+)
 
 # A flake falls through the air in life - rest seconds, and then lies on the ground.
 top, fall, rest = 12.0, 1.3, 3.0  # m, m/s, s

@@ -25,6 +25,7 @@ def load_row(frame: int, system: str, rank: int, **columns: Any) -> dict[str, An
     )
     seconds = ("t_compute_s", "t_rescaled_s", "t_exchange_s", "t_wait_s", "t_image_s")
     zero |= dict.fromkeys(seconds, 0.0) | {"domain_lo": None, "domain_hi": None, "speed": 0.0}
+    zero |= {name: None for name in columns if name.startswith("domain_")}
     unknown = set(columns) - set(zero)
     assert not unknown, unknown
     return {"frame": frame, "system": system, "rank": rank, "host": "h", **zero, **columns}

@@ -314,3 +314,26 @@ def test_lines_of_runs_are_named_by_what_differs(tmp_path):
         "Pairwise(threshold=0.1)",
     ]
     assert isinstance(runs.plot.efficiency(), Axes)
+
+
+@pytest.fixture
+def bricks(tmp_path):
+    """Three calculators whose domains are bricks: x is cut at 0, the upper half at y = 0.5, then 0.25."""
+    load = []
+    for frame, y in enumerate((0.5, 0.25)):
+        load.append(load_row(frame, "a", 0, n_end=5, domain_hi=0.0))
+        load.append(load_row(frame, "a", 1, n_end=5, domain_lo=0.0, domain_y_hi=y))
+        load.append(load_row(frame, "a", 2, n_end=5, domain_lo=0.0, domain_y_lo=y))
+    facts = {"ranks": [{"rank": 0}, {"rank": 1}, {"rank": 2}], "axes": ["xy"]}
+    return motes.open_run(write_log(tmp_path / "run", load, facts=facts))
+
+
+def test_bricks_are_drawn_in_their_plane(bricks):
+    ax = bricks.plot.domains()
+    assert (ax.get_xlabel(), ax.get_ylabel()) == ("x (m)", "y (m)")
+    drawn = [patch.get_xy()[:4] for patch in ax.patches if patch.get_facecolor()[3] > 0]
+    assert [tuple(np.ptp(corners, axis=0)) for corners in drawn] == [(1, 2), (1, 1.25), (1, 0.75)]
+    first = bricks.plot.domains(frame=0)
+    assert first.patches[2].get_xy()[:4].max() == 1 and 0.5 in first.patches[2].get_xy()[:, 1]
+    with pytest.raises(ArgumentError, match="frame must be a frame of the log"):
+        bricks.plot.domains(frame=2)

@@ -125,8 +125,9 @@ class Call {
 std::shared_ptr<Policy> policy_of(Call& call) {
   const std::uint64_t least = call.name() == "Static" ? 0 : call.count("min_particles", Policy::kMinParticles);
   if (call.name() == "Static") return std::make_shared<Static>();
-  if (call.name() == "Pairwise")
-    return std::make_shared<Pairwise>(call.number("threshold", Pairwise::kThreshold, 1), least);
+  if (call.name() == "Pairwise") {
+    return std::make_shared<Pairwise>(call.number("threshold", Pairwise::kThreshold, 1), least, call.numbers("powers"));
+  }
   if (call.name() == "Diffusive") {
     const double threshold = call.number("threshold", Diffusive::kThreshold, 1);
     return std::make_shared<Diffusive>(threshold, call.number("rate", Diffusive::kRate, 1), least);

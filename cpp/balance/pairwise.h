@@ -14,14 +14,21 @@ class Pairwise : public Policy {
 
   /// A pair balances where its times differ by more than `threshold` of the longer one, and by more than noise can
   /// explain, and at least `min_particles` would move: a smaller message costs more than the work it takes away.
-  Pairwise(double threshold, std::uint64_t min_particles) : threshold_(threshold), min_particles_(min_particles) {}
+  /// `powers` given, one per calculator, as in the paper: times are those of the last frame, as they were measured, and
+  /// a pair divides its particles in proportion to its powers. Empty: both follow from measured speeds.
+  Pairwise(double threshold, std::uint64_t min_particles, std::vector<double> powers = {})
+      : threshold_(threshold), min_particles_(min_particles), powers_(std::move(powers)) {}
 
   std::string name() const override;
   Plan plan(const Table& table) const override;
+  void check(std::size_t calculators) const override;
 
  private:
+  bool apart(const Load& l, const Load& r, double left_speed, double right_speed) const;
+
   double threshold_;
   std::uint64_t min_particles_;
+  std::vector<double> powers_;
 };
 
 }  // namespace motes::balance

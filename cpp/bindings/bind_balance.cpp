@@ -166,10 +166,10 @@ void bind_policies(py::module_& m) {
   m.def("static_policy", [] { return std::shared_ptr<Policy>(std::make_shared<Static>()); });
   m.def(
       "pairwise_policy",
-      [](double threshold, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<Pairwise>(smoothing, over_all, threshold, min_particles);
+      [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {
+        return made<Pairwise>(smoothing, over_all, threshold, min_particles, std::move(powers));
       },
-      py::arg("threshold"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+      py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
   m.def(
       "diffusive_policy",
       [](double threshold, double rate, std::uint64_t min_particles, double smoothing, bool over_all) {

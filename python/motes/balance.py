@@ -185,6 +185,7 @@ class Pairwise(_Native):
         self,
         threshold: float = 0.10,
         *,
+        powers: Sequence[float] | None = None,
         min_particles: int = 64,
         smoothing: float = 0.5,
         over: str = "system",
@@ -192,23 +193,27 @@ class Pairwise(_Native):
         """Set the options.
 
         `threshold`: smallest difference in time that counts, as a fraction of the longer time.
+        `powers`: None: measured speeds; or each machine's power, one per calculator, as in the paper: the
+        last frame's times are compared, and a pair divides its particles in proportion to its powers.
         `min_particles`: fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
+        self.powers = powers
         self.min_particles = min_particles
         self._check()
 
     def _check(self) -> None:
         super()._check()
         self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
+        self.powers = None if self.powers is None else _powers(self.powers, above=True)
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
-        return _core.pairwise_policy(self.threshold, self.min_particles, *self._options())
+        return _core.pairwise_policy(self.threshold, self.powers or [], self.min_particles, *self._options())
 
 
 class Diffusive(_Native):

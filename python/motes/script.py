@@ -34,12 +34,10 @@ def options(
     """Read a script's command line; the arguments are its defaults, and `own` are the script's own options.
 
     `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
-    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit, `--balancer` static,
-    pairwise, diffusive or prefix. The result has them as attributes: `size`, `space` and `balancer` as
-    `--digest`, `--no-images`, `--size` WxH, `--space` LO,HI or infinite or fit, `--balancer` static,
-    pairwise, diffusive or prefix. The result has them as attributes: `size`, `space` and `balancer` as
-    Renderer and World take them, `images` for the opposite of `--no-images`. `options(__doc__, wind=2.5)`
-    adds `--wind`, a float like its default.
+    `--digest`, `--no-images`, `--size` WxH, `--axis` x, xz, ... or none, `--space` LO,HI or infinite or fit,
+    `--balancer` static, pairwise, diffusive or prefix. The result has them as attributes: `size`, `axis`,
+    `space` and `balancer` as Renderer and World take them, `images` for the opposite of `--no-images`.
+    `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
     """
     parser = argparse.ArgumentParser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
@@ -48,6 +46,7 @@ def options(
     parser.add_argument(
         "--size", type=_size, default=_size(size), metavar="WxH", help="of a frame, in pixels"
     )
+    parser.add_argument("--axis", type=_axis, default="x", help="that domains cut: x, xz, ...; none: by id")
     parser.add_argument("--space", type=_space, default=_space(space), help="LO,HI (metres), infinite or fit")
     parser.add_argument(
         "--balancer", type=_balancer, default=_balancer(balancer), metavar="NAME", help=BALANCERS
@@ -109,6 +108,10 @@ def _count(text: str) -> int:
 def _size(text: str) -> tuple[int, int]:
     width, _, height = text.partition("x")
     return int(width), int(height)
+
+
+def _axis(text: str) -> str | None:
+    return None if text == "none" else text
 
 
 def _balancer(text: str) -> Balancer:

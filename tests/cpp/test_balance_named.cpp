@@ -10,6 +10,7 @@ TEST(balance_named_comes_back) {
   for (const std::string text : {
            "Static()",
            "Pairwise(threshold=0.25, min_particles=7, smoothing=0.5)",
+           "Pairwise(threshold=0.1, powers=[1, 2.5], min_particles=64, smoothing=0.5)",
            "Pairwise(threshold=0, min_particles=0, smoothing=1, over=\"all\")",
            "Diffusive(threshold=0.02, rate=0.4, min_particles=3, smoothing=0.125)",
            "PrefixCuts(threshold=2.5, min_particles=64, smoothing=0.5, over=\"all\")",

@@ -368,3 +368,34 @@ TEST(planning_for_4096_calculators_is_quick) {
     CHECK(best < 0.01);
   }
 }
+
+// The paper's: the machines' powers are known before the run, times are as measured.
+TEST(pairwise_with_given_powers_compares_measured_times) {
+  std::vector<Load> loads(2);
+  loads[0] = {1000, 3.0, 5, 0.5};  // measured speeds and their errors do not count
+  loads[1] = {1000, 1.0, 5, 0.5};
+  const Pairwise policy(0.1, 1, {1, 3});
+  CHECK(policy.plan(table_of(loads)).orders == std::vector<Order>({{0, 1, 500}}));
+  loads[1].seconds = 2.75;  // less than a tenth apart
+  CHECK(policy.plan(table_of(loads)).orders.empty());
+  loads[0] = {500, 3.0, 0, 0};  // in proportion: nothing can be gained, whatever the clock says
+  loads[1] = {1500, 1.0, 0, 0};
+  CHECK(policy.plan(table_of(loads)).orders.empty());
+  CHECK_THROWS(policy.check(3), std::invalid_argument);
+  CHECK_THROWS(Pairwise(0.1, 1, {1, 0}).check(2), std::invalid_argument);
+  policy.check(2);
+}
+
+TEST(orders_are_for_slabs) {
+  Table table = table_of(loads_of({1000, 0}));
+  Plan plan;
+  plan.orders = {{0, 1, 10}};
+  CHECK(legal(plan, table, "Own()").orders.size() == 1);
+  for (const std::uint8_t bits : {0, 3, 5, 6, 7}) {
+    table.axes = {bits};
+    CHECK_THROWS(legal(plan, table, "Own()"), std::invalid_argument);
+  }
+  plan.orders.clear();
+  plan.shares = {1, 2};
+  CHECK(legal(plan, table, "Own()").shares.size() == 2);
+}

@@ -52,7 +52,7 @@ def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = N
         raise ArgumentError("column", column, f"one of {allowed}")
     if column == "speed":
         return speeds(load, system)
-    once = column in RANK_SECONDS or column in ("domain_lo", "domain_hi")
+    once = column in RANK_SECONDS or column.startswith("domain_")
     return of_system(load, system).pivot_table(
         index="frame", columns="rank", values=column, aggfunc="max" if once else "sum", dropna=False
     )

@@ -140,7 +140,7 @@ class Run:
         return list(self.facts.get("systems") or measures.systems_of(self.load))
 
     def axis(self, system: str) -> str:
-        """Return the axis that a system's domains cut: "x", "y" or "z"."""
+        """Return the axes that a system's domains cut: "x", "xz", ...; "id" where ids decide."""
         axes = dict(zip(self.systems, self.facts.get("axes") or [], strict=False))
         return str(axes.get(system, self.facts.get("axis", "x")))
 

@@ -154,6 +154,9 @@ class View:
         return told or sorted(there)
 
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
+        axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))
+        if axes.get(system, "x") not in ("x", "y", "z"):
+            return []  # a strip shows slabs
         rows = [self.load[system, rank] for rank in self._ranks() if (system, rank) in self.load]
         cuts = [float(row["domain_hi"]) for row in rows[:-1] if row.get("domain_hi") is not None]
         if not cuts or len(cuts) < len(rows) - 1:

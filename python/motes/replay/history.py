@@ -107,6 +107,8 @@ class Recorded:
             raise LogError(f"{run.name}: a replay needs the log's load.jsonl and density.jsonl")
         frames = set(run.frames["frame"]) & set(run.density["frame"])
         self.frames = sorted(int(frame) for frame in frames)
+        for system in self.systems:
+            _refuse_bricks(run, system)
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
         frame_rows = run.frames.set_index("frame").loc[self.frames]
@@ -201,3 +203,13 @@ def _somewhere(x: Floats, cuts: Cuts) -> Floats:
     middle = np.where(np.isinf(low), high - 1, np.where(np.isinf(high), low + 1, (low + high) / 2))
     middle = np.where(np.isfinite(middle), middle, 0.0)
     return np.where(np.isnan(x), middle[:, None], x)
+
+
+def _refuse_bricks(run: Tables, system: str) -> None:
+    """The log says how particles lie along one axis, which is not enough to cut them along two."""
+    load = run.load[run.load["system"] == system]
+    others = [name for name in map(str, load) if name.startswith(("domain_y_", "domain_z_"))]
+    if load[others].notna().any(axis=None):
+        raise LogError(
+            f"{run.name}: a replay needs slabs or particles dealt out by id; domains of {system!r} are bricks"
+        )

@@ -10,6 +10,7 @@ import numpy as np
 from ...errors import ArgumentError, LogError
 from .. import measures, timeline
 from . import drawing
+from .bricks import draw_bricks
 from .domains import draw_domains
 from .drawing import finish
 
@@ -153,8 +154,17 @@ class Plots:
         what = label.partition(" (")[0].capitalize()
         return finish(ax, title=self._title(f"{what} by rank"), y="rank", grid="")
 
-    def domains(self, system: str | None = None, *, particles: bool = True, ax: Axes | None = None) -> Axes:
+    def domains(
+        self,
+        system: str | None = None,
+        *,
+        particles: bool = True,
+        frame: int | None = None,
+        ax: Axes | None = None,
+    ) -> Axes:
         """Domains over time: one band per calculator, with the cuts between them as lines.
+
+        Bricks as they are in one frame (None: the last), in the plane of the first two axes that are cut.
 
         With `particles`, and where the log has density.jsonl, the middle half of each calculator's particles
         is darker and their median a line. `system`: None is the first one.
@@ -164,10 +174,22 @@ class Plots:
         density = (
             measures.of_system(self._run.density, name) if len(self._run.density) and particles else None
         )
+        title = "Domains" if len(self._run.systems) == 1 else f"Domains of {name}"
+        axes = self._run.axis(name)
+        if len(axes) > 1 and axes != "id":
+            rows = measures.of_system(load, name)
+            at = int(rows["frame"].max()) if frame is None else frame
+            rows = rows[rows["frame"] == at]
+            if not len(rows):
+                raise ArgumentError("frame", frame, "a frame of the log")
+            ax = drawing.axes(ax, (5.0, 4.4))
+            draw_bricks(ax, rows, axes, self._run.calculators, self._run.space)
+            title = self._title(f"{title} in frame {at}")
+            return finish(ax, title=title, x=f"{axes[0]} (m)", y=f"{axes[1]} (m)", grid="")
         ax = drawing.axes(ax, (7.0, 3.8))
         draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, self._run.space)
-        title = "Domains" if len(self._run.systems) == 1 else f"Domains of {name}"
-        return finish(ax, title=self._title(title), y=f"{self._run.axis(name)} (m)", grid="")
+        unit = "part of the ids" if axes == "id" else f"{axes} (m)"
+        return finish(ax, title=self._title(title), y=unit, grid="")
 
     def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
         """Each calculator's part of all particles, or of another column, stacked to 1.

@@ -148,7 +148,7 @@ TEST(what_is_not_finite_stays_in_an_exact_sum_wherever_it_came) {
   };
   struct Case {
     std::vector<float> specials;
-    double sum;
+    float sum;
   };
   for (const Case& c : {Case{{kInfinity, kInfinity}, kInfinity}, Case{{-kInfinity}, -kInfinity},
                         Case{{kInfinity, -kInfinity}, kNan}, Case{{kNan}, kNan}, Case{{-kNan, kInfinity}, kNan}}) {

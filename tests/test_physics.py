@@ -1,0 +1,160 @@
+"""What particles that see each other must obey: laws of conservation, collisions of two, heaps that stand still."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+import motes
+from motes.shapes import Plane
+
+Record = Callable[[motes.System], None]
+FLOOR = Plane((0, 0.02, 0), (0, 1, 0))  # of the centres of grains with a radius of 2 cm
+
+
+def states(
+    state: dict[str, Any], record: Record, frames: int, *, every: int = 1, **world: Any
+) -> Iterator[motes.Particles]:
+    """Let particles of a given state obey a list; the state before, and every so many frames after."""
+    made = motes.World(seed=3, progress="off", **world)
+    system = made.system("all")
+    with made:
+        for frame in made.frames(frames + 1):
+            if frame == 0:
+                system.emit(**state)
+            else:
+                record(system)
+            made.step()
+            if frame % every == 0:
+                yield system.gather()
+
+
+def at(particles: motes.Particles) -> NDArray[np.float64]:
+    return particles.position.astype(np.float64)
+
+
+def speeds(particles: motes.Particles) -> NDArray[np.float64]:
+    return particles.velocity.astype(np.float64)
+
+
+@pytest.mark.parametrize("part", [1.0, 0.8])  # of the speed of a circular orbit
+def test_two_bodies_keep_their_energy(part: float):
+    pull, apart = 2.0, 1.5
+    speed = part * math.sqrt(pull / (2 * apart))
+    start = {
+        "position": [(-apart / 2, 0, 0), (apart / 2, 0, 0)],
+        "velocity": [(0, -speed, 0), (0, speed, 0)],
+    }
+
+    def orbit(bodies: motes.System) -> None:
+        bodies.gravitate(pull, epsilon=0)
+        bodies.move()
+
+    moments = list(states(start, orbit, 1001, dt=1 / 100))
+    apart_now = np.array([at(p)[1] - at(p)[0] for p in moments])
+    # Each step pulls before it moves: a place lies between the velocities before and after it (a leapfrog).
+    v = np.array([speeds(p) for p in moments])
+    kinetic = (((v[1:] + v[:-1]) / 2) ** 2).sum(axis=(1, 2)) / 2
+    energies = (kinetic - pull / np.linalg.norm(apart_now[:-1], axis=1))[1:]
+    assert np.abs(energies / energies[0] - 1).max() < 0.005
+    turns = np.unwrap(np.arctan2(apart_now[:, 1], apart_now[:, 0])) / (2 * math.pi)
+    # Half the orbit's length, by the vis-viva equation; then Kepler's third law.
+    a = apart / (2 - part**2)
+    period = 2 * math.pi * math.sqrt(a**3 / (2 * pull))
+    assert turns[round(100 * period)] - turns[0] == pytest.approx(1, abs=0.005)
+
+
+def cluster(n: int, seed: int = 0) -> dict[str, NDArray[np.float64]]:
+    """Particles that fly towards their middle."""
+    dice = np.random.default_rng(seed)
+    place = dice.normal(0, 0.5, (n, 3))
+    return {"position": place, "velocity": -2 * place + dice.normal(0, 0.3, (n, 3)) + (0.5, -0.3, 0.1)}
+
+
+def test_a_closed_system_keeps_its_momentum():
+    def gather_and_collide(balls: motes.System) -> None:
+        balls.gravitate(2e-3, epsilon=1e-3)
+        balls.collide(0.04, restitution=0.2, friction=0.4, sleep=0)
+        balls.move()
+
+    start = cluster(300)
+    first, *later = states(start, gather_and_collide, 1000, every=100, substeps=2)
+    assert later[-1].contacts.mean() > 2, "they have become a heap in space"
+    for p in later:
+        lost = (speeds(p) - speeds(first)).sum(axis=0)
+        assert np.linalg.norm(lost) < 1e-5 * np.linalg.norm(speeds(first), axis=1).sum()
+
+
+def test_unequal_spheres_keep_their_momentum():
+    start = cluster(300)
+    radius = np.random.default_rng(1).uniform(0.02, 0.06, 300)
+    start |= {"size": 2 * radius[:, None] * (1, 1, 1), "mass": (radius / 0.04) ** 3}
+
+    def collide(balls: motes.System) -> None:
+        balls.collide(restitution=0.5, friction=0.4, sleep=0)
+        balls.move()
+
+    first, *later = states(start, collide, 1000, every=20, substeps=2)
+    mass = first.mass.astype(np.float64)[:, None]
+    assert max(p.contacts.sum() for p in later) > 20
+    assert np.linalg.norm(speeds(later[-1]) - speeds(first), axis=1).mean() > 0.1, "they have met"
+    for p in later:
+        lost = (mass * (speeds(p) - speeds(first))).sum(axis=0)
+        assert np.linalg.norm(lost) < 1e-5 * np.linalg.norm(mass * speeds(first), axis=1).sum()
+
+
+@pytest.mark.parametrize("restitution", [0, 0.5, 1])
+@pytest.mark.parametrize("mass", [(1, 1), (3, 1), (1, 8)])
+def test_two_balls_head_on(restitution: float, mass: tuple[float, float]):
+    direction = np.array((0.6, -0.48, 0.64))
+    before = np.array((2.0, -1.0))
+    start = {
+        "position": np.outer((-0.5, 0.5), direction),
+        "velocity": np.outer(before, direction),
+        "mass": mass,
+    }
+
+    def collide(balls: motes.System) -> None:
+        balls.collide(0.1, restitution=restitution, friction=0.5, sleep=0)
+        balls.move()
+
+    *_, last = states(start, collide, 16, substeps=4)
+    middle = np.average(before, weights=mass)
+    assert speeds(last) @ direction == pytest.approx(middle + restitution * (middle - before), abs=0.01)
+    assert np.cross(speeds(last), direction) == pytest.approx(0, abs=1e-5)
+    if restitution == 1 and mass == (1, 1):
+        assert speeds(last) @ direction == pytest.approx(before[::-1], abs=1e-5), "they exchange velocities"
+    assert np.linalg.norm(at(last)[1] - at(last)[0]) > 0.2 * (1 - 1e-5)
+
+
+def column_of(grains: int) -> dict[str, NDArray[np.float64]]:
+    """Grains of 4 cm, stacked as high as wide and a half; each layer over the gaps of the one below."""
+    wide = round((grains * 0.53) ** (1 / 3))
+    high = grains // wide**2
+    y, x, z = (grid.ravel() for grid in np.mgrid[:high, :wide, :wide])
+    place = np.stack([x - wide / 2, y, z - wide / 2], axis=1) * (0.046, 0.04, 0.046)
+    place += (y % 2 * 0.023)[:, None] * (1, 0, 1) + (0, 0.03, 0)
+    jitter = np.random.default_rng(5).uniform(-0.003, 0.003, place.shape) * (1, 0, 1)
+    return {"position": place + jitter}
+
+
+@pytest.mark.parametrize(("grains", "seconds"), [(2000, 8), pytest.param(20_000, 10, marks=pytest.mark.slow)])
+def test_a_heap_at_rest_changes_no_bit(grains: int, seconds: int):
+    def pile(sand: motes.System) -> None:
+        sand.gravity((0, -9.81, 0))
+        sand.collide(0.02, friction=0.5)
+        sand.bounce(FLOOR, restitution=0, friction=1, exact_hit=False)
+        sand.move()
+
+    start = column_of(grains)
+    first, *_, before, after = states(start, pile, 24 * (seconds + 2), every=48, substeps=20)
+    assert at(before)[:, 1].max() < 0.8 * at(first)[:, 1].max(), "the column has fallen apart"
+    assert before.position.tobytes() == after.position.tobytes()
+    assert before.velocity.tobytes() == after.velocity.tobytes()
+    assert at(after)[:, 1].min() > 0.019, "nothing is in the floor"
+    assert np.linalg.norm(at(after)[:, [0, 2]], axis=1).max() < 3, "nothing has been thrown"

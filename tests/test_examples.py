@@ -33,6 +33,10 @@ GALLERY = {
     "rain": (2, 3000, 12),
     "leaves": (3, 600, 30),
     "shielding": (2, 2000, 40),
+    "galaxy": (1, 3000, 16),
+    "heap": (1, 600, 16),
+    "flock": (1, 300, 24),
+    "three_bodies": (6, 1, 30),
 }  # systems, particles of each, frames
 
 

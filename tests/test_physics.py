@@ -1,4 +1,4 @@
-"""What particles that see each other must obey: laws of conservation, collisions of two, heaps that stand still."""
+"""What particles that see each other obey: conservation, collisions of two, heaps that stand still."""
 
 from __future__ import annotations
 

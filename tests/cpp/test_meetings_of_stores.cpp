@@ -297,3 +297,27 @@ TEST(uniform_masses_and_sizes_do_as_planes_of_the_same_values) {
   };
   CHECK(made(true) == made(false));
 }
+
+TEST(a_cloud_that_falls_together_keeps_its_momentum) {
+  Dice dice(4);
+  Store store = random_store(300, dice);
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    set(store, particles::contacts, i, {0});
+    for (int c = 0; c < 3; ++c)
+      store.writable_plane(particles::velocity, c)[i] = -value(store, particles::position, i, c);
+  }
+  const auto momentum = [&](int c) {
+    double sum = 0;
+    for (std::size_t i = 0; i < store.size(); ++i)
+      sum += double{value(store, particles::mass, i)} * double{value(store, particles::velocity, i, c)};
+    return sum;
+  };
+  const double before[3] = {momentum(0), momentum(1), momentum(2)};
+  std::uint64_t pairs = 0;
+  for (int step = 0; step < 1000; ++step) {
+    pairs += meet(Collision{0, 0.3, 0.5}.action(), store).pairs;
+    move(store);
+  }
+  CHECK(pairs > 100000);
+  for (int c = 0; c < 3; ++c) CHECK_NEAR(momentum(c), before[c], 1e-4);
+}

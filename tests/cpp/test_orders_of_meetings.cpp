@@ -119,9 +119,7 @@ frame::Settings settings(const Way& way) {
   settings.combine = way.combine;
   settings.threads = way.threads;
   settings.grain = 16;
-  if (way.axes.bricks()) {
-    settings.policy = nullptr;
-  } else if (way.prefix || way.axes.by_id()) {
+  if (way.prefix || !way.axes.slabs()) {
     settings.policy = std::make_shared<balance::PrefixCuts>(0.01, std::vector<double>{}, 1);
   } else {
     const auto policy = std::make_shared<balance::Pairwise>(0.01, 1);

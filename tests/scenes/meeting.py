@@ -1,0 +1,105 @@
+"""Particles that meet in one small scene; prints how it looks under variants of roles, domains and balancers.
+
+Arguments: a JSON list of variants, each some of {"roles", "space", "axis", "balancer", "births", "combine",
+"together"}. One line per frame: variant, frame, digest of the particles, numbers of particles.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from mpi4py import MPI
+
+import motes
+from motes import column, shapes
+
+FRAMES = 8
+HERE = (0.25, 0.5, 0.0)
+
+
+def grains(s: motes.System, pebbles: motes.System, sparks: motes.System, frame: int) -> None:
+    """Collisions among themselves and with pebbles, births at cuts and at one place, children, jumps, NaN."""
+    s.configure(velocity=shapes.Sphere((0, -3, 0), 4), size=motes.Uniform(0.1, 0.3), mass=motes.Uniform(1, 3))
+    s.source(shapes.Box((-3, 0.1, -1), (2, 1, 1)), rate=1500, jitter=True)
+    s.spawn(into=sparks, on="collision", count=2)
+    s.gravity((0, -9.8, 0))
+    s.collide(restitution=0.3)
+    for x in (-1.0, 0.0, 0.5, 1.0, 2.0):
+        s.vertex((x, 0.5, 0.0))
+    s.emit(position=[HERE] * 5, velocity=[(0, 0, 0)] * 5)
+    s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)
+    far = column("position") * (-2.0, 1.0, -3.0)
+    s.set(position=far, where=column("position").x > 1.9 + 0.01 * frame)
+    if frame == 3:
+        s.set(position=column("position") / 0 * 0, where=column("age") == 0)
+    s.collide(radius=0.08, other=pebbles, other_radius=0.3, where=column("velocity").y < 0)
+    s.kill_old(0.2)
+    s.match_velocity(magnitude=0.01, epsilon=0.01, max_radius=0.4, where=shapes.Sphere((0, 0, 0), 1))
+    s.move()
+
+
+def stones(s: motes.System, sparks: motes.System) -> None:
+    """The others: born behind the meeting, with children at birth and death."""
+    s.configure(velocity=shapes.Sphere((0, -1, 0), 5), rotational_velocity=shapes.Sphere((0, 0, 0), 3))
+    s.source(shapes.Box((-3, 0.2, -1), (3, 1.5, 1)), rate=500, jitter=True)
+    s.spawn(into=sparks, on="birth", count=1)
+    s.spawn(into=sparks, on="death", count=1, inherit_velocity=0.5)
+    s.collide(radius=0.3, friction=0.1, sleep=0.5)
+    s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)))
+    s.match_rotational_velocity(magnitude=0.02, max_radius=0.5)
+    s.kill_old(0.3)
+    s.move()
+
+
+def glow(s: motes.System, frame: int) -> None:
+    """Gravity without a radius, and with several."""
+    s.gravitate(0.02, 1e-2, **({} if frame % 3 == 0 else {"max_radius": 0.4 * frame}))
+    s.move()
+    s.kill_old(0.15)
+
+
+def balancer_of(name: str) -> Any:
+    """Make a balancer that moves cuts as often as it can."""
+    if name == "Static":
+        return motes.balance.Static()
+    if name == "Proportional":
+        calculators = MPI.COMM_WORLD.size
+        return motes.balance.Proportional([1 + k % 3 for k in range(calculators)])
+    return getattr(motes.balance, name)(threshold=0.001, min_particles=1)
+
+
+def run(number: int, variant: dict[str, Any]) -> None:
+    """Run all systems under one variant."""
+    space, roles = variant.get("space"), variant.get("roles", "auto")
+    world = motes.World(
+        seed=7,
+        substeps=2,
+        axis=variant.get("axis", "x"),
+        space=tuple(space) if isinstance(space, list) else space,
+        roles=roles
+        if isinstance(roles, str)
+        else motes.Roles(manager=roles[0], image_generator=roles[1], calculators=roles[2]),
+        births=variant.get("births", "manager"),
+        combine=variant.get("combine", "together"),
+        balancer=balancer_of(variant["balancer"]) if "balancer" in variant else None,
+        progress="off",
+    )
+    first = world.system("grains")
+    shared = {"domains_of": first} if variant.get("together") else {}
+    second = world.system("pebbles", **shared)
+    third = world.system("sparks", capacity=400)
+    with world:
+        for frame in world.frames(FRAMES):
+            grains(first, second, third, frame)
+            stones(second, third)
+            glow(third, frame)
+            world.step()
+            digest = world.digest()
+            if "manager" in world.role:
+                print(number, frame, digest, *(s.count for s in (first, second, third)), flush=True)
+
+
+for i, chosen in enumerate(json.loads(sys.argv[1])):
+    run(i, chosen)

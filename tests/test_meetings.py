@@ -1,0 +1,312 @@
+"""Particles that see each other.
+
+The same bits on any ranks, errors that all ranks hear, piles that stand still.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from launching import Result, mpirun, python
+from test_same_bits import roles, table, widths
+
+import motes
+from motes.errors import ArgumentError
+
+SCENE = Path(__file__).parent / "scenes" / "meeting.py"
+BALANCERS = ("Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional")
+THIN = [-0.05, 0.05]  # domains far thinner than the reach; the outer ones hold nearly all
+
+
+@cache
+def alone() -> list[list[str]]:
+    """Frames of the scene on one rank."""
+    frames = table(python(SCENE, json.dumps([{}])).lines)
+    return [frames[0, frame] for frame in range(len(frames))]
+
+
+def assert_equal(result: Result, variants: list[dict[str, Any]]) -> None:
+    """Compare every variant's frames with those of one rank."""
+    frames, wanted = table(result.lines), alone()
+    assert len(frames) == len(wanted) * len(variants)
+    for (variant, frame), row in sorted(frames.items()):
+        assert row == wanted[frame], f"{variants[variant]}, frame {frame}"
+
+
+def run(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
+    """Play variants in one job, and compare."""
+    assert_equal(mpirun(size, SCENE, json.dumps(variants), timeout=240, env=env), variants)
+
+
+def test_the_scene_lives():
+    rows = alone()
+    assert len({row[0] for row in rows}) == len(rows)
+    grains, pebbles, sparks = (int(count) for count in rows[-1][1:])
+    assert grains > 250
+    assert pebbles > 100
+    assert sparks == 400, "the capacity is reached"
+
+
+@pytest.mark.parametrize("size", [1, 2, 3, 5])
+def test_any_ranks_and_roles(size: int):
+    variants: list[dict[str, Any]] = [
+        {"roles": wish, "space": space} for wish in roles(size) for space in ([-2, 2], THIN)
+    ]
+    variants += [{"roles": "shared", "space": "fit", "births": "calculators"}, {"roles": "shared"}]
+    run(size, variants)
+
+
+@pytest.mark.parametrize("size", [3, 9])
+def test_any_domains(size: int):
+    axes: list[str | None] = ["x", "y", "z", "xz", "xyz", None]
+    variants: list[dict[str, Any]] = [
+        {"roles": "shared", "axis": axis, "space": space} for axis in axes for space in ([-2, 2], THIN)
+    ]
+    variants += [{"roles": "shared", "axis": axis, "together": True, "space": [-1, 1]} for axis in axes[2:]]
+    run(size, variants if size < 9 else variants[1::2])
+
+
+@pytest.mark.parametrize("size", [4, 6])
+def test_every_balancer(size: int):
+    variants: list[dict[str, Any]] = [
+        {"roles": "shared", "space": space, "balancer": name, "together": space == THIN}
+        for name in BALANCERS
+        for space in ([-2, 2], THIN)
+    ]
+    variants += [
+        {"roles": "shared", "space": [-2, 2], "axis": "xyz", "balancer": name, "combine": combine}
+        for name, combine in (("PrefixCuts", "one_by_one"), ("Proportional", "overlapped"))
+    ]
+    run(size, variants)
+
+
+@pytest.mark.parametrize(("size", "threads"), [(1, 2), (1, 3), (3, 2)])
+def test_any_threads(size: int, threads: int):
+    env = {"MOTES_THREADS": str(threads), "MOTES_GRAIN": "64"}
+    run(size, [{"roles": "shared", "space": [-2, 2], "combine": "overlapped"}], env)
+
+
+@pytest.mark.parametrize("width", ["sse2", "avx2", "avx512"])
+def test_any_vector_width(width: str):
+    if width not in widths():
+        pytest.skip(f"this processor has no {width}")
+    run(2, [{"roles": "shared", "space": [-1, 1]}], {"MOTES_SIMD": width})
+
+
+# --- what is refused
+
+
+READ = """
+import time
+import motes
+world = motes.World(seed=1, roles="shared", substeps={substeps}, space=(-1, 1), progress="off")
+s, other = world.system("s"), world.system("other")
+with world:
+    for frame in world.frames(2):
+        s.burst(motes.shapes.Box((-1, -1, -1), (1, 1, 1)), count=50)
+        {before}
+        {meeting}
+        try:
+            {read}
+        except Exception as error:
+            print(error, flush=True)
+            time.sleep(1)  # the other ranks print it too
+            raise
+        world.step()
+"""
+
+
+@pytest.mark.parametrize("substeps", [1, 2])
+@pytest.mark.parametrize(
+    ("meeting", "read"),
+    [
+        ("s.collide(0.1)", "s.local().__enter__()"),
+        ("s.gravitate()", "s.gather()"),
+        ("s.match_velocity(max_radius=0.2)", "world.digest()"),
+        ("other.collide(0.1, other=s, other_radius=0.1)", "s.local().__enter__()"),
+    ],
+)
+def test_particles_are_not_read_behind_a_meeting(substeps: int, meeting: str, read: str):
+    text = READ.format(substeps=substeps, before="", meeting=meeting, read=read)
+    result = mpirun(3, text, env={"MOTES_STALL_S": "600"})
+    assert result.code == 1
+    assert result.out.count("particles of system 's' meet in this frame's list so far") == 3, "on all ranks"
+
+
+BOTH_SIDES = """
+import motes
+world = motes.World(seed=1, roles="shared", substeps=1, space=(-1, 1), progress="off")
+s = world.system("s")
+with world:
+    for frame in world.frames(2):
+        s.burst(motes.shapes.Box((-1, -1, -1), (1, 1, 1)), count=50)
+        with s.local() as p:
+            p.velocity[:] = (1, 0, 0)
+        before = world.digest()
+        s.collide(0.1)
+        world.step()
+        print(frame, before, world.digest(), flush=True)
+"""
+
+
+def test_particles_are_read_before_a_meeting_and_after_the_frame():
+    lines = mpirun(3, BOTH_SIDES).lines
+    assert len(lines) == 2 * 3
+    assert len(set(lines)) == 2, "equal on all ranks"
+    assert python(BOTH_SIDES).lines == sorted(set(lines))
+
+
+def test_bad_arguments():
+    world, elsewhere = motes.World(progress="off"), motes.World(progress="off")
+    s, stranger = world.system("s"), elsewhere.system("t")
+    with world:
+        for _ in world.frames(1):
+            with pytest.raises(ArgumentError, match=r"radius.*above 0, or None"):
+                s.collide(radius=0)
+            with pytest.raises(ArgumentError, match=r"radius"):
+                s.collide(radius=-1)
+            with pytest.raises(ArgumentError, match=r"radius"):
+                s.collide(radius=float("nan"))
+            with pytest.raises(ArgumentError, match=r"restitution"):
+                s.collide(0.1, restitution=1.5)
+            with pytest.raises(ArgumentError, match=r"friction"):
+                s.collide(0.1, friction=-1)
+            with pytest.raises(ArgumentError, match=r"other.*another system of the same world"):
+                s.collide(0.1, other=s)
+            with pytest.raises(ArgumentError, match=r"other.*another system of the same world"):
+                s.collide(0.1, other=stranger)
+            with pytest.raises(ArgumentError, match=r"other.*another system of the same world"):
+                s.collide(0.1, other="s")  # type: ignore[arg-type]
+            with pytest.raises(ArgumentError, match=r"other_radius.*no other system"):
+                s.collide(0.1, other_radius=0.1)
+            with pytest.raises(ArgumentError, match=r"magnitude"):
+                s.match_velocity(magnitude=-1)
+            world.step()
+
+
+ODD = """
+import motes
+world = motes.World(seed=1, roles="shared", substeps=2, space=(-1, 1), progress="off")
+s, none = world.system("s"), world.system("none")
+with world:
+    for frame in world.frames(6):
+        s.configure(size={size}, velocity=motes.shapes.Sphere((0, 0, 0), 1))
+        s.burst(motes.shapes.Box((-1, -1, -1), (1, 1, 1)), count=50)
+        if frame == 2:
+            s.emit(position=[(1e30, 0, 0), (-3e38, 1, 0)], velocity=[(3e38, 0, 0), (0, 0, -3e38)])
+        {meeting}
+        s.move()
+        world.step()
+        digest = world.digest()
+        if "manager" in world.role:
+            print(digest, flush=True)
+"""
+
+
+@pytest.mark.parametrize(
+    ("meeting", "size"),
+    [
+        ("s.collide(radius=1e30)", 1),
+        ("s.collide()", 0),
+        ("s.collide()", 3),
+        ("s.collide(radius=1e-30)", 1),
+        ("s.collide(0.1, other=none)", 1),
+        ("s.gravitate(max_radius=0)", 1),
+        ("s.gravitate(max_radius=1e38)", 1),
+    ],
+)
+def test_odd_radii_have_a_result(meeting: str, size: int):
+    text = ODD.format(meeting=meeting, size=size)
+    lines = python(text).lines
+    assert len(set(lines)) == 6
+    assert mpirun(3, text).lines == lines
+
+
+FAILS = """
+import motes
+world = motes.World(seed=1, roles="shared", substeps=2, space=(-1, 1), progress="off")
+s = world.system("s")
+seen = 0
+def look(particles):
+    global seen
+    seen += 1
+    if world.rank == {rank} and seen == {call}:
+        raise RuntimeError("the mistake")
+with world:
+    for frame in world.frames(3):
+        s.burst(motes.shapes.Box((-1, -1, -1), (1, 1, 1)), count=50)
+        for _ in range(3):
+            s.collide(0.1)
+            s.callback(look)
+        s.move()
+        world.step()
+"""
+
+
+@pytest.mark.parametrize(("rank", "call"), [(0, 3), (2, 8), (3, 12)])
+def test_a_callback_that_fails_between_meetings_stops_all(rank: int, call: int):
+    result = mpirun(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
+    assert result.code == 1
+    assert f"*** motes: rank {rank}" in result.err
+    assert "RuntimeError: the mistake" in result.err
+
+
+# --- physics
+
+PILE = """
+import sys, numpy as np, motes
+from motes import shapes
+RADIUS, LAYERS = 0.02, 20
+world = motes.World(seed=3, substeps=20, progress="off")
+s = world.system("sand")
+wall = 0.2
+walls = [((-wall, 0, 0), (1, 0, 0)), ((wall, 0, 0), (-1, 0, 0)),
+         ((0, 0, -wall), (0, 0, 1)), ((0, 0, wall), (0, 0, -1))]
+planes = [((0, 0, 0), (0, 1, 0)), *(walls if sys.argv[1] == "box" else [])]
+random = np.random.default_rng(1)
+grid = np.stack(np.meshgrid(*(np.arange(n) for n in (9, LAYERS, 9)), indexing="ij"), -1).reshape(-1, 3)
+start = (grid - (4, -0.6, 4)) * 0.0435 + random.normal(0, 5e-4, grid.shape)
+
+def now():
+    all = s.gather()
+    order = np.argsort(all.id)
+    return all.position[order].astype(float), np.linalg.norm(all.velocity, axis=1).max()
+
+fastest = 0.0
+with world:
+    for frame in world.frames(168):
+        if frame == 0:
+            s.emit(position=start.astype(np.float32))
+        if frame == 120:
+            early, _ = now()
+        fastest = max(fastest, now()[1])
+        s.gravity((0, -9.81, 0))
+        s.collide(radius=RADIUS)
+        for plane in planes:
+            s.bounce(shapes.Plane(*plane), restitution=0, friction=0.5)
+        s.move()
+        world.step()
+    late, _ = now()
+moved = np.linalg.norm(late - early, axis=1)
+apart = np.linalg.norm(late[:, None] - late[None], axis=2)[np.triu_indices(len(late), 1)]
+overlap = 1 - apart[apart < 2 * RADIUS] / (2 * RADIUS)
+print(len(late), moved.max(), moved.mean(), overlap.mean(), fastest, start[:, 1].max())
+"""
+
+
+@pytest.mark.parametrize("shape", ["heap", "box"])
+def test_a_pile_comes_to_rest_and_stays(shape: str):
+    count, most, mean, overlap, fastest, height = map(
+        float, python(PILE, shape, timeout=240).lines[0].split()
+    )
+    assert count == 9 * 9 * 20
+    assert overlap < 0.06, "of those that touch, as a part of the diameter"
+    assert fastest < (2 * 9.81 * height) ** 0.5, "nothing is thrown faster than it can fall"
+    if shape == "heap":
+        assert most < 1e-8, "metres in two seconds"
+    else:
+        assert mean < 2 * 1e-4

@@ -28,10 +28,10 @@ OPENING = """
 
 Written by `docs/make_actions.py` from the docstrings of `motes.actions`; change those.
 
-An action acts on each particle alone. In the formulas x is its position in m, v its velocity in m/s, dt the
-length of the (sub)step in seconds, unit(y) is y / |y|. Every action takes `where=` too: a shape or a
-comparison of columns. `s.gravity(...)` records `motes.actions.Gravity(...)`; arguments go by place or by
-name, `where` by name only.
+An action acts on each particle alone, except for those [between particles](#between-particles). In the
+formulas x is its position in m, v its velocity in m/s, dt the length of the (sub)step in seconds, unit(y) is
+y / |y|. Every action takes `where=` too: a shape or a comparison of columns. `s.gravity(...)` records
+`motes.actions.Gravity(...)`; arguments go by place or by name, `where` by name only.
 
 Most actions have the meaning that they have in D. McAllister's Particle System API;
 `tests/test_conformance.py` holds them against 108 cases that his library computed. Where ours differs:
@@ -40,7 +40,6 @@ Most actions have the meaning that they have in D. McAllister's Particle System 
 |---|---|---|---|
 | `sink` with a `Plane` | 4 | it holds the half-space below | it holds the half-space above |
 | `bounce` | 10 | at the true place and time of the hit | `exact_hit=False` |
-| `gravitate` | 2 | not an action of each particle alone | |
 
 The cases of `sink` with a `Plane` run with `inside` inverted, those of `bounce` with `exact_hit=False`.
 Samples of his shapes crowd where ours are uniform, and his generator differs: what is random is held
@@ -51,7 +50,9 @@ COST = """
 The column "ns" says what an action adds to a particle's step: nanoseconds on one core of {machine} with
 {simd}, the time of the list of the paper's fountain with the action less the time without it, the median of
 repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same over
-512 particles, whose columns stay in the first cache: arithmetic alone. Differences of 0.2 ns are noise.
+512 particles, whose columns stay in the first cache: arithmetic alone. Differences of 0.2 ns are noise. What
+actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
+`collide`.
 """
 # Why an action adds more than 1 ns.
 REASONS = {
@@ -124,9 +125,17 @@ def section(name: str, kind: type) -> str:
 
 
 def cost(name: str, which: str) -> str:
-    """Show a measured cost in nanoseconds."""
+    """Show a measured cost in nanoseconds; actions between particles have none of their own."""
+    if name not in COSTS["actions"]:
+        assert actions_between(name), f"{name} has not been measured: python -m motes bench actions"
+        return ""
     ns = COSTS["actions"][name][which]
     return "< 0.1" if ns < 0.1 else f"{ns:.1f}" if ns < 20 else f"{ns:.0f}"
+
+
+def actions_between(name: str) -> bool:
+    """Whether it acts between particles."""
+    return name in [words(kind) for kind in between.__all__]
 
 
 def costly() -> str:

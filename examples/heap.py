@@ -3,6 +3,7 @@
 import numpy as np
 
 import motes
+from motes import column
 from motes.shapes import Box, Cylinder, Plane, Union
 
 args = motes.script.options(__doc__, space="-1.6,1.2", systems=1, particles=8000, frames=192, size="960x540")
@@ -21,7 +22,7 @@ def masonry(more=0):
 pipe = Cylinder((-1.2, 1.6, 0), (-1.2, 2.4, 0), 0.32, 0.3)
 solids = [motes.Solid(Plane((0, 0, 0), (0, 1, 0)), (0.07, 0.068, 0.065))]
 solids += [motes.Solid(masonry(), (0.14, 0.15, 0.17)), motes.Solid(pipe, (0.03, 0.05, 0.09))]
-camera = motes.Camera((1.7, 1.7, 3.4), (-0.45, 0.62, 0), fov_deg=36)
+camera = motes.Camera((1.5, 1.75, 3.3), (-0.62, 0.66, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.2, 0.26, 0.32), objects=solids)
 # Grains that lie on each other are as stiff as they meet often: 20 times per frame.
 world = motes.World(seed=args.seed, space=args.space, substeps=20, renderer=renderer, log=args.log)
@@ -47,3 +48,5 @@ with world, motes.Movie(f"{args.out}/heap.mp4") as movie:
             grains.bounce(solid, restitution=0, friction=1, exact_hit=False)
         grains.move()
         motes.script.end_frame(world, movie, args)
+    moving = grains.total(1, where=column("velocity").length() > 0)
+    world.say(f"At the end {moving:.0f} of {grains.count} grains move.")

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -158,3 +160,17 @@ def test_a_heap_at_rest_changes_no_bit(grains: int, seconds: int):
     assert before.velocity.tobytes() == after.velocity.tobytes()
     assert at(after)[:, 1].min() > 0.019, "nothing is in the floor"
     assert np.linalg.norm(at(after)[:, [0, 2]], axis=1).max() < 3, "nothing has been thrown"
+
+
+def test_the_page_of_heaps_tells_what_is_measured():
+    script = Path(__file__).parents[1] / "docs" / "make_heaps.py"
+    if not script.is_file():
+        pytest.skip("the page stands in the source tree")
+    spec = importlib.util.spec_from_file_location("make_heaps", script)
+    assert spec is not None and spec.loader is not None
+    made = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(made)
+    rows = made.PAGE.read_text().split(made.MARK)[1].splitlines()[2:]
+    assert len(rows) == len(made.CASES)
+    for row, case in list(zip(rows, made.CASES, strict=True))[:2]:
+        assert made.measure(*case).split(" | ")[:-1] == row.split(" | ")[:-1], "run docs/make_heaps.py"

@@ -28,6 +28,7 @@ constexpr std::uint32_t kPositionB = bit(particles::position_b);
 constexpr std::uint32_t kVelocityB = bit(particles::velocity_b);
 constexpr std::uint32_t kUpB = bit(particles::up_b);
 constexpr std::uint32_t kContacts = bit(particles::contacts);
+constexpr std::uint32_t kTorn = bit(particles::torn);
 
 // What list.inc says of a number.
 using Rule = Number::Rule;

@@ -36,13 +36,15 @@ struct Action {
   std::int32_t target = -1;            // set: the attribute
   std::vector<Expression> values{};    // set: one per component
   std::int32_t other = -1;             // between particles: the other system, where two meet
+  std::uint64_t ties = 0;              // tie: the key of the ties
 
   bool operator==(const Action&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
-  visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other);
+  visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other,
+        action.ties);
 }
 
 /// One number of an action, or a vector of them: its name in the Python API and the values that it may have.

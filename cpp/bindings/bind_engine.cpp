@@ -135,6 +135,23 @@ py::object last_row(const Engine& engine) {
   return d;
 }
 
+// Read-only views of what the engine holds while the script's function runs.
+template <class T>
+py::array_t<T> view_of(const std::vector<T>& values, py::ssize_t width) {
+  const auto rows = static_cast<py::ssize_t>(values.size()) / width;
+  const std::vector<py::ssize_t> shape = width == 1 ? std::vector{rows} : std::vector{rows, width};
+  py::array_t<T> view(shape, values.data(), py::none());
+  view.attr("flags").attr("writeable") = false;
+  return view;
+}
+
+py::object views_of(const meetings::PairList* pairs) {
+  if (pairs == nullptr) return py::none();
+  return py::make_tuple(view_of(pairs->id, 1), view_of(pairs->other_id, 1), view_of(pairs->position, 3),
+                        view_of(pairs->other_position, 3), view_of(pairs->velocity, 3),
+                        view_of(pairs->other_velocity, 3));
+}
+
 void on_callback(Engine& engine, py::function call) {
   engine.on_callback([script = held(std::move(call))](const frame::Call& now) {
     const py::gil_scoped_acquire gil;
@@ -142,7 +159,10 @@ void on_callback(Engine& engine, py::function call) {
     if (now.chosen != nullptr) {
       chosen = py::array_t<std::uint32_t>(static_cast<py::ssize_t>(now.chosen->size()), now.chosen->data());
     }
-    (*script)(now.system, now.callback, now.begin, chosen);
+    const py::object said = (*script)(now.system, now.callback, now.begin, chosen, views_of(now.pairs));
+    if (now.changes == nullptr || said.is_none()) return;
+    const auto changes = said.cast<FloatArray>();  // the package has checked its shape
+    now.changes->assign(changes.data(), changes.data() + changes.size());
   });
 }
 
@@ -271,8 +291,11 @@ void bind_engine(py::module_& m) {
            py::arg("describe"), py::arg("stall_s"), py::arg("alive") = py::none(), py::arg("warn") = py::none())
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axes"), py::arg("space"),
            py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"))
-      .def("record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); })
+      .def(
+          "record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); },
+          py::arg("system"), py::arg("action"))
       .def("record_meeting", &Engine::record_meeting, py::arg("first"), py::arg("second"), py::arg("action"))
+      .def("next_birth", &Engine::next_birth, py::arg("system"))
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
@@ -287,8 +310,10 @@ void bind_engine(py::module_& m) {
       .def("keep_preview", &Engine::keep_preview, Release())
       .def("touched", &Engine::touched)
       .def("release_views", [](Engine& e, int system) { e.seen(system).store->part_from_holders(); })
-      .def("record_callback",
-           [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); })
+      .def(
+          "record_callback",
+          [](Engine& e, int system, const recording::Callback& callback) { e.record(system, callback); },
+          py::arg("system"), py::arg("callback"))
       .def("record_spawn", [](Engine& e, int system, const recording::Spawn& spawn) { e.record(system, spawn); })
       .def("on_callback", &on_callback)
       .def("keep_lists", &Engine::keep_lists, py::arg("compute"))

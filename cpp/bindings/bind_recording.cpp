@@ -1,4 +1,5 @@
 #include "bindings/bindings.h"
+#include "meetings/ties.h"
 #include "particles/enumerators.h"
 #include "recording/births.h"
 #include "recording/record.h"
@@ -75,8 +76,9 @@ actions::Expression expression(const Steps& steps) {
 }
 
 Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes,
-                   const Steps& where, int target, const std::vector<Steps>& values) {
+                   const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties) {
   Action action;
+  action.ties = ties;
   action.kind = actions::kind_of(name);
   action.numbers = std::move(numbers);
   action.shapes = std::move(shapes);
@@ -117,12 +119,29 @@ recording::Sum make_sum(const Dimensions& dimensions, const std::vector<Steps>& 
   return sum;
 }
 
+void bind_ties(py::module_& m) {
+  using Ids = py::array_t<std::uint64_t, py::array::c_style | py::array::forcecast>;
+  using Kinds = py::array_t<std::uint8_t, py::array::c_style | py::array::forcecast>;
+  using Pins = py::array_t<std::uint32_t, py::array::c_style | py::array::forcecast>;
+  m.def(
+      "keep_ties",
+      [](const Ids& ends, const FloatArray& lengths, const Kinds& kinds, const Ids& pinned, const Ids& tethered,
+         const Pins& pins, const FloatArray& tethers) {
+        const auto values = [](const auto& array) { return std::vector(array.data(), array.data() + array.size()); };
+        return meetings::keep({values(ends), values(lengths), values(kinds), values(pinned), values(tethered),
+                               values(pins), values(tethers)});
+      },
+      py::arg("ends"), py::arg("lengths"), py::arg("kinds"), py::arg("pinned"), py::arg("tethered"), py::arg("pins"),
+      py::arg("tethers"));
+}
+
 }  // namespace
 
 void bind_recording(py::module_& m) {
+  bind_ties(m);
   py::class_<Action>(m, "Action")
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
-           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{})
+           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0)
       .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });

@@ -108,6 +108,7 @@ void Account::note_tails(const Tail& tail, const std::vector<CalculatorTail>& ta
       load.exchange_s = double{of.exchange_s};
       load.image_s = double{of.image_s};
       load.wait_s = double{of.wait_s};
+      load.sight = of.sight;
     }
   }
   last_row_ = std::move(row);

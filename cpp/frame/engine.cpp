@@ -40,6 +40,7 @@ void Engine::record(int index, recording::Item item) {
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
     actions::check(*action, s.schema);
+    if (action->kind == actions::Kind::tie) meetings::check(*action);
     if (action->other >= system_count() || action->other == index) {
       throw std::invalid_argument("an action between particles must name another system of the world");
     }
@@ -74,6 +75,12 @@ void Engine::record_meeting(int first, int second, actions::Action action) {
   counterpart.shapes.clear();
   counterpart.numbers.back() = 1;
   record(second, std::move(counterpart));
+}
+
+std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) const {
+  const Settings& settings = parts_.rank.settings;
+  const System& system = *parts_.script.systems[static_cast<std::size_t>(index)];
+  return system.next_birth(frame(), settings.dt, settings.substeps);
 }
 
 Seen Engine::local(int index) {

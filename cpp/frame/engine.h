@@ -35,6 +35,9 @@ class Engine {
   /// Adds an action between the particles of two systems: it stands at this place in both of their lists.
   void record_meeting(int first, int second, actions::Action action);
 
+  /// See System::next_birth.
+  std::pair<std::uint64_t, std::uint64_t> next_birth(int system) const;
+
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
   Seen local(int system);
   /// What the last local() saw.

@@ -82,6 +82,7 @@ void note_tails(const Script& script, Calculator& calculator) {
     tail.particles = densities[i].particles;
     std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
     tail.exchange_s = static_cast<float>(times.exchange);
+    tail.sight = calculator.populations[i]->sight;
     tail.wait_s = static_cast<float>(times.wait);
     tail.image_s = static_cast<float>(times.render);
     calculator.tails.push_back(tail);

@@ -25,6 +25,7 @@ struct LoadRow {
   domains::Axes axes;   // that are cut
   double speed = 0;                    // particles per second
   Density density;
+  Sight sight;
 };
 
 /// A row of balance.jsonl: a cut that a policy evaluated.

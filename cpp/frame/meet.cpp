@@ -8,12 +8,15 @@
 #include <set>
 #include <utility>
 
+#include "comm/clock.h"
 #include "frame/act.h"
+#include "frame/follow.h"
 #include "frame/item_failure.h"
 #include "frame/run_list.h"
 #include "frame/spawn.h"
 #include "frame/word.h"
 #include "meetings/act.h"
+#include "meetings/pyramid.h"
 #include "recording/select.h"
 
 namespace motes::frame {
@@ -79,12 +82,17 @@ Leavers leavers_of(const Rank& rank, const System& system, Population& here) {
 class Swap {
  public:
   Swap(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
-      : rank_(rank), script_(script), calculator_(calculator), round_(round), meeting_(meeting) {}
+      : rank_(rank), script_(script), calculator_(calculator), round_(round), meeting_(meeting) {
+    if (meeting.action->kind != actions::Kind::tie) return;
+    bonds_ = meetings::bonds(meeting.action->ties);
+    pins_.assign(3 * bonds_->pins(), -std::numeric_limits<float>::infinity());
+  }
 
   bool run() {
     prepare();
     if (!agree()) return false;
     if (rank_.talk.calculators() > 1) exchange();
+    if (meetings::uses_cells(*meeting_.action)) add_moments();
     compute([&] { act(); });
     return true;
   }
@@ -121,6 +129,8 @@ class Swap {
       for (std::size_t side = 0; side < meeting_.count; ++side) {
         Population& here = population(side);
         clear_dead(rank_, system(side), here);
+        if (meetings::uses_cells(*meeting_.action)) bounds_ = meetings::bounds_of(here.store);
+        if (bonds_ != nullptr) pins_ = meetings::pins_of(*bonds_, here.store);
         if (rank_.talk.calculators() > 1) leavers_[side] = leavers_of(rank_, system(side), here);
         const Extent extent = meetings::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
         extent_.radius = std::max(extent_.radius, extent.radius);
@@ -136,13 +146,24 @@ class Swap {
   bool agree() {
     const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
-    const Word heard = agree_on_maxima(rank_, round_,
-                                       {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
-                                        extent_.displacement, extent_.rounding, extent_.masses});
+    Word word = {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
+                 extent_.displacement, extent_.rounding, extent_.masses};
+    const std::size_t fixed = word.size();
+    word.insert(word.end(), pins_.begin(), pins_.end());
+    word.insert(word.end(), bounds_.begin(), bounds_.end());
+    const Word heard = agree_on_maxima(rank_, round_, std::move(word));
+    if (heard[0] != 0) return false;
     extent_ = {heard[2], heard[3], heard[4], heard[5], heard[6]};
+    std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
+    std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed + pins_.size()), bounds_.size(), bounds_.begin());
     farthest_ = heard[1];
     range_ = meetings::range_of(*meeting_.action, extent_);
-    return heard[0] == 0;
+    if (meetings::uses_cells(*meeting_.action)) {
+      const Counts& counts = system(0).counts;  // at most so many live: all ranks know the same
+      cube_ = meetings::Cube::around(bounds_, counts.alive_at_start + counts.born - counts.born_at_start);
+      range_ = 2 * cube_.leaf;
+    }
+    return true;
   }
 
   // Whether what one calculator has may concern another: leavers, or copies of what is within reach.
@@ -187,6 +208,37 @@ class Swap {
       const Message message =
           rank_.talk.comm().expect(rank_.talk.rank_of(source), Phase::meeting, rank_.talk.stamp(round_));
       if (message.header().failed == 0) compute([&] { unpack(message); });
+    }
+  }
+
+  // The moments of all calculators: each adds up its part of the leaves, and tells the others.
+  void add_moments() {
+    comm::Communicator& comm = rank_.talk.comm();
+    const auto count = static_cast<std::size_t>(rank_.talk.calculators());
+    const auto self = static_cast<std::size_t>(rank_.talk.calculator());
+    compute([&] { moments_ = meetings::moments_of(cube_, population(0).store); });
+    moments_.resize(4 * cube_.leaves());
+    const auto first = [&](std::size_t part) { return moments_.size() * part / count; };
+    const auto send = [&](std::size_t to, std::size_t part) {
+      Message message;
+      message.bytes().put_raw(&moments_[first(part)], (first(part + 1) - first(part)) * sizeof(std::int64_t));
+      population(0).sight.bytes += message.payload().size();
+      comm.post(rank_.talk.rank_of(static_cast<int>(to)), Phase::meeting, rank_.talk.stamp(round_), std::move(message), 0,
+                rank_.talk.failed());
+    };
+    const auto hear = [&](std::size_t from, std::size_t part, bool adds) {
+      const Message message =
+          comm.expect(rank_.talk.rank_of(static_cast<int>(from)), Phase::meeting, rank_.talk.stamp(round_));
+      particles::Reader in = message.reader();
+      for (std::size_t i = first(part); i < first(part + 1); ++i) {
+        moments_[i] = in.get<std::int64_t>() + (adds ? moments_[i] : 0);
+      }
+    };
+    for (std::size_t step = 1; step < count; ++step) send((self + step) % count, (self + step) % count);
+    for (std::size_t step = 1; step < count; ++step) hear((self + count - step) % count, self, true);
+    for (std::size_t step = 1; step < count; ++step) send((self + step) % count, self);
+    for (std::size_t step = 1; step < count; ++step) {
+      hear((self + count - step) % count, (self + count - step) % count, false);
     }
   }
 
@@ -249,8 +301,8 @@ class Swap {
     const auto sees = [&](int who, std::uint32_t p) {
       float x[3];
       position_of(here.store, p, x);
-      const bool number = !std::isnan(x[0] + x[1] + x[2]);
-      return number && outside(seen_by.box(who), x) <= range_;
+      const bool tied = bonds_ == nullptr || bonds_->row_of(here.store.ids()[p]) != meetings::Bonds::kNone;
+      return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(seen_by.box(who), x) <= range_;
     };
     const auto owner_of = [&](std::uint32_t p) {
       const auto leaver = owners.find(p);
@@ -301,7 +353,7 @@ class Swap {
     if (gone.empty()) return;
     std::sort(gone.begin(), gone.end());
     here.store.remove(gone, *rank_.pool);
-    here.tally.moved_out += gone.size();
+    here.sight.moved_out += gone.size();
   }
 
   void unpack(const Message& message) {
@@ -312,13 +364,47 @@ class Swap {
       const std::size_t before = here.store.size();
       here.store.unpack(in, *rank_.pool);
       count += here.store.size() - before;
-      here.tally.moved_in += here.store.size() - before;
+      here.sight.moved_in += here.store.size() - before;
       const auto hits = in.get<std::uint64_t>();
       for (std::uint64_t i = 0; i < hits; ++i) here.bounced.insert(in.get<std::uint64_t>());
       take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
     }
     if (count != message.header().count || !in.done())
       throw std::runtime_error("particles were lost on the way between calculators");
+  }
+
+  // What the script's function says of these pairs.
+  std::vector<float> ask(const meetings::PairList& pairs) {
+    std::vector<float> changes;
+    if (pairs.size() == 0) return changes;
+    Population& here = population(0);
+    here.in_callback = true;
+    const Call call{static_cast<int>(meeting_.systems[0]), static_cast<int>(meeting_.action->numbers[1]), 0, nullptr,
+                    &pairs, &changes};
+    try {
+      calculator_.callback(call);
+    } catch (...) {
+      here.in_callback = false;
+      throw;
+    }
+    here.in_callback = false;
+    return changes;
+  }
+
+  meetings::Seen look(const meetings::Side (&sides)[2]) {
+    const actions::Action& action = *meeting_.action;
+    if (bonds_ != nullptr) {
+      meetings::Knots& knots = calculator_.knots[action.ties];
+      return {meetings::tie(action, *bonds_, dt(), sides[0], pins_, knots, *rank_.pool), 0};
+    }
+    if (meetings::uses_cells(action)) {
+      return meetings::act_by_cells(action, cube_, moments_, dt(), sides[0], calculator_.scratch, *rank_.pool);
+    }
+    if (action.kind == actions::Kind::pairs) {
+      const auto procedure = [&](const meetings::PairList& pairs) { return ask(pairs); };
+      return meetings::act_on_pairs(action, sides[0], procedure, calculator_.scratch, *rank_.pool);
+    }
+    return meetings::act(action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
   }
 
   void act() {
@@ -335,9 +421,8 @@ class Swap {
       }
       sides[side].chosen = &chosen[side];
     }
-    const meetings::Seen seen = meetings::act(*meeting_.action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
+    const meetings::Seen seen = look(sides);
     Sight& sight = population(0).sight;
-    ++sight.meetings;
     sight.pairs += seen.pairs;
     sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);
   }
@@ -351,6 +436,11 @@ class Swap {
   Extent extent_;
   double farthest_ = 0;
   double range_ = 0;
+  std::shared_ptr<const meetings::Bonds> bonds_;  // tie
+  std::vector<float> pins_;                       // tie: where the pinned ones are
+  meetings::Bounds bounds_{};                     // gravitate by cells
+  meetings::Cube cube_;
+  meetings::Moments moments_;
   std::map<int, std::uint64_t> sent_;
   Copies copies_[2];
 };
@@ -358,7 +448,15 @@ class Swap {
 }  // namespace
 
 bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
-  return Swap(rank, script, calculator, round, meeting).run();
+  const double start = comm::wall_seconds();
+  const double waited = rank.talk.comm().waited_s();
+  const bool met = meeting.action->kind == actions::Kind::follow ? follow(rank, script, calculator, round, meeting)
+                                                                 : Swap(rank, script, calculator, round, meeting).run();
+  Sight& sight = calculator.populations[meeting.systems[0]]->sight;
+  ++sight.meetings;
+  sight.meet_s += static_cast<float>(comm::wall_seconds() - start);
+  sight.wait_s += static_cast<float>(rank.talk.comm().waited_s() - waited);
+  return met;
 }
 
 void say_failed(Rank& rank, const Round& round) { agree_on_maxima(rank, round, {1}); }

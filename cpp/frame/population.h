@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <memory>
 #include <set>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "frame/report.h"
 #include "frame/system.h"
 #include "meetings/act.h"
+#include "meetings/tie.h"
 #include "particles/store.h"
 #include "recording/program.h"
 #include "recording/spawn.h"
@@ -22,15 +24,6 @@ struct Preview {
   particles::Store store;
   std::size_t dead;   // stand behind the others
   std::size_t items;  // of the list, that have run
-};
-
-/// What meetings of this frame saw on this calculator.
-struct Sight {
-  std::uint32_t meetings = 0;
-  std::uint32_t most_in_a_cell = 0;
-  std::uint64_t pairs = 0;   // directed
-  std::uint64_t copies = 0;  // sent
-  std::uint64_t bytes = 0;   // sent: copies and leavers
 };
 
 struct Population {
@@ -61,6 +54,8 @@ struct Call {
   int callback;  // its number
   std::size_t begin;
   const std::vector<std::uint32_t>* chosen;
+  const meetings::PairList* pairs = nullptr;  // of a procedure of pairs
+  std::vector<float>* changes = nullptr;      // what that says: three numbers each, or nothing
 };
 
 /// What a calculator keeps, per system. Ranks that do not calculate have empty populations.
@@ -68,6 +63,7 @@ struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
   meetings::Scratch scratch;  // of meetings, one after another
+  std::map<meetings::TiesKey, meetings::Knots> knots;
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system
 };

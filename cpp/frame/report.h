@@ -79,8 +79,24 @@ struct Tally {
   std::uint64_t received = 0;
   std::uint64_t bytes_sent = 0;
   double compute_s = 0;
-  std::uint64_t moved_in = 0, moved_out = 0;  // in meetings, to and from other calculators
 };
+
+/// What the meetings of one system on one calculator came to in a frame. Systems that meet each other: the first one's.
+struct Sight {
+  std::uint64_t pairs = 0;   // that saw each other, counted at both ends
+  std::uint64_t copies = 0;  // sent to other calculators
+  std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
+  std::uint64_t moved_in = 0, moved_out = 0;  // that did so
+  std::uint32_t meetings = 0;
+  std::uint32_t most_in_a_cell = 0;
+  float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Sight& sight) {
+  visit(sight.pairs, sight.copies, sight.bytes, sight.moved_in, sight.moved_out, sight.meetings, sight.most_in_a_cell,
+        sight.meet_s, sight.wait_s);
+}
 
 /// A particle that has children at the end of this frame, for the calculator that they belong to.
 struct Parent {
@@ -207,11 +223,12 @@ struct CalculatorTail {
   std::uint64_t particles = 0;   // see Density
   float quantiles[kQuantiles + 1] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;
+  Sight sight;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorTail& tail) {
-  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s);
+  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.sight);
 }
 
 /// A rank whose script says something else, and what it says.

@@ -32,7 +32,7 @@ void System::count_births(std::uint64_t frame, double dt, int substeps) {
       if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
       const std::uint64_t wanted = recording::births_between(*birth, from, to);
       const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
-      const std::uint64_t room = definition.capacity > taken ? definition.capacity - taken : 0;
+      const std::uint64_t room = room_of(taken);
       const std::uint64_t count = std::min(wanted, room);
       counts.dropped += wanted - count;
       if (count == 0) continue;
@@ -41,6 +41,21 @@ void System::count_births(std::uint64_t frame, double dt, int substeps) {
       counts.born += count;
     }
   }
+}
+
+std::pair<std::uint64_t, std::uint64_t> System::next_birth(std::uint64_t frame, double dt, int substeps) const {
+  const double from = static_cast<double>(frame) * dt;
+  const double to = (static_cast<double>(frame) + 1.0 / substeps) * dt;
+  std::uint64_t born = 0;
+  std::uint64_t room = room_of(counts.alive_at_start + counts.born - counts.born_at_start);
+  for (std::size_t i = run_items; i < list.size(); ++i) {
+    const auto* birth = std::get_if<Birth>(&list[i]);
+    if (birth == nullptr) continue;
+    const std::uint64_t count = std::min(recording::births_between(*birth, from, to), room);
+    born += count;
+    room -= count;
+  }
+  return {counts.born + born, room};
 }
 
 particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
@@ -105,7 +120,7 @@ std::vector<const actions::Action*> System::sorts(std::size_t first) const {
 
 std::uint64_t System::number_children(std::uint64_t spawned) {
   counts.newborn_from = counts.born;
-  const std::uint64_t room = definition.capacity > counts.alive ? definition.capacity - counts.alive : 0;
+  const std::uint64_t room = room_of(counts.alive);
   const std::uint64_t count = std::min(spawned, room);
   counts.dropped += spawned - count;
   counts.born += count;

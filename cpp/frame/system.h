@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "domains/domains.h"
@@ -51,6 +52,9 @@ class System {
   /// Births beyond the capacity are dropped and counted. The result stands in `groups`, in the order of ids.
   void count_births(std::uint64_t frame, double dt, int substeps);
 
+  /// The id of the first particle that a burst or emit would make here, and how many the capacity has room for then.
+  std::pair<std::uint64_t, std::uint64_t> next_birth(std::uint64_t frame, double dt, int substeps) const;
+
   /// Makes `count` of a group's particles, from its number `first` on.
   particles::Store make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
                         int substeps) const;
@@ -74,6 +78,11 @@ class System {
   /// Gives numbers to this frame's children, as many of `spawned` as the capacity allows; returns how many.
   std::uint64_t number_children(std::uint64_t spawned);
   void start_frame();
+
+  /// How many more fit where there are `taken`.
+  std::uint64_t room_of(std::uint64_t taken) const {
+    return definition.capacity > taken ? definition.capacity - taken : 0;
+  }
 
   recording::SystemDefinition definition;
   particles::Schema schema;

@@ -17,11 +17,11 @@ Word agree_on_maxima(Rank& rank, const Round& round, Word word) {
     const int from = talk.rank_of((self + count - ahead) % count);
     talk.comm().await(from, Phase::word);
     Message message;
-    message.bytes().put_raw(word.data(), sizeof word);
+    message.bytes().put_raw(word.data(), word.size() * sizeof(float));
     talk.comm().post(to, Phase::word, talk.stamp(round), std::move(message));
     const Message heard = talk.comm().expect(from, Phase::word, talk.stamp(round));
-    const auto theirs = heard.reader().get<Word>();
-    for (std::size_t i = 0; i < word.size(); ++i) word[i] = std::max(word[i], theirs[i]);
+    particles::Reader in = heard.reader();
+    for (std::size_t i = 0; i < word.size() && !in.done(); ++i) word[i] = std::max(word[i], in.get<float>());
   }
   return word;
 }

@@ -1,15 +1,15 @@
 // A word among calculators: each says some numbers, and all hear the largest of each.
 #pragma once
 
-#include <array>
+#include <vector>
 
 #include "frame/rank.h"
 #include "frame/round.h"
 
 namespace motes::frame {
 
-/// The first number says whether a calculator has failed.
-using Word = std::array<float, 8>;
+/// The first number says whether a calculator has failed; what has failed may say no more than that.
+using Word = std::vector<float>;
 
 /// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one
 /// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).

@@ -134,6 +134,21 @@ class Meeting {
     return seen;
   }
 
+  Seen act_on_pairs(const PairProcedure& procedure) {
+    gather(0);
+    const float* column[6];
+    for (std::size_t c = 0; c < 6; ++c) column[c] = scratch_.party[0].column[c].data();
+    const PairList list = pairs_within(reach_, scratch_.party[0].cells, crowds_[0], column, sides_[0].chosen);
+    const std::vector<float> changes = procedure(list);
+    float* const v[3] = {sides_[0].store->writable_plane(particles::velocity, 0),
+                         sides_[0].store->writable_plane(particles::velocity, 1),
+                         sides_[0].store->writable_plane(particles::velocity, 2)};
+    for (std::size_t k = 0; k < changes.size() / 3; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) v[c][list.own[k]] += changes[3 * k + c];
+    }
+    return {list.size(), scratch_.party[0].cells.most_in_a_cell()};
+  }
+
  private:
   static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
 
@@ -327,6 +342,12 @@ std::vector<Component> read_by(const Action& action) {
       add(particles::size, 1);
       add(particles::mass, 1);
       break;
+    case Kind::pairs: add(particles::velocity, 3); break;
+    case Kind::tie:
+      add(particles::velocity, 3);
+      add(particles::mass, 1);
+      add(particles::torn, 1);
+      break;
     default: break;
   }
   return all;
@@ -344,6 +365,8 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
 }
 
 float reach_of(const Action& action, const Extent& extent) {
+  if (action.kind == Kind::tie) return std::numeric_limits<float>::infinity();  // however far a tie has been drawn out
+  if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
   if (!collides(action)) return static_cast<float>(action.numbers[2]);
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
 }
@@ -354,6 +377,15 @@ double range_of(const Action& action, const Extent& extent) {
   const double step =
       std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
   return (reach + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
+}
+
+Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
+                  threads::Pool& pool) {
+  if (!(reach_of(action, {}) > 0)) return {};
+  const simd::FloatMode mode;
+  const Side sides[2] = {side, {}};
+  const Extent extent;
+  return Meeting(action, extent, 0, sides, scratch, pool).act_on_pairs(procedure);
 }
 
 Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,

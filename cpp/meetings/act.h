@@ -3,10 +3,12 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 #include "actions/action.h"
 #include "meetings/kernels.h"
+#include "meetings/pairs.h"
 #include "particles/store.h"
 
 namespace motes::meetings {
@@ -59,6 +61,9 @@ struct Seen {
   std::uint32_t most_in_a_cell = 0;
 };
 
+/// A script's function of pairs: gives the changes of velocity of their own particles, three numbers each, or none.
+using PairProcedure = std::function<std::vector<float>(const PairList& pairs)>;
+
 /// Working memory that is kept from meeting to meeting.
 struct Scratch {
   struct Party {
@@ -69,6 +74,10 @@ struct Scratch {
   };
   Party party[2];
 };
+
+/// Calls the procedure of all pairs of this rank, and adds up what it says, pair by pair.
+Seen act_on_pairs(const actions::Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
+                  threads::Pool& pool);
 
 /// Acts on the particles of one system, or on those of two on both (`sides` of which the second has no store: one).
 Seen act(const actions::Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,

@@ -53,6 +53,9 @@ struct Kernels {
   void (*match)(const Task&);
   /// out: velocity (3), contacts. With radii of their own, with masses.
   void (*collide[2][2])(const Task&);
+  /// See pull.h.
+  void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
+               std::size_t begin, std::size_t end, float* sums);
 };
 
 const Kernels& kernels();

@@ -2,6 +2,7 @@
 #include "meetings/collide.h"
 #include "meetings/gravitate.h"
 #include "meetings/match.h"
+#include "meetings/pull.h"
 
 namespace motes::MOTES_ISA {
 
@@ -10,6 +11,7 @@ const meetings::Kernels meeting_kernels = {
     gravitate,
     match,
     {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
+    pull,
 };
 
 }  // namespace motes::MOTES_ISA

@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "image/assets.h"
+#include "meetings/ties.h"
 #include "image/camera.h"
 
 namespace motes::recording {
@@ -174,6 +175,21 @@ std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>
   return keys;
 }
 
+// The ties that frames name.
+std::set<meetings::TiesKey> ties_of(const std::vector<std::span<const std::byte>>& frames) {
+  std::set<meetings::TiesKey> keys;
+  for (const std::span<const std::byte> frame : frames) {
+    Reader in(frame);
+    for (const std::vector<Item>& list : read(in).lists) {
+      for (const Item& item : list) {
+        const auto* action = std::get_if<actions::Action>(&item);
+        if (action != nullptr && action->ties != 0) keys.insert(action->ties);
+      }
+    }
+  }
+  return keys;
+}
+
 }  // namespace
 
 const char* version() { return MOTES_VERSION; }
@@ -198,6 +214,7 @@ void write(const Scene& scene, Bytes& out) {
     out.put_raw(frame.data(), frame.size());
   }
   image::write_assets(assets_of(scene.frames), out);
+  meetings::write_ties(ties_of(scene.frames), out);
   Head head;
   head.bytes = out.size() - start;
   head.content = hash(out.view().subspan(start + sizeof(Head)));
@@ -220,6 +237,7 @@ Scene read_scene(std::span<const std::byte> bytes) {
   }
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
   image::read_assets(in);
+  meetings::read_ties(in);
   if (!in.done()) throw std::runtime_error("is damaged: there is data after its end");
   return scene;
 }

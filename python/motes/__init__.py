@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from .solids import Light, Solid
     from .sprites import Sprite
     from .system import System
+    from .ties import Ties
     from .world import World
 
     __version__: str
@@ -74,6 +75,7 @@ _MODULES = {
     "solids": ("Light", "Solid"),
     "sprites": ("Sprite",),
     "system": ("System",),
+    "ties": ("Ties",),
     "world": ("World",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
@@ -112,6 +114,7 @@ __all__ = [
     "Static",
     "System",
     "Targets",
+    "Ties",
     "Uniform",
     "World",
     "actions",

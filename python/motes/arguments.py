@@ -23,6 +23,7 @@ __all__ = [
     "integer",
     "listed",
     "number",
+    "rows",
     "triple",
     "with_z",
 ]
@@ -163,3 +164,21 @@ def _range(kind: str, low: float, high: float) -> str:
     if high < math.inf:
         return f"{kind} <= {high:g}"
     return kind
+
+
+def rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
+    """Return a column of an attribute of 1 or 3 numbers, one row per particle; `count`: as many as these."""
+    pair = width == 3 and attribute != "color"
+    shape = "(n, 3)" if width == 3 else "(n,)"
+    allowed = f"finite numbers of shape {shape}"
+    array = floats(attribute, values, np.float32, allowed)
+    if pair and array.ndim == 2 and array.shape[1] == 2:
+        array = with_z(array)
+    array = np.ascontiguousarray(array)
+    fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
+    endless = attribute == "lifetime" and (array > -np.inf).all()
+    if not fits or not (np.isfinite(array).all() or endless):
+        raise ArgumentError(attribute, values, allowed)
+    if count is not None and len(array) != count:
+        raise ArgumentError(attribute, values, f"of {count} rows, as position has")
+    return array

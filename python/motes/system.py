@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
@@ -18,7 +19,9 @@ from .conditions import condition_of
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
 from .expressions import Expression
+from .fabrics import Fabrics
 from .first_frame import FirstFrame
+from .pairs import Pairs
 from .particles import LocalParticles, Particles
 from .shapes import Shape, as_shape
 from .sprites import Sprite
@@ -33,7 +36,7 @@ __all__ = ["System"]
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
 
-class System(Recorder):
+class System(Recorder, Fabrics):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
@@ -61,7 +64,7 @@ class System(Recorder):
         self._state: list[tuple[int, _core.Distribution]] = []
         self._list: list[Any] = []
         self._lines: list[script_lines.Line] = []  # where each was recorded
-        self._callbacks: list[Callable[[LocalParticles], object]] = []
+        self._callbacks: list[Callable[[Any], object]] = []
         self._views: list[int] = []  # for each open `local()`: how long the list was when it opened
         self._first: FirstFrame | None = FirstFrame()
         self._has_births = False  # or children, in a list so far
@@ -128,7 +131,7 @@ class System(Recorder):
                 allowed = f"an attribute of '{self.name}'"
                 raise ArgumentError("emit", attribute, allowed, known=self._attributes)
             index, width = self._attributes[attribute]
-            array = _rows(attribute, values, width, count)
+            array = arguments.rows(attribute, values, width, count)
             count = len(array)
             arrays.append((index, array))
         self._record_birth("emit", _core.Birth.emit(count or 0, arrays, self._state))
@@ -220,23 +223,27 @@ class System(Recorder):
         """
         if not callable(function):
             raise ArgumentError("function", function, "a function of particles")
-        world = self.world
-        name = _name_of(function)
         shapes: list[_core.Shape] = []
         callback = _core.Callback(
-            name=name,
+            name=_name_of(function),
             number=len(self._callbacks),
             where=condition_of(where, self._columns, shapes),
             shapes=shapes,
         )
-        engine = world._begin("callback")
+        self._record_function("callback", function, partial(_core.Engine.record_callback, callback=callback))
+
+    def _record_function(
+        self, call: str, function: Callable[[Any], object], record: Callable[..., None]
+    ) -> None:
+        world = self.world
+        engine = world._begin(call)
         try:
             if world._recording is not None:
-                world._recording.refuse(world.frame, f"'{self.name}' calls {name} back")
-            engine.record_callback(self._index, callback)
+                world._recording.refuse(world.frame, f"'{self.name}' calls {_name_of(function)} back")
+            record(engine, self._index)
             self._callbacks.append(function)
             self._list.append(function)
-            self._lines.append(script_lines.running_line(2))
+            self._lines.append(script_lines.running_line(3))
         finally:
             world._usage.end()
 
@@ -251,6 +258,30 @@ class System(Recorder):
         finally:
             if view._close():
                 engine.release_views(self._index)
+
+    @says_near_names
+    def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
+        """Call `function(pairs)` here in the list, on each calculator, with the pairs within `radius` metres.
+
+        Each pair is seen from both of its particles; `function` returns the changes of velocity of the own
+        ones, shape (n, 3), or None for no change. They are added in the order of the pairs. It must treat
+        each pair by itself. Paper 3.1.5.
+        """
+        if not callable(function):
+            raise ArgumentError("function", function, "a function of pairs")
+        name = _name_of(function)
+        shapes: list[_core.Shape] = []
+        condition = condition_of(where, self._columns, shapes)
+        numbers = [arguments.number("radius", radius, low=0), len(self._callbacks), zlib.crc32(name.encode())]
+        action = _core.Action("pairs", numbers, shapes, condition)
+        self._record_function("pairs", function, partial(_core.Engine.record_action, action=action))
+
+    def _call_pairs(self, number: int, arrays: tuple[NDArray[Any], ...]) -> NDArray[np.float32] | None:
+        function = self._callbacks[number]
+        pairs = Pairs(*arrays)
+        with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
+            changes = function(pairs)
+        return None if changes is None else pairs._checked(changes)
 
     @property
     def recorded(self) -> list[Any]:
@@ -458,20 +489,3 @@ def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, 
         columns[name] = (first, width)
         first += width
     return columns
-
-
-def _rows(attribute: str, values: Any, width: int, count: int | None) -> NDArray[np.float32]:
-    pair = width == 3 and attribute != "color"
-    shape = "(n, 3)" if width == 3 else "(n,)"
-    allowed = f"finite numbers of shape {shape}"
-    array = arguments.floats(attribute, values, np.float32, allowed)
-    if pair and array.ndim == 2 and array.shape[1] == 2:
-        array = arguments.with_z(array)
-    array = np.ascontiguousarray(array)
-    fits = array.ndim == 2 and array.shape[1] == width if width > 1 else array.ndim == 1
-    endless = attribute == "lifetime" and (array > -np.inf).all()
-    if not fits or not (np.isfinite(array).all() or endless):
-        raise ArgumentError(attribute, values, allowed)
-    if count is not None and len(array) != count:
-        raise ArgumentError(attribute, values, f"of {count} rows, as position has")
-    return array

@@ -19,6 +19,7 @@ from .base import Where
 
 if TYPE_CHECKING:
     from ..system import System
+    from ..ties import Ties
 
 __all__ = ["Recorder"]
 
@@ -316,13 +317,28 @@ class Recorder(ABC):
         magnitude: float = 1,
         epsilon: float = 0.001,
         max_radius: float = math.inf,
+        far: str = 'exact',
         *,
         where: Where = None,
     ) -> None:
         """Record `actions.Gravitate`."""
         self._record(
-            actions.Gravitate(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where)
+            actions.Gravitate(
+                magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, far=far, where=where
+            )
         )
+
+    @says_near_names
+    def follow(
+        self,
+        magnitude: float = 1,
+        epsilon: float = 0.001,
+        max_radius: float = math.inf,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Follow`."""
+        self._record(actions.Follow(magnitude=magnitude, epsilon=epsilon, max_radius=max_radius, where=where))
 
     @says_near_names
     def match_velocity(
@@ -375,6 +391,33 @@ class Recorder(ABC):
                 sleep=sleep,
                 other=other,
                 other_radius=other_radius,
+                where=where,
+            )
+        )
+
+    @says_near_names
+    def tie(
+        self,
+        ties: Ties,
+        stretch: float = 0,
+        shear: float = 0,
+        bend: float = 0.001,
+        damping: float = 0,
+        break_at: float = math.inf,
+        tethers: bool = True,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Tie`."""
+        self._record(
+            actions.Tie(
+                ties=ties,
+                stretch=stretch,
+                shear=shear,
+                bend=bend,
+                damping=damping,
+                break_at=break_at,
+                tethers=tethers,
                 where=where,
             )
         )

@@ -111,6 +111,13 @@ LOAD = Table(
         domain_z_lo float m bricks that z cuts too: their lower end along it
         domain_z_hi float m upper end
         speed float particles/s particles processed per second of compute
+        meetings int - times that particles met in this frame; null where they did not, as what follows
+        pairs int - that saw each other in all meetings, counted at both ends
+        copies int - of particles, sent to other calculators for meetings
+        copied_bytes int B what these, and particles that changed their calculator in meetings, weighed
+        most_in_a_cell int - the most particles in one cell of the reach's size
+        t_meet_s float s in meetings, waits included
+        t_meet_wait_s float s waiting in meetings for other calculators
         """
     ),
 )

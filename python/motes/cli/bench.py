@@ -90,6 +90,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     overhead.add_argument("--particles", type=positive, default=400_000, help="of each system")
     overhead.add_argument("--rounds", type=positive, default=40, help="turns of each balancer")
     overhead.add_argument("--frames", type=positive, default=4, help="per turn")
+    meetings = names.add_parser("meetings", help="what particles that see each other cost, by action")
+    meetings.add_argument("--particles", type=positive, default=400_000)
+    meetings.add_argument("--repeats", type=positive, default=7)
     peers = names.add_parser("peers", help="snow in NumPy, Numba, Taichi and Warp, beside the engine")
     peers.add_argument("--particles", type=positive, default=12_800_000)
     peers.add_argument("--steps", type=positive, default=9)
@@ -121,6 +124,10 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench.costs import costs
 
         return costs(**sizes)
+    if name == "meetings":
+        from ..bench.meetings import meetings
+
+        return meetings(**sizes)
     if name == "peers":
         from ..bench.peers import peers
 
@@ -192,6 +199,14 @@ def _parts(parts: Mapping[str, Mapping[str, list[float]]]) -> list[str]:
     return lines
 
 
+def _meetings(figures: Mapping[str, Any]) -> str:
+    """Show the meetings as a table."""
+    seen = f"{figures['neighbours']:.1f} neighbours each"
+    lines = [f"{figures['particles']} particles, {seen}, one core, {figures['simd']}"]
+    lines += [f"{row['action']:24} {row['ns']:8.1f} ns per particle and sub-step" for row in figures["rows"]]
+    return "\n".join(lines)
+
+
 def _peers(figures: Mapping[str, Any]) -> str:
     """Show the peers as a table, what each leaves out, and which are not installed."""
     lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / it':>13}"]
@@ -217,6 +232,7 @@ _SHOWN = {
     "balance": _table,
     "overhead": _table,
     "paths": _table,
+    "meetings": _meetings,
     "peers": _peers,
     "render": _table,
 }

@@ -80,7 +80,7 @@ def test_a_rope_of_200_hangs_as_a_catenary():
         for _ in range(24 * 4):
             s.gravity((0, -9.81, 0))
             s.tie(ties)
-            s.damping(damping=(0.2, 0.2, 0.2))
+            s.wind((0, 0, 0), drag=4)
             s.move()
             w.step()
         p = s.gather()

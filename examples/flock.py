@@ -6,7 +6,7 @@ import motes
 from motes import column
 from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
 
-args = motes.script.options(__doc__, space="-25,25", systems=1, particles=3500, frames=240, size="960x540")
+args = motes.script.options(__doc__, space="-25,25", systems=1, particles=3500, frames=320, size="960x540")
 
 
 def bird(pixels=96):

@@ -193,6 +193,7 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
     way.path = static_cast<image::View::Path>(seed / 2 % 4);
     // Half of them slabs; of the children, a quarter follows.
     way.axes.bits = static_cast<std::uint8_t>(seed % 2 == 0 ? 1u << seed / 2 % 3 : seed / 2 % 8);
+    if (seed % 4 == 1) way.axes_of_children.reset();
     if (seed % 4 != 1) way.axes_of_children = domains::Axes{static_cast<std::uint8_t>(seed / 3 % 8)};
     const bool slabs = way.axes.slabs() && (!way.axes_of_children || way.axes_of_children->slabs());
     way.prefix_cuts = !slabs;

@@ -97,6 +97,59 @@ def test_any_vector_width(width: str):
     run(2, [{"roles": "shared", "space": [-1, 1]}], {"MOTES_SIMD": width})
 
 
+EMPTY = """
+import sys, motes
+from motes import shapes, column
+world = motes.World(seed=1, roles="shared", substeps=3, space=(-2, 2), progress="off")
+s, sparks = world.system("s"), world.system("sparks")
+
+def meet():
+    if sys.argv[1] == "meets":
+        s.gravitate(max_radius=0)
+    else:  # random numbers depend on an action's place in the list
+        s.kill_old(1e6)
+
+def push(particles):
+    particles.velocity[:, 0] += 0.125
+
+with world:
+    for frame in world.frames(6):
+        s.configure(velocity=shapes.Sphere((0, -3, 0), 4), lifetime=motes.Uniform(0.05, 0.3))
+        s.gravity((0, -9.8, 0))
+        s.source(shapes.Box((-3, 0.1, -1), (2, 1, 1)), rate=1500, jitter=True)
+        meet()
+        s.random_acceleration(shapes.Sphere((0, 0, 0), 9))
+        if sys.argv[2] == "spawn":
+            s.spawn(into=sparks, on="collision", count=1)
+            s.spawn(into=sparks, on="birth", count=1)
+        s.vertex((0.5, 0.5, 0.5))
+        meet()
+        s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)), restitution=0.5)
+        s.callback(push, where=column("age") > 0.1)
+        s.burst(shapes.Box((-3, 0.1, -1), (2, 1, 1)), count=20)
+        s.damping((0.5, 0.9, 0.9))
+        meet()
+        if sys.argv[2] == "kill":  # the dead of a list without meetings go on until the frame ends
+            s.kill_expired()
+        s.move()
+        s.vertex((-1, 0.1, 0))
+        sparks.move()
+        sparks.kill_old(0.2)
+        world.step()
+        digest = world.digest()
+        if "manager" in world.role:
+            print(digest, s.count, sparks.count, flush=True)
+"""
+
+
+@pytest.mark.parametrize("events", ["spawn", "kill"])
+def test_a_meeting_that_sees_nobody_changes_nothing(events: str):
+    wanted = python(EMPTY, "alone", events).lines
+    assert len(set(wanted)) == 6
+    assert python(EMPTY, "meets", events).lines == wanted
+    assert mpirun(3, EMPTY, "meets", events).lines == wanted
+
+
 # --- what is refused
 
 

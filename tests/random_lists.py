@@ -32,6 +32,9 @@ from motes.shapes import *
 def push(p):
     p.position[:] += np.float32(0.125) * (p.id % 3).astype(np.float32)[:, None]
     p.velocity[p.id % 4 == 0] *= np.float32(0.5)
+
+def repel(p):
+    return np.float32(0.125) * (p.position - p.other_position)
 """
 
 
@@ -165,6 +168,17 @@ NAMED: dict[str, st.SearchStrategy[Any]] = {
     "min_speed": numbers(0, 2),
     "max_speed": numbers(2, 20),
 }
+
+
+@cache
+def ties() -> Text:
+    """Draw pairs of ids, some of which will never live."""
+    one = st.integers(0, 99)
+    pairs = st.lists(st.tuples(one, one).filter(lambda p: p[0] != p[1]), max_size=20, unique_by=frozenset)
+    pinned = st.lists(one, max_size=2, unique=True)
+    return st.tuples(pairs, numbers(0, 1), pinned).map(lambda p: f"motes.Ties({p[0]}, {p[1]}, pinned={p[2]})")
+
+
 BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between particles
     "magnitude": numbers(0, 4),
     "max_radius": st.just(0.0) | numbers(0.001, 0.5),
@@ -172,6 +186,11 @@ BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between pa
     "other_radius": st.none() | numbers(0.001, 0.25),
     "sleep": st.none() | numbers(0, 1),
     "other": st.just("$"),  # the system of the two whose list it is not
+    "far": st.sampled_from(["'exact'", "'cells'"]),
+    "ties": ties(),
+    "damping": numbers(0, 3),
+    "bend": st.just(0.0) | numbers(0, 0.01),
+    "break_at": st.just("np.inf") | numbers(1, 4),
 }
 TYPED: dict[str, st.SearchStrategy[Any]] = {
     "float": numbers(0, 3),
@@ -233,6 +252,8 @@ def one_action(draw: st.DrawFn, meets: bool) -> str:
         if part.name == "where" or (part.default is not dataclasses.MISSING and draw(st.booleans())):
             continue
         if part.name == "other_radius" and "other=$" not in arguments:
+            continue
+        if part.name == "far" and any(text.startswith("max_radius") for text in arguments):
             continue
         arguments.append(f"{part.name}={draw(field(kind, part.name, str(part.type)))}")
     arguments.append(f"where={draw(where)}")
@@ -338,8 +359,9 @@ OTHERS = (
 @st.composite
 def calls(draw: st.DrawFn, meets: bool) -> list[str]:
     """Draw the lines of a frame: 1 to 12 actions, with births and other calls between them."""
+    others = (*OTHERS, "@.pairs(repel, 0.25)") if meets else OTHERS
     lines = draw(st.lists(one_action(meets).map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
-    extras = draw(st.lists(births() | spawns() | st.sampled_from(OTHERS), max_size=5))
+    extras = draw(st.lists(births() | spawns() | st.sampled_from(others), max_size=5))
     for extra in extras:
         lines.insert(draw(st.integers(0, len(lines))), extra)
     if draw(st.integers(0, 3)):
@@ -357,7 +379,7 @@ def readable(lines: list[str]) -> list[str]:
     met: set[str] = set()
     kept = []
     for line in lines:
-        if any(f".apply({name}(" in line for name in between.__all__):
+        if ".pairs(" in line or any(f".apply({name}(" in line for name in between.__all__):
             met |= {line[0], *re.findall(r"other=(\w)", line)}
         if not (line.removeprefix("with ")[0] in met and (".local()" in line or ".gather()" in line)):
             kept.append(line)

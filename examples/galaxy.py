@@ -4,7 +4,7 @@ import numpy as np
 
 import motes
 
-args = motes.script.options(__doc__, space="fit", systems=1, particles=16_000, frames=240, size="960x540")
+args = motes.script.options(__doc__, space="fit", systems=1, particles=40_000, frames=240, size="960x540")
 
 # Bridges and tails come from the pull of each star on each other one (Toomre and Toomre 1972).
 pull, soft = 40 / args.particles, 0.02  # m3/s2, m2: a galaxy of the size of a room
@@ -41,8 +41,8 @@ position, velocity, color = (np.concatenate(parts) for parts in zip(*pair, stric
 camera = motes.Camera((0, 2.2, 8), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.0012, 0.003), bloom=0.2)
 world = motes.World(seed=args.seed, space=args.space, dt=1 / 64, renderer=renderer, log=args.log)
-stars = world.system("stars", sprite=motes.Sprite(height=0.008))
-stars.configure(alpha=0.3)
+stars = world.system("stars", sprite=motes.Sprite(height=0.006))
+stars.configure(alpha=min(0.5, 8000 / args.particles))
 
 with world, motes.Movie(f"{args.out}/galaxy.mp4") as movie:
     for frame in world.frames(args.frames):
@@ -50,6 +50,6 @@ with world, motes.Movie(f"{args.out}/galaxy.mp4") as movie:
             stars.emit(position=position, velocity=velocity, color=color)
         angle = 0.9 * frame / args.frames
         camera.position = (round(7.6 * np.sin(angle), 4), 2.2, round(7.6 * np.cos(angle), 4))
-        stars.gravitate(pull, epsilon=soft)
+        stars.gravitate(pull, epsilon=soft, far="cells")  # a dozen far stars pull as one
         stars.move()
         motes.script.end_frame(world, movie, args)

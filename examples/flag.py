@@ -20,7 +20,7 @@ world = motes.World(seed=args.seed, space=args.space, substeps=30, renderer=rend
 flag = world.system("flag", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
 stripe = height / 3
-tones = [(0.62, 0.05, 0.04), (0.85, 0.82, 0.75), (0.03, 0.1, 0.36)]
+tones = [(0.78, 0.2, 0.02), (0.85, 0.8, 0.7), (0.02, 0.22, 0.24)]
 
 with world, motes.Movie(f"{args.out}/flag.mp4") as movie:
     for frame in world.frames(args.frames):
@@ -33,8 +33,8 @@ with world, motes.Movie(f"{args.out}/flag.mp4") as movie:
                 flag.set(color=tone, where=Box((-1, top - stripe - 0.001, -9), (9, top + 0.001, 9)))
         storm = min(1, frame / (0.8 * args.frames))
         flag.gravity((0, -9.81, 0))
-        flag.wind((5 + 30 * storm, 2.5 * storm, 2), drag=1.5)
-        flag.curl_noise(70 + 260 * storm, scale=0.9, octaves=2, speed=2.5)
+        flag.wind((9 + 12 * storm, storm, 1.5), drag=1.2)
+        flag.curl_noise(9 + 45 * storm, scale=1.1, octaves=2, speed=3)
         flag.tie(ties, bend=1e-4, damping=3, break_at=1.9)
         flag.move()
         motes.script.end_frame(world, movie, args)

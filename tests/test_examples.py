@@ -35,6 +35,7 @@ GALLERY = {
     "shielding": (2, 2000, 40),
     "galaxy": (1, 3000, 16),
     "heap": (1, 600, 16),
+    "flag": (1, 600, 24),
     "flock": (1, 300, 24),
     "three_bodies": (6, 1, 30),
 }  # systems, particles of each, frames

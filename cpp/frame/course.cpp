@@ -26,6 +26,7 @@ void Course::take_births(std::size_t index, Newborn& newborn) {
   Population& here = *calculator_.populations[index];
   here.outcome.wants_hits = wants_hits(system);
   Runner& runner = runners_.emplace_back(Runner{index, system.pending_pieces(), {}});
+  runner.newborn_from = system.counts.newborn_from;
   for (const BirthGroup& group : system.groups) {
     of_item(system.list, index, group.item, [&] {
       Store births(system.schema);
@@ -48,7 +49,10 @@ void Course::run() {
 
 // Systems take turns; where one waits for another that it meets, the other goes on to that place in its own list.
 bool Course::run_substep(int substep) {
-  for (Runner& runner : runners_) runner.next_piece = 0;
+  for (Runner& runner : runners_) {
+    runner.next_piece = 0;
+    runner.collided = false;
+  }
   std::vector<const Piece*> waits(runners_.size(), nullptr);
   for (std::size_t done = 0; done < runners_.size();) {
     done = 0;
@@ -66,10 +70,7 @@ bool Course::run_substep(int substep) {
             break;
           (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
         }
-        const Meeting meeting{waits[first]->meeting,
-                              waits[first]->end,
-                              {runners_[first].system, runners_[second].system},
-                              first == second ? std::size_t{1} : std::size_t{2}};
+        const Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second]);
         waits[first] = nullptr;
         waits[second] = nullptr;
         moved = true;
@@ -80,6 +81,21 @@ bool Course::run_substep(int substep) {
     if (!moved && done < runners_.size()) throw std::logic_error("systems wait for each other to meet");
   }
   return true;
+}
+
+Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second) const {
+  Meeting meeting{piece.meeting, piece.end, {first.system, second.system}, &first == &second ? 1u : 2u};
+  if (piece.meeting->kind != actions::Kind::collide) return meeting;
+  Runner* const runners[2] = {&first, &second};
+  for (std::size_t side = 0; side < meeting.count; ++side) {
+    Runner& runner = *runners[side];
+    const System& system = *script_.systems[runner.system];
+    meeting.newborn_from[side] = runner.newborn_from;
+    meeting.collided[side] = std::exchange(runner.collided, true);
+    runner.newborn_from =
+        runner.next_group < system.groups.size() ? system.groups[runner.next_group].first_id : system.counts.born;
+  }
+  return meeting;
 }
 
 std::size_t Course::partner_of(const Runner& runner, const Piece& piece) const {

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "frame/create.h"
+#include "frame/meet.h"
 #include "frame/population.h"
 #include "frame/rank.h"
 #include "frame/round.h"
@@ -31,12 +32,15 @@ class Course {
     std::vector<particles::Store> births;  // one per group
     std::size_t next_group = 0;
     std::size_t next_piece = 0;
+    std::uint64_t newborn_from = 0;  // ids from here on have met nobody
+    bool collided = false;           // in this sub-step
   };
 
   bool run_substep(int substep);
   /// To the next meeting, or to the end of the list: then null.
   const Piece* run_to_meeting(Runner& runner, int substep);
   void run_piece(Runner& runner, const Piece& piece, int substep);
+  Meeting meeting_of(const Piece& piece, Runner& first, Runner& second) const;
   std::size_t partner_of(const Runner& runner, const Piece& piece) const;
 
   Rank& rank_;

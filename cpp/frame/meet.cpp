@@ -146,8 +146,13 @@ class Swap {
   bool agree() {
     const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
-    Word word = {rank_.talk.failed() ? 1.0f : 0.0f, out, extent_.radius, extent_.other_radius,
-                 extent_.displacement, extent_.rounding, extent_.masses};
+    Word word = {rank_.talk.failed() ? 1.0f : 0.0f,
+                 out,
+                 extent_.radius,
+                 extent_.other_radius,
+                 extent_.displacement,
+                 extent_.rounding,
+                 extent_.masses};
     const std::size_t fixed = word.size();
     word.insert(word.end(), pins_.begin(), pins_.end());
     word.insert(word.end(), bounds_.begin(), bounds_.end());
@@ -223,8 +228,8 @@ class Swap {
       Message message;
       message.bytes().put_raw(&moments_[first(part)], (first(part + 1) - first(part)) * sizeof(std::int64_t));
       population(0).sight.bytes += message.payload().size();
-      comm.post(rank_.talk.rank_of(static_cast<int>(to)), Phase::meeting, rank_.talk.stamp(round_), std::move(message), 0,
-                rank_.talk.failed());
+      comm.post(rank_.talk.rank_of(static_cast<int>(to)), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
+                0, rank_.talk.failed());
     };
     const auto hear = [&](std::size_t from, std::size_t part, bool adds) {
       const Message message =
@@ -379,8 +384,12 @@ class Swap {
     if (pairs.size() == 0) return changes;
     Population& here = population(0);
     here.in_callback = true;
-    const Call call{static_cast<int>(meeting_.systems[0]), static_cast<int>(meeting_.action->numbers[1]), 0, nullptr,
-                    &pairs, &changes};
+    const Call call{static_cast<int>(meeting_.systems[0]),
+                    static_cast<int>(meeting_.action->numbers[1]),
+                    0,
+                    nullptr,
+                    &pairs,
+                    &changes};
     try {
       calculator_.callback(call);
     } catch (...) {
@@ -389,6 +398,13 @@ class Swap {
     }
     here.in_callback = false;
     return changes;
+  }
+
+  // They never took part: no spawn rule hears of their death.
+  void drop(Population& here, const std::vector<std::uint32_t>& dropped) {
+    if (dropped.empty()) return;
+    here.store.remove(dropped, *rank_.pool);
+    here.tally.killed += dropped.size();
   }
 
   meetings::Seen look(const meetings::Side (&sides)[2]) {
@@ -412,7 +428,7 @@ class Swap {
     std::vector<std::uint8_t> chosen[2];
     for (std::size_t side = 0; side < meeting_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store, &copies_[side], nullptr};
+      sides[side] = {&here.store, &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side]};
       here.moved = true;
       if (meeting_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);
@@ -422,6 +438,7 @@ class Swap {
       sides[side].chosen = &chosen[side];
     }
     const meetings::Seen seen = look(sides);
+    for (std::size_t side = 0; side < meeting_.count; ++side) drop(population(side), seen.dropped[side]);
     Sight& sight = population(0).sight;
     sight.pairs += seen.pairs;
     sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);

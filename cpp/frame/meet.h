@@ -18,6 +18,8 @@ struct Meeting {
   std::size_t item = 0;  // in that list
   std::size_t systems[2] = {};
   std::size_t count = 1;  // of systems: two where they meet each other
+  std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
+  bool collided[2] = {};  // already in this sub-step
 };
 
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.

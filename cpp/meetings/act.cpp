@@ -126,6 +126,10 @@ class Meeting {
   Seen act() {
     for (std::size_t s = 0; s < count_; ++s) gather(s);
     Seen seen;
+    if (clears()) {
+      for (std::size_t s = 0; s < count_; ++s) seen.dropped[s] = in_the_way(s);
+      for (std::size_t s = 0; s < count_; ++s) set_newborn_apart(s);
+    }
     for (std::size_t s = 0; s < count_; ++s) {
       run(s, seen);
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, scratch_.party[s].cells.most_in_a_cell());
@@ -208,6 +212,62 @@ class Meeting {
     return collides(action_) &&
            (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
   }
+  bool clears() const { return collides(action_) && action_.numbers[5] > 0; }
+
+  float radius_at(std::size_t s, std::size_t place) const {
+    return radii() ? scratch_.party[s].column[radius][place] : given_radius(action_, s == 1);
+  }
+
+  // Newborn particles that overlap others by more than the given part of their radius. Of two newborn ones, that of the
+  // higher id is in the way, or of the second system.
+  std::vector<std::uint32_t> in_the_way(std::size_t s) const {
+    const std::size_t other = count_ == 2 ? 1 - s : s;
+    const CellsView own = scratch_.party[s].cells.view(crowds_[s].own);
+    const CellsView others = scratch_.party[other].cells.view(crowds_[other].own);
+    const auto is_newborn = [&](std::size_t side, std::uint64_t id) { return id >= sides_[side].newborn_from; };
+    std::vector<std::uint32_t> found;
+    const std::vector<Row>& rows = scratch_.party[s].cells.rows();
+    for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
+      for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
+        const std::uint32_t index = own.order[i];
+        if (index >= crowds_[s].own || !is_newborn(s, crowds_[s].id(index))) continue;
+        bool hit = false;
+        for (const Row* row : rows_around(scratch_.party[other].cells, rows[r].x, rows[r].y)) {
+          each_near(others, *row, own.z[i], [&](std::uint32_t j) {
+            const std::uint64_t id = crowds_[other].id(others.order[j]);
+            const bool yields = !is_newborn(other, id) || (count_ == 2 ? s == 1 : id < crowds_[s].id(index));
+            hit = hit || (yields && (count_ == 2 || i != j) && overlaps(s, i, other, j));
+          });
+        }
+        if (hit) found.push_back(index);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  bool overlaps(std::size_t s, std::size_t i, std::size_t other, std::size_t j) const {
+    const auto& own = scratch_.party[s].column;
+    const auto& theirs = scratch_.party[other].column;
+    float r2 = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float d = theirs[c][j] - own[c][i];
+      r2 += d * d;
+    }
+    const float least = radius_at(s, i) * (1 - static_cast<float>(action_.numbers[5])) + radius_at(other, j);
+    return least > 0 && r2 < least * least;
+  }
+
+  // Those that meet for the first time push nobody: whether they stay is settled when all of them are known.
+  void set_newborn_apart(std::size_t s) {
+    const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (crowds_[s].id(order[k]) >= sides_[s].newborn_from) {
+        scratch_.party[s].column[at_x][k] = std::numeric_limits<float>::quiet_NaN();
+      }
+    }
+  }
+
   bool masses() const { return collides(action_) && extent_.masses > 0; }
 
   void arrange_radii(std::size_t s, const Source& source) {
@@ -309,7 +369,7 @@ class Meeting {
         if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
         for (int c = 0; c < 3; ++c)
           to[c][i] = adds ? to[c][i] + scratch_.party[s].out[c][k] : scratch_.party[s].out[c][k];
-        if (to[3] != nullptr) to[3][i] = scratch_.party[s].out[3][k];
+        if (to[3] != nullptr) to[3][i] = scratch_.party[s].out[3][k] + (sides_[s].adds ? to[3][i] : 0.0f);
       }
     });
   }

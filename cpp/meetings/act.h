@@ -53,12 +53,15 @@ struct Side {
   particles::Store* store = nullptr;
   const Copies* copies = nullptr;
   const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
+  std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
+  bool adds = false;                                  // collide: its contacts come on top of an earlier one's
 };
 
 /// What a meeting saw.
 struct Seen {
   std::uint64_t pairs = 0;          // directed: each is counted at both ends
   std::uint32_t most_in_a_cell = 0;
+  std::vector<std::uint32_t> dropped[2]{};  // collide: newborn ones in the way of others, ascending
 };
 
 /// A script's function of pairs: gives the changes of velocity of their own particles, three numbers each, or none.

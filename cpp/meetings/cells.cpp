@@ -224,6 +224,19 @@ void Cells::find_rows(const Range& range) {
   rows_.push_back({INT32_MAX, INT32_MAX, static_cast<std::uint32_t>(count), 0, 0, -1});
 }
 
+std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y) {
+  const std::vector<Row>& rows = cells.rows();
+  const auto end = rows.end() - 1;
+  std::vector<const Row*> found;
+  for (std::int32_t at_x = x - 1; at_x <= x + 1; ++at_x) {
+    auto at = std::lower_bound(rows.begin(), end, y - 1, [&](const Row& row, std::int32_t first) {
+      return row.x < at_x || (row.x == at_x && row.y < first);
+    });
+    for (; at != end && at->x == at_x && at->y <= y + 1; ++at) found.push_back(&*at);
+  }
+  return found;
+}
+
 CellsView Cells::view(std::size_t own) const {
   return {rows_.data(), rows_.size() - 1, table_.data(), z_.data(), order_.data(), static_cast<std::uint32_t>(own)};
 }

@@ -88,4 +88,23 @@ class Cells {
   std::uint32_t most_ = 0;
 };
 
+/// The rows of `cells` around (x, y), ascending; nobody is in those that are missing.
+std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y);
+
+/// Calls work(place) for the particles of a row in the cells z - 1 .. z + 1, in their order.
+template <class Work>
+void each_near(const CellsView& cells, const Row& row, std::int32_t z, const Work& work) {
+  const std::uint32_t end = (&row)[1].first;
+  std::uint32_t first = row.first;
+  for (std::uint32_t last = end; first < last;) {
+    const std::uint32_t middle = first + (last - first) / 2;
+    if (cells.z[middle] < z - 1) {
+      first = middle + 1;
+    } else {
+      last = middle;
+    }
+  }
+  for (std::uint32_t k = first; k < end && cells.z[k] <= z + 1; ++k) work(k);
+}
+
 }  // namespace motes::meetings

@@ -1,23 +1,8 @@
 #include "meetings/pairs.h"
 
-#include <algorithm>
-#include <tuple>
-
 namespace motes::meetings {
 
 namespace {
-
-// Rows around a row, ascending; the last one of `rows` only ends the one before it.
-std::vector<const Row*> around(const std::vector<Row>& rows, const Row& row) {
-  std::vector<const Row*> found;
-  for (std::int32_t x = row.x - 1; x <= row.x + 1; ++x) {
-    const std::tuple first{x, row.y - 1};
-    auto at = std::lower_bound(rows.begin(), rows.end() - 1, first,
-                               [](const Row& r, const auto& place) { return std::tuple{r.x, r.y} < place; });
-    for (; at != rows.end() - 1 && at->x == x && at->y <= row.y + 1; ++at) found.push_back(&*at);
-  }
-  return found;
-}
 
 struct Listing {
   float reach2;
@@ -54,17 +39,14 @@ PairList pairs_within(float reach, const Cells& cells, const Crowd& crowd, const
   const std::vector<Row>& rows = cells.rows();
   Listing listing{reach * reach, view, crowd, column, list};
   for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
-    const std::vector<const Row*> near = around(rows, rows[r]);
+    const std::vector<const Row*> near = rows_around(cells, rows[r].x, rows[r].y);
     for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
       const std::uint32_t own = view.order[i];
       if (own >= crowd.own || (chosen != nullptr && (*chosen)[own] == 0)) continue;
       for (const Row* row : near) {
-        const std::int32_t* z = view.z;
-        const auto first = static_cast<std::uint32_t>(
-            std::lower_bound(z + row->first, z + row[1].first, z[i] - 1) - z);
-        for (std::uint32_t j = first; j < row[1].first && z[j] <= z[i] + 1; ++j) {
+        each_near(view, *row, view.z[i], [&](std::uint32_t j) {
           if (j != i) listing.add(i, j);
-        }
+        });
       }
     }
   }

@@ -114,18 +114,10 @@ class Seeing {
 
  private:
   void add_near(const Row& row, std::int32_t z, Sources& to) const {
-    const std::vector<Row>& rows = cells_.rows();
     const CellsView view = cells_.view(0);
-    for (std::int32_t x = row.x - 1; x <= row.x + 1; ++x) {
-      auto at = std::lower_bound(rows.begin(), rows.end() - 1, row.y - 1, [&](const Row& r, std::int32_t y) {
-        return r.x < x || (r.x == x && r.y < y);
-      });
-      for (; at != rows.end() - 1 && at->x == x && at->y <= row.y + 1; ++at) {
-        const Row* here = &*at;
-        auto k = static_cast<std::uint32_t>(std::lower_bound(view.z + here->first, view.z + here[1].first, z - 1) -
-                                            view.z);
-        for (; k < here[1].first && view.z[k] <= z + 1; ++k) to.add(column_[0][k], column_[1][k], column_[2][k], strength_);
-      }
+    for (const Row* near : rows_around(cells_, row.x, row.y)) {
+      each_near(view, *near, z,
+                [&](std::uint32_t k) { to.add(column_[0][k], column_[1][k], column_[2][k], strength_); });
     }
   }
 
@@ -186,7 +178,8 @@ Cube Cube::around(const Bounds& bounds, std::uint64_t particles) {
     extent = std::max(extent, high - low);
     farthest = std::max({farthest, std::abs(high), std::abs(low)});
   }
-  while (cube.bits < kMostBits && static_cast<double>(particles) > 2.83 * kPerLeaf * static_cast<double>(cube.leaves())) {
+  while (cube.bits < kMostBits &&
+         static_cast<double>(particles) > 2.83 * kPerLeaf * static_cast<double>(cube.leaves())) {
     ++cube.bits;
   }
   const double least = std::max(extent / static_cast<double>(1 << cube.bits), farthest / kFarthestLeaf);

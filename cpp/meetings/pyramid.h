@@ -21,10 +21,11 @@ Bounds bounds_of(const particles::Store& store);
 /// The cube: 2^bits leaves along each axis, anchored at the origin of space, with edges of a power of two.
 struct Cube {
   int bits = 2;
-  double leaf = 1;                        // m
-  std::array<std::int32_t, 3> low{};      // number of its first leaf along each axis
+  double leaf = 1;  // m
+  std::array<std::int32_t, 3> low{};  // number of its first leaf along each axis
 
-  /// `bounds` and `particles` are agreed on by all ranks. About twelve particles per leaf, where they are spread evenly.
+  /// `bounds` and `particles` are agreed on by all ranks. About twelve particles per leaf, where they are spread
+  /// evenly.
   static Cube around(const Bounds& bounds, std::uint64_t particles);
 
   std::size_t leaves() const { return std::size_t{1} << 3 * bits; }

@@ -24,7 +24,7 @@ constexpr float kInf = std::numeric_limits<float>::infinity();
 struct Terms {
   float dt;
   std::array<float, 3> compliance;  // m/N over dt^2, by kind
-  float kept;                       // part of the velocity among tied ones that damping leaves
+  float kept;  // part of the velocity among tied ones that damping leaves
   float break_at;
   bool tethers;
 };
@@ -50,7 +50,8 @@ std::vector<Column> columns_of(const actions::Action& action, const Side& side) 
     Column column;
     column.own = side.store->plane(c.attribute, c.component);
     column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
-    if (side.copies != nullptr && !side.copies->ids.empty()) column.copies = side.copies->columns[columns.size()].data();
+    if (side.copies != nullptr && !side.copies->ids.empty())
+      column.copies = side.copies->columns[columns.size()].data();
     columns.push_back(column);
   }
   return columns;

@@ -118,8 +118,9 @@ Bonds::Bonds(const Ties& ties) : pins_(ties.pinned.size()) {
     bonds.push_back({a, {b, ties.lengths[i], kind}});
     bonds.push_back({b, {a, ties.lengths[i], kind}});
   }
-  std::sort(bonds.begin(), bonds.end(),
-            [](const auto& a, const auto& b) { return std::tie(a.first, a.second.partner) < std::tie(b.first, b.second.partner); });
+  std::sort(bonds.begin(), bonds.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.partner) < std::tie(b.first, b.second.partner);
+  });
   first_.assign(ids_.size() + 1, 0);
   for (const auto& [row, bond] : bonds) ++first_[row + 1], bonds_.push_back(bond);
   first_tether_.assign(ids_.size() + 1, 0);
@@ -127,8 +128,9 @@ Bonds::Bonds(const Ties& ties) : pins_(ties.pinned.size()) {
   for (std::size_t i = 0; i < ties.tethered.size(); ++i) {
     tethers.push_back({row_of(ties.tethered[i]), {ties.pins[i], ties.tethers[i]}});
   }
-  std::sort(tethers.begin(), tethers.end(),
-            [](const auto& a, const auto& b) { return std::tie(a.first, a.second.pin) < std::tie(b.first, b.second.pin); });
+  std::sort(tethers.begin(), tethers.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.pin) < std::tie(b.first, b.second.pin);
+  });
   for (const auto& [row, tether] : tethers) ++first_tether_[row + 1], tethers_.push_back(tether);
   for (std::size_t row = 0; row < ids_.size(); ++row) {
     most_ = std::max<std::size_t>(most_, first_[row + 1]);

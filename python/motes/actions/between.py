@@ -157,6 +157,8 @@ class Collide(Action):
         sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the sub-step.
         other: another system: its particles collide with these, and none among themselves.
         other_radius: of its particles, m; None: half of `size[0]`.
+        clear: newborn particles that overlap others by more than this part of their radius are removed, of two
+            newborn ones that of the higher id; they push nobody before. 0: none are.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """
@@ -167,6 +169,7 @@ class Collide(Action):
     sleep: float | None = None
     other: System | None = None
     other_radius: float | None = None
+    clear: float = 0
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -184,7 +187,7 @@ class Collide(Action):
             friction=friction,
             sleep=-1.0 if sleep is None else sleep,
             other_radius=other_radius or 0.0,
-            clear=0.0,
+            clear=arguments.number("clear", self.clear, low=0, high=1),
             second=0,
         )
         self.__dict__.update(radius=radius, sleep=sleep, other_radius=other_radius)

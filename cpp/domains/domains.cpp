@@ -53,7 +53,7 @@ Domains Domains::of(const std::vector<Cut>& tree) {
   domains.cuts_ = std::move(cuts);
   check_inside(tree, 0, domains.count(), {});
   domains.nodes_ = tree;
-  domains.nodes_.insert(domains.nodes_.begin(), Cut{});
+  domains.nodes_.insert(domains.nodes_.begin(), Cut{tree[0].axis, 0});  // walk() looks at it, on an axis that is there
   return domains;
 }
 

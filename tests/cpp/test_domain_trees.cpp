@@ -211,3 +211,20 @@ TEST(ids_are_dealt_out_evenly) {
   }
   CHECK(domains::scattered(0) == 0 && domains::scattered(UINT64_MAX) < 1);
 }
+
+TEST(only_the_axes_that_are_cut_must_be_there) {
+  const std::vector<float> y{-1, 1, -1, 1, 0};
+  const std::vector<float> z{-1, -1, 1, 1, 0};
+  domains::Places places;
+  places.position = {nullptr, y.data(), z.data()};
+  places.count = y.size();
+  for (const int count : {3, 5, 6}) {  // trees of which some branches are shorter
+    std::vector<domains::Cut> tree;
+    for (int i = 1; i < count; ++i) tree.push_back({i % 2 == 0 ? 1 : 2, 0});
+    const auto made = domains::Domains::of(tree);
+    std::vector<std::uint32_t> owners(places.count);
+    made.owners_of(places, owners.data());
+    for (std::size_t i = 0; i < places.count; ++i)
+      CHECK(static_cast<int>(owners[i]) == made.owner_of({9, y[i], z[i]}, 0));
+  }
+}

@@ -220,3 +220,35 @@ def test_a_procedure_of_pairs_that_returns_nonsense_is_named():
         s.burst(shapes.Point((0, 0, 0)), 4)
         s.pairs(lambda pairs: np.zeros(3), 1)
         w.step()
+
+
+def test_newborn_particles_that_are_in_the_way_are_cleared():
+    with world(dt=1e-3) as w:
+        s = w.system("balls")
+        s.emit(position=[(0, 0, 0), (3, 0, 0)])
+        s.collide(radius=0.5, clear=0.1)
+        w.step()
+        assert s.count == 2
+        # 2 overlaps an old one, 3 is free, 4 overlaps 3 a little, 5 overlaps 3 much.
+        s.emit(position=[(0.5, 0, 0), (6, 0, 0), (6.97, 0, 0), (6, 0.5, 0)])
+        s.collide(radius=0.5, clear=0.1)
+        w.step()
+        p = s.gather()
+        assert p.id.tolist() == [0, 1, 3, 4]
+        np.testing.assert_array_equal(p.velocity, 0)  # the newborn have pushed nobody
+        s.collide(radius=0.5, clear=0.1)
+        w.step()
+        p = s.gather()
+        assert p.id.tolist() == [0, 1, 3, 4] and p.contacts.tolist() == [0, 0, 1, 1]
+
+
+def test_contacts_are_those_of_all_collisions_of_a_sub_step():
+    with world(dt=1e-3) as w:
+        a, b = w.system("a"), w.system("b")
+        a.emit(position=[(0, 0, 0), (0.9, 0, 0)])
+        b.emit(position=[(0, 0.9, 0)])
+        a.collide(radius=0.5)
+        a.collide(radius=0.5, other=b, other_radius=0.5)
+        w.step()
+        assert a.gather().contacts.tolist() == [2, 1]
+        assert b.gather().contacts.tolist() == [1]

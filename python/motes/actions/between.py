@@ -157,8 +157,8 @@ class Collide(Action):
         sleep: particles that touch several others and are slower stop, m/s; None: 2.5 g times the sub-step.
         other: another system: its particles collide with these, and none among themselves.
         other_radius: of its particles, m; None: half of `size[0]`.
-        clear: newborn particles that overlap others by more than this part of their radius are removed, of two
-            newborn ones that of the higher id; they push nobody before. 0: none are.
+        clear: newborn particles that overlap others by more than this part of their radius are removed, of
+            two newborn ones that of the higher id; they push nobody before. 0: none are.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """

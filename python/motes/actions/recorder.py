@@ -379,6 +379,7 @@ class Recorder(ABC):
         sleep: float | None = None,
         other: System | None = None,
         other_radius: float | None = None,
+        clear: float = 0,
         *,
         where: Where = None,
     ) -> None:
@@ -391,6 +392,7 @@ class Recorder(ABC):
                 sleep=sleep,
                 other=other,
                 other_radius=other_radius,
+                clear=clear,
                 where=where,
             )
         )

@@ -10,7 +10,8 @@ columns = max(6, args.particles // rows)
 height, width = 1.8, 2.7  # metres
 pole = Cylinder((-0.05, -3.5, 0), (-0.05, 1.2, 0), 0.045)
 solids = [motes.Solid(Plane((0, -3.5, 0), (0, 1, 0)), (0.09, 0.12, 0.05))]
-solids += [motes.Solid(pole, (0.25, 0.24, 0.22)), motes.Solid(Sphere((-0.05, 1.22, 0), 0.09), (0.6, 0.4, 0.08))]
+solids += [motes.Solid(pole, (0.25, 0.24, 0.22))]
+solids += [motes.Solid(Sphere((-0.05, 1.22, 0), 0.09), (0.6, 0.4, 0.08))]
 camera = motes.Camera((2.6, -1.2, 5.2), (1.15, -0.15, 0), fov_deg=36)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.24, 0.4, 0.62), objects=solids, sun=(0.5, 0.7, 0.6)

@@ -1,6 +1,6 @@
 """Three stars that pull each other, six times: python -m motes run -n 4 examples/three_bodies.py.
 
-These orbits repeat for ever: the figure eight (Moore 1993; Chenciner and Montgomery 2000) and others (Suvakov
+These orbits repeat: the figure eight (Moore 1993; Chenciner and Montgomery 2000) and others (Suvakov
 and Dmitrasinovic 2013). The eight is stable: a pushed one only turns. The film has one period of the moth.
 """
 

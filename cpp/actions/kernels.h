@@ -3,7 +3,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <span>
 
 #include "actions/action.h"
 #include "actions/block.h"
@@ -52,7 +51,7 @@ struct Kernels {
 
   /// Writes the indices of dead particles to `dead`, those of living particles outside of one of at most three bands to
   /// `left`. Indices count from `base`. Each array has room for kPadding more indices than there are particles.
-  void (*collect)(const Block&, std::span<const Band> bands, std::uint32_t base, std::uint32_t* dead,
+  void (*collect)(const Block&, const Band* bands, std::size_t band_count, std::uint32_t base, std::uint32_t* dead,
                   std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count);
 };
 

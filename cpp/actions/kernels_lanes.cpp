@@ -35,10 +35,11 @@ void collect_beyond(const actions::Block& b, const actions::Band* bands, std::ui
   }
 }
 
-void collect(const actions::Block& b, std::span<const actions::Band> bands, std::uint32_t base, std::uint32_t* dead,
-             std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
-  constexpr auto kBy = std::array{collect_beyond<0>, collect_beyond<1>, collect_beyond<2>, collect_beyond<3>};
-  kBy[bands.size()](b, bands.data(), base, dead, dead_count, left, left_count);
+void collect(const actions::Block& b, const actions::Band* bands, std::size_t band_count, std::uint32_t base,
+             std::uint32_t* dead, std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
+  constexpr decltype(&collect_beyond<0>) kBy[] = {collect_beyond<0>, collect_beyond<1>, collect_beyond<2>,
+                                                  collect_beyond<3>};
+  kBy[band_count](b, bands, base, dead, dead_count, left, left_count);
 }
 
 }  // namespace

@@ -92,7 +92,7 @@ class Domains {
   /// The single rule of ownership: births, exchange, reads and donation all use it.
   int owner_of(const std::array<float, 3>& position, std::uint64_t id) const {
     std::uint32_t owner = 0;
-    owners_of({{&position[0], &position[1], &position[2]}, &id, 1}, &owner);
+    owners_of({{position.data(), &position[1], &position[2]}, &id, 1}, &owner);
     return static_cast<int>(owner);
   }
   /// The same for many particles.

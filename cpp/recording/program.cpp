@@ -68,7 +68,7 @@ bool collect(const actions::Block& block, const Bands& bands, std::size_t base, 
   std::size_t dead_count = 0;
   std::size_t left_count = 0;
   const std::array<actions::Band, 3> here = bands.at(base);
-  actions::kernels().collect(block, {here.data(), bands.size()}, static_cast<std::uint32_t>(base), dead_here.data(),
+  actions::kernels().collect(block, here.data(), bands.size(), static_cast<std::uint32_t>(base), dead_here.data(),
                              dead_count, left_here.data(), left_count);
   if (dead_count + left_count == 0) return false;
   outcome.dead.resize(dead + dead_count);

@@ -247,6 +247,12 @@ class System(Recorder, Fabrics):
         finally:
             world._usage.end()
 
+    def _called(self, number: int, begin: int, chosen: Any, pairs: Any) -> NDArray[np.float32] | None:
+        if pairs is not None:
+            return self._call_pairs(number, pairs)
+        self._call_back(number, begin, chosen)
+        return None
+
     def _call_back(self, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
         engine = self.world._engine_for("callback")
         function = self._callbacks[number]

@@ -322,19 +322,8 @@ class World(Settings):
             "axes": [system._axes for system in self._systems],
         }
 
-    def _call_back(
-        self,
-        system: int,
-        number: int,
-        begin: int,
-        chosen: NDArray[np.uint32] | None,
-        pairs: tuple[NDArray[Any], ...] | None,
-    ) -> NDArray[np.float32] | None:
-        called = self._systems[system]
-        if pairs is not None:
-            return called._call_pairs(number, pairs)
-        called._call_back(number, begin, chosen)
-        return None
+    def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
+        return self._systems[system]._called(*call)
 
     def _leave(self, *, well: bool) -> None:
         if self._run_state is not None:

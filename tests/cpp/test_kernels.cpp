@@ -207,7 +207,7 @@ TEST(contains_and_collect_agree_in_every_build) {
       std::size_t dead_count = 0, left_count = 0;
       const float* x = p.planes[0].data();
       const std::array<actions::Band, 1> bands{{{x, -1, 2}}};
-      build.kernels.collect(block, bands, 1000, dead.data(), dead_count, left.data(), left_count);
+      build.kernels.collect(block, bands.data(), bands.size(), 1000, dead.data(), dead_count, left.data(), left_count);
       for (std::size_t i = 0; i < count; ++i) {
         const auto index = static_cast<std::uint32_t>(1000 + i);
         if (p.dead[i] != 0) {

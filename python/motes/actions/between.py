@@ -34,7 +34,7 @@ class Gravitate(Action):
         epsilon: softens the pull of those that are near, m^2.
         max_radius: no pull beyond this distance, m.
         far: "exact", every pair; or "cells", which needs an infinite `max_radius`: particles that are not
-            near count as cells of about a dozen, and larger ones; about 0.1 % off.
+            near count as cells of about a dozen, and larger ones; 0.2 to 0.3 % off, in the mean square.
 
     Source: McAllister's Gravitate; cells: Barnes and Hut (1986), on the levels of a cube.
     """
@@ -146,8 +146,9 @@ class Collide(Action):
     farther than the sum of two radii in a sub-step may pass through another.
 
     Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j),
-    with out = overlap after the step / dt, n the direction from j to i, t the velocity of i relative to j
-    along the contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0
+    with out = overlap after the step / dt, or (1 + restitution) times the speed of approach where that is
+    above 2 g dt and gives more, n the direction from j to i, t the velocity of i relative to j along the
+    contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0
     where |v_i| < sleep and two or more touch
 
     Attributes:

@@ -97,7 +97,9 @@ struct Collision {
 
     MOTES_INLINE void finish(const Collision& law, const Task& task, const Around& around, std::uint32_t i,
                              std::uint32_t last) {
-      const int self = task.terms.side == 0 ? 1 : 0;
+      Ints self{};  // a particle of some width sees itself
+      const Floats own_reach = kRadii ? own_radius + own_radius : law.reach;
+      if (task.terms.side == 0) self -= own_reach * own_reach > 0.0f;
       if (any(zeros > self)) part_equals(law, task, around, i, last);
       const Floats3 now = velocity + sum;
       const Floats count = to_floats(touching);

@@ -35,12 +35,14 @@ void collect_beyond(const actions::Block& b, const actions::Band* bands, std::ui
   }
 }
 
+// NOLINTBEGIN(misc-const-correctness): the functions of the table change the counts
 void collect(const actions::Block& b, const actions::Band* bands, std::size_t band_count, std::uint32_t base,
              std::uint32_t* dead, std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
   constexpr decltype(&collect_beyond<0>) kBy[] = {collect_beyond<0>, collect_beyond<1>, collect_beyond<2>,
                                                   collect_beyond<3>};
   kBy[band_count](b, bands, base, dead, dead_count, left, left_count);
 }
+// NOLINTEND(misc-const-correctness)
 
 }  // namespace
 

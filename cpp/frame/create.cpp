@@ -83,7 +83,7 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   const bool shared = shares_births(rank, script, round);
   rank.talk.work("create", [&] {
     for (std::size_t i = round.first; i < round.last; ++i) {
-      System& system = *script.systems[i];
+      const System& system = *script.systems[i];
       Balancing& balancing = manager.systems[i];
       if (balancing.next) {
         script.divide(i, *std::exchange(balancing.next, std::nullopt));

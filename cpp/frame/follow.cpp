@@ -43,13 +43,13 @@ class Following {
     if (agree_on_maxima(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f})[0] > 0) return false;
     std::vector<Message> told(static_cast<std::size_t>(count_));
     compute([&] { tell(told); });
-    swap(told);  // now: what the others told this keeper
+    trade(told);  // now: what the others told this keeper
     compute([&] { note(told); });
     const Word firsts = agree_on_maxima(rank_, round_, first_places());
     if (firsts[0] > 0) return false;
     std::vector<Message> answers(static_cast<std::size_t>(count_));
     compute([&] { answer(firsts, answers); });
-    swap(answers);
+    trade(answers);
     compute([&] { act(answers); });
     return true;
   }
@@ -94,7 +94,7 @@ class Following {
   }
 
   // Each calculator's message to each, its own included.
-  void swap(std::vector<Message>& messages) {
+  void trade(std::vector<Message>& messages) {
     comm::Communicator& comm = rank_.talk.comm();
     std::vector<Message> heard(messages.size());
     for (int step = 1; step < count_; ++step) {

@@ -136,7 +136,6 @@ class Swap {
         extent_.radius = std::max(extent_.radius, extent.radius);
         extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
         extent_.displacement = std::max(extent_.displacement, extent.displacement);
-        extent_.rounding = std::max(extent_.rounding, extent.rounding);
         extent_.masses = std::max(extent_.masses, extent.masses);
       }
     });
@@ -151,14 +150,13 @@ class Swap {
                  extent_.radius,
                  extent_.other_radius,
                  extent_.displacement,
-                 extent_.rounding,
                  extent_.masses};
     const std::size_t fixed = word.size();
     word.insert(word.end(), pins_.begin(), pins_.end());
     word.insert(word.end(), bounds_.begin(), bounds_.end());
     const Word heard = agree_on_maxima(rank_, round_, std::move(word));
     if (heard[0] != 0) return false;
-    extent_ = {heard[2], heard[3], heard[4], heard[5], heard[6]};
+    extent_ = {heard[2], heard[3], heard[4], meetings::rounding_at(farthest_cut()), heard[5]};
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed + pins_.size()), bounds_.size(), bounds_.begin());
     farthest_ = heard[1];
@@ -169,6 +167,14 @@ class Swap {
       range_ = 2 * cube_.leaf;
     }
     return true;
+  }
+
+  float farthest_cut() const {
+    float most = 0;
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      for (const float cut : system(side).domains.cuts()) most = std::max(most, std::abs(cut));
+    }
+    return most;
   }
 
   // Whether what one calculator has may concern another: leavers, or copies of what is within reach.
@@ -303,11 +309,13 @@ class Swap {
     }
     const domains::Domains& seen_by = system(seer(side)).domains;
     const std::vector<std::uint32_t> near = near_the_border(side);
+    std::map<int, domains::Box> boxes{{self, seen_by.box(self)}};
+    for (const auto& [target, message] : messages) boxes[target] = seen_by.box(target);
     const auto sees = [&](int who, std::uint32_t p) {
       float x[3];
       position_of(here.store, p, x);
       const bool tied = bonds_ == nullptr || bonds_->row_of(here.store.ids()[p]) != meetings::Bonds::kNone;
-      return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(seen_by.box(who), x) <= range_;
+      return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(boxes.at(who), x) <= range_;
     };
     const auto owner_of = [&](std::uint32_t p) {
       const auto leaver = owners.find(p);
@@ -401,7 +409,7 @@ class Swap {
   }
 
   // They never took part: no spawn rule hears of their death.
-  void drop(Population& here, const std::vector<std::uint32_t>& dropped) {
+  void drop(Population& here, const std::vector<std::uint32_t>& dropped) const {
     if (dropped.empty()) return;
     here.store.remove(dropped, *rank_.pool);
     here.tally.killed += dropped.size();

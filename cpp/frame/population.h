@@ -40,11 +40,11 @@ struct Population {
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
   Tally tally;
   Sight sight;
-  std::vector<Sent> sent;                              // leavers of this frame, by domain
+  std::vector<Sent> sent;  // leavers of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
-  std::uint64_t oldest = 0;                            // the lowest id here, where the history asks for it
-  particles::Digest digest;    // where the conversation asks for it
-  balance::Speeds speeds;      // this calculator's
+  std::uint64_t oldest = 0;  // the lowest id here, where the history asks for it
+  particles::Digest digest;  // where the conversation asks for it
+  balance::Speeds speeds;  // this calculator's
 };
 
 /// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at
@@ -55,7 +55,7 @@ struct Call {
   std::size_t begin;
   const std::vector<std::uint32_t>* chosen;
   const meetings::PairList* pairs = nullptr;  // of a procedure of pairs
-  std::vector<float>* changes = nullptr;      // what that says: three numbers each, or nothing
+  std::vector<float>* changes = nullptr;  // what that says: three numbers each, or nothing
 };
 
 /// What a calculator keeps, per system. Ranks that do not calculate have empty populations.

@@ -150,7 +150,7 @@ Seen seen(Population& here) {
 
 Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
   const auto i = static_cast<std::size_t>(index);
-  System& system = *script.systems[i];
+  const System& system = *script.systems[i];
   Population& here = *calculator.populations[i];
   if (system.meets()) {
     throw std::invalid_argument("particles of system '" + system.definition.name +

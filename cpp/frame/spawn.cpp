@@ -110,8 +110,12 @@ void make_children(const Script& script, Calculator& calculator, int self, const
 }  // namespace
 
 void note_events(const System& system, Population& here) {
-  note_bounced(here);
-  add_events(system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here));
+  if (here.bounced.empty()) {
+    add_events(system, here, newborn_of(system, here.store), here.outcome.dead, here.outcome.hits);
+  } else {  // some did before a meeting
+    note_bounced(here);
+    add_events(system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here));
+  }
 }
 
 void clear_dead(const Rank& rank, const System& system, Population& here) {

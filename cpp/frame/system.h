@@ -29,9 +29,9 @@ struct BirthGroup {
 struct Piece {
   recording::Program program;
   std::size_t first = 0;  // actions before it in the segment
-  std::size_t end = 0;    // place in the list of what stands behind it, or the list's length
+  std::size_t end = 0;  // place in the list of what stands behind it, or the list's length
   const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
-  const actions::Action* meeting = nullptr;       // the same
+  const actions::Action* meeting = nullptr;  // the same
 };
 
 /// Numbers of particles that all ranks agree on.

@@ -57,13 +57,10 @@ float largest(const std::vector<float>& values) {
   return most;
 }
 
-// How far particles get in the step, along an axis, where `limit` does not stop them. What is no number is seen by
-// nobody.
-void measure_steps(const Store& store, float dt, Extent& extent, threads::Pool& pool) {
+// How far particles get in the step, along an axis, if nothing stops them. What is no number is seen by nobody.
+float displacement_of(const Store& store, float dt, threads::Pool& pool) {
   std::vector<float> most;
-  std::vector<float> farthest((store.size() + pool.items(kRange) - 1) / pool.items(kRange), 0);
   each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
-    float& out = farthest[first / pool.items(kRange)];
     for (int c = 0; c < 3; ++c) {
       const float* x = store.plane(particles::position, c);
       const float* v = store.plane(particles::velocity, c);
@@ -73,12 +70,10 @@ void measure_steps(const Store& store, float dt, Extent& extent, threads::Pool& 
         const float from = x != nullptr ? x[i] : same_x;
         const float way = std::abs((from + (v != nullptr ? v[i] : same_v) * dt) - from);
         if (way > far) far = way;
-        if (std::abs(from) > out) out = std::abs(from);
       }
     }
   });
-  extent.displacement = largest(most);
-  extent.rounding = largest(farthest) * 0x1p-22f;
+  return largest(most);
 }
 
 float radius_of(const Store& store, threads::Pool& pool) {
@@ -273,7 +268,7 @@ class Meeting {
   void arrange_radii(std::size_t s, const Source& source) {
     const float given = given_radius(action_, s == 1);
     const Crowd& crowd = crowds_[s];
-    Column widths = source.column(7);
+    const Column widths = source.column(7);
     std::vector<float>& values = scratch_.party[s].column[radius];
     if (given > 0) {
       values.assign(padded(crowd.size()), given);
@@ -419,7 +414,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
   const simd::FloatMode mode;
   const float given = given_radius(action, second);
   (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
-  measure_steps(store, dt, extent, pool);
+  extent.displacement = displacement_of(store, dt, pool);
   extent.masses = has_masses(store) ? 1.0f : 0.0f;
   return extent;
 }

@@ -33,13 +33,16 @@ struct Extent {
   float radius = 0;         // metres
   float other_radius = 0;   // of the second system
   float displacement = 0;   // metres along an axis, in the step
-  float rounding = 0;       // metres: of positions
+  float rounding = 0;       // metres: of positions where copies are; see rounding_at
   float masses = 0;         // above 0: some particle has another mass than 1 kg
 
   bool operator==(const Extent&) const = default;
 };
 
-/// Of this rank's particles. `second`: they are of the action's second system.
+/// What looking ahead may round, for particles next to a cut this far from the origin of space.
+constexpr float rounding_at(float cut) { return cut * 0x1p-22f; }
+
+/// Of this rank's particles, but for rounding. `second`: they are of the action's second system.
 Extent extent_of(const actions::Action& action, const particles::Store& store, float dt, bool second,
                  threads::Pool& pool);
 

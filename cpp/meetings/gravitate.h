@@ -23,7 +23,8 @@ struct Gravitation {
       pairs -= seen;
     }
 
-    MOTES_INLINE void finish(const Gravitation&, const Task& task, const Around&, std::uint32_t i, std::uint32_t last) {
+    MOTES_INLINE void finish(const Gravitation&, const Task& task, const Around&, std::uint32_t i,
+                             std::uint32_t last) const {
       store_lanes(task.out[0] + i, sum.x, last - i);
       store_lanes(task.out[1] + i, sum.y, last - i);
       store_lanes(task.out[2] + i, sum.z, last - i);

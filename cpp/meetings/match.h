@@ -32,7 +32,8 @@ struct Matching {
       pairs -= seen;
     }
 
-    MOTES_INLINE void finish(const Matching&, const Task& task, const Around&, std::uint32_t i, std::uint32_t last) {
+    MOTES_INLINE void finish(const Matching&, const Task& task, const Around&, std::uint32_t i,
+                             std::uint32_t last) const {
       const Floats part = 1.0f / max(weight, all(1.0f));
       const Floats3 now = value + sum * part;
       store_lanes(task.out[0] + i, now.x, last - i);

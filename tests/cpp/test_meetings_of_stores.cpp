@@ -144,11 +144,13 @@ Copies copies_of(const Action& action, const Store& store, const std::vector<std
 // All particles, on ranks that own slabs and know of others what lies within the action's range.
 particles::Digest met_on_slabs(const Action& action, const Store& all, const std::vector<float>& cuts) {
   particles::Digest sum;
-  const Extent extent = meetings::extent_of(action, all, kDt, false, threads::alone());
+  constexpr double kInf = std::numeric_limits<double>::infinity();
+  Extent extent = meetings::extent_of(action, all, kDt, false, threads::alone());
+  for (const float cut : cuts) extent.rounding = std::max(extent.rounding, meetings::rounding_at(std::abs(cut)));
   const double range = meetings::range_of(action, extent);
   for (std::size_t d = 0; d <= cuts.size(); ++d) {
-    const double low = d == 0 ? -INFINITY : double{cuts[d - 1]};
-    const double high = d == cuts.size() ? INFINITY : double{cuts[d]};
+    const double low = d == 0 ? -kInf : double{cuts[d - 1]};
+    const double high = d == cuts.size() ? kInf : double{cuts[d]};
     std::vector<std::uint8_t> own(all.size(), 0);
     std::vector<std::uint8_t> copied(all.size(), 0);
     for (std::size_t i = 0; i < all.size(); ++i) {

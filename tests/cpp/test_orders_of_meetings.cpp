@@ -292,7 +292,8 @@ void check_ends(const Fault& fault, bool shared, std::uint64_t seed) {
   simulation.seed = seed;
   try {
     comm::simulate(simulation, [&](SimulatedRank& self) { play(self, fault, shared, ends); });
-  } catch (const comm::Deadlock&) {  // seen by the ranks that wait
+  } catch (const comm::Deadlock& seen) {
+    check::fail(__FILE__, __LINE__, seen.what());
   }
   const bool differs = fault.kind == Fault::without || fault.kind == Fault::more;
   for (int r = 0; r < fault.ranks; ++r) {

@@ -317,7 +317,7 @@ class Recorder(ABC):
         magnitude: float = 1,
         epsilon: float = 0.001,
         max_radius: float = math.inf,
-        far: str = 'exact',
+        far: str = "exact",
         *,
         where: Where = None,
     ) -> None:

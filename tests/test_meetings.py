@@ -10,6 +10,7 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from launching import Result, mpirun, python
 from test_same_bits import roles, table, widths
@@ -359,3 +360,32 @@ def test_a_box_of_twenty_layers_comes_to_rest():
     assert fastest < (2 * 9.81 * height) ** 0.5, "nothing is thrown faster than it can fall"
     assert mean < 2 * 1e-4, "metres in two seconds"
     assert most < 0.01
+
+
+COPIES = """
+import numpy as np, motes, sys
+settings = dict(space=(-1, 1), roles="shared", balancer=motes.Static(), progress="off", log=sys.argv[1])
+with motes.World(seed=1, **settings) as w:
+    s = w.system("some")
+    s.emit(position=np.random.default_rng(2).uniform(-1, 1, (3000, 3)).astype(np.float32))
+    s.gravitate(max_radius=0.1)
+    w.step()
+"""
+
+
+def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
+    ended = mpirun(4, COPIES, tmp_path / "log")
+    assert ended.code == 0, ended.text
+    rows = motes.open_run(tmp_path / "log").load
+    x = np.random.default_rng(2).uniform(-1, 1, (3000, 3)).astype(np.float32)[:, 0].astype(np.float64)
+    cuts = np.array([-np.inf, -0.5, 0, 0.5, np.inf])
+    for _, row in rows.iterrows():
+        calculator = int(row["rank"])
+        own = x[(x >= cuts[calculator]) & (x < cuts[calculator + 1])]
+        others = [other for other in range(4) if other != calculator]
+        reached = [np.maximum(cuts[o] - own, own - cuts[o + 1]) <= 0.1 for o in others]
+        assert row["n_end"] == len(own)
+        assert row["copies"] == sum(np.count_nonzero(some) for some in reached)
+        messages = sum(bool(some.any()) for some in reached)
+        assert row["copied_bytes"] == 20 * row["copies"] + 24 * messages, "an id and a place each"
+        assert row["meetings"] == 1 and row["t_meet_s"] > 0

@@ -252,3 +252,42 @@ def test_contacts_are_those_of_all_collisions_of_a_sub_step():
         w.step()
         assert a.gather().contacts.tolist() == [2, 1]
         assert b.gather().contacts.tolist() == [1]
+
+
+def stretch(substeps: int, falls: bool) -> tuple[float, float]:
+    """Let 100 x 100 particles hang by two corners, or fall over a ball, for 3 s.
+
+    Returns by how much edges between neighbours are off their length: mean, and the longest; parts of it.
+    """
+    side = 0.02 * 99
+    with world(dt=1 / 24, substeps=substeps) as w:
+        s = w.system("cloth")
+        if falls:
+            ties = s.cloth(100, 100, (0.013 - side / 2, 0.62, 0.007 - side / 2), (side, 0, 0), (0, 0, side))
+        else:
+            ties = s.cloth(100, 100, (-side / 2, 0, 0), (0, 0, side), (side, 0, 0), pinned=[(0, 0), (0, 99)])
+        for _ in range(72):
+            s.gravity((0, -9.81, 0))
+            s.damping(damping=(0.7, 0.7, 0.7))
+            s.tie(ties, bend=1e-3)
+            for solid in (shapes.Sphere((0, 0, 0), 0.51), shapes.Plane((0, -0.89, 0), (0, 1, 0))):
+                if falls:
+                    s.bounce(solid, restitution=0, friction=0.4, exact_hit=False)
+            s.move()
+            w.step()
+        at = s.gather().position.astype(np.float64).reshape(100, 100, 3)
+    edges = np.concatenate([np.linalg.norm(np.diff(at, axis=axis), axis=2).ravel() for axis in (0, 1)])
+    off = edges / 0.02 - 1
+    return float(np.abs(off).mean()), float(off.max())
+
+
+def test_a_cloth_that_hangs_is_as_stiff_as_its_sub_steps():
+    mean, longest = stretch(20, falls=False)
+    assert mean == pytest.approx(0.068, rel=0.1)
+    assert longest == pytest.approx(0.49, rel=0.1)
+
+
+@pytest.mark.slow
+def test_a_cloth_over_a_ball_is_as_stiff_as_its_sub_steps():
+    assert stretch(40, falls=True)[0] == pytest.approx(0.064, rel=0.1)
+    assert stretch(80, falls=True)[0] == pytest.approx(0.019, rel=0.1)

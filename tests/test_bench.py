@@ -14,7 +14,8 @@ from motes import _core
 from motes.bench import overhead
 from motes.cli import main
 
-ACTIONS = _core.action_names()
+MEETINGS = {"gravitate", "follow", "match_velocity", "match_rotational_velocity", "collide", "tie", "pairs"}
+ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 
 
 def figures(capsys: pytest.CaptureFixture[str], *argv: str) -> dict[str, Any]:
@@ -34,6 +35,14 @@ def test_every_action_has_its_cost(capsys):
     gravity, restore = found["actions"]["gravity"], found["actions"]["restore"]
     assert (gravity["bytes_loaded"], gravity["bytes_stored"]) == (12, 12)
     assert (restore["bytes_loaded"], restore["bytes_stored"]) == (72, 48)
+
+
+def test_every_meeting_has_its_cost(capsys):
+    found = figures(capsys, "meetings", "--particles", "3000", "--repeats", "2")
+    assert len(found["rows"]) >= 5 and all(row["ns"] > 0 for row in found["rows"])
+    assert 5 < found["neighbours"] < 9
+    assert main(["bench", "meetings", "--particles", "1000", "--repeats", "1"]) == 0
+    assert "collide" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("scene", ["snow", "fountain"])

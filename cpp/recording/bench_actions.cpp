@@ -181,6 +181,7 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats) {
   const Program base(base_list());
   std::vector<ActionCost> costs;
   for (int k = 0; k < actions::kKinds; ++k) {
+    if (actions::facts(static_cast<Kind>(k)).between) continue;  // `bench meetings`
     const Action action = example(static_cast<Kind>(k));
     const bool copies = actions::uses_copies(action, {});
     const bool sorts = action.kind == Kind::sort;

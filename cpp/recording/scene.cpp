@@ -6,8 +6,8 @@
 #include <stdexcept>
 
 #include "image/assets.h"
-#include "meetings/ties.h"
 #include "image/camera.h"
+#include "meetings/ties.h"
 
 namespace motes::recording {
 namespace {

@@ -71,7 +71,7 @@ def test_any_domains(size: int):
     run(size, variants if size < 9 else variants[1::2])
 
 
-@pytest.mark.parametrize("size", [4, 6])
+@pytest.mark.parametrize("size", [4, pytest.param(6, marks=pytest.mark.slow)])
 def test_every_balancer(size: int):
     variants: list[dict[str, Any]] = [
         {"roles": "shared", "space": space, "balancer": name, "together": space == THIN}
@@ -85,7 +85,10 @@ def test_every_balancer(size: int):
     run(size, variants)
 
 
-@pytest.mark.parametrize(("size", "threads"), [(1, 2), (1, 3), (3, 2)])
+@pytest.mark.parametrize(
+    ("size", "threads"),
+    [(1, 3), pytest.param(1, 2, marks=pytest.mark.slow), pytest.param(3, 2, marks=pytest.mark.slow)],
+)
 def test_any_threads(size: int, threads: int):
     env = {"MOTES_THREADS": str(threads), "MOTES_GRAIN": "64"}
     run(size, [{"roles": "shared", "space": [-2, 2], "combine": "overlapped"}], env)
@@ -174,7 +177,7 @@ with world:
 """
 
 
-@pytest.mark.parametrize("substeps", [1, 2])
+@pytest.mark.parametrize("substeps", [1, pytest.param(2, marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("meeting", "read"),
     [
@@ -301,7 +304,7 @@ with world:
 """
 
 
-@pytest.mark.parametrize(("rank", "call"), [(0, 3), (2, 8), (3, 12)])
+@pytest.mark.parametrize(("rank", "call"), [(0, 3), (2, 8), pytest.param(3, 12, marks=pytest.mark.slow)])
 def test_a_callback_that_fails_between_meetings_stops_all(rank: int, call: int):
     result = mpirun(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
     assert result.code == 1
@@ -389,3 +392,17 @@ def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
         messages = sum(bool(some.any()) for some in reached)
         assert row["copied_bytes"] == 20 * row["copies"] + 24 * messages, "an id and a place each"
         assert row["meetings"] == 1 and row["t_meet_s"] > 0
+
+
+def test_a_refused_read_does_not_end_the_run():
+    with motes.World(seed=1, progress="off") as world:
+        system = world.system("some")
+        for frame in range(2):
+            system.burst(motes.shapes.Sphere((0, 0, 0), 1), 10)
+            system.collide(0.1)
+            for read in (system.gather, world.digest, lambda: system.total(1)):
+                with pytest.raises((ArgumentError, ValueError), match="meet in this frame"):
+                    read()
+            system.move()
+            world.step()
+            assert len(system.gather()) == system.total(1) == 10 * (frame + 1)

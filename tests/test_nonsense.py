@@ -54,7 +54,7 @@ class Fuzz:
             dt, substeps = self.dice.choice(STEPS_S), self.dice.choice([1, 2])
             world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
             system = world.system("a", capacity=40, attributes={"heat": 0.0, "wind": (0, 0, 0)})
-            makers, calls = constructors(), methods(system, "callback", "gather", "local")
+            makers, calls = constructors(), methods(system, "callback", "gather", "local", "pairs")
             with world:
                 for frame in world.frames(FRAMES):
                     for _ in range(self.dice.randrange(6)):

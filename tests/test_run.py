@@ -37,7 +37,11 @@ def log(tmp_path):
 def test_tables_have_all_columns_in_order(log):
     run = motes.open_run(log)
     assert list(run.load.columns)[:6] == ["frame", "system", "rank", "host", "n_start", "n_end"]
-    assert list(run.load.columns)[-3:] == ["domain_lo", "domain_hi", "speed"]
+    columns = list(run.load.columns)
+    assert columns[columns.index("domain_lo") :][:2] == ["domain_lo", "domain_hi"]
+    assert columns.index("domain_hi") < columns.index("speed") < columns.index("meetings")
+    assert columns[-1] == "t_meet_wait_s"
+    assert run.load["meetings"].isna().all(), "there were none"
     assert run.load["n_end"].dtype == "int64"
     assert run.load["t_compute_s"].dtype == "float64"
     assert len(run.load) == 12

@@ -178,6 +178,7 @@ void Engine::look_at(int index, const Compute& compute) {
 
 std::vector<particles::Digest> Engine::digest() {
   catch_up();
+  for (const auto& system : parts_.script.systems) check_readable(*system);
   for (int i = 0; i < system_count(); ++i) {
     look_at(i, [&](const Seen& seen) { note_digest(parts_.rank, seen, population(i)); });
   }
@@ -189,6 +190,7 @@ std::vector<particles::Digest> Engine::digest() {
 
 std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
   catch_up();
+  check_readable(system(index));
   look_at(index, [](const Seen&) {});
   ask_all(parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
   return frame::gather(parts_.rank, system(index), seen(index), to_all);
@@ -196,6 +198,7 @@ std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
 
 recording::Totals Engine::sum(int index, Verb verb, const recording::Sum& what) {
   catch_up();
+  check_readable(system(index));
   recording::check(what, system(index).schema);
   if (recording::uses_copies(what, system(index).schema)) keep_copies(system(index), population(index));
   recording::Summed own;

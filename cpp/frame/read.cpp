@@ -142,6 +142,12 @@ void pass_around(Rank& rank, Message own, std::uint64_t count, Store& gathered) 
 
 }  // namespace
 
+void check_readable(const System& system) {
+  if (!system.meets()) return;
+  throw std::invalid_argument("particles of system '" + system.definition.name +
+                              "' meet in this frame's list so far: they can be read before that, or after the frame");
+}
+
 Seen seen(Population& here) {
   if (here.in_callback) return {&here.store, here.store.size(), false};
   if (here.preview) return {&here.preview->store, here.preview->store.size() - here.preview->dead, true};
@@ -152,10 +158,7 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
   const auto i = static_cast<std::size_t>(index);
   const System& system = *script.systems[i];
   Population& here = *calculator.populations[i];
-  if (system.meets()) {
-    throw std::invalid_argument("particles of system '" + system.definition.name +
-                                "' meet in this frame's list so far: they can be read before that, or after the frame");
-  }
+  check_readable(system);
   if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
   const simd::FloatMode mode;
   if (rank.settings.substeps == 1) {

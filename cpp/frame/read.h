@@ -17,6 +17,10 @@ struct Seen {
   bool preview;
 };
 
+/// Throws std::invalid_argument, the same on all ranks, where particles meet in what was recorded so far: nobody can
+/// run that alone.
+void check_readable(const System& system);
+
 /// What the last read saw, or the particles as they are.
 Seen seen(Population& here);
 

@@ -4,7 +4,7 @@ import numpy as np
 
 import motes
 from motes import column
-from motes.shapes import Box, Cone, Cylinder, Plane, Sphere
+from motes.shapes import Cone, Cylinder, Plane, Sphere
 
 args = motes.script.options(__doc__, space="-25,25", systems=1, particles=3500, frames=320, size="960x540")
 
@@ -37,7 +37,6 @@ world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=arg
 
 birds = world.system("birds", sprite=motes.Sprite("image", pixels=None, blend="alpha", image=bird()))
 birds.configure(velocity=Sphere((2, 0, 7), 2), size=motes.Uniform(0.6, 0.75), color=(0.02, 0.018, 0.025))
-wide = Box((-99, 1, -99), (99, 99, 99))
 
 with world, motes.Movie(f"{args.out}/flock.mp4") as movie:
     for frame in world.frames(args.frames):

@@ -41,7 +41,7 @@ with world:
 
 
 def lines(tmp_path: Path, size: int, options: str, systems: str = "a = world.system('a')") -> list[str]:
-    """Run the script on so many ranks."""
+    """Run the script on `size` ranks and return the lines that it prints."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(options=options, systems=systems))
     return mpirun(size, script, timeout=60).lines

@@ -39,7 +39,7 @@ double gap(const domains::Box& a, const domains::Box& b) {
   return most;
 }
 
-// How far out of the box a point is. What is no number may belong anywhere.
+// How far out of the box a point is, in metres; infinite for NaN, which may belong to any calculator.
 double outside(const domains::Box& box, const float (&x)[3]) {
   double most = 0;
   for (std::size_t c = 0; c < 3; ++c) {

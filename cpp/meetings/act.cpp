@@ -57,7 +57,7 @@ float largest(const std::vector<float>& values) {
   return most;
 }
 
-// How far particles get in the step, along an axis, if nothing stops them. What is no number is seen by nobody.
+// How far particles get in the step, along an axis, if nothing stops them. Nobody sees a particle at NaN.
 float displacement_of(const Store& store, float dt, threads::Pool& pool) {
   std::vector<float> most;
   each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
@@ -278,7 +278,7 @@ class Meeting {
     for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
   }
 
-  // What weighs nothing, or is no number, is pushed away by the other alone.
+  // A particle whose mass is 0 or NaN is pushed away by the other alone.
   void arrange_masses(std::size_t s, const Source& source) {
     arrange(s, inverse_mass, source.column(8));
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];

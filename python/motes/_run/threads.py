@@ -68,5 +68,5 @@ def _most_at_once(group: Path) -> int | None:
     """Return how many processors the container's quota of processor time amounts to; None: it has none."""
     with contextlib.suppress(OSError, ValueError):
         quota, period = group.read_text().split()
-        return max(1, math.ceil(int(quota) / int(period)))  # "max" is no number
+        return max(1, math.ceil(int(quota) / int(period)))  # "max": no limit
     return None

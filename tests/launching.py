@@ -107,9 +107,13 @@ def command(
     env: dict[str, str] | None = None,
     watch: Callable[[int], None] | None = None,
 ) -> Result:
-    """Run any program with its arguments; once more if mpirun itself could not start."""
+    """Run any program with its arguments; once more if mpirun itself could not start, or crashed."""
     result = _once(argv, timeout, env, watch)
-    if result.code != 0 and NO_LAUNCHER in result.err:  # nothing of ours has run yet
+    # mpirun of Open MPI 5 may crash in libpmix, once in thousands of aborts; a rank's crash has another code.
+    crashed = argv[0] != sys.executable and result.code == -signal.SIGSEGV
+    if crashed or (
+        result.code != 0 and NO_LAUNCHER in result.err
+    ):  # in this case nothing of ours has run yet
         result = _once(argv, timeout, env, watch)
     return result
 

@@ -214,6 +214,21 @@ def test_wrong_input():
                 wrong()
 
 
+def test_a_fabric_that_is_refused_leaves_no_particles():
+    with world() as w:
+        s = w.system("some", capacity=100)
+        for wrong in (
+            lambda: s.cloth(5, 5, (0, 0, 0), (1, 0, 0), (0, 0, 1), pinned=[(5, 0)]),
+            lambda: s.cloth(20, 20, (0, 0, 0), (1, 0, 0), (0, 0, 1)),
+            lambda: s.rope((0, 0, 0), (1, 0, 0), 10, pinned=[10]),
+        ):
+            with pytest.raises(ArgumentError):
+                wrong()
+        assert s.rope((0, 0, 0), (1, 0, 0), 3).pairs.tolist() == [[0, 1], [1, 2], [0, 2]]
+        w.step()
+        assert s.count == 3
+
+
 def test_a_procedure_of_pairs_that_returns_nonsense_is_named():
     with pytest.raises(ArgumentError, match=r"pairs.*\(12, 3\)|\(12, 3\)"), world() as w:
         s = w.system("some")

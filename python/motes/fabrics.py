@@ -11,13 +11,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import arguments
 from .errors import ArgumentError
-from .ties import BEND, MOST_TETHERS, SHEAR, STRETCH, Ties
+from .ties import BEND, MOST_TETHERS, SHEAR, STRETCH, Tethers, Ties
 from .values import says_near_names
 
 if TYPE_CHECKING:
     from .world import World
 
 __all__ = ["Fabrics"]
+
+MOST_AT_ONCE = 1_000_000  # distances to pinned particles, in memory
 
 
 class Fabrics(ABC):
@@ -70,7 +72,7 @@ def _cloth(
         )
     grid = np.stack(np.meshgrid(np.arange(rows), np.arange(columns), indexing="ij"), -1).reshape(-1, 2)
     rest = (grid / (rows - 1, columns - 1)) @ sides
-    first = _emit(system, "cloth", rest + corner)
+    held = [_place_in_cloth(place, rows, columns) for place in _listed("pinned", pinned)]
     number = np.arange(rows * columns).reshape(rows, columns)
     steps = [(0, 1, STRETCH), (1, 0, STRETCH), (1, 1, SHEAR), (1, -1, SHEAR), (0, 2, BEND), (2, 0, BEND)]
     pairs, kinds = [], []
@@ -79,8 +81,7 @@ def _cloth(
         there = number[down:, max(0, right) : columns + min(0, right)]
         pairs.append(np.stack([here.ravel(), there.ravel()], -1))
         kinds.append(np.full(here.size, kind, np.uint8))
-    held = [_place_in_cloth(place, rows, columns) for place in _listed("pinned", pinned)]
-    return _tied(first, rest, np.concatenate(pairs), np.concatenate(kinds), held)
+    return _born(system, "cloth", corner, rest, np.concatenate(pairs), np.concatenate(kinds), held)
 
 
 def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Ties:
@@ -90,7 +91,6 @@ def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Tie
     if not np.linalg.norm(way) > 0:
         raise ArgumentError("end", end, "another point than `start`")
     rest = np.linspace(0, 1, count)[:, None] * way
-    first = _emit(system, "rope", rest + begin)
     number = np.arange(count)
     pairs = [np.stack([number[:-step], number[step:]], -1) for step in (1, 2)]
     kinds = [np.full(len(one), kind, np.uint8) for one, kind in zip(pairs, (STRETCH, BEND), strict=True)]
@@ -98,7 +98,7 @@ def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Tie
         arguments.integer("pinned", place, low=-count, high=count - 1) % count
         for place in _listed("pinned", pinned)
     ]
-    return _tied(first, rest, np.concatenate(pairs), np.concatenate(kinds), held)
+    return _born(system, "rope", begin, rest, np.concatenate(pairs), np.concatenate(kinds), held)
 
 
 def _listed(argument: str, places: Any) -> list[Any]:
@@ -114,33 +114,55 @@ def _place_in_cloth(place: Any, rows: int, columns: int) -> int:
     return row * columns + arguments.integer("pinned", pair[1], low=-columns, high=columns - 1) % columns
 
 
-def _emit(system: Fabrics, call: str, position: NDArray[np.float64]) -> int:
-    """Emit particles and return the id of the first one."""
+def _born(
+    system: Fabrics,
+    call: str,
+    origin: NDArray[np.float64],
+    rest: NDArray[np.float64],
+    pairs: NDArray[np.int64],
+    kinds: NDArray[np.uint8],
+    held: list[int],
+) -> Ties:
+    """Emit particles at `origin + rest` and return their ties, which are as long as they are at rest."""
+    first = _next_id(system, call, len(rest))
+    lengths = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1).astype(np.float32)
+    pins = np.unique(np.array(held, np.int64))
+    made = object.__new__(Ties)
+    made._keep(
+        (pairs + first).astype(np.uint64),
+        lengths,
+        kinds,
+        (pins + first).astype(np.uint64),
+        _tethers_at_rest(first, rest, pins),
+    )
+    system.emit(position=rest + origin)  # last: what was refused has left no births
+    return made
+
+
+def _next_id(system: Fabrics, call: str, count: int) -> int:
+    """Return the first of the ids that the next `count` particles get."""
     engine = system.world._begin(call)
     try:
         first, room = engine.next_birth(system._index)
     finally:
         system.world._usage.end()
-    if room < len(position):
+    if room < count:
         raise ArgumentError(
-            call, len(position), f"at most {room} particles: the system's capacity has room for no more"
+            call, count, f"at most {room} particles: the system's capacity has room for no more"
         )
-    system.emit(position=position)
     return int(first)
 
 
-def _tied(
-    first: int, rest: NDArray[np.float64], pairs: NDArray[np.int64], kinds: NDArray[np.uint8], held: list[int]
-) -> Ties:
-    """Make ties of particles whose ids follow each other, as long as they are at rest."""
-    lengths = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1).astype(np.float32)
-    held = sorted(set(held))
-    tethers: list[tuple[int, int, float]] = []
-    if held:
-        far = np.linalg.norm(rest[:, None] - rest[None, held], axis=2)
-        nearest = np.argsort(far, axis=1, kind="stable")[:, :MOST_TETHERS]
-        tethers = [(first + i, int(pin), float(far[i, pin])) for i in range(len(rest)) for pin in nearest[i]]
-    made = object.__new__(Ties)
-    ids = (pairs + first).astype(np.uint64)
-    made._keep(ids, lengths, kinds, np.array(held, np.uint64) + np.uint64(first), tethers)
-    return made
+def _tethers_at_rest(first: int, rest: NDArray[np.float64], pins: NDArray[np.int64]) -> Tethers:
+    """Tether each particle to the pinned ones that are nearest to it at rest."""
+    count = min(len(pins), MOST_TETHERS)
+    nearest = np.empty((len(rest), count), np.uint32)
+    lengths = np.empty((len(rest), count), np.float32)
+    step = max(1, MOST_AT_ONCE // max(1, len(pins)))
+    for begin in range(0, len(rest) if count else 0, step):
+        part = slice(begin, begin + step)
+        far = np.linalg.norm(rest[part, None] - rest[pins], axis=2)
+        nearest[part] = order = np.argsort(far, axis=1, kind="stable")[:, :count]
+        lengths[part] = np.take_along_axis(far, order, axis=1)
+    ids = np.repeat(np.arange(first, first + len(rest), dtype=np.uint64), count)
+    return ids, nearest.ravel(), lengths.ravel()

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import heapq
-from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -13,11 +12,14 @@ from . import _core, arguments
 from .errors import ArgumentError
 from .values import Value, value
 
-__all__ = ["BEND", "MOST_TETHERS", "SHEAR", "STRETCH", "Ties"]
+__all__ = ["BEND", "MOST_TETHERS", "SHEAR", "STRETCH", "Tethers", "Ties"]
 
 STRETCH, SHEAR, BEND = 0, 1, 2
 MOST_TETHERS = 4  # of one particle: to the pinned ones that are nearest along the ties
 MOST_TIES = 50_000_000
+
+# Of each tether: the particle's id, the place of the other one among the pinned, m.
+Tethers: TypeAlias = tuple[NDArray[np.uint64], NDArray[np.uint32], NDArray[np.float32]]
 
 
 @value()
@@ -61,19 +63,11 @@ class Ties(Value):
         lengths: NDArray[np.float32],
         kinds: NDArray[np.uint8],
         pinned: NDArray[np.uint64],
-        tethers: Sequence[tuple[int, int, float]] | None = None,
+        tethers: Tethers | None = None,
     ) -> None:
         if tethers is None:
             tethers = _tethers(pairs, lengths, pinned)
-        key = _core.keep_ties(
-            pairs.reshape(-1),
-            lengths,
-            kinds,
-            pinned,
-            np.array([t[0] for t in tethers], np.uint64),
-            np.array([t[1] for t in tethers], np.uint32),
-            np.array([t[2] for t in tethers], np.float32),
-        )
+        key = _core.keep_ties(pairs.reshape(-1), lengths, kinds, pinned, *tethers)
         for array in (pairs, lengths, kinds, pinned):
             array.setflags(write=False)
         self.__dict__.update(pairs=pairs, lengths=lengths, kinds=kinds, pinned=pinned, _name=key)
@@ -90,9 +84,7 @@ class Ties(Value):
         return f"<Ties: {len(self)} ties, {len(self.__dict__['pinned'])} particles pinned>"
 
 
-def _tethers(
-    pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: NDArray[np.uint64]
-) -> list[tuple[int, int, float]]:
+def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: NDArray[np.uint64]) -> Tethers:
     """Find how far particles are from those that are pinned, along ties: Dijkstra from all pins at once."""
     near: dict[int, list[tuple[int, float]]] = {}
     for (a, b), length in zip(pairs.tolist(), lengths.tolist(), strict=True):
@@ -110,7 +102,9 @@ def _tethers(
         for other, length in near.get(particle, ()):
             if pin not in found.get(other, {}):
                 heapq.heappush(queue, (far + length, other, pin))
-    return [(p, pin, far) for p, own in sorted(found.items()) for pin, far in sorted(own.items())]
+    rows = [(p, pin, far) for p, own in sorted(found.items()) for pin, far in sorted(own.items())]
+    ids, places, far_away = zip(*rows, strict=True) if rows else ((), (), ())
+    return np.array(ids, np.uint64), np.array(places, np.uint32), np.array(far_away, np.float32)
 
 
 def _ids(argument: str, given: Any) -> NDArray[np.uint64]:

@@ -111,9 +111,8 @@ def command(
     result = _once(argv, timeout, env, watch)
     # mpirun of Open MPI 5 may crash in libpmix, once in thousands of aborts; a rank's crash has another code.
     crashed = argv[0] != sys.executable and result.code == -signal.SIGSEGV
-    if crashed or (
-        result.code != 0 and NO_LAUNCHER in result.err
-    ):  # in this case nothing of ours has run yet
+    not_started = result.code != 0 and NO_LAUNCHER in result.err  # nothing of ours has run yet
+    if crashed or not_started:
         result = _once(argv, timeout, env, watch)
     return result
 

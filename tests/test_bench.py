@@ -14,7 +14,17 @@ from motes import _core
 from motes.bench import overhead
 from motes.cli import main
 
-MEETINGS = {"gravitate", "follow", "match_velocity", "match_rotational_velocity", "collide", "tie", "pairs"}
+MEETINGS = {
+    "gravitate",
+    "follow",
+    "match_velocity",
+    "match_rotational_velocity",
+    "collide",
+    "contact",
+    "fluid",
+    "tie",
+    "pairs",
+}
 ACTIONS = [name for name in _core.action_names() if name not in MEETINGS]
 
 

@@ -134,6 +134,82 @@ def test_two_balls_head_on(restitution: float, mass: tuple[float, float]):
     assert np.linalg.norm(at(last)[1] - at(last)[0]) > 0.2 * (1 - 1e-5)
 
 
+@pytest.mark.parametrize("restitution", [0.1, 0.6, 1])
+@pytest.mark.parametrize("mass", [(1, 1), (1, 8)])
+def test_two_grains_head_on(restitution: float, mass: tuple[float, float]):
+    def touch(balls: motes.System) -> None:
+        balls.contact(5e4, restitution=restitution, radius=0.1)
+        balls.move()
+
+    start = {"position": [(-0.2, 0, 0), (0.2, 0, 0)], "velocity": [(2, 0, 0), (-1, 0, 0)], "mass": mass}
+    *_, last = states(start, touch, 16, substeps=200)
+    before = np.array((2.0, -1.0))
+    middle = np.average(before, weights=mass)
+    assert speeds(last)[:, 0] == pytest.approx(middle + restitution * (middle - before), abs=0.01)
+
+
+def test_grains_keep_their_momentum_and_turn():
+    start = cluster(200)
+    radius = np.random.default_rng(1).uniform(0.06, 0.1, 200)
+    start |= {"size": 2 * radius[:, None] * (1, 1, 1), "mass": (radius / 0.06) ** 3}
+
+    def touch(grains: motes.System) -> None:
+        grains.contact(20_000, friction=0.7, rolling_friction=0.1)
+        grains.move()
+
+    first, *later = states(start, touch, 60, every=4, substeps=60)
+    mass = first.mass.astype(np.float64)[:, None]
+    inertia = 0.4 * mass * radius[:, None] ** 2
+
+    def turning(p: motes.Particles) -> NDArray[np.float64]:
+        spin = p.rotational_velocity.astype(np.float64)
+        return (np.cross(at(p), mass * speeds(p)) + inertia * spin).sum(axis=0)
+
+    assert np.linalg.norm(later[-1].rotational_velocity, axis=1).mean() > 1
+    assert max(p.contacts.mean() for p in later) > 1
+    assert max(p.contacts.max() for p in later) <= 12, "all touches are remembered"
+    all_push = np.linalg.norm(mass * speeds(first), axis=1).sum()
+    for p in later:
+        assert np.linalg.norm((mass * (speeds(p) - speeds(first))).sum(axis=0)) < 1e-5 * all_push
+        assert np.linalg.norm(turning(p) - turning(first)) < 1e-4 * all_push  # with arms of up to a metre
+
+
+@pytest.mark.parametrize(
+    ("friction", "rolling_friction", "acceleration"),
+    [
+        (0.5, 0.5, 0),  # stands
+        (0.5, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls as a solid sphere does
+        (0, 0, math.sin(math.radians(10))),  # slips
+        (0.1, 0, 5 / 7 * math.sin(math.radians(10))),  # rolls too: 2/7 of tan 10 degrees would be enough
+        (0.02, 0, math.sin(math.radians(10)) - 0.02 * math.cos(math.radians(10))),  # slips and turns
+    ],
+)
+def test_a_grain_on_a_slope(friction: float, rolling_friction: float, acceleration: float):
+    down = 9.81 * np.array((math.sin(math.radians(10)), -math.cos(math.radians(10)), 0))
+
+    def roll(
+        grains: motes.System,
+    ) -> None:  # on a sphere that stands still, as good as a plane
+        small = motes.column("mass") < 10
+        grains.gravity(tuple(down), where=small)
+        grains.contact(
+            1e4, restitution=0.3, friction=friction, rolling_friction=rolling_friction, where=small
+        )
+        grains.move()
+
+    start = {
+        "position": [(0, -1000, 0), (0, 0.1, 0)],
+        "size": [(2000, 1, 1), (0.2, 1, 1)],
+        "mass": (1e9, 1),
+    }
+    way = [at(p)[1, 0] for p in states(start, roll, 100, every=50, dt=1 / 50, substeps=100)]
+    if acceleration == 0:
+        assert abs(way[2]) < 2e-3
+        assert abs(way[2] - way[1]) < 1e-3
+    else:
+        assert way[2] == pytest.approx(0.5 * 9.81 * acceleration * 4, rel=0.02)
+
+
 def column_of(grains: int) -> dict[str, NDArray[np.float64]]:
     """Grains of 4 cm, stacked as high as wide and a half; each layer over the gaps of the one below."""
     wide = round((grains * 0.53) ** (1 / 3))

@@ -70,7 +70,10 @@ bool Course::run_substep(int substep) {
             break;
           (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
         }
-        const Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second]);
+        Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second]);
+        meeting.substep =
+            static_cast<std::uint32_t>(rank_.talk.frame) * static_cast<std::uint32_t>(rank_.settings.substeps) +
+            static_cast<std::uint32_t>(substep);
         waits[first] = nullptr;
         waits[second] = nullptr;
         moved = true;

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <limits>
 #include <map>
-#include <set>
 #include <utility>
 
 #include "comm/clock.h"
@@ -436,7 +434,8 @@ class Swap {
     std::vector<std::uint8_t> chosen[2];
     for (std::size_t side = 0; side < meeting_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store, &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side]};
+      sides[side] = {&here.store,     &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side],
+                     meeting_.substep};
       here.moved = true;
       if (meeting_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);

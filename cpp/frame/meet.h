@@ -20,6 +20,7 @@ struct Meeting {
   std::size_t count = 1;  // of systems: two where they meet each other
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
   bool collided[2] = {};  // already in this sub-step
+  std::uint32_t substep = 0;  // its number since the run's start
 };
 
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.

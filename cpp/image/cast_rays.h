@@ -20,10 +20,6 @@ struct Crossing {
   Ints face;  // distinguishes faces that meet at an edge; of a mesh: the number of the triangle
 };
 
-MOTES_INLINE Floats3 cross(Floats3 a, Floats3 b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
-
 MOTES_INLINE Floats3 operator-(Floats3 v) { return {-v.x, -v.y, -v.z}; }
 
 /// Whether the distance is between `near` and `far`.

@@ -17,11 +17,9 @@ using particles::Store;
 
 constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
 constexpr std::size_t kRange = std::size_t{1} << 15;
-constexpr double kMargin = 1e-6;  // cells and halos are larger than the reach by this part of it
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
-
-float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
+bool touches(const Action& action) { return action.kind == Kind::contact; }
 
 // Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
 // the particle itself.
@@ -40,61 +38,6 @@ struct Ahead {
     for (int c = 0; c < 3; ++c) at[c] = x[c] + way[c];
   }
 };
-
-template <class Work>
-void each_range(std::size_t count, threads::Pool& pool, std::vector<float>& most, const Work& work) {
-  const std::size_t range = pool.items(kRange);
-  most.assign((count + range - 1) / range, 0);
-  pool.run(most.size(), [&](std::size_t part, std::size_t) {
-    const simd::FloatMode mode;
-    work(part * range, std::min(count, (part + 1) * range), most[part]);
-  });
-}
-
-float largest(const std::vector<float>& values) {
-  float most = 0;
-  for (const float value : values) most = std::max(most, value);
-  return most;
-}
-
-// How far particles get in the step, along an axis, if nothing stops them. Nobody sees a particle at NaN.
-float displacement_of(const Store& store, float dt, threads::Pool& pool) {
-  std::vector<float> most;
-  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
-    for (int c = 0; c < 3; ++c) {
-      const float* x = store.plane(particles::position, c);
-      const float* v = store.plane(particles::velocity, c);
-      const float same_x = store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
-      const float same_v = store.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
-      for (std::size_t i = first; i < last; ++i) {
-        const float from = x != nullptr ? x[i] : same_x;
-        const float way = std::abs((from + (v != nullptr ? v[i] : same_v) * dt) - from);
-        if (way > far) far = way;
-      }
-    }
-  });
-  return largest(most);
-}
-
-float radius_of(const Store& store, threads::Pool& pool) {
-  const float* size = store.plane(particles::size, 0);
-  if (size == nullptr) return store.size() == 0 ? 0 : std::max(0.0f, 0.5f * store.uniform_value(particles::size)[0]);
-  std::vector<float> most;
-  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& wide) {
-    for (std::size_t i = first; i < last; ++i) {
-      if (0.5f * size[i] > wide) wide = 0.5f * size[i];
-    }
-  });
-  return largest(most);
-}
-
-bool has_masses(const Store& store) {
-  return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
-}
-
-// A particle that gets farther than the reach in a step is looked for at most so far ahead: whom it would meet beyond,
-// it passes through in any case, and one spark does not make all ranks exchange what they have.
-float step_limit(float reach) { return reach; }
 
 // Columns of the store and of copies, as a crowd needs them.
 struct Source {
@@ -162,12 +105,25 @@ class Meeting {
       crowd.copied_ids = sides_[s].copies->ids.data();
     }
     for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = source.column(c);
-    if (collides(action_)) look_ahead(source, party, crowd);
+    if (looks_ahead(action_)) look_ahead(source, party, crowd);
     party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowd.at[c]);
-    for (std::size_t c = 3; c < source.read.size() && c < 7; ++c) arrange(s, static_cast<int>(c), source.column(c));
-    if (radii()) arrange_radii(s, source);
-    if (masses()) arrange_masses(s, source);
+    for (std::size_t number = 3; number < source.read.size(); ++number) {
+      const Component read = source.read[number];
+      if (const int to = place_of(read); to >= 0) arrange(s, to, source.column(number));
+      if (read.attribute == particles::size && radii()) arrange_radii(s, source.column(number));
+      if (read.attribute == particles::mass && masses()) arrange_masses(s, source.column(number));
+    }
+  }
+
+  // Where a law looks for what it reads as it is; -1: it needs something made of it.
+  int place_of(Component read) const {
+    switch (read.attribute) {
+      case particles::velocity: return value_x + read.component;
+      case particles::rotational_velocity: return (touches(action_) ? spin_x : value_x) + read.component;
+      case particles::contacts: return contacts;
+      default: return -1;
+    }
   }
 
   void arrange(std::size_t s, int to, const Column& column) {
@@ -204,6 +160,7 @@ class Meeting {
   }
 
   bool radii() const {
+    if (touches(action_)) return true;
     return collides(action_) &&
            (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
   }
@@ -263,12 +220,11 @@ class Meeting {
     }
   }
 
-  bool masses() const { return collides(action_) && extent_.masses > 0; }
+  bool masses() const { return touches(action_) || (collides(action_) && extent_.masses > 0); }
 
-  void arrange_radii(std::size_t s, const Source& source) {
+  void arrange_radii(std::size_t s, const Column& widths) {
     const float given = given_radius(action_, s == 1);
     const Crowd& crowd = crowds_[s];
-    const Column widths = source.column(7);
     std::vector<float>& values = scratch_.party[s].column[radius];
     if (given > 0) {
       values.assign(padded(crowd.size()), given);
@@ -278,18 +234,30 @@ class Meeting {
     for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
   }
 
-  // A particle whose mass is 0 or NaN is pushed away by the other alone.
-  void arrange_masses(std::size_t s, const Source& source) {
-    arrange(s, inverse_mass, source.column(8));
+  // A particle whose mass is 0 or NaN is pushed away by the other alone; springs, which it would not withstand, it
+  // does not touch.
+  void arrange_masses(std::size_t s, const Column& all_masses) {
+    arrange(s, inverse_mass, all_masses);
     std::vector<float>& values = scratch_.party[s].column[inverse_mass];
-    for (std::size_t i = 0; i < crowds_[s].size(); ++i) values[i] = values[i] > 1e-12f ? 1 / values[i] : 1e12f;
+    for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
+      const bool heavy = values[i] > 1e-12f;
+      if (!heavy && touches(action_)) scratch_.party[s].column[radius][i] = 0;
+      values[i] = heavy ? 1 / values[i] : 1e12f;
+    }
   }
 
   Terms terms(int side) const {
     Terms t;
     t.reach = reach_;
     t.side = side;
-    if (collides(action_)) {
+    if (touches(action_)) {
+      t.step = dt_;
+      t.restitution = static_cast<float>(action_.numbers[1]);
+      t.friction = static_cast<float>(action_.numbers[2]);
+      t.stiffness = static_cast<float>(action_.numbers[3]);
+      t.rolling_friction = static_cast<float>(action_.numbers[4]);
+      t.now = sides_[0].now;
+    } else if (collides(action_)) {
       const double sleep = action_.numbers[3] < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : action_.numbers[3];
       t.step = dt_;
       t.restitution = static_cast<float>(action_.numbers[1]);
@@ -312,8 +280,8 @@ class Meeting {
     for (std::size_t p = 0; p < count_; ++p) {
       for (std::size_t c = 0; c < party_columns; ++c) columns[p][c] = scratch_.party[p].column[c].data();
     }
-    float* out[4];
-    for (std::size_t c = 0; c < 4; ++c) {
+    float* out[party_results];
+    for (std::size_t c = 0; c < results(); ++c) {
       party.out[c].resize(padded(crowds_[s].size()));
       out[c] = party.out[c].data();
     }
@@ -322,12 +290,17 @@ class Meeting {
     const std::vector<std::size_t> cuts = parts_of(party.cells);
     std::vector<Sight> sights(cuts.size() - 1);
     const auto kernel = kernel_of();
+    particles::Touches* const remembered = touches(action_) ? sides_[s].store->writable_touches() : nullptr;
+    const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
       const simd::FloatMode mode;
       const int side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
-      kernel({targets, sources, terms(side), out, cuts[part], cuts[part + 1], &sights[part]});
+      kernel({targets, sources, terms(side), out, remembered, chosen, cuts[part], cuts[part + 1], &sights[part]});
     });
-    for (const Sight& sight : sights) seen.pairs += sight.pairs;
+    for (const Sight& sight : sights) {
+      seen.pairs += sight.pairs;
+      seen.softened = seen.softened || sight.softened;
+    }
   }
 
   // Rows of about as many particles each, several per thread.
@@ -344,27 +317,38 @@ class Meeting {
 
   void (*kernel_of() const)(const Task&) {
     const Kernels& all = kernels();
+    if (touches(action_)) return all.contact;
     if (collides(action_)) return all.collide[radii() ? 1 : 0][masses() ? 1 : 0];
     return action_.kind == Kind::gravitate ? all.gravitate : all.match;
   }
 
+  std::size_t results() const { return touches(action_) ? 7 : collides(action_) ? 4 : 3; }
+
+  // The planes that the results go to, in their order.
+  void find_planes(Store& store, float* (&to)[party_results]) const {
+    const bool spins = action_.kind == Kind::match_rotational_velocity;
+    for (int c = 0; c < 3; ++c) {
+      to[c] = store.writable_plane(spins ? particles::rotational_velocity : particles::velocity, c);
+    }
+    if (results() > 3) to[3] = store.writable_plane(particles::contacts, 0);
+    for (int c = 0; c < 3 && results() > 4; ++c) to[4 + c] = store.writable_plane(particles::rotational_velocity, c);
+  }
+
   void apply(std::size_t s) {
-    Store& store = *sides_[s].store;
-    const int attribute =
-        action_.kind == Kind::match_rotational_velocity ? particles::rotational_velocity : particles::velocity;
-    float* to[4] = {store.writable_plane(attribute, 0), store.writable_plane(attribute, 1),
-                    store.writable_plane(attribute, 2), nullptr};
-    if (collides(action_)) to[3] = store.writable_plane(particles::contacts, 0);
-    const bool adds = action_.kind == Kind::gravitate;
+    float* to[party_results];
+    find_planes(*sides_[s].store, to);
+    const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // the first ones come on top of what is there
     const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
     const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
     threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k) {
         const std::uint32_t i = order[k];
         if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
-        for (int c = 0; c < 3; ++c)
-          to[c][i] = adds ? to[c][i] + scratch_.party[s].out[c][k] : scratch_.party[s].out[c][k];
-        if (to[3] != nullptr) to[3][i] = scratch_.party[s].out[3][k] + (sides_[s].adds ? to[3][i] : 0.0f);
+        for (std::size_t c = 0; c < results(); ++c) {
+          const bool adds = c < added || (c == 3 && sides_[s].adds);
+          const float out = scratch_.party[s].out[c][k];
+          to[c][i] = adds ? to[c][i] + out : out;
+        }
       }
     });
   }
@@ -381,58 +365,6 @@ class Meeting {
 };
 
 }  // namespace
-
-std::vector<Component> read_by(const Action& action) {
-  std::vector<Component> all;
-  const auto add = [&](int attribute, int width) {
-    for (int c = 0; c < width; ++c) all.push_back({attribute, c});
-  };
-  add(particles::position, 3);
-  switch (action.kind) {
-    case Kind::match_velocity: add(particles::velocity, 3); break;
-    case Kind::match_rotational_velocity: add(particles::rotational_velocity, 3); break;
-    case Kind::collide:
-      add(particles::velocity, 3);
-      add(particles::contacts, 1);
-      add(particles::size, 1);
-      add(particles::mass, 1);
-      break;
-    case Kind::pairs: add(particles::velocity, 3); break;
-    case Kind::tie:
-      add(particles::velocity, 3);
-      add(particles::mass, 1);
-      add(particles::torn, 1);
-      break;
-    default: break;
-  }
-  return all;
-}
-
-Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
-  Extent extent;
-  if (!collides(action)) return extent;
-  const simd::FloatMode mode;
-  const float given = given_radius(action, second);
-  (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
-  extent.displacement = displacement_of(store, dt, pool);
-  extent.masses = has_masses(store) ? 1.0f : 0.0f;
-  return extent;
-}
-
-float reach_of(const Action& action, const Extent& extent) {
-  if (action.kind == Kind::tie) return std::numeric_limits<float>::infinity();  // however far a tie has been drawn out
-  if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
-  if (!collides(action)) return static_cast<float>(action.numbers[2]);
-  return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
-}
-
-double range_of(const Action& action, const Extent& extent) {
-  const double reach = static_cast<double>(reach_of(action, extent));
-  if (!collides(action)) return reach * (1 + 4 * kMargin);
-  const double step =
-      std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
-  return (reach + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
-}
 
 Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
                   threads::Pool& pool) {

@@ -7,49 +7,18 @@
 #include <vector>
 
 #include "actions/action.h"
+#include "meetings/extent.h"
 #include "meetings/kernels.h"
 #include "meetings/pairs.h"
 #include "particles/store.h"
 
 namespace motes::meetings {
 
-/// A component of an attribute.
-struct Component {
-  int attribute = 0;
-  int component = 0;
-};
-
 /// What ranks know of particles of another: as many of each column as there are ids.
 struct Copies {
   std::vector<std::uint64_t> ids;
   std::vector<std::vector<float>> columns;  // of read_by()
 };
-
-/// What an action reads of those that it sees: position first.
-std::vector<Component> read_by(const actions::Action& action);
-
-/// What all ranks agree on before particles meet: maxima over all of them.
-struct Extent {
-  float radius = 0;         // metres
-  float other_radius = 0;   // of the second system
-  float displacement = 0;   // metres along an axis, in the step
-  float rounding = 0;       // metres: of positions where copies are; see rounding_at
-  float masses = 0;         // above 0: some particle has another mass than 1 kg
-
-  bool operator==(const Extent&) const = default;
-};
-
-/// What looking ahead may round, for particles next to a cut this far from the origin of space.
-constexpr float rounding_at(float cut) { return cut * 0x1p-22f; }
-
-/// Of this rank's particles, but for rounding. `second`: they are of the action's second system.
-Extent extent_of(const actions::Action& action, const particles::Store& store, float dt, bool second,
-                 threads::Pool& pool);
-
-/// How far apart two particles may be that see each other, at the places where the action looks for them.
-float reach_of(const actions::Action& action, const Extent& extent);
-/// How far apart they may be now.
-double range_of(const actions::Action& action, const Extent& extent);
 
 /// The particles of one system: those of this rank, who is changed of them, and copies of others.
 struct Side {
@@ -58,12 +27,14 @@ struct Side {
   const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
   bool adds = false;                                  // collide: its contacts come on top of an earlier one's
+  std::uint32_t now = 0;                              // contact: the number of the sub-step
 };
 
 /// What a meeting saw.
 struct Seen {
   std::uint64_t pairs = 0;          // directed: each is counted at both ends
   std::uint32_t most_in_a_cell = 0;
+  bool softened = false;            // contact: springs were stiffer than the step allows
   std::vector<std::uint32_t> dropped[2]{};  // collide: newborn ones in the way of others, ascending
 };
 
@@ -76,7 +47,7 @@ struct Scratch {
     Cells cells;
     std::vector<float> at[3], copied_at[3];  // where particles will be at the end of the step
     std::vector<float> column[party_columns];
-    std::vector<float> out[4];
+    std::vector<float> out[party_results];
   };
   Party party[2];
 };

@@ -1,5 +1,6 @@
 // Compiled once for each instruction set: the kernels of meetings.
 #include "meetings/collide.h"
+#include "meetings/contact.h"
 #include "meetings/gravitate.h"
 #include "meetings/match.h"
 #include "meetings/pull.h"
@@ -8,10 +9,8 @@ namespace motes::MOTES_ISA {
 
 extern const meetings::Kernels meeting_kernels;
 const meetings::Kernels meeting_kernels = {
-    gravitate,
-    match,
-    {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
-    pull,
+    gravitate, match, {{collide<false, false>, collide<false, true>}, {collide<true, false>, collide<true, true>}},
+    contact,   pull,
 };
 
 }  // namespace motes::MOTES_ISA

@@ -23,6 +23,16 @@ std::uint64_t fold(std::uint64_t hash, float value) {
   return std::rotl((hash ^ bits) * kOdd, 29);
 }
 
+std::uint64_t fold(std::uint64_t hash, const Touches& touches) {
+  for (std::uint32_t k = 0; k < touches.count; ++k) {
+    const Touch& touch = touches.touch[k];
+    hash = std::rotl((hash ^ touch.id) * kOdd, 29);
+    for (const float way : touch.slid) hash = fold(hash, way);
+    for (const float way : touch.rolled) hash = fold(hash, way);
+  }
+  return hash;
+}
+
 // Of the particles first .. last - 1, where `at(i)` is the index of particle i.
 template <class At>
 Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at) {
@@ -45,6 +55,9 @@ Digest sum(const Store& store, std::size_t first, std::size_t last, const At& at
         }
         for (std::size_t i = 0; i < length; ++i) hash[i] = fold(hash[i], plane ? plane[at(begin + i)] : value);
       }
+    }
+    for (std::size_t i = 0; i < length && store.touches() != nullptr; ++i) {
+      hash[i] = fold(hash[i], store.touches()[at(begin + i)]);
     }
     for (std::size_t i = 0; i < length; ++i) {
       result.first += mix(hash[i]);

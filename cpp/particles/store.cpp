@@ -68,6 +68,7 @@ std::shared_ptr<T[]> allocate_plane(std::size_t count) {
 }
 template std::shared_ptr<float[]> allocate_plane<float>(std::size_t);
 template std::shared_ptr<std::uint64_t[]> allocate_plane<std::uint64_t>(std::size_t);
+template std::shared_ptr<Touches[]> allocate_plane<Touches>(std::size_t);
 
 Store::Store(const Schema& schema) : schema_(&schema), columns_(static_cast<std::size_t>(schema.size())) {
   for (int a = 0; a < schema.size(); ++a) columns_[index(a)].value = schema[a].initial;
@@ -94,6 +95,15 @@ void Store::materialize(int attribute) {
     float* plane = column.planes.get() + c * capacity_;
     for (std::size_t i = 0; i < filled; ++i) plane[i] = column.value[c];
   }
+}
+
+Touches* Store::writable_touches() {
+  if (!touches_) {
+    if (capacity_ == 0) reserve(kBlock);
+    touches_ = allocate_plane<Touches>(capacity_);
+    std::fill_n(touches_.get(), size_, Touches{});
+  }
+  return touches_.get();
 }
 
 void Store::part_from_holders() {
@@ -125,9 +135,15 @@ void Store::reserve(std::size_t capacity) {
       std::memcpy(wider[index(a)].get() + c * rounded, column.planes.get() + c * capacity_, size_ * sizeof(float));
     }
   }
+  std::shared_ptr<Touches[]> touches;
+  if (touches_) {
+    touches = allocate_plane<Touches>(rounded);
+    std::copy_n(touches_.get(), size_, touches.get());
+  }
   for (std::size_t a = 0; a < columns_.size(); ++a) {
     if (wider[a]) columns_[a].planes = std::move(wider[a]);
   }
+  touches_ = std::move(touches);
   ids_ = std::move(ids);
   capacity_ = rounded;
 }
@@ -145,6 +161,7 @@ std::size_t Store::grow(std::size_t count) {
   make_room(count);
   const std::size_t first = size_;
   size_ += count;
+  if (touches_) std::fill_n(touches_.get() + first, count, Touches{});
   return first;
 }
 
@@ -177,7 +194,7 @@ void Store::remove(std::span<const std::uint32_t> indices, threads::Pool& pool) 
       from.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  over_columns(pool, planes_and_ids(), holes, [&](const Plane& plane, std::size_t first, std::size_t last) {
+  over_columns(pool, planes_and_rows(), holes, [&](const Plane& plane, std::size_t first, std::size_t last) {
     plane.visit([&](auto* values) {
       for (std::size_t h = first; h < last; ++h) values[indices[h]] = values[from[h]];
     });
@@ -187,7 +204,7 @@ void Store::remove(std::span<const std::uint32_t> indices, threads::Pool& pool) 
 
 void Store::permute(std::span<const std::uint32_t> from, threads::Pool& pool) {
   if (size_ == 0) return;
-  const std::vector<Plane> planes = planes_and_ids();
+  const std::vector<Plane> planes = planes_and_rows();
   std::vector<std::vector<std::byte>> before(static_cast<std::size_t>(pool.threads()));  // one per worker
   pool.run(planes.size(), [&](std::size_t part, std::size_t worker) {
     planes[part].visit([&](auto* values) {
@@ -199,14 +216,15 @@ void Store::permute(std::span<const std::uint32_t> from, threads::Pool& pool) {
   });
 }
 
-std::vector<Store::Plane> Store::planes_and_ids() const {
+std::vector<Store::Plane> Store::planes_and_rows() const {
   std::vector<Plane> planes{{nullptr, ids_.get()}};
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
     for (int c = 0; column.planes && c < width(a); ++c) {
-      planes.push_back({column.planes.get() + static_cast<std::size_t>(c) * capacity_, nullptr});
+      planes.push_back({column.planes.get() + static_cast<std::size_t>(c) * capacity_});
     }
   }
+  if (touches_) planes.push_back({nullptr, nullptr, touches_.get()});
   return planes;
 }
 
@@ -216,7 +234,8 @@ std::size_t Store::packed_bytes(std::size_t count) const {
   for (int a = 0; a < schema_->size(); ++a) {
     (uniform(a) ? once : each) += sizeof(float) * static_cast<std::size_t>(width(a));
   }
-  return once + count * each;
+  if (touches_) each += sizeof(Touches);
+  return once + 1 + count * each;
 }
 
 void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Pool& pool) const {
@@ -237,9 +256,14 @@ void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Po
       packed.push_back({plane, sizeof(float), out.extend(indices.size() * sizeof(float))});
     }
   }
+  out.put(touches_ ? Packed::planes : Packed::initial);
+  if (touches_) packed.push_back({touches_.get(), sizeof(Touches), out.extend(indices.size() * sizeof(Touches))});
   over_columns(pool, packed, indices.size(), [&](const PackedColumn& column, std::size_t first, std::size_t last) {
-    column.width == sizeof(float) ? gather<float>(column, indices, first, last)
-                                  : gather<std::uint64_t>(column, indices, first, last);
+    switch (column.width) {
+      case sizeof(float): return gather<float>(column, indices, first, last);
+      case sizeof(std::uint64_t): return gather<std::uint64_t>(column, indices, first, last);
+      default: return gather<Touches>(column, indices, first, last);
+    }
   });
 }
 
@@ -293,6 +317,10 @@ void Store::unpack(Reader& in, threads::Pool& pool) {
       for (std::size_t i = 0; i < count; ++i) plane[i] = value[static_cast<std::size_t>(c)];
     }
   }
+  if (in.get<Packed>() == Packed::planes) {
+    const auto bytes = in.take(count * sizeof(Touches));
+    arrived.push_back({bytes.data(), reinterpret_cast<std::byte*>(writable_touches() + first), sizeof(Touches)});
+  }
   over_columns(pool, arrived, count, [](const Arrived& column, std::size_t begin, std::size_t end) {
     std::memcpy(column.plane + begin * column.width, column.bytes + begin * column.width, (end - begin) * column.width);
   });
@@ -303,6 +331,7 @@ std::size_t Store::memory_bytes() const {
   for (int a = 0; a < schema_->size(); ++a) {
     if (!uniform(a)) total += capacity_ * sizeof(float) * static_cast<std::size_t>(width(a));
   }
+  if (touches_) total += capacity_ * sizeof(Touches);
   return total;
 }
 

@@ -11,13 +11,14 @@
 #include "particles/blocks.h"
 #include "particles/bytes.h"
 #include "particles/schema.h"
+#include "particles/touches.h"
 #include "threads/pool.h"
 
 namespace motes::particles {
 
 /// Structure of arrays: one plane of floats per component of each attribute, and one plane of 64-bit ids. An attribute
 /// with the same value for all particles has no planes until something writes to it. The order of particles has no
-/// meaning.
+/// meaning. What particles remember of their touches goes with them, where any do.
 class Store {
  public:
   explicit Store(const Schema& schema);
@@ -40,6 +41,11 @@ class Store {
 
   const std::uint64_t* ids() const { return ids_.get(); }
   std::uint64_t* ids() { return ids_.get(); }
+
+  /// Of each particle, or null where none has ever touched another one.
+  const Touches* touches() const { return touches_.get(); }
+  /// The same for writing: nobody remembers anything yet where there were none.
+  Touches* writable_touches();
 
   /// Keeps a plane's memory alive as long as the result lives, whatever happens to the store.
   std::shared_ptr<float[]> planes(int attribute) const { return columns_[index(attribute)].planes; }
@@ -94,27 +100,29 @@ class Store {
     std::array<float, 3> value{};
   };
 
-  // A plane of floats, or the ids.
+  // A plane of floats, or the ids, or the touches.
   struct Plane {
     float* values;
-    std::uint64_t* ids;
+    std::uint64_t* ids = nullptr;
+    Touches* touches = nullptr;
 
     template <class Visitor>
     void visit(const Visitor& visitor) const {
-      ids != nullptr ? visitor(ids) : visitor(values);
+      ids != nullptr ? visitor(ids) : touches != nullptr ? visitor(touches) : visitor(values);
     }
   };
 
   static std::size_t index(int attribute) { return static_cast<std::size_t>(attribute); }
   int width(int attribute) const { return (*schema_)[attribute].width; }
   void materialize(int attribute);
-  std::vector<Plane> planes_and_ids() const;
+  std::vector<Plane> planes_and_rows() const;
   /// Adopts the uniform value of arriving particles: true where it is (or becomes) the value of all.
   bool adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before);
 
   const Schema* schema_;
   std::vector<Column> columns_;
   std::shared_ptr<std::uint64_t[]> ids_;
+  std::shared_ptr<Touches[]> touches_;  // null: nobody remembers any
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
 };

@@ -14,6 +14,9 @@ MOTES_INLINE Floats3 operator-(Floats3 a, Floats3 b) { return {a.x - b.x, a.y - 
 MOTES_INLINE Floats3 operator*(Floats3 a, Floats s) { return {a.x * s, a.y * s, a.z * s}; }
 MOTES_INLINE Floats3 operator*(Floats3 a, float s) { return {a.x * s, a.y * s, a.z * s}; }
 MOTES_INLINE Floats dot(Floats3 a, Floats3 b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+MOTES_INLINE Floats3 cross(Floats3 a, Floats3 b) {
+  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
+}
 MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
   return {select(mask, yes.x, no.x), select(mask, yes.y, no.y), select(mask, yes.z, no.z)};
 }

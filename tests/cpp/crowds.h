@@ -107,11 +107,11 @@ inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, s
 }
 
 struct Law {
-  enum Kind { gravitate, match, collide } kind = gravitate;
+  enum Kind { gravitate, match, collide, contact } kind = gravitate;
   meetings::Terms terms;
   bool radii = false, masses = false;
 
-  std::size_t outputs() const { return kind == collide ? 4 : 3; }
+  std::size_t outputs() const { return kind == contact ? 7 : kind == collide ? 4 : 3; }
 };
 
 inline Law gravitation(float reach) {
@@ -143,10 +143,27 @@ inline Law collision(float reach, float restitution, bool radii, bool masses) {
   return law;
 }
 
+/// `reach`: of two of the largest radii.
+inline Law contact_law(float reach) {
+  Law law;
+  law.kind = Law::contact;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.stiffness = 2000;
+  law.terms.restitution = 0.5f;
+  law.terms.friction = 0.5f;
+  law.terms.rolling_friction = 0.25f;
+  law.terms.now = 7;
+  law.masses = true;
+  return law;
+}
+
 /// What a law says of each own particle, by index.
 struct Heard {
-  std::array<std::vector<float>, 4> out;
+  std::array<std::vector<float>, meetings::party_results> out;
+  std::vector<motes::particles::Touches> touches;
   std::uint64_t pairs = 0;
+  bool softened = false;
 };
 
 /// A flock in the order of its cells, as kernels take it.
@@ -167,28 +184,31 @@ struct Arranged {
   const float* planes[meetings::party_columns];
 };
 
-/// `sources`: those that the targets see.
+/// `sources`: those that the targets see; `touches`: what the targets remember.
 inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
-                   motes::threads::Pool& pool = motes::threads::alone()) {
+                   motes::threads::Pool& pool = motes::threads::alone(),
+                   std::vector<motes::particles::Touches> touches = {}) {
+  touches.resize(targets.own);
   const Arranged seeing(targets, law.terms.reach, pool);
   const Arranged seen(sources, law.terms.reach, pool);
-  std::vector<float> by_place[4];
-  float* out[4];
-  for (std::size_t c = 0; c < 4; ++c) {
+  std::vector<float> by_place[meetings::party_results];
+  float* out[meetings::party_results];
+  for (std::size_t c = 0; c < meetings::party_results; ++c) {
     by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
     out[c] = by_place[c].data();
   }
   const meetings::Kernels& kernels = build.kernels;
   const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
                       : law.kind == Law::match   ? kernels.match
+                      : law.kind == Law::contact ? kernels.contact
                                                  : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
   std::vector<meetings::Sight> sights(parts);
   pool.run(parts, [&](std::size_t part, std::size_t) {
     const motes::simd::FloatMode mode;
-    kernel(
-        {seeing.party(), seen.party(), law.terms, out, rows * part / parts, rows * (part + 1) / parts, &sights[part]});
+    kernel({seeing.party(), seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
+            rows * (part + 1) / parts, &sights[part]});
   });
   Heard heard;
   for (std::size_t c = 0; c < law.outputs(); ++c) {
@@ -198,7 +218,11 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       if (i < targets.own) heard.out[c][i] = by_place[c][k];
     }
   }
-  for (const meetings::Sight& sight : sights) heard.pairs += sight.pairs;
+  for (const meetings::Sight& sight : sights) {
+    heard.pairs += sight.pairs;
+    heard.softened = heard.softened || sight.softened;
+  }
+  heard.touches = std::move(touches);
   return heard;
 }
 

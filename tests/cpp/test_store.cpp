@@ -14,7 +14,7 @@ namespace {
 
 using namespace motes::particles;
 
-using Values = std::vector<float>;          // all components
+using Values = std::vector<float>;  // all components, and what it remembers of its touches
 using Model = std::map<std::uint64_t, Values>;
 
 Schema schema_of_test() {
@@ -31,6 +31,12 @@ Values values_of(const Store& store, std::size_t i) {
       const float* plane = store.plane(a, c);
       values.push_back(plane != nullptr ? plane[i] : store.uniform_value(a)[static_cast<std::size_t>(c)]);
     }
+  }
+  for (std::uint32_t k = 0; store.touches() != nullptr && k < store.touches()[i].count; ++k) {
+    const Touch& touch = store.touches()[i].touch[k];
+    values.push_back(static_cast<float>(touch.id));
+    values.insert(values.end(), touch.slid, touch.slid + 3);
+    values.insert(values.end(), touch.rolled, touch.rolled + 3);
   }
   return values;
 }
@@ -50,6 +56,17 @@ void add(Store& store, Model& model, std::size_t count, std::uint64_t& next_id, 
     for (int c = 0; c < store.schema()[a].width; ++c) {
       float* plane = store.writable_plane(a, c);
       for (std::size_t i = first; i < store.size(); ++i) plane[i] = dice.between(-1, 1);
+    }
+  }
+  if (store.touches() != nullptr || dice.below(6) == 0) {
+    for (std::size_t i = first; i < store.size(); ++i) {
+      Touches& touches = store.writable_touches()[i];
+      CHECK(touches.count == 0);
+      touches.count = static_cast<std::uint32_t>(dice.below(Touches::kMost + 1));
+      for (std::uint32_t k = 0; k < touches.count; ++k) {
+        const float x = dice.between(-1, 1);
+        touches.touch[k] = {dice.word() % 1000, {x, 2 * x, 0.5f}, {-x, x, 1}};
+      }
     }
   }
   for (std::size_t i = first; i < store.size(); ++i) model[store.ids()[i]] = values_of(store, i);

@@ -47,6 +47,9 @@ def stones(s: motes.System, sparks: motes.System) -> None:
     s.spawn(into=sparks, on="birth", count=1)
     s.spawn(into=sparks, on="death", count=1, inherit_velocity=0.5)
     s.collide(radius=0.3, friction=0.1, sleep=0.5)
+    s.contact(
+        stiffness=200, friction=0.7, rolling_friction=0.2, radius=0.2, where=column("position").z > -0.8
+    )
     s.bounce(shapes.Plane((0, 0, 0), (0, 1, 0)))
     s.match_rotational_velocity(magnitude=0.02, max_radius=0.5)
     s.kill_old(0.3)

@@ -19,7 +19,10 @@ from .base import Action, at_least_0
 if TYPE_CHECKING:
     from ..system import System
 
-__all__ = ["Collide", "Follow", "Gravitate", "MatchRotationalVelocity", "MatchVelocity", "Tie"]
+__all__ = ["Collide", "Contact", "Follow", "Gravitate", "MatchRotationalVelocity", "MatchVelocity", "Tie"]
+
+
+LEAST_STIFFNESS = 1e-9  # N/m
 
 
 @value(kw_only=True)
@@ -192,6 +195,57 @@ class Collide(Action):
             second=0,
         )
         self.__dict__.update(radius=radius, sleep=sleep, other_radius=other_radius)
+
+
+@value(kw_only=True)
+class Contact(Action):
+    """Lets spheres press, rub and roll on each other as grains do, by springs that remember.
+
+    Where `collide` keeps many grains apart in few sub-steps, these are grains whose forces and spins are
+    right: heaps are as steep as friction makes them. A sub-step must be short beside the time for which two
+    of them touch, pi sqrt(mass / (2 stiffness)): a twentieth is good; where it is more than a fifth, springs
+    are softened. Particles turn: their `rotational_velocity` changes. In each sub-step, `contacts` becomes
+    the number of others that a particle touches. What twelve touches of a particle hold is remembered (392
+    bytes, which move with it); further ones push, but slip. Those without a positive mass touch nobody.
+
+    Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
+    with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),
+    zeta that of the restitution, m and r half the harmonic means of masses and radii; drag and brake of
+    springs of 2/7 of the stiffness, drawn out by sliding and by rolling and damped half as much, at most
+    friction and rolling_friction times the force along n; a solid sphere's moment of inertia
+
+    Attributes:
+        stiffness: of the spring between two particles, N/m.
+        restitution: speed after a head-on collision of two to that before, 0..1.
+        friction: Coulomb's coefficient.
+        rolling_friction: the same for rolling, as rough or angular grains have it.
+        radius: of the particles, m; None: half of `size[0]`.
+
+    Source: Cundall and Strack (1979), "A discrete numerical model for granular assemblies"; sliding and
+    rolling as in Luding (2008), "Cohesive, frictional powders"; its scaling on clusters: Henty (2000).
+    """
+
+    stiffness: float
+    restitution: float = 0.5
+    friction: float = 0.5
+    rolling_friction: float = 0
+    radius: float | None = None
+
+    def __post_init__(self) -> None:
+        """Check the fields and make the engine's value."""
+        stiffness = arguments.number("stiffness", self.stiffness, low=0)
+        if stiffness < LEAST_STIFFNESS:
+            raise ArgumentError("stiffness", self.stiffness, f"at least {LEAST_STIFFNESS:g} N/m")
+        radius = None if self.radius is None else _radius("radius", self.radius)
+        self._set(
+            "contact",
+            radius=radius or 0.0,
+            restitution=arguments.number("restitution", self.restitution, low=0, high=1),
+            friction=arguments.number("friction", self.friction, low=0),
+            stiffness=stiffness,
+            rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
+        )
+        self.__dict__["radius"] = radius
 
 
 @value(kw_only=True)

@@ -398,6 +398,29 @@ class Recorder(ABC):
         )
 
     @says_near_names
+    def contact(
+        self,
+        stiffness: float,
+        restitution: float = 0.5,
+        friction: float = 0.5,
+        rolling_friction: float = 0,
+        radius: float | None = None,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Contact`."""
+        self._record(
+            actions.Contact(
+                stiffness=stiffness,
+                restitution=restitution,
+                friction=friction,
+                rolling_friction=rolling_friction,
+                radius=radius,
+                where=where,
+            )
+        )
+
+    @says_near_names
     def tie(
         self,
         ties: Ties,

@@ -30,6 +30,7 @@ ACTIONS: dict[str, Callable[[System], None]] = {
     "collide": lambda s: s.collide(radius=REACH / 2),
     "collide, restitution": lambda s: s.collide(radius=REACH / 2, restitution=0.5),
     "collide, own radii": lambda s: s.collide(),
+    "contact": lambda s: s.contact(1e3, rolling_friction=0.1, radius=REACH / 2),
 }
 
 

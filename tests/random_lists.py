@@ -186,6 +186,7 @@ BETWEEN: dict[str, st.SearchStrategy[Any]] = {  # the same of actions between pa
     "other_radius": st.none() | numbers(0.001, 0.25),
     "sleep": st.none() | numbers(0, 1),
     "stiffness": numbers(1, 1000),
+    "rest_density": numbers(1, 1000),
     "clear": numbers(0, 1),
     "other": st.just("$"),  # the system of the two whose list it is not
     "far": st.sampled_from(["'exact'", "'cells'"]),

@@ -210,6 +210,77 @@ def test_a_grain_on_a_slope(friction: float, rolling_friction: float, accelerati
         assert way[2] == pytest.approx(0.5 * 9.81 * acceleration * 4, rel=0.02)
 
 
+SPACING = 0.05  # m, in water
+
+
+def water(*counts: int) -> dict[str, Any]:
+    """A block of water, with nearly still particles."""
+    grid = np.stack(np.meshgrid(*map(np.arange, counts), indexing="ij"), -1).reshape(-1, 3)
+    jitter = np.random.default_rng(2).uniform(-1e-3, 1e-3, grid.shape)
+    return {"position": (grid + 0.5) * SPACING + jitter, "mass": np.full(len(grid), 1000 * SPACING**3)}
+
+
+def densities(p: motes.Particles) -> NDArray[np.float64]:
+    """kg/m3, by the spread of Mueller et al. (2003) over two spacings."""
+    radius2 = (2 * SPACING) ** 2
+    apart2 = ((at(p)[:, None] - at(p)[None]) ** 2).sum(axis=2)
+    spread = 315 / (64 * np.pi * radius2**4.5) * np.clip(radius2 - apart2, 0, None) ** 3
+    return (spread * p.mass.astype(np.float64)).sum(axis=1)
+
+
+def test_water_comes_to_rest_at_its_density():
+    tank = motes.shapes.Box((0, 0, 0), (0.5, 9, 0.25))
+
+    def pour(liquid: motes.System) -> None:
+        liquid.gravity((0, -9.81, 0))
+        liquid.fluid(radius=2 * SPACING, rest_density=1000)
+        liquid.bounce(tank, restitution=0, friction=0)
+        liquid.move()
+
+    first, *_, last = states(water(5, 12, 5), pour, 24 * 5, every=24, substeps=20)
+    x = at(last)
+    assert x[:, 1].max() < 0.6 * at(first)[:, 1].max(), "the column has spread over the tank"
+    inner = (x > 0.05).all(axis=1) & (x[:, 0] < 0.45) & (x[:, 2] < 0.2) & (x[:, 1] < 0.7 * x[:, 1].max())
+    assert inner.sum() > 10
+    assert densities(last)[inner].mean() == pytest.approx(1000, rel=0.03)
+    assert densities(last).max() < 1200
+    assert np.linalg.norm(speeds(last), axis=1).mean() < 0.1
+
+
+def test_cohesion_draws_a_bar_together_and_momentum_is_kept():
+    def longer(cohesion: float) -> float:
+        start = water(16, 4, 4)
+        start["velocity"] = np.tile((0.5, -0.25, 1.0), (len(start["position"]), 1))
+
+        def hold(drop: motes.System) -> None:
+            drop.fluid(radius=2 * SPACING, rest_density=1000, viscosity=0.02, cohesion=cohesion)
+            drop.move()
+
+        first, *_, last = states(start, hold, 48, every=48, substeps=20)
+        assert speeds(last).mean(axis=0) == pytest.approx(speeds(first).mean(axis=0), abs=1e-4)
+        assert densities(last).max() < 1050
+        spread = np.linalg.eigvalsh(np.cov(at(last).T))
+        return float(spread[-1] / spread[0])
+
+    assert longer(0) > 12
+    assert longer(300) < 7
+
+
+def test_honey_flows_more_slowly_than_water():
+    def shear(viscosity: float) -> float:
+        start = water(8, 8, 8)
+        start["velocity"] = np.sign(start["position"][:, 1:2] - 0.2) * (1, 0, 0)
+
+        def flow(liquid: motes.System) -> None:
+            liquid.fluid(radius=2 * SPACING, rest_density=1000, viscosity=viscosity)
+            liquid.move()
+
+        *_, last = states(start, flow, 6, substeps=20)
+        return float(np.abs(speeds(last)[:, 0]).mean())
+
+    assert shear(0.1) < 0.8 * shear(0.01) < 0.8 * shear(0)
+
+
 def column_of(grains: int) -> dict[str, NDArray[np.float64]]:
     """Grains of 4 cm, stacked as high as wide and a half; each layer over the gaps of the one below."""
     wide = round((grains * 0.53) ** (1 / 3))

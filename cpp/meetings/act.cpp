@@ -20,6 +20,7 @@ constexpr std::size_t kRange = std::size_t{1} << 15;
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }
+bool flows(const Action& action) { return action.kind == Kind::fluid; }
 
 // Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
 // the particle itself.
@@ -113,6 +114,7 @@ class Meeting {
       if (const int to = place_of(read); to >= 0) arrange(s, to, source.column(number));
       if (read.attribute == particles::size && radii()) arrange_radii(s, source.column(number));
       if (read.attribute == particles::mass && masses()) arrange_masses(s, source.column(number));
+      if (read.attribute == particles::mass && flows(action_)) arrange_positive(s, mass, source.column(number));
     }
   }
 
@@ -131,6 +133,13 @@ class Meeting {
     std::vector<float>& values = party.column[to];
     values.resize(padded(crowds_[s].size()));
     party.cells.arrange(crowds_[s], column, values.data(), pool_);
+  }
+
+  // What is not above 0 counts as 0.
+  void arrange_positive(std::size_t s, int to, const Column& column) {
+    arrange(s, to, column);
+    std::vector<float>& values = scratch_.party[s].column[to];
+    for (std::size_t i = 0; i < crowds_[s].size(); ++i) values[i] = values[i] > 0 ? values[i] : 0.0f;
   }
 
   void look_ahead(const Source& source, Scratch::Party& party, Crowd& crowd) {
@@ -250,7 +259,14 @@ class Meeting {
     Terms t;
     t.reach = reach_;
     t.side = side;
-    if (touches(action_)) {
+    if (flows(action_)) {
+      // Some friction of its own lets a liquid come to rest. More than takes all of a difference in a step would swing.
+      const float all_at_once = reach_ * reach_ / dt_;
+      t.step = dt_;
+      t.rest_density = static_cast<float>(action_.numbers[0]);
+      t.viscosity = 10 * std::min(static_cast<float>(action_.numbers[1]) + all_at_once / 4000, all_at_once / 24);
+      t.cohesion = static_cast<float>(action_.numbers[3]);
+    } else if (touches(action_)) {
       t.step = dt_;
       t.restitution = static_cast<float>(action_.numbers[1]);
       t.friction = static_cast<float>(action_.numbers[2]);
@@ -274,6 +290,15 @@ class Meeting {
 
   // What those of one side hear of those whom they see: of their own, or of the other side.
   void run(std::size_t s, Seen& seen) {
+    if (flows(action_)) {
+      run(s, kernels().find_pressure, crowds_[s].size(), seen);
+      scratch_.party[s].column[pressure].swap(scratch_.party[s].out[0]);
+    }
+    run(s, kernel_of(), crowds_[s].own, seen);
+  }
+
+  // `target_count`: who has an index below is a target.
+  void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, Seen& seen) {
     Scratch::Party& party = scratch_.party[s];
     const std::size_t other = count_ == 2 ? 1 - s : s;
     const float* columns[2][party_columns];
@@ -285,11 +310,10 @@ class Meeting {
       party.out[c].resize(padded(crowds_[s].size()));
       out[c] = party.out[c].data();
     }
-    const Party targets{party.cells.view(crowds_[s].own), columns[s], &crowds_[s]};
+    const Party targets{party.cells.view(target_count), columns[s], &crowds_[s]};
     const Party sources{scratch_.party[other].cells.view(crowds_[other].own), columns[other], &crowds_[other]};
     const std::vector<std::size_t> cuts = parts_of(party.cells);
     std::vector<Sight> sights(cuts.size() - 1);
-    const auto kernel = kernel_of();
     particles::Touches* const remembered = touches(action_) ? sides_[s].store->writable_touches() : nullptr;
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
@@ -318,6 +342,7 @@ class Meeting {
   void (*kernel_of() const)(const Task&) {
     const Kernels& all = kernels();
     if (touches(action_)) return all.contact;
+    if (flows(action_)) return all.fluid;
     if (collides(action_)) return all.collide[radii() ? 1 : 0][masses() ? 1 : 0];
     return action_.kind == Kind::gravitate ? all.gravitate : all.match;
   }

@@ -71,7 +71,7 @@ bool has_masses(const Store& store) {
 
 bool has_radius(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::contact; }
 
-bool looks_ahead(const Action& action) { return action.kind == Kind::collide; }
+bool looks_ahead(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::fluid; }
 
 float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
 
@@ -96,6 +96,10 @@ std::vector<Component> read_by(const Action& action) {
       add(particles::size, 1);
       add(particles::mass, 1);
       break;
+    case Kind::fluid:
+      add(particles::velocity, 3);
+      add(particles::mass, 1);
+      break;
     case Kind::pairs: add(particles::velocity, 3); break;
     case Kind::tie:
       add(particles::velocity, 3);
@@ -109,13 +113,13 @@ std::vector<Component> read_by(const Action& action) {
 
 Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
   Extent extent;
-  if (!has_radius(action)) return extent;
   const simd::FloatMode mode;
-  const float given = given_radius(action, second);
-  (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
-  if (!looks_ahead(action)) return extent;
-  extent.displacement = displacement_of(store, dt, pool);
-  extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  if (has_radius(action)) {
+    const float given = given_radius(action, second);
+    (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
+  }
+  if (looks_ahead(action)) extent.displacement = displacement_of(store, dt, pool);
+  if (action.kind == Kind::collide) extent.masses = has_masses(store) ? 1.0f : 0.0f;
   return extent;
 }
 
@@ -131,7 +135,9 @@ double range_of(const Action& action, const Extent& extent) {
   if (!looks_ahead(action)) return reach * (1 + 4 * kMargin);
   const double step =
       std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
-  return (reach + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
+  // In a fluid those that are seen must have seen their own neighbours.
+  const double seen = action.kind == Kind::fluid ? 2 * reach : reach;
+  return (seen + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
 }
 
 }  // namespace motes::meetings

@@ -32,6 +32,8 @@ enum At : int {
   spin_x,
   spin_y,
   spin_z,
+  mass,
+  pressure,
   party_columns
 };
 inline constexpr std::size_t party_results = 7;  // planes of what laws say, at most
@@ -41,12 +43,15 @@ struct Terms {
   float reach = 0;  // who is farther away is not seen
   float strength = 0;  // gravitate, match: magnitude times the step
   float epsilon = 0;  // metres squared
-  float step = 0;  // collide, contact
+  float step = 0;  // collide, contact, fluid
   float friction = 0;
   float restitution = 0;
   float stiffness = 0;  // contact: N/m
   float rolling_friction = 0;
   std::uint32_t now = 0;  // contact: the number of the sub-step
+  float rest_density = 0;  // fluid: kg/m3
+  float viscosity = 0;  // ten times that, m2/s
+  float cohesion = 0;  // m/s2
   float slow = 0;  // m/s: those that approach each other more slowly do not rebound
   float sleep2 = 0;  // m2/s2
   int side = 0;  // 0: targets are among the sources; 1, 2: they are of the first or second of two systems
@@ -77,6 +82,10 @@ struct Kernels {
   void (*collide[2][2])(const Task&);
   /// out: velocity (3), contacts, rotational velocity (3).
   void (*contact)(const Task&);
+  /// out: how hard each particle of a fluid pushes. The copies that targets see are targets too.
+  void (*find_pressure)(const Task&);
+  /// out: velocity (3). Reads the pressure of all.
+  void (*fluid)(const Task&);
   /// See pull.h.
   void (*pull)(const float* const* sources, std::size_t count, float epsilon, const float* const* targets,
                std::size_t begin, std::size_t end, float* sums);

@@ -89,6 +89,7 @@ inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
       if (c == meetings::contacts) value = static_cast<float>(dice.below(9));
       if (c == meetings::radius) value = dice.between(0.05f, 0.125f);
       if (c == meetings::inverse_mass) value = 1 / dice.between(0.25f, 4);
+      if (c == meetings::mass) value = 1 / flock.column[meetings::inverse_mass][i];
       flock.column[c].push_back(value);
     }
   }
@@ -107,7 +108,7 @@ inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, s
 }
 
 struct Law {
-  enum Kind { gravitate, match, collide, contact } kind = gravitate;
+  enum Kind { gravitate, match, collide, contact, fluid } kind = gravitate;
   meetings::Terms terms;
   bool radii = false, masses = false;
 
@@ -158,6 +159,18 @@ inline Law contact_law(float reach) {
   return law;
 }
 
+inline Law fluid_law(float reach) {
+  Law law;
+  law.kind = Law::fluid;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.rest_density = 300;
+  law.terms.viscosity = 0.05f;
+  law.terms.cohesion = 2;
+  law.masses = true;
+  return law;
+}
+
 /// What a law says of each own particle, by index.
 struct Heard {
   std::array<std::vector<float>, meetings::party_results> out;
@@ -189,8 +202,8 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
                    motes::threads::Pool& pool = motes::threads::alone(),
                    std::vector<motes::particles::Touches> touches = {}) {
   touches.resize(targets.own);
-  const Arranged seeing(targets, law.terms.reach, pool);
-  const Arranged seen(sources, law.terms.reach, pool);
+  Arranged seeing(targets, law.terms.reach, pool);
+  Arranged seen(sources, law.terms.reach, pool);
   std::vector<float> by_place[meetings::party_results];
   float* out[meetings::party_results];
   for (std::size_t c = 0; c < meetings::party_results; ++c) {
@@ -201,15 +214,28 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
   const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
                       : law.kind == Law::match   ? kernels.match
                       : law.kind == Law::contact ? kernels.contact
+                      : law.kind == Law::fluid   ? kernels.fluid
                                                  : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
   std::vector<meetings::Sight> sights(parts);
-  pool.run(parts, [&](std::size_t part, std::size_t) {
-    const motes::simd::FloatMode mode;
-    kernel({seeing.party(), seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
-            rows * (part + 1) / parts, &sights[part]});
-  });
+  const auto run = [&](void (*law_kernel)(const meetings::Task&), meetings::Party seers) {
+    pool.run(parts, [&](std::size_t part, std::size_t) {
+      const motes::simd::FloatMode mode;
+      law_kernel({seers, seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
+                  rows * (part + 1) / parts, &sights[part]});
+    });
+  };
+  if (law.kind == Law::fluid) {
+    meetings::Party all = seeing.party();
+    all.cells = seeing.cells.view(targets.size());
+    run(kernels.find_pressure, all);
+    for (Arranged* arranged : {&seeing, &seen}) {
+      arranged->column[meetings::pressure] = by_place[0];
+      arranged->planes[meetings::pressure] = arranged->column[meetings::pressure].data();
+    }
+  }
+  run(kernel, seeing.party());
   Heard heard;
   for (std::size_t c = 0; c < law.outputs(); ++c) {
     heard.out[c].resize(targets.own);

@@ -41,6 +41,8 @@ Action spin_matching(double radius) { return {Kind::match_rotational_velocity, {
 
 Action contact() { return {Kind::contact, {0, 0.5, 0.5, 20, 0.25}, {}}; }
 
+Action fluid() { return {Kind::fluid, {100, 0.01, 0.2, 1}, {}}; }
+
 Extent widest(const Extent& a, const Extent& b) {
   return {std::max(a.radius, b.radius), std::max(a.other_radius, b.other_radius),
           std::max(a.displacement, b.displacement), std::max(a.rounding, b.rounding), std::max(a.masses, b.masses)};
@@ -239,7 +241,7 @@ TEST(those_that_are_not_chosen_are_seen_but_not_changed) {
   Dice dice(1);
   const Store all = random_store(800, dice);
   for (const Action& action :
-       {Collision{0, 0.5, 0.5}.action(), gravitation(0.2), matching(0.2), spin_matching(0.2), contact()}) {
+       {Collision{0, 0.5, 0.5}.action(), gravitation(0.2), matching(0.2), spin_matching(0.2), contact(), fluid()}) {
     Store changed(kSchema);
     changed.append(all, indices_where(all, std::vector<std::uint8_t>(all.size(), 1)));
     Store some(kSchema);
@@ -265,7 +267,7 @@ TEST(copies_within_the_range_are_all_that_a_rank_must_know) {
   Store all = random_store(1000, dice);
   meet(contact(), all);  // from now on they remember
   for (const Action& action : {Collision{0, 0.5, 0.5}.action(), Collision{0.1, 0, 0.5}.action(), gravitation(0.2),
-                               matching(0.2), spin_matching(0.2), gravitation(0.5), contact()}) {
+                               matching(0.2), spin_matching(0.2), gravitation(0.5), contact(), fluid()}) {
     const particles::Digest whole = met_on_slabs(action, all, {});
     CHECK(!(whole == particles::digest(all)));
     for (int round = 0; round < 8; ++round) {

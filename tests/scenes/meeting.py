@@ -57,8 +57,9 @@ def stones(s: motes.System, sparks: motes.System) -> None:
 
 
 def glow(s: motes.System, frame: int) -> None:
-    """Gravity without a radius, and with several."""
+    """Gravity without a radius, and with several; as a liquid too."""
     s.gravitate(0.02, 1e-2, **({} if frame % 3 == 0 else {"max_radius": 0.4 * frame}))
+    s.fluid(radius=0.3, rest_density=20, viscosity=0.01, cohesion=0.5, where=column("velocity").x > -2)
     s.move()
     s.kill_old(0.15)
 

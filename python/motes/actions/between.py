@@ -19,10 +19,20 @@ from .base import Action, at_least_0
 if TYPE_CHECKING:
     from ..system import System
 
-__all__ = ["Collide", "Contact", "Follow", "Gravitate", "MatchRotationalVelocity", "MatchVelocity", "Tie"]
+__all__ = [
+    "Collide",
+    "Contact",
+    "Fluid",
+    "Follow",
+    "Gravitate",
+    "MatchRotationalVelocity",
+    "MatchVelocity",
+    "Tie",
+]
 
 
 LEAST_STIFFNESS = 1e-9  # N/m
+LEAST_DENSITY = 1e-9  # kg/m^3
 
 
 @value(kw_only=True)
@@ -246,6 +256,54 @@ class Contact(Action):
             rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
         )
         self.__dict__["radius"] = radius
+
+
+@value(kw_only=True)
+class Fluid(Action):
+    """Keeps the density of a liquid: particles push each other apart until they are no denser than at rest.
+
+    A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
+    `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps, as for
+    `collide`: of 16 layers of 5 cm, 20 sub-steps of a 24th of a second let the lowest be a fifth too dense, 40 a
+    tenth. `bounce` keeps a liquid in a vessel. Momentum is kept.
+
+    Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i such that it would come to rest_density if
+    it is above that; what was above already comes down by a 20th; v_i += sum of (pressure_i mass_j / mass_i + pressure_j) grad W / (rest_density dt)
+    + 10 viscosity dt sum of mass_j / rest_density (v_ij . n / r) grad W
+    + cohesion dt sum of mass_j / rest_density C(r) n, with n the direction to particle j, v_ij its velocity
+    seen from here; W of Mueller et al. (2003), C of Akinci et al. (2013)
+
+    Attributes:
+        radius: how far particles see each other, m.
+        rest_density: of the liquid, kg/m^3.
+        viscosity: kinematic, m^2/s: 1e-2 is honey; what is above radius^2 / (24 dt) has no effect, and
+            radius^2 / (4000 dt) are always there, so that a liquid comes to rest.
+        cohesion: draws particles to each other, m/s^2: drops and strings.
+
+    Source: Macklin and Mueller (2013), "Position based fluids", one iteration, as an action on velocities;
+    viscosity: Monaghan (2005), "Smoothed particle hydrodynamics".
+    """
+
+    radius: float
+    rest_density: float
+    viscosity: float = 0
+    cohesion: float = 0
+
+    def __post_init__(self) -> None:
+        """Check the fields and make the engine's value."""
+        rest_density = arguments.number("rest_density", self.rest_density, low=0)
+        if rest_density < LEAST_DENSITY:
+            raise ArgumentError("rest_density", self.rest_density, f"at least {LEAST_DENSITY:g} kg/m^3")
+        radius = arguments.number("radius", self.radius, low=0)
+        if radius == 0:
+            raise ArgumentError("radius", self.radius, "above 0")
+        self._set(
+            "fluid",
+            rest_density=rest_density,
+            viscosity=arguments.number("viscosity", self.viscosity, low=0),
+            radius=radius,
+            cohesion=arguments.number("cohesion", self.cohesion),
+        )
 
 
 @value(kw_only=True)

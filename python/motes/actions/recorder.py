@@ -421,6 +421,23 @@ class Recorder(ABC):
         )
 
     @says_near_names
+    def fluid(
+        self,
+        radius: float,
+        rest_density: float,
+        viscosity: float = 0,
+        cohesion: float = 0,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Fluid`."""
+        self._record(
+            actions.Fluid(
+                radius=radius, rest_density=rest_density, viscosity=viscosity, cohesion=cohesion, where=where
+            )
+        )
+
+    @says_near_names
     def tie(
         self,
         ties: Ties,

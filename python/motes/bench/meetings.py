@@ -31,6 +31,7 @@ ACTIONS: dict[str, Callable[[System], None]] = {
     "collide, restitution": lambda s: s.collide(radius=REACH / 2, restitution=0.5),
     "collide, own radii": lambda s: s.collide(),
     "contact": lambda s: s.contact(1e3, rolling_friction=0.1, radius=REACH / 2),
+    "fluid": lambda s: s.fluid(radius=2.0, rest_density=1.0),
 }
 
 

@@ -28,8 +28,8 @@ CASES = [
     ("heap", 20_000, 40, "stops"),
     ("box", 20_000, 20, "slows"),
     ("box", 20_000, 40, "slows"),
-    ("contact", 4000, 200, "slows"),
-    ("contact, rolling", 4000, 200, "slows"),
+    ("contact", 4000, 200, "stops"),
+    ("contact, rolling", 4000, 200, "stops"),
 ]
 GROUND: dict[str, dict[str, Any]] = {
     "stops": {"friction": 1, "exact_hit": False},

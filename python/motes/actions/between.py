@@ -264,14 +264,14 @@ class Fluid(Action):
 
     A particle's mass is what it stands for: rest_density spacing^3, where they are born `spacing` apart;
     `radius` is twice the spacing, so that each sees some 30 others. Stiffness comes from sub-steps, as for
-    `collide`: of 16 layers of 5 cm, 20 sub-steps of a 24th of a second let the lowest be a fifth too dense, 40 a
-    tenth. `bounce` keeps a liquid in a vessel. Momentum is kept.
+    `collide`: of 16 layers of 5 cm, 20 sub-steps of a 24th of a second let the lowest be a sixth too dense,
+    40 a 20th. `bounce` keeps a liquid in a vessel. Momentum is kept.
 
-    Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i such that it would come to rest_density if
-    it is above that; what was above already comes down by a 20th; v_i += sum of (pressure_i mass_j / mass_i + pressure_j) grad W / (rest_density dt)
-    + 10 viscosity dt sum of mass_j / rest_density (v_ij . n / r) grad W
-    + cohesion dt sum of mass_j / rest_density C(r) n, with n the direction to particle j, v_ij its velocity
-    seen from here; W of Mueller et al. (2003), C of Akinci et al. (2013)
+    Formula: at x + v dt, density_i = sum of mass_j W(r); pressure_i such that it would come to rest_density
+    if it is above that; what was above already comes down by a 20th; v_i += sum of (pressure_i mass_j /
+    mass_i + pressure_j) grad W / (rest_density dt) + 10 viscosity dt sum of mass_j / rest_density
+    (v_ij . n / r) grad W + cohesion dt sum of mass_j / rest_density C(r) n, with n the direction to particle
+    j, v_ij its velocity seen from here; W of Mueller et al. (2003), C of Akinci et al. (2013)
 
     Attributes:
         radius: how far particles see each other, m.

@@ -281,6 +281,25 @@ def test_honey_flows_more_slowly_than_water():
     assert shear(0.1) < 0.8 * shear(0.01) < 0.8 * shear(0)
 
 
+@pytest.mark.parametrize("law", ["contact", "fluid", "collide"])
+def test_a_few_at_the_origin_and_at_one_place(law: str):
+    start = {"position": [(0, 0, 0), (0.15, 0, 0), (0, 0, 0)]}
+
+    def meet(few: motes.System) -> None:
+        if law == "contact":
+            few.contact(10, radius=0.1)
+        elif law == "collide":
+            few.collide(0.1)
+        else:
+            few.fluid(radius=0.2, rest_density=100)
+        few.move()
+
+    *_, last = states(start, meet, 3)
+    assert np.isfinite(last.position).all()
+    assert np.linalg.norm(at(last)[0] - at(last)[2]) > 0
+    assert speeds(last).sum(axis=0) == pytest.approx(0, abs=1e-4)
+
+
 def column_of(grains: int) -> dict[str, NDArray[np.float64]]:
     """Grains of 4 cm, stacked as high as wide and a half; each layer over the gaps of the one below."""
     wide = round((grains * 0.53) ** (1 / 3))

@@ -325,6 +325,7 @@ void bind_engine(py::module_& m) {
           [](const Engine& e) { return std::pair(e.talk().failed_at().system, e.talk().failed_at().item); })
       .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
+      .def("take_remarks", &Engine::take_remarks)
       .def_property_readonly("last_row", &last_row);
   bind_reading(engine);
   bind_pictures(engine);

@@ -31,7 +31,8 @@ CalculatorLoad own_load(const Population& here) {
 }
 
 void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
-  SystemReport system{here.seen() + here.tally.sent, here.digest, here.oldest, {}};
+  const Strain strain{here.sight.most_in_a_cell, here.sight.overlap_99, here.sight.softened};
+  SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
   for (const Sent& sent : here.sent) {
     round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.talk.calculator())),
                                static_cast<std::uint32_t>(sent.domain), number, counted(sent.count)});
@@ -155,6 +156,18 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   round.verdict = std::move(judgement.verdict);
 }
 
+// What all should hear of a system's meetings.
+void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, int substeps,
+           Manager& manager) {
+  for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
+    const System& system = *script.systems[i];
+    for (Alarm& alarm : manager.alarms.look(i, system.definition.name, strains[i - round.first], substeps)) {
+      if (Log* log = manager.account.log()) log->event(alarm.kind, script.record.frame, alarm.text);
+      manager.remarks.push_back(std::move(alarm.text));
+    }
+  }
+}
+
 }  // namespace
 
 void report(Rank& rank, const Script& script, Calculator& calculator, Round& round) {
@@ -179,7 +192,10 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   // Nobody waits for the rest.
   std::uint64_t dropped = 0;
   for (const auto& system : script.systems) dropped += system->counts.dropped;
-  manager.judged.push_back({std::move(gathered.report.tail), loads_of(rank, round, gathered), dropped});
+  std::vector<Strain> strains;
+  for (const SystemReport& system : gathered.report.systems) strains.push_back(system.strain);
+  manager.judged.push_back(
+      {std::move(gathered.report.tail), loads_of(rank, round, gathered), dropped, std::move(strains)});
   if (balances(rank, script)) note_loads(rank, script, manager, round, manager.judged.back().loads);
 }
 
@@ -210,6 +226,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.talk.cast(), tree);
+    watch(script, round, judged.strains, rank.settings.substeps, manager);
     if (round.last < script.systems.size()) continue;
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       manager.account.note_children(into, calculator, count);

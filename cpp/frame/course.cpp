@@ -53,6 +53,7 @@ bool Course::run_substep(int substep) {
     runner.next_piece = 0;
     runner.collided = false;
   }
+  const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
   std::vector<const Piece*> waits(runners_.size(), nullptr);
   for (std::size_t done = 0; done < runners_.size();) {
     done = 0;
@@ -71,9 +72,8 @@ bool Course::run_substep(int substep) {
           (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
         }
         Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second]);
-        meeting.substep =
-            static_cast<std::uint32_t>(rank_.talk.frame) * static_cast<std::uint32_t>(rank_.settings.substeps) +
-            static_cast<std::uint32_t>(substep);
+        meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep);
+        meeting.last = substep + 1 == rank_.settings.substeps;
         waits[first] = nullptr;
         waits[second] = nullptr;
         moved = true;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "frame/parts.h"
@@ -57,6 +58,8 @@ class Engine {
   Painter& painter() { return parts_.painter; }
   /// The image generator tells the log about its picture.
   void set_image_sha256(const std::string& hex) { parts_.calculator.tail.image_sha256 = hex; }
+  /// Manager: warnings of the last frames; they are not told again.
+  std::vector<std::string> take_remarks() { return std::exchange(parts_.manager.remarks, {}); }
   /// Manager: the last frame about which all is known, for progress and logs.
   const std::optional<FrameRow>& last_row() const { return parts_.manager.account.last_row(); }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <map>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include "balance/policy.h"
 #include "domains/domains.h"
 #include "frame/account.h"
+#include "frame/alarms.h"
 #include "frame/render_plan.h"
 #include "frame/report.h"
 #include "frame/reports.h"
@@ -48,6 +50,8 @@ struct PlacedParent {
 struct Manager {
   std::vector<Balancing> systems;
   Account account;
+  Alarms alarms;
+  std::vector<std::string> remarks;  // warnings that the script has not heard yet
   std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
   std::vector<Asked> asked;  // whose proposals are under way
   std::vector<PlacedParent> parents;  // of this frame

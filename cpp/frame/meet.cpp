@@ -434,8 +434,8 @@ class Swap {
     std::vector<std::uint8_t> chosen[2];
     for (std::size_t side = 0; side < meeting_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store,     &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side],
-                     meeting_.substep};
+      sides[side] = {&here.store,      &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side],
+                     meeting_.substep, meeting_.last};
       here.moved = true;
       if (meeting_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);
@@ -449,6 +449,8 @@ class Swap {
     Sight& sight = population(0).sight;
     sight.pairs += seen.pairs;
     sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);
+    sight.overlap_99 = std::max(sight.overlap_99, seen.overlap_99);
+    if (seen.softened) sight.softened = 1;
   }
 
   Rank& rank_;

@@ -21,6 +21,7 @@ struct Meeting {
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
   bool collided[2] = {};  // already in this sub-step
   std::uint32_t substep = 0;  // its number since the run's start
+  bool last = false;  // the frame's last sub-step
 };
 
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.

@@ -90,12 +90,26 @@ struct Sight {
   std::uint32_t meetings = 0;
   std::uint32_t most_in_a_cell = 0;
   float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+  float overlap_99 = 0;          // see meetings/overlap.h
+  std::uint32_t softened = 0;    // 1: springs of contact were
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sight& sight) {
   visit(sight.pairs, sight.copies, sight.bytes, sight.moved_in, sight.moved_out, sight.meetings, sight.most_in_a_cell,
-        sight.meet_s, sight.wait_s);
+        sight.meet_s, sight.wait_s, sight.overlap_99, sight.softened);
+}
+
+/// What in a system's meetings asks for a warning: the most on any calculator.
+struct Strain {
+  std::uint32_t most_in_a_cell = 0;
+  float overlap_99 = 0;
+  std::uint32_t softened = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Strain& strain) {
+  visit(strain.most_in_a_cell, strain.overlap_99, strain.softened);
 }
 
 /// A particle that has children at the end of this frame, for the calculator that they belong to.
@@ -114,6 +128,7 @@ constexpr void fields(Visitor& visit, Parent& parent) {
 /// One system on all calculators of a part of the tree, after its list ran and before the exchange.
 struct SystemReport {
   std::uint64_t particles = 0;  // that stay or leave
+  Strain strain;
   particles::Digest digest;
   std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
   std::vector<std::vector<recording::Event>> events;  // one list per spawn rule, sorted by id
@@ -121,7 +136,7 @@ struct SystemReport {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SystemReport& system) {
-  visit(system.particles, system.digest, system.oldest, system.events);
+  visit(system.particles, system.strain, system.digest, system.oldest, system.events);
 }
 
 /// One system on one calculator: what the policy and the log need of each. A rank holds fewer than 2^32 particles.

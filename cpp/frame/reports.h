@@ -37,6 +37,7 @@ struct Judged {
   Tail tail;
   Loads loads;
   std::uint64_t dropped = 0;  // births so far in this frame
+  std::vector<Strain> strains;  // of the round's systems
 };
 
 /// All ranks: what they report in this round. It leaves at once if no rank stands below this one, otherwise with

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "meetings/overlap.h"
 #include "particles/blocks.h"
 #include "simd/float_mode.h"
 
@@ -40,21 +41,6 @@ struct Ahead {
   }
 };
 
-// Columns of the store and of copies, as a crowd needs them.
-struct Source {
-  const Side& side;
-  std::vector<Component> read;
-
-  Column column(std::size_t number) const {
-    const Component c = read[number];
-    Column made;
-    made.own = side.store->plane(c.attribute, c.component);
-    made.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
-    if (side.copies != nullptr && !side.copies->ids.empty()) made.copies = side.copies->columns[number].data();
-    return made;
-  }
-};
-
 class Meeting {
  public:
   Meeting(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
@@ -73,6 +59,7 @@ class Meeting {
       run(s, seen);
       seen.most_in_a_cell = std::max(seen.most_in_a_cell, scratch_.party[s].cells.most_in_a_cell());
     }
+    if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
     for (std::size_t s = 0; s < count_; ++s) apply(s);
     return seen;
   }
@@ -96,7 +83,8 @@ class Meeting {
   static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
 
   void gather(std::size_t s) {
-    const Source source{sides_[s], read_by(action_)};
+    const std::vector<Component> read = read_by(action_);
+    const std::vector<Column> columns = columns_of(action_, sides_[s]);
     Scratch::Party& party = scratch_.party[s];
     Crowd& crowd = crowds_[s];
     crowd.own = sides_[s].store->size();
@@ -105,16 +93,16 @@ class Meeting {
       crowd.copies = sides_[s].copies->ids.size();
       crowd.copied_ids = sides_[s].copies->ids.data();
     }
-    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = source.column(c);
-    if (looks_ahead(action_)) look_ahead(source, party, crowd);
+    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = columns[c];
+    now_[s] = crowd;
+    if (looks_ahead(action_)) look_ahead(columns, party, crowd);
     party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
     for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowd.at[c]);
-    for (std::size_t number = 3; number < source.read.size(); ++number) {
-      const Component read = source.read[number];
-      if (const int to = place_of(read); to >= 0) arrange(s, to, source.column(number));
-      if (read.attribute == particles::size && radii()) arrange_radii(s, source.column(number));
-      if (read.attribute == particles::mass && masses()) arrange_masses(s, source.column(number));
-      if (read.attribute == particles::mass && flows(action_)) arrange_positive(s, mass, source.column(number));
+    for (std::size_t number = 3; number < read.size(); ++number) {
+      if (const int to = place_of(read[number]); to >= 0) arrange(s, to, columns[number]);
+      if (read[number].attribute == particles::size && radii()) arrange_radii(s, columns[number]);
+      if (read[number].attribute == particles::mass && masses()) arrange_masses(s, columns[number]);
+      if (read[number].attribute == particles::mass && flows(action_)) arrange_positive(s, mass, columns[number]);
     }
   }
 
@@ -142,20 +130,15 @@ class Meeting {
     for (std::size_t i = 0; i < crowds_[s].size(); ++i) values[i] = values[i] > 0 ? values[i] : 0.0f;
   }
 
-  void look_ahead(const Source& source, Scratch::Party& party, Crowd& crowd) {
+  void look_ahead(const std::vector<Column>& columns, Scratch::Party& party, Crowd& crowd) {
     const Ahead ahead{dt_, step_limit(reach_)};
     for (std::size_t c = 0; c < 3; ++c) {
       party.at[c].resize(crowd.own);
       party.copied_at[c].resize(crowd.copies);
     }
-    Column columns[6];
-    for (std::size_t c = 0; c < 6; ++c) columns[c] = source.column(c);
     const auto look = [&](std::size_t i, bool own, std::vector<float>(&to)[3]) {
       float values[6];
-      for (int c = 0; c < 6; ++c) {
-        const Column& column = columns[c];
-        values[c] = !own ? column.copies[i] : column.own != nullptr ? column.own[i] : column.value;
-      }
+      for (std::size_t c = 0; c < 6; ++c) values[c] = columns[c].of(own ? i : i + crowd.own, crowd.own);
       float at[3];
       ahead.of({values[0], values[1], values[2]}, {values[3], values[4], values[5]}, at);
       for (int c = 0; c < 3; ++c) to[c][i] = at[c];
@@ -174,6 +157,11 @@ class Meeting {
            (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
   }
   bool clears() const { return collides(action_) && action_.numbers[5] > 0; }
+
+  Spheres spheres(std::size_t s) const {
+    const Scratch::Party& party = scratch_.party[s];
+    return {&party.cells, &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1)};
+  }
 
   float radius_at(std::size_t s, std::size_t place) const {
     return radii() ? scratch_.party[s].column[radius][place] : given_radius(action_, s == 1);
@@ -387,9 +375,23 @@ class Meeting {
   std::size_t count_;
   float reach_;
   Crowd crowds_[2];
+  Crowd now_[2];  // the same where they are before the step
 };
 
 }  // namespace
+
+std::vector<Column> columns_of(const Action& action, const Side& side) {
+  std::vector<Column> columns;
+  for (const Component c : read_by(action)) {
+    Column column;
+    column.own = side.store->plane(c.attribute, c.component);
+    column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+    if (side.copies != nullptr && !side.copies->ids.empty())
+      column.copies = side.copies->columns[columns.size()].data();
+    columns.push_back(column);
+  }
+  return columns;
+}
 
 Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
                   threads::Pool& pool) {

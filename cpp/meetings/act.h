@@ -28,13 +28,18 @@ struct Side {
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
   bool adds = false;                                  // collide: its contacts come on top of an earlier one's
   std::uint32_t now = 0;                              // contact: the number of the sub-step
+  bool last = false;                                  // sub-step of the frame: overlaps are looked at
 };
+
+/// What the action reads, in the order of read_by(): of own particles, and of copies.
+std::vector<Column> columns_of(const actions::Action& action, const Side& side);
 
 /// What a meeting saw.
 struct Seen {
   std::uint64_t pairs = 0;          // directed: each is counted at both ends
   std::uint32_t most_in_a_cell = 0;
   bool softened = false;            // contact: springs were stiffer than the step allows
+  float overlap_99 = 0;             // of spheres that touch, in parts of both radii; see overlap.h
   std::vector<std::uint32_t> dropped[2]{};  // collide: newborn ones in the way of others, ascending
 };
 

@@ -15,6 +15,11 @@ struct Column {
   const float* own = nullptr;
   const float* copies = nullptr;
   float value = 0;
+
+  /// Of particle i, where the first `count` are this rank's own.
+  float of(std::size_t i, std::size_t count) const {
+    return i >= count ? copies[i - count] : own != nullptr ? own[i] : value;
+  }
 };
 
 /// Particles that meet.

@@ -106,7 +106,10 @@ struct Contact {
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         before[lane] = nullptr;
         after[lane].count = 0;
-        if (i + lane >= task.targets.crowd->size()) continue;
+        if (i + lane >= task.targets.crowd->size()) {  // nobody: touches nobody
+          own.radius[lane] = 0;
+          continue;
+        }
         const std::uint32_t index = task.targets.cells.order[i + lane];
         if (index >= task.targets.cells.own) continue;
         const particles::Touches& own_touches = task.touches[index];

@@ -55,7 +55,7 @@ struct Neighbour {
   // Those at the same place: a target sees itself, and is parted from others.
   __attribute__((noinline)) void part(const Task& task, Mask here, std::uint32_t first, std::uint32_t j) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      if (here[lane] == 0) continue;
+      if (here[lane] == 0 || first + lane >= task.targets.crowd->size()) continue;
       if (first + lane == j) other[lane] = 0;
       const Float3 way = parting(id_of(task.targets, first + lane), id_of(task.sources, j), 0);
       normal.x[lane] = way.x;

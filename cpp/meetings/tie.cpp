@@ -39,24 +39,6 @@ Terms terms_of(const actions::Action& action, float dt) {
   return terms;
 }
 
-// A column of own particles or of copies.
-float value(const Column& column, std::size_t i, std::size_t own) {
-  return i >= own ? column.copies[i - own] : column.own != nullptr ? column.own[i] : column.value;
-}
-
-std::vector<Column> columns_of(const actions::Action& action, const Side& side) {
-  std::vector<Column> columns;
-  for (const Component c : read_by(action)) {
-    Column column;
-    column.own = side.store->plane(c.attribute, c.component);
-    column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
-    if (side.copies != nullptr && !side.copies->ids.empty())
-      column.copies = side.copies->columns[columns.size()].data();
-    columns.push_back(column);
-  }
-  return columns;
-}
-
 // The sum of n n^T over directions n: how much of a deviation the ties of a particle take back together. Where they all
 // point the same way, as in a rope, that is more than where they share the work, as in a cloth.
 struct Spread {
@@ -116,12 +98,12 @@ class Tying {
     Knots::Knot& knot = knots_.knots[row];
     const bool pinned = bonds_.pin(row) != Bonds::kNone;
     for (std::size_t c = 0; c < 3; ++c) {
-      knot.velocity[c] = pinned ? 0 : value(columns_[3 + c], i, own_);
-      knot.at[c] = value(columns_[c], i, own_) + knot.velocity[c] * terms_.dt;
+      knot.velocity[c] = pinned ? 0 : columns_[3 + c].of(i, own_);
+      knot.at[c] = columns_[c].of(i, own_) + knot.velocity[c] * terms_.dt;
     }
-    const float mass = value(columns_[6], i, own_);
+    const float mass = columns_[6].of(i, own_);
     knot.inverse = pinned ? 0 : mass > 1e-12f ? 1 / mass : 1e12f;
-    knot.torn = static_cast<std::uint32_t>(value(columns_[7], i, own_));
+    knot.torn = static_cast<std::uint32_t>(columns_[7].of(i, own_));
     knot.seen = knots_.meeting;
   }
 
@@ -191,7 +173,7 @@ class Tying {
     }
     if (terms_.tethers) hold(row, at);
     std::array<float, 3> now{};
-    for (std::size_t c = 0; c < 3; ++c) now[c] = (at[c] - value(columns_[c], i, own_)) / terms_.dt;
+    for (std::size_t c = 0; c < 3; ++c) now[c] = (at[c] - columns_[c].of(i, own_)) / terms_.dt;
     return now;
   }
 

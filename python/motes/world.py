@@ -427,6 +427,8 @@ class World(Settings):
         if self._run_state is not None:
             self._run_state.frame = engine.frame
         self._look_at_first_frames(view)
+        for remark in engine.take_remarks():
+            self._warn(remark, 4)
         for system in self._systems:
             system._list.clear()
             system._lines.clear()

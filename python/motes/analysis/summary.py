@@ -26,6 +26,7 @@ STYLE = """
 .motes .warning { border-left: 3px solid #E69F00; padding: 1px 0 1px 9px; margin: 4px 0; }
 .motes img { max-width: 100%; background: white; }
 """
+MEETINGS = ("crowded", "overlap", "softened")  # kinds of events that are sentences
 
 
 def warnings(run: Run) -> list[str]:
@@ -45,7 +46,9 @@ def _events(run: Run) -> Iterable[str]:
     dropped = run.frames["dropped"].max() if len(run.frames) else 0
     if dropped > 0:
         yield f"{int(dropped)} births were dropped: capacities were reached."
-    others = run.events[~run.events["kind"].isin(["start", "end", "births_dropped"])]
+    told = run.events["kind"].isin(MEETINGS)
+    yield from run.events["text"][told]
+    others = run.events[~told & ~run.events["kind"].isin(["start", "end", "births_dropped"])]
     for kind, n in others["kind"].value_counts().items():
         yield f"{n} event{'s' if n > 1 else ''} of kind {kind}: see run.events."
 

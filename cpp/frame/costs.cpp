@@ -64,6 +64,7 @@ Costs read_costs(const std::string& text) {
                                                  {"leave", &costs.leave},
                                                  {"gap", &costs.gap},
                                                  {"arrive", &costs.arrive},
+                                                 {"copy", &costs.copy},
                                                  {"select", &costs.select},
                                                  {"record", &costs.record},
                                                  {"collect", &costs.collect},

@@ -24,7 +24,7 @@ Course::Course(Rank& rank, const Script& script, Calculator& calculator, const R
 void Course::take_births(std::size_t index, Newborn& newborn) {
   const System& system = *script_.systems[index];
   Population& here = *calculator_.populations[index];
-  here.outcome.wants_hits = wants_hits(system);
+  here.outcome.wants_hits = asks_for(system, recording::Spawn::On::collision);
   Runner& runner = runners_.emplace_back(Runner{index, system.pending_pieces(), {}});
   runner.newborn_from = system.counts.newborn_from;
   for (const BirthGroup& group : system.groups) {

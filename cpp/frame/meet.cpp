@@ -205,10 +205,10 @@ class Swap {
     });
     for (auto& [target, message] : messages) {
       if (rank_.talk.failed()) message = Message();
-      const std::uint64_t leaving = rank_.talk.failed() ? 0 : sent_[target];
+      const std::uint64_t count = rank_.talk.failed() ? 0 : sent_[target];
       population(0).sight.bytes += message.payload().size();
       rank_.talk.comm().post(rank_.talk.rank_of(target), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
-                             leaving, rank_.talk.failed());
+                             count, rank_.talk.failed());
     }
     compute([&] {
       for (std::size_t side = 0; side < meeting_.count; ++side) remove_leavers(side);
@@ -288,13 +288,14 @@ class Swap {
     }
   }
 
-  static void take_copies(particles::Reader& in, std::size_t columns, Copies& copies) {
+  static std::uint64_t take_copies(particles::Reader& in, std::size_t columns, Copies& copies) {
     const auto count = in.get<std::uint64_t>();
     copies.columns.resize(columns);
     for (std::uint64_t i = 0; i < count; ++i) copies.ids.push_back(in.get<std::uint64_t>());
     for (std::vector<float>& column : copies.columns) {
       for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
     }
+    return count;
   }
 
   // For each calculator: leavers that are its own from now on, and copies of what its particles may see.
@@ -328,13 +329,14 @@ class Swap {
       const std::vector<std::uint32_t>& gone = leaving == leavers_[side].to.end() ? none : leaving->second;
       here.store.pack(gone, bytes, *rank_.pool);
       put_hits(here, gone, bytes);
-      sent_[target] += gone.size();
       std::vector<std::uint32_t> copied;
       for (const std::uint32_t p : near) {
         if (copy_for(target, p)) copied.push_back(p);
       }
       put_copies(side, copied, bytes);
+      sent_[target] += gone.size() + copied.size();
       here.sight.copies += copied.size();
+      rank_.machine.charge(rank_.machine.costs().copy * static_cast<double>(copied.size()));
     }
     particles::Bytes kept;  // of leavers that this calculator still sees
     std::vector<std::uint32_t> copied;
@@ -365,6 +367,7 @@ class Swap {
     std::sort(gone.begin(), gone.end());
     here.store.remove(gone, *rank_.pool);
     here.sight.moved_out += gone.size();
+    rank_.machine.charge(rank_.machine.costs().leave * static_cast<double>(gone.size()));
   }
 
   void unpack(const Message& message) {
@@ -374,11 +377,14 @@ class Swap {
       Population& here = population(side);
       const std::size_t before = here.store.size();
       here.store.unpack(in, *rank_.pool);
-      count += here.store.size() - before;
-      here.sight.moved_in += here.store.size() - before;
+      const std::size_t arrived = here.store.size() - before;
+      here.sight.moved_in += arrived;
       const auto hits = in.get<std::uint64_t>();
       for (std::uint64_t i = 0; i < hits; ++i) here.bounced.insert(in.get<std::uint64_t>());
-      take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
+      const std::uint64_t seen = take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
+      count += arrived + seen;
+      const Costs& costs = rank_.machine.costs();
+      rank_.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
     }
     if (count != message.header().count || !in.done())
       throw std::runtime_error("particles were lost on the way between calculators");
@@ -467,7 +473,7 @@ class Swap {
   meetings::Bounds bounds_{};                     // gravitate by cells
   meetings::Cube cube_;
   meetings::Moments moments_;
-  std::map<int, std::uint64_t> sent_;
+  std::map<int, std::uint64_t> sent_;  // leavers and copies
   Copies copies_[2];
 };
 

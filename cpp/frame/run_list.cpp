@@ -60,10 +60,9 @@ void tidy(Outcome& outcome) {
                 [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
 }
 
-bool wants_hits(const System& system) {
+bool asks_for(const System& system, recording::Spawn::On event) {
   const std::vector<const recording::Spawn*> rules = system.rules();
-  return std::any_of(rules.begin(), rules.end(),
-                     [](const recording::Spawn* rule) { return rule->on == recording::Spawn::On::collision; });
+  return std::any_of(rules.begin(), rules.end(), [&](const recording::Spawn* rule) { return rule->on == event; });
 }
 
 recording::Region region_of(const Rank& rank, const System& system) {
@@ -101,7 +100,7 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
               bool keep_hits) {
   const std::vector<Piece> pieces = system.pending_pieces();
   const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
-  here.outcome.wants_hits = keep_hits || wants_hits(system);
+  here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
   run_pieces(rank, system, here, pieces, call_back, 0, {});
   for (const BirthGroup& group : system.groups) {
     const std::size_t begin = here.store.size();

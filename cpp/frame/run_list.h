@@ -37,8 +37,8 @@ std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, con
 /// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
 void tidy(recording::Outcome& outcome);
 
-/// Whether a spawn rule asks who bounced.
-bool wants_hits(const System& system);
+/// Whether a spawn rule asks to whom this happened.
+bool asks_for(const System& system, recording::Spawn::On event);
 
 /// Obeys the sorts from item `first` of the list on: the particles stand in the order of drawing.
 void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first);

@@ -15,9 +15,10 @@ using recording::Event;
 using recording::Spawn;
 
 // Ids are given in the order of birth, so who is new in this frame has the highest ones: the last frame's children, and
-// this frame's births.
+// this frame's births. Looking for them takes a pass over all ids: nobody is found where no rule asks.
 std::vector<std::uint32_t> newborn_of(const System& system, const particles::Store& store) {
   std::vector<std::uint32_t> found;
+  if (!asks_for(system, Spawn::On::birth)) return found;
   for (std::size_t i = 0; i < store.size(); ++i) {
     if (store.ids()[i] >= system.counts.newborn_from) found.push_back(static_cast<std::uint32_t>(i));
   }

@@ -93,12 +93,16 @@ def configure(parser: argparse.ArgumentParser) -> None:
     meetings = names.add_parser("meetings", help="what particles that see each other cost, by action")
     meetings.add_argument("--particles", type=positive, default=400_000)
     meetings.add_argument("--repeats", type=positive, default=7)
-    peers = names.add_parser("peers", help="snow in NumPy, Numba, Taichi and Warp, beside the engine")
+    peers = names.add_parser(
+        "peers", help="snow in NumPy, Numba, Taichi and Warp, spheres in LAMMPS, beside the engine"
+    )
     peers.add_argument("--particles", type=positive, default=12_800_000)
     peers.add_argument("--steps", type=positive, default=9)
     peers.add_argument(
         "--threads", type=positive, default=1, help="more than one: a second run, on so many threads"
     )
+    peers.add_argument("--collide", type=positive, default=400_000, help="spheres that run beside LAMMPS")
+    peers.add_argument("--lammps", metavar="PYTHON", help="the Python that has LAMMPS (this one)")
     for command in names.choices.values():
         add_json(command)
 
@@ -218,7 +222,15 @@ def _peers(figures: Mapping[str, Any]) -> str:
     lines += ["", "left out:", *(f"{name:<8}{what}" for name, what in out.items())]
     lines += ["", *(f"{name:<8}{why}" for name, why in figures["not_installed"].items())]
     about = ", ".join(f"{name} {figures[name]}" for name in ("particles", "steps", "simd"))
-    return "\n".join([*lines, about])
+    return "\n".join([*lines, about, *(_colliding(figures["collide"]) if figures["collide"] else ())])
+
+
+def _colliding(figures: Mapping[str, Any]) -> list[str]:
+    """Show `collide` beside LAMMPS."""
+    lines = [f"{row['peer']:<32}{row['ns']:>9.1f}{row['engine_by_peer']:>13.2f}" for row in figures["rows"]]
+    seen = f"{figures['neighbours']:.1f} neighbours each"
+    about = f"{figures['spheres']} spheres, {seen}, LAMMPS {figures['lammps']}"
+    return ["", about, f"{'':<32}{'ns':>9}{'engine / it':>13}", *lines]
 
 
 def _shown(value: Any) -> str:

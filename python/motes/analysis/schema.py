@@ -143,7 +143,7 @@ BALANCE = Table(
         axis str - axis of the cut; id: it parts the ids
         cut_before float m the cut
         cut_after float m the cut from the next frame on
-        policy str - who decided
+        policy str - who decided; Diffusive with manager=False: neighbours, before the exchange
         """
     ),
 )

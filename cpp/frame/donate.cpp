@@ -78,10 +78,14 @@ std::vector<Density> densities(const Script& script, const Calculator& calculato
     const Population& here = *calculator.populations[i];
     Density density;
     density.particles = here.store.size();
-    const int axis = script.systems[i]->definition.axes.first();
-    const std::vector<float> q = balance::quantiles(coordinates(here, axis, room), kQuantiles);
-    if (q.empty()) density.particles = 0;
-    std::copy(q.begin(), q.end(), density.quantiles);
+    const domains::Axes axes = script.systems[i]->definition.axes;
+    float* to = density.quantiles;
+    for (int axis = axes.first(); axis < 3 || axis == axes.first(); ++axis) {
+      if (axis < 3 && !axes.has(axis)) continue;
+      const std::vector<float> q = balance::quantiles(coordinates(here, axis, room), kQuantiles);
+      if (q.empty()) density.particles = 0;
+      to = std::copy(q.begin(), q.end(), to);
+    }
     found.push_back(density);
   }
   return found;

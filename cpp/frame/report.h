@@ -154,7 +154,8 @@ constexpr void fields(Visitor& visit, Flow& flow) {
 inline constexpr int kQuantiles = 16;
 struct Density {
   std::uint64_t particles = 0;
-  float quantiles[kQuantiles + 1] = {};  // metres along the system's axis
+  // Metres along the axes that are cut, in their order. Where ids decide: what stands for them.
+  float quantiles[3 * (kQuantiles + 1)] = {};
 };
 
 /// Slots of tiles that a rank drew, one after the other.
@@ -221,7 +222,7 @@ constexpr void fields(Visitor& visit, Tail& tail) {
 struct CalculatorTail {
   std::uint64_t bytes_sent = 0;  // exchange
   std::uint64_t particles = 0;   // see Density
-  float quantiles[kQuantiles + 1] = {};
+  float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;
   Sight sight;
 };

@@ -63,6 +63,7 @@ __all__: list[str] = [
     "static_policy",
     "sum_of_tables",
     "tone_16_bits",
+    "tree_cuts",
 ]
 
 class Shape:
@@ -201,6 +202,7 @@ class BalanceTable:
         speed: numpy.typing.ArrayLike,
         cuts: numpy.typing.ArrayLike,
         error: numpy.typing.ArrayLike = ...,
+        axes: str = "x",
     ) -> None: ...
     @property
     def bricks(self) -> bool: ...
@@ -412,5 +414,14 @@ def simd() -> str: ...
 def static_policy() -> Policy: ...
 def sum_of_tables(systems: collections.abc.Sequence[BalanceTable]) -> BalanceTable: ...
 def tone_16_bits(light: numpy.typing.ArrayLike, exposure: float) -> numpy.typing.NDArray[numpy.uint16]: ...
+def tree_cuts(
+    cells: collections.abc.Sequence[
+        tuple[numpy.typing.ArrayLike, numpy.typing.ArrayLike, numpy.typing.ArrayLike]
+    ],
+    costs: numpy.typing.ArrayLike,
+    shares: numpy.typing.ArrayLike,
+    axes: collections.abc.Sequence[int],
+    before: numpy.typing.ArrayLike,
+) -> numpy.typing.NDArray[numpy.float32]: ...
 
 most_bins: int = 16777216

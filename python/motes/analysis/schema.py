@@ -156,6 +156,11 @@ DENSITY = Table(
     + tuple(
         Column(name, float, "m", f"{i}/16 of the particles are left of it; null: no particles")
         for i, name in enumerate(QUANTILES)
+    )
+    + tuple(
+        Column(f"{axis}{name[1:]}", float, "m", f"bricks that {axis} cuts too: the same along it")
+        for axis in "yz"
+        for name in QUANTILES
     ),
 )
 

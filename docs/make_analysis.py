@@ -46,13 +46,14 @@ def table(name: str, one: Table) -> str:
     lines = [f"### `run.{name}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
     lines += ["| column | unit | meaning |", "|---|---|---|"]
     for column in one.columns:
-        if column.name in QUANTILES[1:]:
+        if column.name[1:] in {name[1:] for name in QUANTILES[1:]}:
             continue
         label = f"`{column.name}`"
         meaning = column.meaning
+        if column.name[1:] == QUANTILES[0][1:]:
+            label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
         if column.name == QUANTILES[0]:
-            label = f"`{QUANTILES[0]}` .. `{QUANTILES[-1]}`"
-            meaning = "coordinates along the axis that part the particles into sixteenths; null: no particles"
+            meaning = "along the first axis that is cut: they part the particles into sixteenths; null: none"
         lines.append(f"| {label} | {column.unit} | {meaning} |")
     return "\n".join(lines)
 

@@ -20,6 +20,8 @@ POLICIES = {
     "orders": "Shove()",
     "all": "balance.Pairwise(threshold=0.05, min_particles=8, over='all')",
     "diffusive-all": "balance.Diffusive(threshold=0.01, min_particles=8, over='all')",
+    "alone": "balance.Diffusive(threshold=0.01, min_particles=8, manager=False)",
+    "alone-all": "balance.Diffusive(threshold=0.01, min_particles=8, manager=False, over='all')",
     "prefix-all": "balance.PrefixCuts(threshold=0.02, over='all')",
 }
 
@@ -132,7 +134,7 @@ def alone():
     "ranks", [4, pytest.param(5, marks=pytest.mark.slow), pytest.param(2, marks=pytest.mark.slow)]
 )
 def test_no_policy_changes_a_bit(ranks, alone, tmp_path):
-    unbounded = ("pairwise", "prefix", "diffusive-all")
+    unbounded = ("pairwise", "prefix", "diffusive-all", "alone-all")
     variants = [
         variant(policy, space=INFINITE if policy in unbounded else FINITE, logs=tmp_path)
         for policy in POLICIES
@@ -149,13 +151,19 @@ def test_no_policy_changes_a_bit(ranks, alone, tmp_path):
     "ranks", [5, pytest.param(1, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow)]
 )
 def test_systems_combined_otherwise_give_the_same_bits(ranks, alone):
-    policies, ways = ("static", "pairwise", "diffusive", "prefix", "all"), ("one_by_one", "overlapped")
+    policies, ways = (
+        ("static", "pairwise", "diffusive", "alone", "alone-all", "prefix", "all"),
+        ("one_by_one", "overlapped"),
+    )
     found = play(ranks, *(variant(policy, combine=way) for policy in policies for way in ways))
     assert found == dict.fromkeys(found, alone)
 
 
 def test_ranks_of_several_roles_give_the_same_bits(alone, tmp_path):
-    policies, ways = ("pairwise", "diffusive", "prefix", "prefix-all"), ("together", "overlapped")
+    policies, ways = (
+        ("pairwise", "diffusive", "alone", "prefix", "prefix-all"),
+        ("together", "overlapped"),
+    )
     variants = [
         variant(policy, combine=way, roles="shared", logs=tmp_path) for policy in policies for way in ways
     ]
@@ -164,7 +172,9 @@ def test_ranks_of_several_roles_give_the_same_bits(alone, tmp_path):
 
 
 def test_domains_in_another_order_than_ranks_give_the_same_bits(alone, tmp_path):
-    variants = [variant(policy, roles="odd", logs=tmp_path) for policy in ("diffusive", "proportional")]
+    variants = [
+        variant(policy, roles="odd", logs=tmp_path) for policy in ("diffusive", "alone", "proportional")
+    ]
     found = play(4, *variants)
     assert found == dict.fromkeys(found, alone)
     for name in found:
@@ -247,7 +257,12 @@ with world:
 
 @pytest.mark.parametrize(
     ("policy", "frames"),
-    [("balance.Pairwise()", 16), ("balance.PrefixCuts()", 6), ("balance.Diffusive()", 16)],
+    [
+        ("balance.Pairwise()", 16),
+        ("balance.PrefixCuts()", 6),
+        ("balance.Diffusive()", 16),
+        ("balance.Diffusive(manager=False)", 16),
+    ],
 )
 def test_work_is_shared_by_speed(policy, frames, tmp_path):
     """A tenth of the speed: more time for each particle, and less of the work.
@@ -260,6 +275,7 @@ def test_work_is_shared_by_speed(policy, frames, tmp_path):
     facts = json.loads((tmp_path / "log" / "run.json").read_text())
     assert facts["speeds"] == {"2": 1.0, "3": 0.1}
     assert facts["balancer"].startswith(policy.split("(")[0].removeprefix("balance."))
+    assert ("manager=False" in facts["balancer"]) == ("manager=False" in policy)
     seconds, particles = defaultdict(float), defaultdict(int)
     for row in rows_of(tmp_path / "log" / "load.jsonl"):
         seconds[row["rank"]] += row["t_compute_s"]
@@ -288,15 +304,28 @@ def nearer_to_told(row: dict[str, Any]) -> bool:
 # --- what the log says about it
 
 
-def test_rows_of_balance(tmp_path):
-    (log,) = (tmp_path / name for name in play(5, variant("pairwise", logs=tmp_path)))
+def expected(row: dict[str, Any], given: dict[Any, int | None]) -> int:
+    """Count what neighbours know before the exchange: who was alive, and what new cuts brought and took."""
+    last, rank = (row["frame"] - 1, row["system"]), row["rank"]
+    brought = (given.get((*last, rank - 1)) or 0) - (given.get((*last, rank)) or 0)
+    return int(row["n_start"] + row["created"] - row["killed"] + brought)
+
+
+@pytest.mark.parametrize("policy", ["pairwise", "alone"])
+def test_rows_of_balance(policy, tmp_path):
+    (log,) = (tmp_path / name for name in play(5, variant(policy, logs=tmp_path)))
     rows = rows_of(log / "balance.jsonl")
+    assert {"manager=False" in row["policy"] for row in rows} == {policy == "alone"}
     load = {(r["frame"], r["system"], r["rank"]): r for r in rows_of(log / "load.jsonl")}
+    given = {(r["frame"], r["system"], r["left_rank"]): r["given"] for r in rows}
     moved = 0
     for row in rows:
         left, right = (load[row["frame"], row["system"], row[f"{side}_rank"]] for side in ("left", "right"))
         assert row["right_rank"] == row["left_rank"] + 1
-        assert (row["n_left"], row["n_right"]) == (left["n_end"], right["n_end"])
+        if policy != "alone":
+            assert (row["n_left"], row["n_right"]) == (left["n_end"], right["n_end"])
+        elif row["system"] != "dust":  # children come at the frame's end
+            assert (row["n_left"], row["n_right"]) == (expected(left, given), expected(right, given))
         assert row["cut_before"] == pytest.approx(left["domain_hi"])
         if not row["ordered"]:
             assert row["cut_after"] == row["cut_before"]

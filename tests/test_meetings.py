@@ -19,7 +19,7 @@ import motes
 from motes.errors import ArgumentError
 
 SCENE = Path(__file__).parent / "scenes" / "meeting.py"
-BALANCERS = ("Static", "Pairwise", "Diffusive", "PrefixCuts", "Proportional")
+BALANCERS = ("Static", "Pairwise", "Diffusive", "Alone", "PrefixCuts", "Proportional")
 THIN = [-0.05, 0.05]  # domains far thinner than the reach; the outer ones hold nearly all
 
 

@@ -155,7 +155,10 @@ def test_answers_of_nonsense_become_legal_or_name_policy_and_frame(what):
 
 OPTIONS = [
     *((kind, name) for kind in (motes.Pairwise, motes.PrefixCuts) for name in ("threshold", "min_particles")),
-    *((motes.Diffusive, name) for name in ("threshold", "rate", "min_particles", "smoothing", "over")),
+    *(
+        (motes.Diffusive, name)
+        for name in ("threshold", "rate", "min_particles", "manager", "smoothing", "over")
+    ),
     *((lambda: motes.Proportional([1, 1, 1]), name) for name in ("powers", "threshold", "over")),
     (motes.PrefixCuts, "powers"),
 ]

@@ -262,6 +262,7 @@ def test_balancers_show_their_call() -> None:
         Static(),
         Pairwise(0.2, min_particles=5, smoothing=0),
         Diffusive(rate=0.25),
+        Diffusive(rate=0.25, manager=False, over="all"),
         PrefixCuts(powers=[1, 2.5]),
         PrefixCuts(over="all"),
         Proportional([2, 1], min_particles=3),
@@ -270,6 +271,7 @@ def test_balancers_show_their_call() -> None:
         assert repr(again) == repr(balancer) == balancer.policy.name
         assert again.policy.moves is (type(balancer) is not Static)
         assert again.policy.decentralised is (type(balancer) is Diffusive)
+        assert again.policy.unmanaged is ("manager=False" in repr(balancer))
         assert again.policy.over_all is (balancer.over == "all")
 
 
@@ -284,6 +286,7 @@ def test_balancers_show_their_call() -> None:
         lambda: Pairwise(over="both"),
         lambda: Diffusive(rate=1.5),
         lambda: Diffusive(threshold="much"),
+        lambda: Diffusive(manager="no"),
         lambda: PrefixCuts(powers=[]),
         lambda: PrefixCuts(powers=[1, 0]),
         lambda: PrefixCuts(powers=[1, math.nan]),

@@ -7,7 +7,8 @@ namespace motes::balance {
 
 std::string Diffusive::name() const {
   return "Diffusive(threshold=" + shown(threshold_) + ", rate=" + shown(rate_) +
-         ", min_particles=" + std::to_string(min_particles_) + shown_options() + ")";
+         ", min_particles=" + std::to_string(min_particles_) + (manager_ ? "" : ", manager=False") + shown_options() +
+         ")";
 }
 
 Order Diffusive::between(std::int32_t left, const Load& left_load, const Load& right_load) const {

@@ -49,6 +49,12 @@ class Call {
     return number;
   }
 
+  bool flag(const std::string& option, bool otherwise) {
+    const std::string value = take(option);
+    if (!value.empty() && value != "True" && value != "False") refuse(option + " must be True or False, got " + value);
+    return value.empty() ? otherwise : value == "True";
+  }
+
   std::vector<double> numbers(const std::string& option) {
     const std::string value = take(option);
     if (value.empty()) return {};
@@ -130,7 +136,8 @@ std::shared_ptr<Policy> policy_of(Call& call) {
   }
   if (call.name() == "Diffusive") {
     const double threshold = call.number("threshold", Diffusive::kThreshold, 1);
-    return std::make_shared<Diffusive>(threshold, call.number("rate", Diffusive::kRate, 1), least);
+    const double rate = call.number("rate", Diffusive::kRate, 1);
+    return std::make_shared<Diffusive>(threshold, rate, least, call.flag("manager", true));
   }
   const std::vector<double> powers = call.numbers("powers");
   if (call.name() == "PrefixCuts") {

@@ -63,9 +63,13 @@ class Policy {
   virtual bool moves() const { return true; }
 
   /// Whether neighbours decide between themselves what moves over their common cut: `between` is then called on both
-  /// sides with the same loads, and the manager is not involved.
+  /// sides with the same loads.
   virtual bool decentralised() const { return false; }
   virtual Order between(std::int32_t left, const Load& left_load, const Load& right_load) const;
+
+  /// Whether neighbours that decide do not wait to be brought together: they compare their loads in each frame, and the
+  /// manager plans nothing.
+  virtual bool unmanaged() const { return false; }
 
   SpeedOptions speeds;
   bool over_all = false;  // balance the sum over systems, not each one

@@ -1,4 +1,5 @@
 // Balancing policies as values, including those that users write; where to cut, for replays and tests.
+#include "balance/cells.h"
 #include "balance/cuts.h"
 #include "balance/diffusive.h"
 #include "balance/named.h"
@@ -58,7 +59,7 @@ std::shared_ptr<Policy> made(double smoothing, bool over_all, Arguments&&... arg
 
 Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::string& system, const CountArray& particles,
                  const DoubleArray& seconds, const DoubleArray& speed, const FloatArray& cuts,
-                 const DoubleArray& errors) {
+                 const DoubleArray& errors, const std::string& axes) {
   const auto n = span_of<std::uint64_t>(particles);
   const auto s = span_of<double>(seconds);
   const auto v = span_of<double>(speed);
@@ -71,6 +72,10 @@ Table make_table(std::uint64_t frame, std::uint64_t evaluation, const std::strin
         std::to_string(n.size()) + " particles, " + std::to_string(c.size()) + " cuts");
   }
   Table table{frame, evaluation, system, {}, {c.begin(), c.end()}};
+  table.axes.bits = 0;
+  for (int axis = 0; axis < 3 && axes != "id"; ++axis) {
+    if (axes.find("xyz"[axis]) != std::string::npos) table.axes.bits |= static_cast<std::uint8_t>(1 << axis);
+  }
   for (std::size_t i = 0; i < n.size(); ++i) table.loads.push_back({n[i], s[i], v[i], e.empty() ? 0 : e[i]});
   return table;
 }
@@ -107,10 +112,45 @@ std::vector<float> cuts_from(const std::vector<std::pair<FloatArray, CountArray>
   return prefix_cuts(all, span_of<double>(costs), span_of<double>(shares), span_of<float>(before));
 }
 
+domains::Domains tree_of(const std::vector<int>& axes, const FloatArray& cuts) {
+  const auto at = span_of<float>(cuts);
+  if (at.size() != axes.size()) throw std::invalid_argument("axes and cuts must be equally many");
+  std::vector<domains::Cut> tree;
+  for (std::size_t i = 0; i < axes.size(); ++i) tree.push_back({axes[i], at[i]});
+  return domains::Domains::of(tree);
+}
+
+// Cells of one calculator: their lower and upper ends (n, 3), and particles (n,).
+using CellArrays = std::tuple<FloatArray, FloatArray, CountArray>;
+
+std::vector<Cell> cells_of(const CellArrays& arrays) {
+  const auto& [low, high, count] = arrays;
+  const auto n = span_of<std::uint64_t>(count);
+  for (const FloatArray& ends : {low, high}) {
+    const bool fits = ends.ndim() == 2 && ends.shape(0) == count.size() && ends.shape(1) == 3;
+    if (!fits) throw std::invalid_argument("ends of cells must be (n, 3), n as many as counts");
+  }
+  std::vector<Cell> cells(n.size());
+  for (std::size_t i = 0; i < n.size(); ++i) {
+    std::copy_n(low.data() + 3 * i, 3, cells[i].low.begin());
+    std::copy_n(high.data() + 3 * i, 3, cells[i].high.begin());
+    cells[i].count = n[i];
+  }
+  return cells;
+}
+
+std::vector<float> cuts_of_tree(const std::vector<CellArrays>& calculators, const DoubleArray& costs,
+                                const DoubleArray& shares, const std::vector<int>& axes, const FloatArray& before) {
+  std::vector<std::vector<Cell>> all;
+  for (const CellArrays& arrays : calculators) all.push_back(cells_of(arrays));
+  return tree_cuts(all, span_of<double>(costs), span_of<double>(shares), tree_of(axes, before)).cuts();
+}
+
 void bind_values(py::module_& m) {
   py::class_<Table>(m, "BalanceTable")
       .def(py::init(&make_table), py::arg("frame"), py::arg("evaluation"), py::arg("system"), py::arg("particles"),
-           py::arg("seconds"), py::arg("speed"), py::arg("cuts"), py::arg("error") = DoubleArray(0))
+           py::arg("seconds"), py::arg("speed"), py::arg("cuts"), py::arg("error") = DoubleArray(0),
+           py::arg("axes") = "x")
       .def_readonly("frame", &Table::frame)
       .def_readonly("evaluation", &Table::evaluation)
       .def_readonly("system", &Table::system)
@@ -133,8 +173,14 @@ void bind_values(py::module_& m) {
       [](const std::vector<Table>& systems) {
         if (systems.empty()) throw std::invalid_argument("systems must have at least one table");
         std::vector<std::vector<Load>> loads;
-        for (const Table& table : systems) loads.push_back(table.loads);
-        return Table{systems.front().frame, systems.front().evaluation, "all", sum_of(loads), systems.front().cuts};
+        Table sum = systems.front();
+        for (const Table& table : systems) {
+          loads.push_back(table.loads);
+          if (!table.axes.slabs()) sum.axes = table.axes;  // orders must be possible in all of them
+        }
+        sum.system = "all";
+        sum.loads = sum_of(loads);
+        return sum;
       },
       py::arg("systems"));
   m.def("legal_plan", &legal, py::arg("plan"), py::arg("table"), py::arg("policy"));
@@ -153,6 +199,7 @@ void bind_policies(py::module_& m) {
       .def_property_readonly("name", &Policy::name)
       .def_property_readonly("moves", &Policy::moves)
       .def_property_readonly("decentralised", &Policy::decentralised)
+      .def_property_readonly("unmanaged", &Policy::unmanaged)
       .def_readonly("over_all", &Policy::over_all)
       .def_property_readonly("smoothing", [](const Policy& p) { return p.speeds.smoothing; })
       .def("check", &Policy::check, py::arg("calculators"))
@@ -172,10 +219,11 @@ void bind_policies(py::module_& m) {
       py::arg("threshold"), py::arg("powers"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
   m.def(
       "diffusive_policy",
-      [](double threshold, double rate, std::uint64_t min_particles, double smoothing, bool over_all) {
-        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles);
+      [](double threshold, double rate, std::uint64_t min_particles, bool manager, double smoothing, bool over_all) {
+        return made<Diffusive>(smoothing, over_all, threshold, rate, min_particles, manager);
       },
-      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("smoothing"), py::arg("over_all"));
+      py::arg("threshold"), py::arg("rate"), py::arg("min_particles"), py::arg("manager"), py::arg("smoothing"),
+      py::arg("over_all"));
   m.def(
       "prefix_cuts_policy",
       [](double threshold, std::vector<double> powers, std::uint64_t min_particles, double smoothing, bool over_all) {
@@ -222,6 +270,12 @@ void bind_cuts(py::module_& m) {
          const DoubleArray& shares,
          const FloatArray& before) { return array_of(cuts_from(histograms, costs, shares, before)); },
       py::arg("histograms"), py::arg("costs"), py::arg("shares"), py::arg("before"));
+  m.def(
+      "tree_cuts",
+      [](const std::vector<CellArrays>& cells, const DoubleArray& costs, const DoubleArray& shares,
+         const std::vector<int>& axes,
+         const FloatArray& before) { return array_of(cuts_of_tree(cells, costs, shares, axes, before)); },
+      py::arg("cells"), py::arg("costs"), py::arg("shares"), py::arg("axes"), py::arg("before"));
 }
 
 }  // namespace

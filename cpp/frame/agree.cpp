@@ -5,6 +5,7 @@
 
 #include "comm/clock.h"
 #include "frame/balance.h"
+#include "frame/neighbours.h"
 #include "frame/render_load.h"
 #include "frame/reports.h"
 #include "frame/spawn.h"
@@ -39,15 +40,27 @@ void report_system(const Rank& rank, const Script& script, Population& here, std
   }
   if (script.in_frame()) system.events = here.events;
   if (balances(rank, script)) {
-    here.speeds.add(0, here.tally.at_start + here.tally.created, here.tally.compute_s, here.tally.created);
+    const std::uint64_t processed = here.tally.at_start + here.tally.created;
+    here.speeds.add(0, processed, here.tally.compute_s, here.tally.created);
+    const std::uint64_t expected = expected_of(script, round.first + number, rank.talk.calculator(), system.particles);
+    here.expected = {expected, balance::rescaled(here.tally.compute_s, processed, expected), here.speeds.of(0),
+                     here.speeds.error(0)};
   }
   round.own_loads.push_back(own_load(here));
   round.own.systems.push_back(std::move(system));
 }
 
-void make_own(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
+// What the calculator has.
+void report_systems(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   round.own = {};
   round.own_loads.clear();
+  for (std::size_t i = round.first; rank.talk.calculates() && i < round.last; ++i) {
+    report_system(rank, script, *calculator.populations[i], static_cast<std::uint32_t>(i - round.first), round);
+  }
+}
+
+// What happened to the rank.
+void report_rank(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
   const Failure& failure = rank.talk.failure();
   if (failure.kind == Failure::Kind::mismatch) {
     round.own.dissents.push_back({rank.talk.rank(), {}});
@@ -55,9 +68,6 @@ void make_own(const Rank& rank, const Script& script, Calculator& calculator, Ro
   } else if (failure.failed()) {
     round.own.failure = failure;
     round.own.failed_rank = rank.talk.rank();
-  }
-  for (std::size_t i = round.first; rank.talk.calculates() && i < round.last; ++i) {
-    report_system(rank, script, *calculator.populations[i], static_cast<std::uint32_t>(i - round.first), round);
   }
   round.own.tail = std::exchange(calculator.tail, {});
   round.own_tails = std::exchange(calculator.tails, {});
@@ -106,6 +116,9 @@ Verdict compare(const Script& script, int ranks, const Report& report) {
 }
 
 void sum_up(const Script& script, const Round& round, const Report& report, Verdict& verdict) {
+  for (const Decision& decision : report.decisions) {
+    if (decision.cut.given != 0) verdict.cuts.push_back(decision.cut);
+  }
   verdict.alive.assign(script.systems.size(), 0);
   verdict.digests.assign(script.systems.size(), {});
   verdict.oldest.assign(script.systems.size(), UINT64_MAX);
@@ -170,10 +183,12 @@ void watch(const Script& script, const Round& round, const std::vector<Strain>& 
 
 }  // namespace
 
-void report(Rank& rank, const Script& script, Calculator& calculator, Round& round) {
+void report(Rank& rank, const Script& script, Calculator& calculator, Round& round, const Newborn& newborn) {
+  report_systems(rank, script, calculator, round);
+  if (newborn.compare && rank.talk.calculates()) round.own.decisions = decide_alone(rank, script, calculator, round);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "report", script.name_of(round));
   round.reported_s = comm::wall_seconds();
-  make_own(rank, script, calculator, round);
+  report_rank(rank, script, calculator, round);
   send_report(rank, round);
 }
 
@@ -197,6 +212,7 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   manager.judged.push_back(
       {std::move(gathered.report.tail), loads_of(rank, round, gathered), dropped, std::move(strains)});
   if (balances(rank, script)) note_loads(rank, script, manager, round, manager.judged.back().loads);
+  if (compare_alone(rank, script, round)) note_decisions(rank, script, manager, gathered.report.decisions);
 }
 
 void hear_verdict(Rank& rank, Script& script, Round& round) {
@@ -208,6 +224,7 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
     pass_on(rank, round, read_judgement(in), staying);
   }
   if (round.verdict.failure.failed()) rank.talk.give_up(std::move(round.verdict));
+  script.new_cuts.insert(script.new_cuts.end(), round.verdict.cuts.begin(), round.verdict.cuts.end());
   for (std::size_t i = round.first; i < round.last; ++i) {
     System& system = *script.systems[i];
     system.counts.alive = round.verdict.alive[i];

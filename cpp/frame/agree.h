@@ -3,6 +3,7 @@
 // on their way up (reports.h), and divide the answer on its way down.
 #pragma once
 
+#include "frame/create.h"
 #include "frame/manager.h"
 #include "frame/population.h"
 #include "frame/rank.h"
@@ -10,8 +11,9 @@
 
 namespace motes::frame {
 
-/// All ranks: what happened here in a round. Tells also what became known after the last report.
-void report(Rank& rank, const Script& script, Calculator& calculator, Round& round);
+/// All ranks: what happened here in a round; neighbours decide before it what moves between them, where they do so
+/// without the manager. Tells also what became known after the last report.
+void report(Rank& rank, const Script& script, Calculator& calculator, Round& round, const Newborn& newborn);
 
 /// Manager: hears all reports, and sends the verdict.
 void judge(Rank& rank, const Script& script, Manager& manager, Round& round);

@@ -1,11 +1,11 @@
 #include "frame/balance.h"
 
 #include <algorithm>
-#include <array>
 #include <utility>
 
 #include "balance/cells.h"
 #include "balance/cuts.h"
+#include "frame/donate.h"
 #include "frame/neighbours.h"
 #include "frame/spawn.h"
 
@@ -24,27 +24,6 @@ std::uint64_t bins_for(const std::vector<Load>& loads, std::size_t calculator) {
   const double bins = 512 + 128 * static_cast<double>(loads.size());
   const double part = static_cast<double>(loads[calculator].particles) / std::max(all, 1.0);
   return std::max<std::uint64_t>(8, static_cast<std::uint64_t>(bins * part));
-}
-
-// Along an axis, or what stands for it where ids decide.
-std::span<const float> coordinates(const Population& here, int axis, std::vector<float>& room) {
-  if (axis != domains::kById) return {here.store.plane(particles::position, axis), here.store.size()};
-  room.clear();
-  for (std::size_t p = 0; p < here.store.size(); ++p) room.push_back(domains::scattered(here.store.ids()[p]));
-  return room;
-}
-
-// The same of all systems that share these domains.
-std::span<const float> coordinates(const Script& script, const Calculator& calculator, std::size_t system, int axis,
-                                   std::vector<float>& room) {
-  const std::vector<std::size_t> sharing = script.sharing(system);
-  if (sharing.size() == 1) return coordinates(*calculator.populations[system], axis, room);
-  std::vector<float> of_one;
-  for (const std::size_t i : sharing) {
-    const std::span<const float> more = coordinates(*calculator.populations[i], axis, of_one);
-    room.insert(room.end(), more.begin(), more.end());
-  }
-  return room;
 }
 
 // The loads of a system and of those that share its domains.
@@ -108,44 +87,6 @@ void ask(const Rank& rank, const Script& script, Manager& manager, std::size_t s
     inquiries[c].requests.push_back({index, kind, bins_for(loads, c)});
   }
   manager.systems[system].plan = plan;
-}
-
-std::vector<balance::Cell> cells(const Script& script, const Calculator& calculator, std::size_t system, int most) {
-  const domains::Axes axes = script.systems[system]->definition.axes;
-  std::array<std::vector<float>, 3> room;
-  domains::Places places;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (!axes.has(axis)) continue;
-    const auto a = static_cast<std::size_t>(axis);
-    const std::span<const float> x = coordinates(script, calculator, system, axis, room[a]);
-    places.position[a] = x.data();
-    places.count = x.size();
-  }
-  return balance::cells(axes, places, most);
-}
-
-Proposal propose(const Rank& rank, const Script& script, const Calculator& calculator, const Request& request) {
-  const auto index = static_cast<std::size_t>(request.system);
-  const System& system = *script.systems[index];
-  std::uint64_t particles = 0;
-  for (const std::size_t i : script.sharing(index)) particles += calculator.populations[i]->store.size();
-  rank.machine.charge(rank.machine.costs().select * static_cast<double>(particles));
-  Proposal proposal{request, {}, {}, {}};
-  if (request.kind == Request::Kind::cells) {
-    proposal.cells = cells(script, calculator, index, static_cast<int>(request.count));
-    return proposal;
-  }
-  std::vector<float> room;
-  const std::span<const float> x = coordinates(script, calculator, index, system.definition.axes.first(), room);
-  const float low = system.domains.low(rank.talk.calculator());
-  const float high = system.domains.high(rank.talk.calculator());
-  switch (request.kind) {
-    case Request::Kind::cells: break;
-    case Request::Kind::give_left: proposal.gift = balance::give_left(x, request.count, low, high); break;
-    case Request::Kind::give_right: proposal.gift = balance::give_right(x, request.count, low, high); break;
-    case Request::Kind::histogram: proposal.histogram = balance::histogram(x, static_cast<int>(request.count)); break;
-  }
-  return proposal;
 }
 
 void take_proposal(const Rank& rank, const Script& script, Manager& manager, int calculator, const Proposal& proposal) {
@@ -330,7 +271,7 @@ bool balances(const Rank& rank, const Script& script) {
 
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round) {
   std::vector<std::size_t> found;
-  const bool all = rank.settings.policy->over_all;
+  const bool all = rank.settings.policy->over_all || rank.settings.policy->unmanaged();
   if (all && round.last < script.systems.size()) return found;
   for (std::size_t i = all ? 0 : round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
@@ -340,21 +281,26 @@ std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& scri
 }
 
 bool plans(const Rank& rank, const Script& script, const Round& round) {
-  return balances(rank, script) && !systems_to_balance(rank, script, round).empty();
+  return balances(rank, script) && !rank.settings.policy->unmanaged() &&
+         !systems_to_balance(rank, script, round).empty();
 }
 
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads) {
   const roles::Tree& tree = rank.talk.relay().tree();
   const std::size_t calculators = rank.talk.calculators();
+  const bool alone = rank.settings.policy->unmanaged();  // then as neighbours saw them
   for (std::size_t i = round.first; i < round.last; ++i) {
     std::vector<Load>& of_all = manager.systems[i].loads;
     of_all.resize(calculators);
     for (std::size_t c = 0; c < calculators; ++c) {
       const CalculatorLoad& from = loads.of(tree, static_cast<int>(c), i - round.first);
-      of_all[c] = {std::uint64_t{from.kept} + from.received, 0, from.speed, from.error};
+      const std::uint64_t alive = std::uint64_t{from.kept} + from.sent;
+      const std::uint64_t particles =
+          alone ? expected_of(script, i, static_cast<int>(c), alive) : std::uint64_t{from.kept} + from.received;
+      of_all[c] = {particles, 0, from.speed, from.error};
     }
   }
-  if (round.last == script.systems.size()) {
+  if (round.last == script.systems.size() && !alone) {
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       if (into >= round.first) manager.systems[into].loads[static_cast<std::size_t>(calculator)].particles += count;
     });
@@ -365,6 +311,21 @@ void note_loads(const Rank& rank, const Script& script, Manager& manager, const 
       Load& load = manager.systems[i].loads[c];
       load.seconds = balance::rescaled(from.compute_s, std::uint64_t{from.at_start} + from.created, load.particles);
     }
+  }
+}
+
+void note_decisions(const Rank& rank, const Script& script, Manager& manager, const std::vector<Decision>& decisions) {
+  if (manager.account.log() == nullptr) return;
+  const auto cuts = static_cast<std::int32_t>(rank.talk.calculators()) - 1;
+  for (const std::size_t i : systems_to_balance(rank, script, script.rounds.back())) {
+    for (std::int32_t cut = 0; cut < cuts; ++cut) row_of(rank, script, manager, i, cut).ordered = 0;
+  }
+  for (const Decision& decision : decisions) {
+    const auto cut = static_cast<std::int32_t>(decision.cut.cut);
+    BalanceRow& row = row_of(rank, script, manager, decision.cut.system, cut);
+    row.ordered = decision.ordered;
+    row.given = decision.cut.given;
+    row.cut_after = decision.cut.at;
   }
 }
 
@@ -395,22 +356,6 @@ void take_all_proposals(Rank& rank, const Script& script, Manager& manager) {
   }
   for (const Asked& asked : std::exchange(manager.asked, {})) take_proposals(rank, script, manager, asked);
   write_rows(rank, manager);
-}
-
-std::vector<Density> densities(const Script& script, const Calculator& calculator) {
-  std::vector<Density> found;
-  std::vector<float> room;
-  for (std::size_t i = 0; i < script.systems.size(); ++i) {
-    const Population& here = *calculator.populations[i];
-    Density density;
-    density.particles = here.store.size();
-    const int axis = script.systems[i]->definition.axes.first();
-    const std::vector<float> q = balance::quantiles(coordinates(here, axis, room), kQuantiles);
-    if (q.empty()) density.particles = 0;
-    std::copy(q.begin(), q.end(), density.quantiles);
-    found.push_back(density);
-  }
-  return found;
 }
 
 }  // namespace motes::frame

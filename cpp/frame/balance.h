@@ -1,8 +1,8 @@
 // balance (paper 3.2.5): the manager plans from the frame's loads while calculators exchange particles and send what is
 // to be drawn (paper 3.2.4), and tells them its plan; they hear it at the end of the frame. Or neighbours that it
-// brings together decide by themselves. Donors find the new cuts; the manager sends all of them with the next frame's
-// births, and waits for donors no sooner than it needs to. What is then outside its domain goes to its owner in that
-// frame's exchange: donation needs no messages of its own.
+// brings together decide by themselves; or all neighbours, without it (neighbours.h). Donors find the new cuts; the
+// manager sends all of them with the next frame's births, and waits for donors no sooner than it needs to. What is then
+// outside its domain goes to its owner in that frame's exchange: donation needs no messages of its own.
 #pragma once
 
 #include "frame/manager.h"
@@ -15,7 +15,8 @@ namespace motes::frame {
 /// Whether cuts may move at all.
 bool balances(const Rank& rank, const Script& script);
 
-/// The systems whose cuts a round decides on; where the sum over systems counts, all of them in the last round.
+/// The systems whose cuts a round decides on; where the sum over systems counts, or the manager does not, all of them
+/// in the last round.
 std::vector<std::size_t> systems_to_balance(const Rank& rank, const Script& script, const Round& round);
 
 /// Whether a round has a plan.
@@ -23,6 +24,9 @@ bool plans(const Rank& rank, const Script& script, const Round& round);
 
 /// Manager: what the reports of a round say about loads.
 void note_loads(const Rank& rank, const Script& script, Manager& manager, const Round& round, const Loads& loads);
+
+/// Manager, for the log: what neighbours decided without it.
+void note_decisions(const Rank& rank, const Script& script, Manager& manager, const std::vector<Decision>& decisions);
 
 /// Manager: plans from the loads of each round, and tells all ranks. Where the policy fails it tells them that.
 void plan(Rank& rank, const Script& script, Manager& manager);
@@ -33,8 +37,5 @@ void balance(Rank& rank, const Script& script, Calculator& calculator, Manager& 
 
 /// Manager: before it deals births, the cuts that follow from the last frame's proposals.
 void take_all_proposals(Rank& rank, const Script& script, Manager& manager);
-
-/// Calculator, for the log: where particles are at the frame's end, per system.
-std::vector<Density> densities(const Script& script, const Calculator& calculator);
 
 }  // namespace motes::frame

@@ -8,6 +8,7 @@
 #include "domains/divide.h"
 #include "frame/course.h"
 #include "frame/item_failure.h"
+#include "frame/neighbours.h"
 #include "frame/places.h"
 #include "frame/render_load.h"
 #include "frame/share.h"
@@ -97,8 +98,10 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   particles::Bytes common;
   common.put(script.hash);
   common.put(static_cast<std::uint32_t>(script.rounds.size()));
+  common.put(script.overlaps);
   common.put(shared);
   common.put(meets(script, round));
+  common.put(compare_alone(rank, script, round));
   if (rank.talk.failed()) {
     parts = std::vector<Part>(parts.size());
   } else {
@@ -118,8 +121,10 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   particles::Reader in(newborn.heard.common);
   const auto hash = in.get<recording::Hash>();
   const auto rounds = in.get<std::uint32_t>();
+  script.overlaps = in.get<bool>();
   newborn.shared = in.get<bool>();
   newborn.meet = in.get<bool>();
+  newborn.compare = in.get<bool>();
   if (hash != script.hash) {
     rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
     follow(script, rounds);

@@ -20,6 +20,7 @@ struct Newborn {
   std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
   particles::Reader dealt{{}};  // births where the manager makes them
   bool meet = false;  // particles of the round meet
+  bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
   std::vector<comm::Message> shares;  // from several, each with packs of groups in their order
   std::vector<particles::Reader> readers;  // of the shares

@@ -8,9 +8,11 @@
 #include "frame/agree.h"
 #include "frame/balance.h"
 #include "frame/create.h"
+#include "frame/donate.h"
 #include "frame/engine.h"
 #include "frame/exchange.h"
 #include "frame/histories.h"
+#include "frame/neighbours.h"
 #include "frame/spawn.h"
 #include "frame/sums.h"
 #include "particles/enumerators.h"
@@ -26,7 +28,7 @@ void open(Parts& p, std::size_t index) {
   if (newborn.plan) p.painter.plan = *newborn.plan;
   Round& round = p.script.rounds[index];
   act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set leavers aside
-  report(p.rank, p.script, p.calculator, round);        // all -> manager: loads, events, failures
+  report(p.rank, p.script, p.calculator, round, newborn);  // all -> manager: loads, events, failures
 }
 
 void settle(Parts& p, Round& round) {
@@ -43,16 +45,18 @@ void close(Parts& p, const Round& round) {
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
 void converse(Parts& p) {
   const bool manages = p.rank.talk.manages();
+  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // that all know already
   if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame: new cuts go out with the births
   std::vector<Round>& rounds = p.script.rounds;
-  const std::size_t lag = p.script.in_frame() && p.rank.settings.combine == Combine::overlapped ? 1 : 0;
-  for (std::size_t round = 0; manages && lag > 0 && round < rounds.size(); ++round) {
+  const bool overlaps = p.script.overlaps;
+  for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
     deal(p.rank, p.script, p.manager, rounds[round]);
   }
-  for (std::size_t step = 0; step < rounds.size() + 2 * lag; ++step) {
+  for (std::size_t step = 0, lag = 0; step < rounds.size() + 2 * lag; ++step) {
     if (step < rounds.size()) {
-      if (manages && lag == 0) deal(p.rank, p.script, p.manager, rounds[step]);
+      if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
       open(p, step);
+      lag = p.script.overlaps ? 1 : 0;  // as the manager says
     }
     if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
     if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
@@ -69,6 +73,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
     if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
   }
   if (p.script.in_frame()) ask_for_oldest(p.script);
+  p.script.overlaps = p.script.in_frame() && run.combine == Combine::overlapped;
   split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
 

@@ -66,18 +66,25 @@ Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) 
   return row;
 }
 
+// Along the first axis that is cut, or by id, the names say x; bricks have columns of their own for the others.
 Row density_of(const FrameRow& frame, const LoadRow& load) {
-  static const char* const kNames[kQuantiles + 1] = {"x_q00", "x_q01", "x_q02", "x_q03", "x_q04", "x_q05",
-                                                     "x_q06", "x_q07", "x_q08", "x_q09", "x_q10", "x_q11",
-                                                     "x_q12", "x_q13", "x_q14", "x_q15", "x_q16"};
   Row row;
   row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);
   row.field("n", load.density.particles);
-  for (int q = 0; q <= kQuantiles; ++q) {
-    if (load.density.particles == 0) {
-      row.null(kNames[q]);
-    } else {
-      row.field(kNames[q], load.density.quantiles[q]);
+  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const float* q = load.density.quantiles;
+  for (int axis = first; axis < 3; ++axis) {
+    if (axis > first && !load.axes.has(axis)) continue;
+    char name[] = "x_q00";
+    if (axis > first) name[0] = "xyz"[axis];
+    for (int k = 0; k <= kQuantiles; ++k, ++q) {
+      name[3] = static_cast<char>('0' + k / 10);
+      name[4] = static_cast<char>('0' + k % 10);
+      if (load.density.particles == 0) {
+        row.null(name);
+      } else {
+        row.field(name, *q);
+      }
     }
   }
   return row;

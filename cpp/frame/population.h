@@ -45,6 +45,7 @@ struct Population {
   std::uint64_t oldest = 0;  // the lowest id here, where the history asks for it
   particles::Digest digest;  // where the conversation asks for it
   balance::Speeds speeds;  // this calculator's
+  balance::Load expected;  // behind the exchange, as far as that is known before it: see expected_of
 };
 
 /// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at

@@ -103,6 +103,7 @@ void join(Report& into, Report&& other) {
   }
   for (std::size_t i = 0; i < other.systems.size(); ++i) join(into.systems[i], other.systems[i]);
   append(into.flows, std::move(other.flows));
+  append(into.decisions, std::move(other.decisions));
   join(into.tail, std::move(other.tail));
 }
 

@@ -169,7 +169,8 @@ constexpr void fields(Visitor& visit, Flow& flow) {
 inline constexpr int kQuantiles = 16;
 struct Density {
   std::uint64_t particles = 0;
-  float quantiles[kQuantiles + 1] = {};  // metres along the system's axis
+  // Metres along the axes that are cut, in their order. Where ids decide: what stands for them.
+  float quantiles[3 * (kQuantiles + 1)] = {};
 };
 
 /// Slots of tiles that a rank drew, one after the other.
@@ -236,7 +237,7 @@ constexpr void fields(Visitor& visit, Tail& tail) {
 struct CalculatorTail {
   std::uint64_t bytes_sent = 0;  // exchange
   std::uint64_t particles = 0;   // see Density
-  float quantiles[kQuantiles + 1] = {};
+  float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;
   Sight sight;
 };
@@ -257,6 +258,31 @@ constexpr void fields(Visitor& visit, Dissent& dissent) {
   visit(dissent.rank, dissent.record);
 }
 
+/// Where a cut will be from the next frame on, and how many particles lay in between: above 0, they go from left to
+/// right.
+struct NewCut {
+  std::uint32_t system = 0;
+  std::uint32_t cut = 0;  // between calculators `cut` and `cut` + 1
+  float at = 0;           // metres
+  std::int64_t given = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, NewCut& cut) {
+  visit(cut.system, cut.cut, cut.at, cut.given);
+}
+
+/// What two neighbours decided without the manager, as the donor tells it.
+struct Decision {
+  NewCut cut;
+  std::int64_t ordered = 0;  // particles, with the sign of those given
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Decision& decision) {
+  visit(decision.cut, decision.ordered);
+}
+
 /// What the ranks of a part of the tree report: sums, and what must arrive from each. Beside it travel the loads of its
 /// calculators, which no rank on the way needs to read. Where a rank failed, only the failures count.
 struct Report {
@@ -265,6 +291,7 @@ struct Report {
   std::vector<Dissent> dissents;
   std::vector<SystemReport> systems;  // of the round; none where no rank calculates
   std::vector<Flow> flows;            // to calculators elsewhere in the tree
+  std::vector<Decision> decisions;    // of neighbours without a manager: data that travels to all
   Tail tail;
 
   bool failed() const { return failure.failed() || !dissents.empty(); }
@@ -272,7 +299,8 @@ struct Report {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Report& report) {
-  visit(report.failure, report.failed_rank, report.dissents, report.systems, report.flows, report.tail);
+  visit(report.failure, report.failed_rank, report.dissents, report.systems, report.flows, report.decisions,
+        report.tail);
 }
 
 /// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
@@ -314,12 +342,13 @@ struct Verdict {
   std::vector<std::uint64_t>
       spawned;   // one per system: children at the end of this frame, before the capacity limits them
   std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
+  std::vector<NewCut> cuts;             // as donors reported them
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Verdict& verdict) {
   visit(verdict.failure, verdict.failed_rank, verdict.ranks, verdict.alive, verdict.digests, verdict.spawned,
-        verdict.oldest);
+        verdict.oldest, verdict.cuts);
 }
 
 /// Particles will come from one calculator to another.

@@ -21,6 +21,9 @@ struct Script {
   particles::Bytes bytes;    // the same with lists: what all ranks hash
   recording::Hash hash;
   std::vector<Round> rounds;
+  bool overlaps = false;  // the messages of one round travel while the next one computes
+  std::vector<NewCut> new_cuts;  // that the last verdict brought: they hold from the next frame on
+  std::vector<NewCut> moved_cuts;  // that hold since this frame began: its exchange takes particles over them
 
   // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
   std::optional<image::Camera> camera;

@@ -217,12 +217,17 @@ class Pairwise(_Native):
 
 
 class Diffusive(_Native):
-    """Neighbours decide by themselves, without a manager (the paper's future work, section 6).
+    """Neighbours decide by themselves (the paper's future work, section 6).
 
     Neighbours whose times differ tell each other their loads, and part of the difference flows over the cut
     between them: first-order diffusion (G. Cybenko, 1989). The flow fades with the difference, so it needs no
     wide threshold and does not stall on a gradient as `Pairwise` can; but an imbalance between distant
     calculators takes many frames. Domains must be slabs.
+
+    With a manager, that one sees which neighbours differ, brings them together, and collects the new cuts.
+    With `manager=False` it plans nothing and is asked nothing: all neighbours compare their loads in each
+    frame, before they report. Reports carry the new cuts along, and the verdict brings them to all ranks.
+    What crosses a cut by itself then counts one frame later.
     """
 
     slabs_only = True
@@ -234,6 +239,7 @@ class Diffusive(_Native):
         *,
         rate: float = 0.8,
         min_particles: int = 64,
+        manager: bool = True,
         smoothing: float = 0.5,
         over: str = "system",
     ) -> None:
@@ -241,12 +247,14 @@ class Diffusive(_Native):
 
         `threshold`: smallest difference in time that counts, as a fraction of the longer time. `rate`: part
         of half the difference that flows, in 0..1; with 1 equal machines may oscillate. `min_particles`:
-        fewer are not worth a message. `smoothing`, `over`: see `Balancer`.
+        fewer are not worth a message. `manager`: whether it says which neighbours differ. `smoothing`,
+        `over`: see `Balancer`.
         """
         super().__init__(smoothing, over)
         self.threshold = threshold
         self.rate = rate
         self.min_particles = min_particles
+        self.manager = manager
         self._check()
 
     def _check(self) -> None:
@@ -254,12 +262,15 @@ class Diffusive(_Native):
         self.threshold = arguments.number("threshold", self.threshold, low=0, high=1)
         self.rate = arguments.number("rate", self.rate, low=0, high=1)
         self.min_particles = arguments.integer("min_particles", self.min_particles, high=MOST)
+        self.manager = arguments.flag("manager", self.manager)
 
     @property
     def policy(self) -> _core.Policy:
         """This balancer as the engine takes it."""
         self._check()
-        return _core.diffusive_policy(self.threshold, self.rate, self.min_particles, *self._options())
+        return _core.diffusive_policy(
+            self.threshold, self.rate, self.min_particles, self.manager, *self._options()
+        )
 
 
 class PrefixCuts(_Native):

@@ -13,8 +13,8 @@
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
 #include "frame/engine.h"
-#include "frame/places.h"
 #include "image/sha256.h"
+#include "owners.h"
 #include "particles/digest.h"
 
 using namespace motes;
@@ -116,17 +116,6 @@ frame::Settings settings(const Way& way) {
   return settings;
 }
 
-// Between two frames each calculator has what belongs to it, and nothing else.
-void check_owners(frame::Engine& engine) {
-  for (int i = 0; engine.talk().calculates() && i < engine.system_count(); ++i) {
-    const particles::Store& store = *engine.seen(i).store;
-    const domains::Places places = frame::places_of(store);
-    for (std::size_t p = 0; p < store.size(); ++p) {
-      CHECK(frame::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
-    }
-  }
-}
-
 void play(SimulatedRank& self, const Way& way, Film& film) {
   const roles::Cast cast = way.shared ? roles::cast_shared(way.ranks) : roles::cast_auto(way.ranks);
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
@@ -148,7 +137,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
   for (int i = 0; i < kFrames; ++i) {
     record(engine, parents, children, way.reads);
     engine.run_frame(view(way.path));
-    check_owners(engine);
+    test::check_owners(engine);
     if (definition.domains_of == parents) CHECK(engine.system(parents).domains == engine.system(children).domains);
     const std::string particles = particles::combine(engine.digest()).text();
     if (!engine.talk().draws()) continue;

@@ -71,6 +71,8 @@ def balancer_of(name: str) -> Any:
     if name == "Proportional":
         calculators = MPI.COMM_WORLD.size
         return motes.balance.Proportional([1 + k % 3 for k in range(calculators)])
+    if name == "Alone":
+        return motes.balance.Diffusive(threshold=0.001, min_particles=1, manager=False)
     return getattr(motes.balance, name)(threshold=0.001, min_particles=1)
 
 

@@ -144,7 +144,7 @@ BALANCE = Table(
         axis str - axis of the cut; id: it parts the ids
         cut_before float m the cut
         cut_after float m the cut from the next frame on
-        policy str - who decided
+        policy str - who decided; Diffusive with manager=False: neighbours, before the exchange
         """
     ),
 )
@@ -157,6 +157,11 @@ DENSITY = Table(
     + tuple(
         Column(name, float, "m", f"{i}/16 of the particles are left of it; null: no particles")
         for i, name in enumerate(QUANTILES)
+    )
+    + tuple(
+        Column(f"{axis}{name[1:]}", float, "m", f"bricks that {axis} cuts too: the same along it")
+        for axis in "yz"
+        for name in QUANTILES
     ),
 )
 

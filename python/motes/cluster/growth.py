@@ -39,7 +39,7 @@ PHASES = {
     "act": ("act", "order"),
     "agree": ("report", "judge", "wait for verdict"),
     "exchange": ("send leavers", "receive"),
-    "balance": ("plan", "wait for plan", "balance"),
+    "balance": ("plan", "wait for plan", "balance", "compare loads"),
     "render": (
         *("project", "send records", "wait for records", "open tiles", "draw"),
         *("wait for tiles", "assemble"),

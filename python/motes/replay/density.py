@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-__all__ = ["Density", "crossing", "exchange", "overlaps"]
+from .. import _core
+
+__all__ = ["Density", "exchange"]
 
 Floats = npt.NDArray[np.float64]
 Counts = npt.NDArray[np.int64]
@@ -85,6 +87,36 @@ class Density:
         places = self.place(low + (high - low) * np.arange(parts + 1) / parts)
         return np.where(np.diff(np.rint(ends))[:, None] > 0, places, np.nan)
 
+    def overlaps(
+        self, ours: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]
+    ) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
+        """Particles by two sets of cuts at once: our domain, their domain, particles in both; no zeros."""
+        ends = np.sort(np.concatenate([ours, theirs]))
+        below = np.concatenate([[0.0], self.count_below(ends), [self.total]])
+        # A piece is owned like its left end; the first reaches from -infinity.
+        left = np.concatenate([[-np.inf], ends])
+        n = np.diff(below)
+        some = n > 0
+        mine = np.searchsorted(ours, left, side="right")[some]
+        other = np.searchsorted(theirs, left, side="right")[some]
+        return mine, other, n[some]
+
+    def divided(
+        self, costs: Floats, shares: Floats, cuts: npt.NDArray[np.float32]
+    ) -> npt.NDArray[np.float32]:
+        """Return the cuts that give each domain its share, as the engine finds them."""
+        return _core.prefix_cuts(self.histograms(cuts), costs, shares, cuts)
+
+    @staticmethod
+    def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """Return what `exchange` does."""
+        return exchange(before, after)
+
+    @staticmethod
+    def none() -> Density:
+        """Return one without particles."""
+        return Density(np.zeros(0), np.zeros(0))
+
     @staticmethod
     def of_quantiles(quantiles: Floats, counts: npt.ArrayLike) -> Density:
         """Join calculators' reports on their own particles: quantiles (n, q), NaN if none, counts (n,)."""
@@ -95,27 +127,6 @@ class Density:
         parts = np.arange(quantiles.shape[1]) / max(quantiles.shape[1] - 1, 1)
         below = before[:, None] + n[:, None] * parts
         return Density(np.maximum.accumulate(x.ravel()), below.ravel())
-
-
-def overlaps(
-    density: Density, ours: npt.NDArray[np.float32], theirs: npt.NDArray[np.float32]
-) -> tuple[npt.NDArray[np.intp], npt.NDArray[np.intp], Floats]:
-    """Particles by two sets of cuts at once: our domain, their domain, particles in both; without zeros."""
-    ends = np.sort(np.concatenate([ours, theirs]))
-    below = np.concatenate([[0.0], density.count_below(ends), [density.total]])
-    # A piece is owned like its left end; the first reaches from -infinity.
-    left = np.concatenate([[-np.inf], ends])
-    n = np.diff(below)
-    some = n > 0
-    mine = np.searchsorted(ours, left, side="right")[some]
-    other = np.searchsorted(theirs, left, side="right")[some]
-    return mine, other, n[some]
-
-
-def crossing(density: Density, before: npt.NDArray[np.float32], after: npt.NDArray[np.float32]) -> float:
-    """Particles whose owner changes with the cuts."""
-    source, to, n = overlaps(density, before, after)
-    return float(n[source != to].sum())
 
 
 def exchange(before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:

@@ -10,8 +10,10 @@ import numpy.typing as npt
 
 from .. import _core
 from ..balance import Balancer
-from .density import Density, crossing, exchange, overlaps
-from .history import Cuts, Floats, History, Moment
+from ..errors import ArgumentError
+from .bricks import Tree
+from .density import Density
+from .history import Cuts, Floats, History, Moment, Particles
 
 __all__ = ["Step", "SystemStep", "simulate"]
 
@@ -22,7 +24,7 @@ Counts = npt.NDArray[np.int64]
 class SystemStep:
     """One system in one frame under the other balancer; arrays are (calculators,)."""
 
-    cuts: Cuts
+    cuts: Cuts | Tree
     n_start: Counts
     created: Counts
     n_end: Counts
@@ -36,10 +38,10 @@ class SystemStep:
     received: Floats
     changing: float
     """Particles that swap sides of a cut, in addition to those that `sent` and `received` count."""
-    density: Density
+    density: Particles
     killed: int
     plan: _core.BalancePlan | None = None
-    next_cuts: Cuts = field(default_factory=lambda: np.zeros(0, np.float32))
+    next_cuts: Cuts | Tree = field(default_factory=lambda: np.zeros(0, np.float32))
 
 
 @dataclass
@@ -67,10 +69,10 @@ class _System:
     """What a system's frames remember of earlier ones."""
 
     def __init__(self, policy: _core.Policy, calculators: int) -> None:
-        self.cuts: Cuts = np.zeros(0, np.float32)
-        self.cuts_before: Cuts = self.cuts
+        self.cuts: Cuts | Tree = np.zeros(0, np.float32)
+        self.cuts_before: Cuts | Tree = self.cuts
         self.began = False
-        self.density = Density(np.zeros(0), np.zeros(0))
+        self.density: Particles | None = None
         self.n_end = np.zeros(calculators, np.int64)
         self.speeds = policy.speeds(calculators)
         self.evaluations = 0
@@ -82,7 +84,8 @@ class _System:
             self.began = moment.density.total > 0
         n_start = self.n_end
         created = moment.births.domains(self.cuts)
-        seconds = _seconds(self.density, self.cuts_before, moment, powers)
+        old = moment.density.none() if self.density is None else self.density
+        seconds = _seconds(old, self.cuts_before, moment, powers)
         seconds = seconds + _seconds(moment.births, self.cuts, moment, powers)
         n_end = moment.density.domains(self.cuts)
         processed = n_start + created
@@ -92,8 +95,9 @@ class _System:
             self.speeds.add(c, int(n), float(s), int(newborn))
         smoothed = np.array([self.speeds.of(c) for c in range(len(n_end))])
         error = np.array([self.speeds.error(c) for c in range(len(n_end))])
-        moved = round(crossing(moment.density, self.cuts_before, self.cuts))
-        sent, received = exchange(processed, n_end)
+        source, to, n = moment.density.overlaps(self.cuts_before, self.cuts)
+        moved = round(float(n[source != to].sum()))
+        sent, received = moment.density.exchange(processed, n_end)
         around = moment.density.around(moment.cuts)
         share = moment.density.around(self.cuts) / around if around > 0 else 0.0
         self.density, self.n_end, self.cuts_before = moment.density, n_end, self.cuts
@@ -122,7 +126,12 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
     The balancer plans at a frame's end; births of the next frame are distributed by the new cuts, and
     particles that are then outside their domain go to their owner in that frame's exchange. With `powers`,
     one per calculator, the rest of the measured time is the cost of a place; without, it is the machine's.
+    Raises ArgumentError for a balancer that the history's domains do not suit.
     """
+    for name, axes in zip(history.systems, history.axes, strict=True):
+        if balancer.slabs_only and len(axes) != 1:
+            allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+            raise ArgumentError("balancer", balancer, f"{allowed}: domains of {name!r} are no slabs ({axes})")
     policy = balancer.policy
     policy.check(len(history.ranks))
     systems = [_System(policy, len(history.ranks)) for _ in history.systems]
@@ -134,11 +143,11 @@ def simulate(history: History, balancer: Balancer, powers: Floats | None = None)
         yield Step(k, frame, steps)
 
 
-def _seconds(density: Density, cuts: Cuts, moment: Moment, powers: Floats | None) -> Floats:
+def _seconds(density: Particles, cuts: Cuts | Tree, moment: Moment, powers: Floats | None) -> Floats:
     """Time of each calculator for these particles, cut by `cuts`."""
     if powers is None:
         return density.domains(cuts) / moment.speeds
-    mine, theirs, n = overlaps(density, cuts, moment.cuts)
+    mine, theirs, n = density.overlaps(cuts, moment.cuts)
     cost = (powers / moment.speeds)[theirs]
     return np.bincount(mine, n * cost, len(cuts) + 1) / powers
 
@@ -148,9 +157,17 @@ def _balance(
 ) -> None:
     tables = [
         _core.BalanceTable(
-            frame, system.evaluations, name, step.n_end, step.rescaled, step.smoothed, step.cuts, step.error
+            frame,
+            system.evaluations,
+            name,
+            step.n_end,
+            step.rescaled,
+            step.smoothed,
+            step.cuts.at if isinstance(step.cuts, Tree) else step.cuts,
+            step.error,
+            axes,
         )
-        for name, system, step in zip(history.systems, systems, steps, strict=True)
+        for name, axes, system, step in zip(history.systems, history.axes, systems, steps, strict=True)
     ]
     if policy.over_all:
         whole = _core.sum_of_tables(tables)
@@ -164,10 +181,11 @@ def _balance(
         step.next_cuts = system.cuts = _cuts_after(plan, step.density, step.cuts)
 
 
-def _cuts_after(plan: _core.BalancePlan, density: Density, cuts: Cuts) -> Cuts:
+def _cuts_after(plan: _core.BalancePlan, density: Particles, cuts: Cuts | Tree) -> Cuts | Tree:
     if len(plan.shares):
-        return _core.prefix_cuts(density.histograms(cuts), plan.costs, plan.shares, cuts)
-    if not plan.orders:
+        divided: Cuts | Tree = density.divided(plan.costs, plan.shares, cuts)
+        return divided
+    if not plan.orders or not isinstance(density, Density) or isinstance(cuts, Tree):
         return cuts
     after = cuts.copy()
     below = density.count_below(cuts)

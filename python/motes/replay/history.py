@@ -9,29 +9,56 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import LogError
-from .density import Density, exchange
+from .bricks import Cloud, Tree
+from .density import Density
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from pandas import DataFrame
 
-__all__ = ["FrameCosts", "History", "Moment", "Recorded", "Tables"]
+__all__ = ["FrameCosts", "History", "Moment", "Particles", "Recorded", "Tables"]
 
 Floats = npt.NDArray[np.float64]
 Cuts = npt.NDArray[np.float32]
 LEAST_PARTICLES, LEAST_SECONDS = 1000, 5e-5  # as in the engine: smaller samples say nothing about a machine
 
 
+class Particles(Protocol):
+    """Where particles are: a `Density` along one axis, or a `Cloud` in bricks; cuts are of that kind."""
+
+    @property
+    def total(self) -> float:
+        """All particles."""
+
+    def domains(self, cuts: Any) -> npt.NDArray[np.int64]:
+        """Whole particles in each domain."""
+
+    def overlaps(self, ours: Any, theirs: Any) -> tuple[Any, Any, Floats]:
+        """Particles by two sets of cuts at once: our domain, their domain, particles in both."""
+
+    def around(self, cuts: Any) -> float:
+        """Particles near a cut."""
+
+    def divided(self, costs: Floats, shares: Floats, cuts: Any) -> Any:
+        """Return the cuts that give each domain its share."""
+
+    def exchange(self, before: npt.ArrayLike, after: npt.ArrayLike) -> tuple[Floats, Floats]:
+        """The least that each calculator sends and receives."""
+
+    def none(self) -> Particles:
+        """Return the same kind without particles."""
+
+
 @dataclass(frozen=True)
 class Moment:
     """One system in one frame; only `cuts` depend on who balanced: they were the run's."""
 
-    density: Density
+    density: Particles
     """At the frame's end."""
-    births: Density
+    births: Particles
     killed: int
-    cuts: Cuts
+    cuts: Cuts | Tree
     speeds: Floats
     """Particles per second of each calculator, (calculators,)."""
     overhead_s: Floats
@@ -63,6 +90,9 @@ class Tables(Protocol):
     def systems(self) -> list[str]:
         """The particle systems' names."""
 
+    def axis(self, system: str) -> str:
+        """The axes that a system's domains cut: "x", "xz", ...; "id" where ids decide."""
+
     @property
     def speeds(self) -> Mapping[int, float]:
         """Factors by which ranks were slowed down on purpose; empty if none was."""
@@ -89,6 +119,7 @@ class History(Protocol):
 
     ranks: list[int]
     systems: list[str]
+    axes: list[str]
     frames: list[int]
 
     def moment(self, k: int, system: int) -> Moment:
@@ -107,8 +138,7 @@ class Recorded:
             raise LogError(f"{run.name}: a replay needs the log's load.jsonl and density.jsonl")
         frames = set(run.frames["frame"]) & set(run.density["frame"])
         self.frames = sorted(int(frame) for frame in frames)
-        for system in self.systems:
-            _refuse_bricks(run, system)
+        self.axes = [run.axis(system) for system in self.systems]
         self._grids = [self._of(run, system) for system in self.systems]
         self._whole(run.name)
         frame_rows = run.frames.set_index("frame").loc[self.frames]
@@ -126,6 +156,8 @@ class Recorded:
         grid["n"] = self._grid(density, "n")
         names = [name for name in density.columns if name.startswith("x_q")]
         grid["x"] = np.stack([self._grid(density, name) for name in names], axis=-1)
+        if len(set(axes := run.axis(system)) & set("xyz")) > 1:
+            self._add_bricks(run.name, axes, load, density, grid)
         processed = grid["n_start"] + grid["created"]
         grid["speeds"] = self._speeds(grid, processed)
         # A sample too small for the machine's speed still says how long this frame took. What it took longer
@@ -134,6 +166,25 @@ class Recorded:
         longer = grid["t_compute_s"] - processed / grid["speeds"]
         grid["overhead"] = np.where((processed > 0) & (longer > 0), longer, 0.0)
         return grid
+
+    def _add_bricks(
+        self, run: str, axes: str, load: DataFrame, density: DataFrame, grid: dict[str, Any]
+    ) -> None:
+        """Add quantiles along all axes that are cut, and the ends of all domains."""
+        numbers = grid["axes"] = ["xyz".index(axis) for axis in axes]
+        told = [name for name in density.columns if name[1:3] == "_q" and name[0] in axes[1:]]
+        if len(told) != 17 * (len(axes) - 1) or density[told].isna().all(axis=None):
+            raise LogError(f"{run}: a replay of bricks needs density.jsonl to have quantiles along {axes}")
+        along = [[self._grid(density, f"{axis}_q{q:02d}") for q in range(17)] for axis in axes[1:]]
+        grid["x"] = np.stack([grid["x"], *(np.stack(one, axis=-1) for one in along)], axis=-2)
+        low, high = np.full((2, *grid["n"].shape, 3), np.inf)
+        low *= -1
+        for axis, number in zip(axes, numbers, strict=True):
+            start = "domain_" if axis == axes[0] else f"domain_{axis}_"
+            for ends, name, beyond in ((low, "lo", -np.inf), (high, "hi", np.inf)):
+                logged = self._grid(load, start + name)
+                ends[..., number] = np.where(np.isnan(logged), beyond, logged)
+        grid["low"], grid["high"] = low.astype(np.float32), high.astype(np.float32)
 
     def _grid(self, table: DataFrame, column: str) -> Floats:
         grid = table.pivot(index="frame", columns="rank", values=column)
@@ -144,7 +195,10 @@ class Recorded:
         missing = []
         for grid in self._grids:
             needed = sum(grid[key] for key in ("n", "n_start", "created", "killed", "sent", "t_compute_s"))
-            missing.append(np.isnan(needed).any(axis=1) | np.isnan(grid["domain_hi"][:, :-1]).any(axis=1))
+            gaps = np.isnan(needed).any(axis=1)
+            if "axes" not in grid:  # bricks may reach to infinity on any side
+                gaps |= np.isnan(grid["domain_hi"][:, :-1]).any(axis=1)
+            missing.append(gaps)
         broken = np.logical_or.reduce(missing)
         whole = int(np.argmax(broken)) if broken.any() else len(self.frames)
         if whole == 0:
@@ -173,19 +227,39 @@ class Recorded:
     def moment(self, k: int, system: int) -> Moment:
         """Return one system in the k-th frame."""
         grid = self._grids[system]
-        x, n, created = grid["x"][k], grid["n"][k], grid["created"][k]
-        cuts = grid["domain_hi"][k, :-1].astype(np.float32)
+        n, created = grid["n"][k], grid["created"][k]
+        density: Particles
+        births: Particles
+        cuts: Cuts | Tree
+        density, births, cuts = self._places(grid, k) if "axes" not in grid else self._bricks(grid, k)
         return Moment(
-            density=Density.of_quantiles(x, n),
-            births=Density.of_quantiles(_somewhere(x, cuts), created),
+            density=density,
+            births=births,
             killed=int(np.nansum(grid["killed"][k])),
             cuts=cuts,
             speeds=grid["speeds"][k],
             overhead_s=grid["overhead"][k],
             changing=max(
-                float(grid["sent"][k].sum() - exchange(grid["n_start"][k] + created, n)[0].sum()), 0
+                float(grid["sent"][k].sum() - density.exchange(grid["n_start"][k] + created, n)[0].sum()), 0
             ),
         )
+
+    @staticmethod
+    def _places(grid: dict[str, Any], k: int) -> tuple[Density, Density, Cuts]:
+        """Particles and births along an axis, and the cuts."""
+        x = grid["x"][k]
+        cuts = grid["domain_hi"][k, :-1].astype(np.float32)
+        births = Density.of_quantiles(_somewhere(x, cuts), grid["created"][k])
+        return Density.of_quantiles(x, grid["n"][k]), births, cuts
+
+    @staticmethod
+    def _bricks(grid: dict[str, Any], k: int) -> tuple[Cloud, Cloud, Tree]:
+        """The same in bricks."""
+        x, axes = grid["x"][k], grid["axes"]
+        low, high = grid["low"][k].astype(np.float64), grid["high"][k].astype(np.float64)
+        somewhere = np.where(np.isnan(x), _middle(low, high)[:, axes, None], x)
+        births = Cloud.of_quantiles(somewhere, grid["created"][k], axes)
+        return Cloud.of_quantiles(x, grid["n"][k], axes), births, Tree.of_boxes(low, high)
 
     def costs(self, k: int) -> FrameCosts:
         """Return the other costs of the k-th frame."""
@@ -200,16 +274,11 @@ def _somewhere(x: Floats, cuts: Cuts) -> Floats:
     """Give calculators without particles a place for their births: inside the domain, near other ones."""
     low = np.concatenate([[-np.inf], cuts])
     high = np.concatenate([cuts, [np.inf]])
-    middle = np.where(np.isinf(low), high - 1, np.where(np.isinf(high), low + 1, (low + high) / 2))
-    middle = np.where(np.isfinite(middle), middle, 0.0)
-    return np.where(np.isnan(x), middle[:, None], x)
+    return np.where(np.isnan(x), _middle(low, high)[:, None], x)
 
 
-def _refuse_bricks(run: Tables, system: str) -> None:
-    """The log says how particles lie along one axis, which is not enough to cut them along two."""
-    load = run.load[run.load["system"] == system]
-    others = [name for name in map(str, load) if name.startswith(("domain_y_", "domain_z_"))]
-    if load[others].notna().any(axis=None):
-        raise LogError(
-            f"{run.name}: a replay needs slabs or particles dealt out by id; domains of {system!r} are bricks"
-        )
+def _middle(low: Floats, high: Floats) -> Floats:
+    """Return a place inside each domain."""
+    with np.errstate(invalid="ignore"):
+        middle = np.where(np.isinf(low), high - 1, np.where(np.isinf(high), low + 1, (low + high) / 2))
+    return np.where(np.isfinite(middle), middle, 0.0)

@@ -27,6 +27,7 @@ class Synthetic:
         """`speeds(k)`: of machines, particles/s; `shape(k)`: relative density at 0..1 in equal steps."""
         self.ranks = list(range(calculators))
         self.systems = ["particles"]
+        self.axes = ["x"]
         self.frames = list(range(frames))
         self._speeds = speeds
         self._shape = shape

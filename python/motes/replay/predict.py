@@ -9,6 +9,8 @@ import numpy as np
 
 from ..balance import Balancer, _powers
 from ..errors import ArgumentError
+from .bricks import Cloud, Tree
+from .density import Density
 from .frames import Step, SystemStep, simulate
 from .history import FrameCosts, Recorded, Tables
 
@@ -31,7 +33,12 @@ def predict(
     sides of a cut come on top in `exchanged` of `frames`, estimated from the recorded run by the particles
     near the cuts: the figure is right within a factor of about two.
 
-    Raises LogError if the log has no densities, ArgumentError for what is no balancer or does not fit.
+    The log tells where each calculator's particles are along every axis that is cut, but not how the axes
+    depend on each other. So inside one brick they count as independent. Where particles are dealt out by id,
+    the parts of the ids are cut, as slabs are.
+
+    Raises LogError if the log has no densities, or not along all axes that are cut, as those of earlier
+    versions; ArgumentError for what is no balancer or does not fit, such as orders for bricks.
     """
     if not isinstance(balancer, Balancer):
         raise ArgumentError("balancer", balancer, "a Balancer")
@@ -47,10 +54,10 @@ def predict(
         costs = history.costs(step.k)
         row = {str(name): value for name, value in recorded.loc[step.frame].items()}
         rows["frames"].append(_frame_row(history.ranks, step, costs, row))
-        for name, system in zip(history.systems, step.systems, strict=True):
+        for name, axes, system in zip(history.systems, history.axes, step.systems, strict=True):
             key = {"frame": step.frame, "system": name}
-            rows["load"] += _load_rows(key, history.ranks, tables.hosts, system, costs.bytes_each)
-            rows["density"] += _density_rows(key, history.ranks, system)
+            rows["load"] += _load_rows(key, history.ranks, tables.hosts, axes, system, costs.bytes_each)
+            rows["density"] += _density_rows(key, history.ranks, axes, system)
             rows["balance"] += _balance_rows(key, history.ranks, system, repr(balancer))
     return rows
 
@@ -74,14 +81,18 @@ def _frame_row(ranks: Sequence[int], step: Step, costs: FrameCosts, recorded: Ro
 
 
 def _load_rows(
-    key: Row, ranks: Sequence[int], hosts: Mapping[int, str], system: SystemStep, bytes_each: float
+    key: Row,
+    ranks: Sequence[int],
+    hosts: Mapping[int, str],
+    axes: str,
+    system: SystemStep,
+    bytes_each: float,
 ) -> Iterable[Row]:
     sent, received = np.rint(system.sent), np.rint(system.received)
     processed = system.n_start + system.created
     deaths = system.killed * processed / max(int(processed.sum()), 1)
     waits = float(system.seconds.max()) - system.seconds
-    low = [None, *map(float, system.cuts)]
-    high = [*map(float, system.cuts), None]
+    domains = _domains(axes, system.cuts)
     for c, rank in enumerate(ranks):
         seconds = float(system.seconds[c])
         yield {
@@ -100,16 +111,39 @@ def _load_rows(
             "t_exchange_s": 0.0,
             "t_wait_s": float(waits[c]),
             "t_image_s": 0.0,
-            "domain_lo": low[c],
-            "domain_hi": high[c],
+            **domains[c],
             "speed": float(processed[c]) / seconds if seconds > 0 else 0.0,
         }
 
 
-def _density_rows(key: Row, ranks: Sequence[int], system: SystemStep) -> Iterable[Row]:
-    places = system.density.quantiles(system.cuts, 16)
-    for rank, n, x in zip(ranks, system.n_end, places, strict=True):
-        known = {f"x_q{i:02d}": None if np.isnan(v) else float(v) for i, v in enumerate(x)}
+def _domains(axes: str, cuts: Any) -> list[Row]:
+    """Return the ends of each domain as the log has them."""
+    if not isinstance(cuts, Tree):
+        low, high = [None, *map(float, cuts)], [*map(float, cuts), None]
+        return [{"domain_lo": lo, "domain_hi": hi} for lo, hi in zip(low, high, strict=True)]
+    rows: list[Row] = [{} for _ in range(len(cuts) + 1)]
+    for row, lows, highs in zip(rows, *cuts.boxes(), strict=True):
+        for axis in axes:
+            number = "xyz".index(axis)
+            start = "domain_" if axis == axes[0] else f"domain_{axis}_"
+            for name, end in (("lo", lows[number]), ("hi", highs[number])):
+                row[start + name] = float(end) if np.isfinite(end) else None
+    return rows
+
+
+def _density_rows(key: Row, ranks: Sequence[int], axes: str, system: SystemStep) -> Iterable[Row]:
+    density = system.density
+    if isinstance(density, Cloud) and isinstance(system.cuts, Tree):
+        names = ["x", *axes[1:]]
+        places = [density.quantiles(system.cuts, 16, "xyz".index(axis)) for axis in axes]
+    elif isinstance(density, Density) and not isinstance(system.cuts, Tree):
+        names, places = ["x"], [density.quantiles(system.cuts, 16)]
+    for c, (rank, n) in enumerate(zip(ranks, system.n_end, strict=True)):
+        known = {
+            f"{name}_q{i:02d}": None if np.isnan(v) else float(v)
+            for name, along in zip(names, places, strict=True)
+            for i, v in enumerate(along[c])
+        }
         yield {**key, "rank": rank, "n": int(n), **known}
 
 
@@ -117,9 +151,11 @@ def _balance_rows(key: Row, ranks: Sequence[int], system: SystemStep, policy: st
     if system.plan is None:
         return
     orders = {min(source, to): (to - source) * count for source, to, count in system.plan.orders}
-    before = np.rint(system.density.count_below(system.cuts))
-    given = before - np.rint(system.density.count_below(system.next_cuts))
     shares = len(system.plan.shares) > 0
+    cuts, next_cuts = (one.at if isinstance(one, Tree) else one for one in (system.cuts, system.next_cuts))
+    given = np.zeros(len(cuts))
+    if isinstance(system.density, Density):
+        given = np.rint(system.density.count_below(cuts)) - np.rint(system.density.count_below(next_cuts))
     for cut in map(int, system.plan.evaluated if not orders else sorted({*system.plan.evaluated, *orders})):
         yield {
             **key,
@@ -133,7 +169,8 @@ def _balance_rows(key: Row, ranks: Sequence[int], system: SystemStep, policy: st
             "speed_right": float(system.smoothed[cut + 1]),
             "ordered": None if shares else orders.get(cut, 0),
             "given": None if shares else int(given[cut]),
-            "cut_before": float(system.cuts[cut]),
-            "cut_after": float(system.next_cuts[cut]),
+            **({"axis": "xyz"[system.cuts.axes[cut]]} if isinstance(system.cuts, Tree) else {}),
+            "cut_before": float(cuts[cut]),
+            "cut_after": float(next_cuts[cut]),
             "policy": policy,
         }

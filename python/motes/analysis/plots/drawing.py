@@ -36,6 +36,7 @@ PHASES = {
     "wait for births": "#E4E4E4",
     "act": "#0072B2",
     "compute": "#0072B2",
+    "compare loads": "#DCBFD0",
     "report": "#F0E442",
     "judge": "#A9B4C2",
     "wait": "#CFCFCF",

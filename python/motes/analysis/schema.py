@@ -116,7 +116,7 @@ LOAD = Table(
         copies int - of particles, sent to other calculators for meetings
         copied_bytes int B what these, and particles that changed their calculator in meetings, weighed
         most_in_a_cell int - the most particles in one cell of the reach's size
-        overlap_99 float - 99th percentile of overlaps, in parts of both radii, at the frame's end; 0: none touch
+        overlap_99 float - 99th percentile of overlaps in the last sub-step, in parts of both radii
         t_meet_s float s in meetings, waits included
         t_meet_wait_s float s waiting in meetings for other calculators
         """

@@ -25,6 +25,7 @@ __all__ = [
     "number",
     "rows",
     "triple",
+    "whole_numbers",
     "with_z",
 ]
 
@@ -129,6 +130,18 @@ def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray
             return np.asarray(array, dtype)
     except Exception:  # any: the conversion runs methods of users' classes
         raise ArgumentError(argument, value, allowed) from None
+
+
+def whole_numbers(argument: str, value: Any, allowed: str) -> NDArray[Any]:
+    """Return `value` as an array of whole numbers >= 0; an empty one may come from any type."""
+    try:
+        array = np.asarray(value)
+        whole = array.dtype.kind in "iu" and not np.ma.is_masked(value)
+        if array.size and (not whole or (array < 0).any()):
+            raise TypeError
+    except Exception:  # any: the conversion runs methods of users' classes
+        raise ArgumentError(argument, value, allowed) from None
+    return array
 
 
 def with_z(array: NDArray[Any]) -> NDArray[Any]:

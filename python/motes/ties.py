@@ -49,9 +49,11 @@ class Ties(Value):
             lengths = np.full(count, lengths, np.float32)
         if lengths.shape != (count,) or not np.isfinite(lengths).all() or (lengths < 0).any():
             raise ArgumentError("lengths", self.lengths, f"numbers >= 0 of shape ({count},), or one")
-        kinds = np.zeros(count, np.uint8) if self.kinds is None else np.asarray(self.kinds)
-        if kinds.shape != (count,) or not np.isin(kinds, (0, 1, 2)).all():
-            raise ArgumentError("kinds", self.kinds, f"0, 1 or 2 for each of the {count} ties")
+        allowed = f"0, 1 or 2 for each of the {count} ties"
+        given = np.zeros(count, np.uint8) if self.kinds is None else self.kinds
+        kinds = arguments.whole_numbers("kinds", given, allowed)
+        if kinds.shape != (count,) or (kinds > 2).any():
+            raise ArgumentError("kinds", self.kinds, allowed)
         pinned = _ids("pinned", self.pinned).reshape(-1)
         if len(set(pinned.tolist())) != len(pinned):
             raise ArgumentError("pinned", self.pinned, "different ids")
@@ -108,8 +110,5 @@ def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: ND
 
 
 def _ids(argument: str, given: Any) -> NDArray[np.uint64]:
-    array = np.asarray(given)
-    whole = array.dtype.kind in "iu" or array.size == 0
-    if not whole or (array.size and (array < 0).any()):
-        raise ArgumentError(argument, given, "ids: whole numbers >= 0")
+    array = arguments.whole_numbers(argument, given, "ids: whole numbers >= 0")
     return np.ascontiguousarray(array, np.uint64)

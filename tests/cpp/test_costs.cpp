@@ -10,7 +10,8 @@ using motes::frame::Costs;
 using motes::frame::read_costs;
 
 TEST(costs_are_read) {
-  const Costs costs = read_costs("# a comment\n\nbirth = 3000 # its source\r\naction=7\n  action.move =1.5e3\ngap=0\ncopy=25\n");
+  const Costs costs =
+      read_costs("# a comment\n\nbirth = 3000 # its source\r\naction=7\n  action.move =1.5e3\ngap=0\ncopy=25\n");
   CHECK(costs.birth == 3000 && costs.gap == 0 && costs.copy == 25 && costs.draw == 0 && costs.messages.scale == 1);
   CHECK(costs.act[static_cast<std::size_t>(Kind::move)] == 1500);
   CHECK(costs.act[static_cast<std::size_t>(Kind::gravity)] == 7);

@@ -99,7 +99,7 @@ void Cells::sort(const Crowd& crowd, double edge, threads::Pool& pool) {
   const Range range = number_cells(crowd, edge, pool);
   sort_cells(range, pool);
   sort_ids(crowd, pool);
-  find_rows(range);
+  find_rows(range, pool);
 }
 
 Cells::Range Cells::number_cells(const Crowd& crowd, double edge, threads::Pool& pool) {
@@ -191,37 +191,63 @@ void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
   most_ = *std::max_element(most.begin(), most.end());
 }
 
-void Cells::find_rows(const Range& range) {
+// Each part finds the rows that begin in it, with a table of its own.
+void Cells::find_rows(const Range& range, threads::Pool& pool) {
   const std::size_t count = order_.size();
-  const std::uint64_t y_cells = range.y_cells();
   const std::uint64_t z_cells = range.z_cells();
+  const Shares shares(count, pool);
+  const auto start = [&](std::size_t part) {
+    std::size_t at = shares.first(part);
+    while (at > 0 && at < count && keys_[at] / z_cells == keys_[at - 1] / z_cells) ++at;
+    return at;
+  };
+  z_.resize(count);
+  parts_.resize(shares.parts);
+  pool.run(shares.parts, [&](std::size_t part, std::size_t) {
+    parts_[part].rows.clear();
+    parts_[part].table.clear();
+    const std::size_t last = part + 1 == shares.parts ? count : start(part + 1);
+    for (std::size_t begin = start(part); begin < last;) begin = find_row(range, begin, parts_[part]);
+  });
   rows_.clear();
   table_.clear();
-  z_.resize(count);
-  for (std::size_t begin = 0, end = 0; begin < count; begin = end) {
-    const std::uint64_t number = keys_[begin] / z_cells;
-    const std::uint64_t first_key = number * z_cells;
-    Row row;
-    row.x = static_cast<std::int32_t>(number / y_cells) + range.low[0];
-    row.y = static_cast<std::int32_t>(number % y_cells) + range.low[1];
-    row.first = static_cast<std::uint32_t>(begin);
-    for (end = begin; end < count && keys_[end] - first_key < z_cells; ++end) {
-      z_[end] = static_cast<std::int32_t>(keys_[end] - first_key) + range.low[2];
+  for (const Rows& part : parts_) {
+    for (Row row : part.rows) {
+      if (row.table >= 0) row.table += static_cast<std::int64_t>(table_.size());
+      rows_.push_back(row);
     }
-    row.z_low = z_[begin];
-    row.z_high = z_[end - 1];
-    if (worth_a_table(row, static_cast<std::uint32_t>(end - begin))) {
-      row.table = static_cast<std::int64_t>(table_.size());
-      std::size_t at = begin;
-      for (std::int32_t z = row.z_low; z <= row.z_high; ++z) {
-        table_.push_back(static_cast<std::uint32_t>(at));
-        while (at < end && z_[at] == z) ++at;
-      }
-      table_.push_back(static_cast<std::uint32_t>(end));
-    }
-    rows_.push_back(row);
+    table_.insert(table_.end(), part.table.begin(), part.table.end());
   }
   rows_.push_back({INT32_MAX, INT32_MAX, static_cast<std::uint32_t>(count), 0, 0, -1});
+}
+
+// The row whose first particle stands at `begin`; returns where it ends.
+std::size_t Cells::find_row(const Range& range, std::size_t begin, Rows& found) {
+  const std::size_t count = order_.size();
+  const std::uint64_t z_cells = range.z_cells();
+  const std::uint64_t number = keys_[begin] / z_cells;
+  const std::uint64_t first_key = number * z_cells;
+  Row row;
+  row.x = static_cast<std::int32_t>(number / range.y_cells()) + range.low[0];
+  row.y = static_cast<std::int32_t>(number % range.y_cells()) + range.low[1];
+  row.first = static_cast<std::uint32_t>(begin);
+  std::size_t end = begin;
+  for (; end < count && keys_[end] - first_key < z_cells; ++end) {
+    z_[end] = static_cast<std::int32_t>(keys_[end] - first_key) + range.low[2];
+  }
+  row.z_low = z_[begin];
+  row.z_high = z_[end - 1];
+  if (worth_a_table(row, static_cast<std::uint32_t>(end - begin))) {
+    row.table = static_cast<std::int64_t>(found.table.size());
+    std::size_t at = begin;
+    for (std::int32_t z = row.z_low; z <= row.z_high; ++z) {
+      found.table.push_back(static_cast<std::uint32_t>(at));
+      while (at < end && z_[at] == z) ++at;
+    }
+    found.table.push_back(static_cast<std::uint32_t>(end));
+  }
+  found.rows.push_back(row);
+  return end;
 }
 
 std::vector<const Row*> rows_around(const Cells& cells, std::int32_t x, std::int32_t y) {
@@ -243,10 +269,7 @@ CellsView Cells::view(std::size_t own) const {
 
 void Cells::arrange(const Crowd& crowd, const Column& column, float* to, threads::Pool& pool) const {
   threads::over_ranges(pool, order_.size(), kRange, [&](std::size_t first, std::size_t last) {
-    for (std::size_t k = first; k < last; ++k) {
-      const std::size_t i = order_[k];
-      to[k] = i >= crowd.own ? column.copies[i - crowd.own] : column.own != nullptr ? column.own[i] : column.value;
-    }
+    for (std::size_t k = first; k < last; ++k) to[k] = column.of(order_[k], crowd.own);
   });
 }
 

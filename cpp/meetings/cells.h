@@ -82,11 +82,17 @@ class Cells {
   Range number_cells(const Crowd& crowd, double edge, threads::Pool& pool);
   void sort_cells(const Range& range, threads::Pool& pool);
   void sort_ids(const Crowd& crowd, threads::Pool& pool);
-  void find_rows(const Range& range);
+  struct Rows {
+    std::vector<Row> rows;
+    std::vector<std::uint32_t> table;
+  };
+  void find_rows(const Range& range, threads::Pool& pool);
+  std::size_t find_row(const Range& range, std::size_t begin, Rows& found);
 
   std::vector<std::int32_t> cell_[3];
   std::vector<std::uint64_t> keys_, other_keys_;
   std::vector<std::uint32_t> order_, other_order_;
+  std::vector<Rows> parts_;
   std::vector<Row> rows_;
   std::vector<std::uint32_t> table_;
   std::vector<std::int32_t> z_;

@@ -188,6 +188,39 @@ def test_pairs_are_all_those_within_reach():
     assert len(seen) == len(set(seen)) and set(seen) == wanted
 
 
+FLYING = """
+import sys
+import motes
+log = sys.argv[1]
+world = motes.World(seed=1, roles="shared", substeps=2, dt=0.01, space=(0, 1), progress="off", log=log)
+sheet = world.system("sheet")
+with world:
+    for frame in world.frames(12):
+        if frame == 0:
+            sheet.configure(velocity=(0.5, 0, 0))
+            cloth = sheet.cloth(20, 60, (0, 0, 0), (1, 0, 0), (0, 0.3, 0))
+        if frame == 8:  # far away, and back
+            here = motes.column("position")
+            sheet.set(position=here + (5, 0, 0), where=here.y < 0.1)
+        sheet.tie(cloth)
+        sheet.move()
+        world.step()
+"""
+
+
+def test_copies_are_those_within_reach_of_the_ties(tmp_path: Path):
+    log = tmp_path / "log"
+    assert mpirun(4, FLYING, log).code == 0
+    load = motes.open_run(log).load
+    copies = load.groupby("frame")["copies"].sum()
+    assert load.groupby("frame")["hops"].max()[[0, 1]].tolist() == [3, 2]
+    assert copies[0] >= 3 * 1200, "nobody knows how long the ties are: all are copied once"
+    # The longest ties reach over two of the 20 rows, of 60 each; what moves by a 20th of a row widens that.
+    sides = 2 * 3 * 2  # of three cuts, in two sub-steps
+    assert all(sides * 2 * 60 <= copies[frame] <= sides * 3 * 60 for frame in range(1, 8))
+    assert copies[8] > 4 * copies[7], "a jump is a long way"
+
+
 def test_wrong_input():
     with world() as w:
         s = w.system("some", capacity=100)

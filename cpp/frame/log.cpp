@@ -60,7 +60,7 @@ Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) 
   if (sight.meetings > 0) {
     row.field("meetings", std::uint64_t{sight.meetings}).field("pairs", sight.pairs).field("copies", sight.copies);
     row.field("copied_bytes", sight.bytes).field("most_in_a_cell", std::uint64_t{sight.most_in_a_cell});
-    row.field("overlap_99", sight.overlap_99);
+    row.field("overlap_99", sight.overlap_99).field("hops", std::uint64_t{sight.hops});
     row.field("t_meet_s", sight.meet_s).field("t_meet_wait_s", sight.wait_s);
   }
   return row;

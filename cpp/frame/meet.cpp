@@ -10,6 +10,7 @@
 #include "frame/act.h"
 #include "frame/follow.h"
 #include "frame/item_failure.h"
+#include "frame/moments.h"
 #include "frame/run_list.h"
 #include "frame/spawn.h"
 #include "frame/word.h"
@@ -99,6 +100,7 @@ class Swap {
   using Extent = meetings::Extent;
 
   const std::vector<recording::Item>& list() const { return system(0).list; }
+  meetings::Knots& knots() { return calculator_.knots[{meeting_.systems[0], meeting_.action->ties}]; }
   const System& system(std::size_t side) const { return *script_.systems[meeting_.systems[side]]; }
   Population& population(std::size_t side) const { return *calculator_.populations[meeting_.systems[side]]; }
   float dt() const { return static_cast<float>(rank_.settings.dt / rank_.settings.substeps); }
@@ -128,7 +130,7 @@ class Swap {
         Population& here = population(side);
         clear_dead(rank_, system(side), here);
         if (meetings::uses_cells(*meeting_.action)) bounds_ = meetings::bounds_of(here.store);
-        if (bonds_ != nullptr) pins_ = meetings::pins_of(*bonds_, here.store);
+        if (bonds_ != nullptr) prepare_ties(here.store);
         if (rank_.talk.calculators() > 1) leavers_[side] = leavers_of(rank_, system(side), here);
         const Extent extent = meetings::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
         extent_.radius = std::max(extent_.radius, extent.radius);
@@ -137,6 +139,13 @@ class Swap {
         extent_.masses = std::max(extent_.masses, extent.masses);
       }
     });
+  }
+
+  void prepare_ties(const Store& store) {
+    pins_ = meetings::pins_of(*bonds_, store);
+    const meetings::Stretch stretch = meetings::stretch_of(*bonds_, knots(), store);
+    extent_.radius = stretch.longest;
+    extent_.displacement = stretch.way;
   }
 
   // What the first number says of failure is said by all who can still talk.
@@ -197,6 +206,8 @@ class Swap {
       if (other != self && concerns(self, other)) to.push_back(other);
       if (other != self && concerns(other, self)) from.push_back(other);
     }
+    std::uint16_t& hops = population(0).sight.hops;
+    hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
     for (const int source : from) rank_.talk.comm().await(rank_.talk.rank_of(source), Phase::meeting);
     std::map<int, Message> messages;
     for (const int target : to) messages[target];
@@ -220,35 +231,10 @@ class Swap {
     }
   }
 
-  // The moments of all calculators: each adds up its part of the leaves, and tells the others.
   void add_moments() {
-    comm::Communicator& comm = rank_.talk.comm();
-    const auto count = static_cast<std::size_t>(rank_.talk.calculators());
-    const auto self = static_cast<std::size_t>(rank_.talk.calculator());
     compute([&] { moments_ = meetings::moments_of(cube_, population(0).store); });
     moments_.resize(4 * cube_.leaves());
-    const auto first = [&](std::size_t part) { return moments_.size() * part / count; };
-    const auto send = [&](std::size_t to, std::size_t part) {
-      Message message;
-      message.bytes().put_raw(&moments_[first(part)], (first(part + 1) - first(part)) * sizeof(std::int64_t));
-      population(0).sight.bytes += message.payload().size();
-      comm.post(rank_.talk.rank_of(static_cast<int>(to)), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
-                0, rank_.talk.failed());
-    };
-    const auto hear = [&](std::size_t from, std::size_t part, bool adds) {
-      const Message message =
-          comm.expect(rank_.talk.rank_of(static_cast<int>(from)), Phase::meeting, rank_.talk.stamp(round_));
-      particles::Reader in = message.reader();
-      for (std::size_t i = first(part); i < first(part + 1); ++i) {
-        moments_[i] = in.get<std::int64_t>() + (adds ? moments_[i] : 0);
-      }
-    };
-    for (std::size_t step = 1; step < count; ++step) send((self + step) % count, (self + step) % count);
-    for (std::size_t step = 1; step < count; ++step) hear((self + count - step) % count, self, true);
-    for (std::size_t step = 1; step < count; ++step) send((self + step) % count, self);
-    for (std::size_t step = 1; step < count; ++step) {
-      hear((self + count - step) % count, (self + count - step) % count, false);
-    }
+    population(0).sight.bytes += frame::add_moments(rank_, round_, moments_);
   }
 
   // The particles that somebody else may see, or that leave.
@@ -422,8 +408,7 @@ class Swap {
   meetings::Seen look(const meetings::Side (&sides)[2]) {
     const actions::Action& action = *meeting_.action;
     if (bonds_ != nullptr) {
-      meetings::Knots& knots = calculator_.knots[action.ties];
-      return {meetings::tie(action, *bonds_, dt(), sides[0], pins_, knots, *rank_.pool), 0};
+      return {meetings::tie(action, *bonds_, dt(), sides[0], pins_, knots(), *rank_.pool), 0};
     }
     if (meetings::uses_cells(action)) {
       return meetings::act_by_cells(action, cube_, moments_, dt(), sides[0], calculator_.scratch, *rank_.pool);

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "balance/load.h"
@@ -64,7 +65,7 @@ struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
   meetings::Scratch scratch;  // of meetings, one after another
-  std::map<meetings::TiesKey, meetings::Knots> knots;
+  std::map<std::pair<std::size_t, meetings::TiesKey>, meetings::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system
 };

@@ -91,13 +91,14 @@ struct Sight {
   std::uint32_t most_in_a_cell = 0;
   float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
   float overlap_99 = 0;          // see meetings/overlap.h
-  std::uint32_t softened = 0;    // 1: springs of contact were
+  std::uint16_t softened = 0;    // 1: springs of contact were
+  std::uint16_t hops = 0;        // to so many other calculators a meeting's messages went
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sight& sight) {
   visit(sight.pairs, sight.copies, sight.bytes, sight.moved_in, sight.moved_out, sight.meetings, sight.most_in_a_cell,
-        sight.meet_s, sight.wait_s, sight.overlap_99, sight.softened);
+        sight.meet_s, sight.wait_s, sight.overlap_99, sight.softened, sight.hops);
 }
 
 /// What in a system's meetings asks for a warning: the most on any calculator.

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "simd/float_mode.h"
 
@@ -124,7 +123,7 @@ Extent extent_of(const Action& action, const Store& store, float dt, bool second
 }
 
 float reach_of(const Action& action, const Extent& extent) {
-  if (action.kind == Kind::tie) return std::numeric_limits<float>::infinity();  // however far a tie has been drawn out
+  if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
   if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
   if (!has_radius(action)) return static_cast<float>(action.numbers[2]);
   return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
@@ -132,6 +131,7 @@ float reach_of(const Action& action, const Extent& extent) {
 
 double range_of(const Action& action, const Extent& extent) {
   const double reach = static_cast<double>(reach_of(action, extent));
+  if (action.kind == Kind::tie) return reach * (1 + 1e-5) + 4 * static_cast<double>(extent.rounding);
   if (!looks_ahead(action)) return reach * (1 + 4 * kMargin);
   const double step =
       std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));

@@ -64,6 +64,12 @@ struct Spread {
 
 float length(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
+float distance2(const float (&a)[3], const float (&b)[3]) {
+  float sum = 0;
+  for (std::size_t c = 0; c < 3; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+  return sum;
+}
+
 class Tying {
  public:
   Tying(const actions::Action& action, const Bonds& bonds, float dt, const Side& side, const std::vector<float>& pins,
@@ -98,8 +104,9 @@ class Tying {
     Knots::Knot& knot = knots_.knots[row];
     const bool pinned = bonds_.pin(row) != Bonds::kNone;
     for (std::size_t c = 0; c < 3; ++c) {
+      knot.place[c] = columns_[c].of(i, own_);
       knot.velocity[c] = pinned ? 0 : columns_[3 + c].of(i, own_);
-      knot.at[c] = columns_[c].of(i, own_) + knot.velocity[c] * terms_.dt;
+      knot.at[c] = knot.place[c] + knot.velocity[c] * terms_.dt;
     }
     const float mass = columns_[6].of(i, own_);
     knot.inverse = pinned ? 0 : mass > 1e-12f ? 1 / mass : 1e12f;
@@ -112,7 +119,7 @@ class Tying {
     float* const v[3] = {store.writable_plane(particles::velocity, 0), store.writable_plane(particles::velocity, 1),
                          store.writable_plane(particles::velocity, 2)};
     float* const torn = terms_.break_at < kInf ? store.writable_plane(particles::torn, 0) : nullptr;
-    std::vector<std::uint64_t> held((own_ + pool_.items(kRange) - 1) / pool_.items(kRange), 0);
+    std::vector<Held> held((own_ + pool_.items(kRange) - 1) / pool_.items(kRange));
     threads::over_ranges(pool_, own_, kRange, [&](std::size_t first, std::size_t last) {
       const simd::FloatMode mode;
       for (std::size_t i = first; i < last; ++i) {
@@ -124,14 +131,23 @@ class Tying {
         for (std::size_t c = 0; c < 3; ++c) v[c][i] = now[c];
       }
     });
-    std::uint64_t all = 0;
-    for (const std::uint64_t some : held) all += some;
-    return all;
+    Held all;
+    for (const Held& some : held) {
+      all.ties += some.ties;
+      all.longest2 = std::max(all.longest2, some.longest2);
+    }
+    knots_.longest = std::sqrt(all.longest2);
+    return all.ties;
   }
+
+  struct Held {
+    std::uint64_t ties = 0;
+    float longest2 = 0;  // m2
+  };
 
   // The velocity that its ties give a particle. Both ends of a tie compute its length from the same numbers, so both
   // find it torn.
-  std::array<float, 3> pull(std::uint32_t row, std::size_t i, std::uint64_t& held, std::uint32_t& tears) const {
+  std::array<float, 3> pull(std::uint32_t row, std::size_t i, Held& held, std::uint32_t& tears) const {
     const Knots::Knot& own = knots_.knots[row];
     std::array<float, 3> sum{};
     std::array<float, 3> drift{};
@@ -143,6 +159,7 @@ class Tying {
       const Knots::Knot& other = knots_.knots[bond.partner];
       const bool may_tear = b - first < kTearing;
       if (other.seen != knots_.meeting) continue;  // it is dead, or not yet born
+      held.longest2 = std::max(held.longest2, distance2(own.place, other.place));
       if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
       const std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
       const float r = length(d);
@@ -160,7 +177,7 @@ class Tying {
       for (std::size_t c = 0; c < 3; ++c) drift[c] += other.velocity[c];
       count += 1;
     }
-    held += static_cast<std::uint64_t>(count);
+    held.ties += static_cast<std::uint64_t>(count);
     if (own.inverse == 0) return {};
     std::array<float, 3> at = {own.at[0], own.at[1], own.at[2]};
     if (count > 0) {
@@ -223,6 +240,26 @@ std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
     }
   }
   return pins;
+}
+
+Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
+  Stretch stretch{knots.longest, 0};
+  float farthest2 = 0;
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const std::uint32_t row = bonds.row_of(store.ids()[i]);
+    if (row == Bonds::kNone) continue;
+    float now[3];
+    for (int c = 0; c < 3; ++c) {
+      const float* plane = store.plane(particles::position, c);
+      now[c] = plane != nullptr ? plane[i] : store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
+    }
+    if (std::isnan(now[0] + now[1] + now[2])) continue;  // nobody sees it
+    const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
+    const float way2 = met ? distance2(now, knots.knots[row].place) : kInf;
+    farthest2 = way2 <= farthest2 ? farthest2 : way2 < kInf ? way2 : kInf;  // it was at NaN: infinite
+  }
+  stretch.way = std::sqrt(farthest2);
+  return stretch;
 }
 
 std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const Side& side,

@@ -117,6 +117,7 @@ LOAD = Table(
         copied_bytes int B what these, and particles that changed their calculator in meetings, weighed
         most_in_a_cell int - the most particles in one cell of the reach's size
         overlap_99 float - 99th percentile of overlaps in the last sub-step, in parts of both radii
+        hops int - to so many other calculators a meeting's messages went, at most
         t_meet_s float s in meetings, waits included
         t_meet_wait_s float s waiting in meetings for other calculators
         """

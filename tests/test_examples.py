@@ -36,6 +36,7 @@ GALLERY = {
     "galaxy": (1, 3000, 16),
     "heap": (1, 600, 16),
     "flag": (1, 600, 24),
+    "dam": (1, 500, 16),
     "flock": (1, 300, 24),
     "three_bodies": (6, 1, 30),
 }  # systems, particles of each, frames

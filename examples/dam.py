@@ -8,8 +8,7 @@ from motes.shapes import Box, Plane
 
 args = motes.script.options(__doc__, space="0,2.4", systems=1, particles=20000, frames=96, size="960x540")
 
-# A basin, a column of water at its left end, and a pillar in its way. Metres; waters are kept off what is solid by a
-# little, since only their centres bounce.
+# A basin, a column of water at its left end, and a pillar in its way. Metres.
 deep, wide, long = 0.7, 0.6, 2.4
 spacing = (0.6 * deep * wide / args.particles) ** (1 / 3)
 basin = Box((0, 0, 0), (long, 9, wide))

@@ -41,7 +41,6 @@ void end_list(const Rank& rank, const System& system, Population& here) {
 
 void act_on(Rank& rank, const System& system, std::size_t index, Population& here, Newborn& newborn,
             const CallBack& call_back) {
-  const double start = rank.machine.compute_seconds();
   const auto append = [&](const BirthGroup& group) {
     of_item(system.list, index, group.item, [&] {
       if (rank.creates_in_place()) {
@@ -51,10 +50,10 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
       }
     });
   };
-  run_list(rank, system, here, append, call_back, false);
-  end_list(rank, system, here);
-  rank.machine.slow_down(start);
-  here.tally.compute_s += rank.machine.compute_seconds() - start;
+  here.tally.compute_s += rank.machine.timed([&] {
+    run_list(rank, system, here, append, call_back, false);
+    end_list(rank, system, here);
+  });
 }
 
 // The dead are removed; those that left their domain are packed for their owners and removed too.
@@ -112,10 +111,7 @@ void end_meetings(const Rank& rank, const Script& script, const Calculator& calc
     const System& system = *script.systems[i];
     if (!system.meets()) continue;
     Population& here = *calculator.populations[i];
-    const double start = rank.machine.compute_seconds();
-    end_list(rank, system, here);
-    rank.machine.slow_down(start);
-    here.tally.compute_s += rank.machine.compute_seconds() - start;
+    here.tally.compute_s += rank.machine.timed([&] { end_list(rank, system, here); });
     pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
   }
 }
@@ -160,6 +156,10 @@ void call_back(const Calculator& calculator, std::size_t system, const recording
     if (chosen.empty()) return;
   }
   const Call call{static_cast<int>(system), callback.number, begin, callback.where.empty() ? nullptr : &chosen};
+  ask_script(calculator, here, call);
+}
+
+void ask_script(const Calculator& calculator, Population& here, const Call& call) {
   here.in_callback = true;
   try {
     calculator.callback(call);

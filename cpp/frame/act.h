@@ -18,4 +18,7 @@ void sort_all(Rank& rank, const Script& script, Calculator& calculator);
 void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback,
                std::size_t begin);
 
+/// Calls the script's function, which meanwhile sees all that the list runs over.
+void ask_script(const Calculator& calculator, Population& here, const Call& call);
+
 }  // namespace motes::frame

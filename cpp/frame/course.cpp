@@ -113,10 +113,8 @@ const Piece* Course::run_to_meeting(Runner& runner, int substep) {
   while (runner.next_piece < runner.pieces.size()) {
     const Piece& piece = runner.pieces[runner.next_piece++];
     rank_.talk.work("act", [&] {
-      const double start = rank_.machine.compute_seconds();
-      run_piece(runner, piece, substep);
-      rank_.machine.slow_down(start);
-      calculator_.populations[runner.system]->tally.compute_s += rank_.machine.compute_seconds() - start;
+      calculator_.populations[runner.system]->tally.compute_s +=
+          rank_.machine.timed([&] { run_piece(runner, piece, substep); });
     });
     if (piece.meeting != nullptr) return &piece;
   }

@@ -58,10 +58,8 @@ class Following {
   template <class Work>
   void compute(const Work& work) {
     rank_.talk.work("follow", [&] {
-      const double start = rank_.machine.compute_seconds();
-      of_item(system_.list, meeting_.systems[0], meeting_.item, work);
-      rank_.machine.slow_down(start);
-      here_.tally.compute_s += rank_.machine.compute_seconds() - start;
+      here_.tally.compute_s +=
+          rank_.machine.timed([&] { of_item(system_.list, meeting_.systems[0], meeting_.item, work); });
     });
   }
 

@@ -27,6 +27,15 @@ class Machine {
     if (speed_ < 1) comm::spend((compute_seconds() - start) * (1 / speed_ - 1));
   }
 
+  /// Does some work as this machine does, and returns the compute seconds that it took.
+  template <class Work>
+  double timed(const Work& work) const {
+    const double start = compute_seconds();
+    work();
+    slow_down(start);
+    return compute_seconds() - start;
+  }
+
   /// Under a simulator, lets the time pass that this work takes on a machine of speed 1, where each computed particle
   /// stands for `scale` others. Elsewhere nothing happens.
   void charge(double nanoseconds) const { comm::execute(nanoseconds * costs_.messages.scale); }

@@ -109,10 +109,7 @@ class Swap {
   template <class Work>
   void compute(const Work& work) {
     rank_.talk.work("meeting", [&] {
-      const double start = rank_.machine.compute_seconds();
-      of_item(list(), meeting_.systems[0], meeting_.item, work);
-      rank_.machine.slow_down(start);
-      const double spent = rank_.machine.compute_seconds() - start;
+      const double spent = rank_.machine.timed([&] { of_item(list(), meeting_.systems[0], meeting_.item, work); });
       double all = 0;
       for (std::size_t side = 0; side < meeting_.count; ++side)
         all += static_cast<double>(population(side).store.size());
@@ -380,21 +377,13 @@ class Swap {
   std::vector<float> ask(const meetings::PairList& pairs) {
     std::vector<float> changes;
     if (pairs.size() == 0) return changes;
-    Population& here = population(0);
-    here.in_callback = true;
     const Call call{static_cast<int>(meeting_.systems[0]),
                     static_cast<int>(meeting_.action->numbers[1]),
                     0,
                     nullptr,
                     &pairs,
                     &changes};
-    try {
-      calculator_.callback(call);
-    } catch (...) {
-      here.in_callback = false;
-      throw;
-    }
-    here.in_callback = false;
+    ask_script(calculator_, population(0), call);
     return changes;
   }
 

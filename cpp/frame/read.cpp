@@ -74,11 +74,8 @@ void end_part(System& system) {
 void run_part(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
-  const double start = rank.machine.compute_seconds();
-  run_and_arrange(rank, script, calculator, index);
+  here.tally.compute_s += rank.machine.timed([&] { run_and_arrange(rank, script, calculator, index); });
   here.moved = true;
-  rank.machine.slow_down(start);
-  here.tally.compute_s += rank.machine.compute_seconds() - start;
   end_part(system);
 }
 

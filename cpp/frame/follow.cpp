@@ -71,11 +71,7 @@ class Following {
 
   Place place_of(std::size_t i) const {
     Place at;
-    for (int c = 0; c < 3; ++c) {
-      const float* plane = here_.store.plane(particles::position, c);
-      const auto k = static_cast<std::size_t>(c);
-      at[k] = plane != nullptr ? plane[i] : here_.store.uniform_value(particles::position)[k];
-    }
+    for (int c = 0; c < 3; ++c) at[static_cast<std::size_t>(c)] = here_.store.value(particles::position, c, i);
     return at;
   }
 

@@ -49,10 +49,7 @@ double outside(const domains::Box& box, const float (&x)[3]) {
 }
 
 void position_of(const Store& store, std::size_t i, float (&x)[3]) {
-  for (int c = 0; c < 3; ++c) {
-    const float* plane = store.plane(particles::position, c);
-    x[c] = plane != nullptr ? plane[i] : store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
-  }
+  for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
 }
 
 // Who left its domain since the last meeting, by owner.

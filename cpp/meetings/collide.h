@@ -105,9 +105,7 @@ struct Collision {
       const Floats count = to_floats(touching);
       const Mask sleeps = (touching > 1) & (dot(now, now) < law.sleep2);
       const Floats3 kept = only(~sleeps, now);
-      store_lanes(task.out[0] + i, kept.x, last - i);
-      store_lanes(task.out[1] + i, kept.y, last - i);
-      store_lanes(task.out[2] + i, kept.z, last - i);
+      store_lanes3(task.out, i, kept, last - i);
       store_lanes(task.out[3] + i, count, last - i);
       task.sight->pairs += sum_own(task.targets.cells, touching, i, last);
     }

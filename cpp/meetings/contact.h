@@ -210,8 +210,9 @@ struct Contact {
     MOTES_INLINE void finish(const Contact& law, const Task& task, const Around&, std::uint32_t i, std::uint32_t last) {
       compute(law, task);
       const Floats3 now = velocity + sum, turned = spin + turn;
-      const Floats values[] = {now.x, now.y, now.z, to_floats(touching), turned.x, turned.y, turned.z};
-      for (int c = 0; c < 7; ++c) store_lanes(task.out[c] + i, values[c], last - i);
+      store_lanes3(task.out, i, now, last - i);
+      store_lanes(task.out[3] + i, to_floats(touching), last - i);
+      store_lanes3(task.out + 4, i, turned, last - i);
       for (std::uint32_t k = i; k < last; ++k) {
         const std::uint32_t index = task.targets.cells.order[k];
         if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;

@@ -156,9 +156,7 @@ struct Fluid {
       const Floats3 by_push = push * (law.per_density / law.step);
       const Floats3 by_drag = drag * (law.per_density * law.step);
       const Floats3 now = velocity + only(mass > 0.0f, by_push + by_drag);
-      store_lanes(task.out[0] + i, now.x, last - i);
-      store_lanes(task.out[1] + i, now.y, last - i);
-      store_lanes(task.out[2] + i, now.z, last - i);
+      store_lanes3(task.out, i, now, last - i);
       task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };

@@ -25,9 +25,7 @@ struct Gravitation {
 
     MOTES_INLINE void finish(const Gravitation&, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
-      store_lanes(task.out[0] + i, sum.x, last - i);
-      store_lanes(task.out[1] + i, sum.y, last - i);
-      store_lanes(task.out[2] + i, sum.z, last - i);
+      store_lanes3(task.out, i, sum, last - i);
       task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };

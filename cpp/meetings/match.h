@@ -36,9 +36,7 @@ struct Matching {
                              std::uint32_t last) const {
       const Floats part = 1.0f / max(weight, all(1.0f));
       const Floats3 now = value + sum * part;
-      store_lanes(task.out[0] + i, now.x, last - i);
-      store_lanes(task.out[1] + i, now.y, last - i);
-      store_lanes(task.out[2] + i, now.z, last - i);
+      store_lanes3(task.out, i, now, last - i);
       task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };

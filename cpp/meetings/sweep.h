@@ -95,6 +95,13 @@ MOTES_INLINE void store_lanes(float* to, Floats v, std::uint32_t lanes) {
   for (std::uint32_t k = 0; k < lanes; ++k) to[k] = v[k];
 }
 
+/// The same of three planes.
+MOTES_INLINE void store_lanes3(float* const* to, std::uint32_t i, const Floats3& v, std::uint32_t lanes) {
+  store_lanes(to[0] + i, v.x, lanes);
+  store_lanes(to[1] + i, v.y, lanes);
+  store_lanes(to[2] + i, v.z, lanes);
+}
+
 /// Runs a law over the task's rows. A law has a type Sums, which is made for the targets from `first` on and has
 /// add(source) and finish(out, first, lanes).
 template <class Law>

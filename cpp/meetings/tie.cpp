@@ -234,9 +234,7 @@ std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
     const std::uint32_t row = bonds.row_of(store.ids()[i]);
     if (row == Bonds::kNone || bonds.pin(row) == Bonds::kNone) continue;
     for (int c = 0; c < 3; ++c) {
-      const float* plane = store.plane(particles::position, c);
-      pins[3 * bonds.pin(row) + static_cast<std::size_t>(c)] =
-          plane != nullptr ? plane[i] : store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
+      pins[3 * bonds.pin(row) + static_cast<std::size_t>(c)] = store.value(particles::position, c, i);
     }
   }
   return pins;
@@ -249,10 +247,7 @@ Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
     const std::uint32_t row = bonds.row_of(store.ids()[i]);
     if (row == Bonds::kNone) continue;
     float now[3];
-    for (int c = 0; c < 3; ++c) {
-      const float* plane = store.plane(particles::position, c);
-      now[c] = plane != nullptr ? plane[i] : store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
-    }
+    for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
     if (std::isnan(now[0] + now[1] + now[2])) continue;  // nobody sees it
     const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
     const float way2 = met ? distance2(now, knots.knots[row].place) : kInf;

@@ -33,7 +33,13 @@ class Store {
   /// The plane of a component (0..2) for reading, or null where the attribute is uniform.
   const float* plane(int attribute, int component) const;
 
-  /// The same for writing: allocates the planes of a uniform attribute first.
+  /// The value of one particle; loops over many take the plane.
+  float value(int attribute, int component, std::size_t i) const {
+    const Column& column = columns_[index(attribute)];
+    return column.planes ? column.planes[index(component) * capacity_ + i] : column.value[index(component)];
+  }
+
+  /// The plane for writing: allocates the planes of a uniform attribute first.
   float* writable_plane(int attribute, int component);
 
   /// Distance in floats between the planes of an attribute.
@@ -112,7 +118,7 @@ class Store {
     }
   };
 
-  static std::size_t index(int attribute) { return static_cast<std::size_t>(attribute); }
+  static std::size_t index(int number) { return static_cast<std::size_t>(number); }
   int width(int attribute) const { return (*schema_)[attribute].width; }
   void materialize(int attribute);
   std::vector<Plane> planes_and_rows() const;

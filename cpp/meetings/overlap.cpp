@@ -8,7 +8,7 @@ namespace motes::meetings {
 
 namespace {
 
-constexpr std::size_t kLooked = 4096;  // particles
+constexpr std::size_t kLooked = 1024;  // particles
 
 // Where a particle of the crowd is now.
 void place_of(const Crowd& crowd, std::size_t i, float (&x)[3]) {

@@ -16,7 +16,7 @@ struct Spheres {
 };
 
 /// The 99th percentile of the overlaps of pairs that touch, in parts of the sum of both radii; 0 where none touch. Of a
-/// few thousand particles of the first side, and all that they touch of the second, which may be the same.
+/// thousand particles of the first side, and all that they touch of the second, which may be the same.
 float overlap_99(const Spheres& first, const Spheres& second);
 
 }  // namespace motes::meetings

@@ -36,7 +36,7 @@ class Store {
   /// The value of one particle; loops over many take the plane.
   float value(int attribute, int component, std::size_t i) const {
     const Column& column = columns_[index(attribute)];
-    return column.planes ? column.planes[index(component) * capacity_ + i] : column.value[index(component)];
+    return column.planes ? column.planes.get()[index(component) * capacity_ + i] : column.value[index(component)];
   }
 
   /// The plane for writing: allocates the planes of a uniform attribute first.

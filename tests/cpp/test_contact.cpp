@@ -123,7 +123,7 @@ struct Kernels {
     std::vector<Touches> moved;
     for (const std::size_t i : order) moved.push_back(touches[i]);
     flock = test::taken(flock, order, flock.own);
-    touches = moved;
+    touches = std::move(moved);
   }
 
   void advance(Law law, std::uint32_t now, const test::MeetingBuild& build) {

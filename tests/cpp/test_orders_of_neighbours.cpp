@@ -100,7 +100,7 @@ frame::Settings settings(const Way& way) {
   settings.births = way.births;
   settings.combine = way.combine;
   settings.fan_out = way.fan_out;
-  auto policy = std::make_shared<balance::Diffusive>(0.01, 0.8, 2, false);
+  const auto policy = std::make_shared<balance::Diffusive>(0.01, 0.8, 2, false);
   policy->speeds.min_particles = 1;
   policy->over_all = way.over_all;
   if (way.balances) settings.policy = policy;
@@ -264,7 +264,7 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
   comm::simulate(simulation, [&](SimulatedRank& self) {
     frame::Settings of_rank = settings({});
     of_rank.speed = self.rank() < 8 ? 1 : 0.5;
-    auto policy = std::make_shared<balance::Diffusive>(0.002, 1, 1, false);
+    const auto policy = std::make_shared<balance::Diffusive>(0.002, 1, 1, false);
     policy->speeds.min_particles = 1;
     of_rank.policy = policy;
     frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(16),

@@ -42,7 +42,14 @@ world.say(f"done {sparks.count}")
 
 
 @pytest.mark.parametrize("where", ["end", "middle"])
-@pytest.mark.parametrize(("ranks", "roles"), [(2, "auto"), (3, "auto"), (3, "shared")])
+@pytest.mark.parametrize(
+    ("ranks", "roles"),
+    [
+        pytest.param(2, "auto", marks=pytest.mark.slow),
+        (3, "auto"),
+        pytest.param(3, "shared", marks=pytest.mark.slow),
+    ],
+)
 def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where):
     film = tmp_path / "a.mp4"
     # Closing syncs twice, the file and its directory: more than ten stall limits.

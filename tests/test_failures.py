@@ -149,7 +149,10 @@ def test_a_log_that_cannot_be_written():
     assert result.code == 1
 
 
-@pytest.mark.parametrize(("rank", "fan_out"), [(1, 8), (3, 8), (1, 1), (2, 1)])
+@pytest.mark.parametrize(
+    ("rank", "fan_out"),
+    [(1, 8), (2, 1), pytest.param(3, 8, marks=pytest.mark.slow), pytest.param(1, 1, marks=pytest.mark.slow)],
+)
 def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     stopped: list[int] = []
 

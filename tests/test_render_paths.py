@@ -163,7 +163,9 @@ with world:
 """
 
 
-@pytest.mark.parametrize("size", [2, 3, 5])
+@pytest.mark.parametrize(
+    "size", [pytest.param(2, marks=pytest.mark.slow), 3, pytest.param(5, marks=pytest.mark.slow)]
+)
 @pytest.mark.parametrize(
     ("blends", "layers", "drawn"),
     [

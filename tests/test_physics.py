@@ -281,6 +281,30 @@ def test_honey_flows_more_slowly_than_water():
     assert shear(0.1) < 0.8 * shear(0.01) < 0.8 * shear(0)
 
 
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        "s.contact(0)",
+        "s.contact(-1)",
+        "s.contact(math.nan)",
+        "s.contact(1, restitution=2)",
+        "s.contact(1, friction=-1)",
+        "s.contact(1, rolling_friction=math.inf)",
+        "s.contact(1, radius=0)",
+        "s.fluid(0, 1)",
+        "s.fluid(1e30, 1)",
+        "s.fluid(1, 0)",
+        "s.fluid(1, 1, viscosity=-1)",
+        "s.fluid(1, 1, cohesion=math.inf)",
+    ],
+)
+def test_wrong_grains_and_liquids_are_refused(wrong: str):
+    world = motes.World(progress="off")
+    s = world.system("s")
+    with world, pytest.raises(motes.ArgumentError):
+        eval(wrong, {"s": s, "math": math})
+
+
 @pytest.mark.parametrize("law", ["contact", "fluid", "collide"])
 def test_a_few_at_the_origin_and_at_one_place(law: str):
     start = {"position": [(0, 0, 0), (0.15, 0, 0), (0, 0, 0)]}

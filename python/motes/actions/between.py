@@ -274,7 +274,7 @@ class Fluid(Action):
     j, v_ij its velocity seen from here; W of Mueller et al. (2003), C of Akinci et al. (2013)
 
     Attributes:
-        radius: how far particles see each other, m.
+        radius: how far particles see each other, 1e-4 to 1e6 m.
         rest_density: of the liquid, kg/m^3.
         viscosity: kinematic, m^2/s: 1e-2 is honey; what is above radius^2 / (24 dt) has no effect, and
             radius^2 / (4000 dt) are always there, so that a liquid comes to rest.
@@ -294,14 +294,11 @@ class Fluid(Action):
         rest_density = arguments.number("rest_density", self.rest_density, low=0)
         if rest_density < LEAST_DENSITY:
             raise ArgumentError("rest_density", self.rest_density, f"at least {LEAST_DENSITY:g} kg/m^3")
-        radius = arguments.number("radius", self.radius, low=0)
-        if radius == 0:
-            raise ArgumentError("radius", self.radius, "above 0")
         self._set(
             "fluid",
             rest_density=rest_density,
             viscosity=arguments.number("viscosity", self.viscosity, low=0),
-            radius=radius,
+            radius=arguments.number("radius", self.radius, low=1e-4, high=1e6),
             cohesion=arguments.number("cohesion", self.cohesion),
         )
 

@@ -13,12 +13,13 @@ import textwrap
 from pathlib import Path
 
 from motes import actions
-from motes.actions import between, forces, motion, recorder, targets
+from motes.actions import between, forces, guides, motion, recorder, targets
 
 PAGE = Path(__file__).with_name("actions.md")
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
 FAMILIES = [
     ("What pulls, pushes and turns", forces),
+    ("What leads along fields and paths", guides),
     ("What leads to given values", targets),
     ("What collides, kills and moves", motion),
     ("Between particles", between),
@@ -62,6 +63,8 @@ REASONS = {
     "explosion": "an exponential, a square root and a division",
     "vortex": "a logarithm and an exponential, a square root and divisions",
     "avoid": "where the path meets the shape: a square root, divisions and, for those that do, more of them",
+    "field": "eight nodes around each particle, three numbers each, from anywhere in the table",
+    "follow_path": "each of the path's segments, here 16, twice",
     "curl_noise": "eight corners of a lattice cell, three gradients each",
     "orbit_point orbit_line": "a square root and a division for each particle",
     "color_over_life size_over_life alpha_over_life": "a division, two numbers of a table for each component",

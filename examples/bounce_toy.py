@@ -35,12 +35,12 @@ solids = [motes.Solid(floor, (0.025, 0.025, 0.03)), *(motes.Solid(*part) for par
 camera = motes.Camera((3.5, 7.0, 17), (0, 4.25, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.006, 0.006, 0.009), objects=solids)
 # Two sub-steps: after a fall of nine metres sand would otherwise fly half a metre in each.
-world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
+world = motes.World(**args.world, substeps=2, renderer=renderer)
 
 streams = []  # side by side, in the colours of the rainbow
 for i in range(args.systems):
     part = (i + 0.5) / args.systems
-    sand = world.system(f"sand {i}", capacity=args.particles, sprite=motes.Sprite(pixels=2))
+    sand = world.system(f"sand {i}", capacity=args.particles, sprite=motes.Sprite(height=0.0037))
     sand.configure(color=colorsys.hsv_to_rgb(0.9 * part, 0.88, 1), alpha=0.2)
     sand.configure(velocity=Sphere((0, -4, 0), 0.25), lifetime=motes.Uniform(2.2, 3.5))
     streams.append((sand, Disc((9 * part - 4.5, 10.6, 0), (0, 1, 0), 0.22)))

@@ -22,16 +22,7 @@ renderer = motes.Renderer(
     objects=[floor, motes.Solid(pillar, (0.45, 0.3, 0.18))],
     sun=(-0.4, 0.8, 0.5),
 )
-world = motes.World(
-    seed=args.seed,
-    axis=args.axis,
-    space=args.space,
-    balancer=args.balancer,
-    substeps=16,
-    dt=1 / 48,
-    renderer=renderer,
-    log=args.log,
-)
+world = motes.World(**args.world, substeps=16, dt=1 / 48, renderer=renderer)
 water = world.system("water", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
 counts = [max(1, round(side / spacing)) for side in (0.6, deep, wide)]

@@ -26,11 +26,11 @@ houses = dice.uniform((-230, 3, 6), (220, 15, 15), (64, 3)).round(2)  # left edg
 solids = [motes.Solid(Box((x, -h, -40), (x + w, h, -30)), (0, 0, 0)) for x, h, w in houses]
 camera = motes.Camera((0, 9, 290), (0, 45, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.003, 0.005, 0.014), objects=solids)
-world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
+world = motes.World(**args.world, renderer=renderer)
 
-lamps = world.system("lamps", sprite=motes.Sprite(pixels=3))
+lamps = world.system("lamps", sprite=motes.Sprite(height=0.0056))
 lamps.configure(color=(1, 0.5, 0.2), alpha=motes.Uniform(0, 1))
-crackle = world.system("crackle", sprite=motes.Sprite(pixels=3))
+crackle = world.system("crackle", sprite=motes.Sprite(height=0.0056))
 crackle.configure(velocity=Sphere((0, 0, 0), 9), lifetime=motes.Uniform(0.04, 0.3), color=(1, 0.9, 0.7))
 
 # A rocket leaves a trail of sparks and bursts into stars. These live for a moment, to emit the sparks we see.
@@ -42,7 +42,7 @@ for i in range(2 * args.systems):
     rocket.configure(alpha=0)
     star = world.system(f"star {i}")
     star.configure(alpha=0, velocity=leave, lifetime=0.01)
-    spark = world.system(f"spark {i}", sprite=motes.Sprite("point"), attributes={"drag": 1})
+    spark = world.system(f"spark {i}", sprite=motes.Sprite(height=0.0019), attributes={"drag": 1})
     spark.configure(color=color, velocity=Sphere((0, 0, 0), 0.8), drag=motes.Uniform(0.9, 3))
     spark.configure(lifetime=motes.Uniform(0.3 * life, life))
     fleet.append((i // 2, mirrored, rocket, star, spark, stars))

@@ -17,7 +17,7 @@ renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.24, 0.4, 0.62), objects=solids, sun=(0.5, 0.7, 0.6)
 )
 # Ties pull once per sub-step: the more sub-steps, the stiffer the cloth.
-world = motes.World(seed=args.seed, space=args.space, substeps=30, renderer=renderer, log=args.log)
+world = motes.World(**args.world, substeps=30, renderer=renderer)
 flag = world.system("flag", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
 stripe = height / 3

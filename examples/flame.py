@@ -27,7 +27,7 @@ dark = (0.002, 0.003, 0.007)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=dark, objects=solids, sun=(0, 0, 0), bloom=0.1
 )
-world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
+world = motes.World(**args.world, substeps=2, renderer=renderer)
 
 # The colours of a flame over its life, as part of the lifetime: blue at the foot, white, orange, red, dark.
 burning = [
@@ -42,10 +42,13 @@ ember = [(0, (1, 0.8, 0.4)), (0.6, (1, 0.4, 0.08)), (1, (0.6, 0.05, 0))]
 
 flames = []
 for i in range(args.systems):
-    fire = world.system(f"fire {i}", capacity=args.particles, sprite=motes.Sprite(pixels=4 + 2 * (i % 4)))
+    fire = world.system(
+        f"fire {i}", capacity=args.particles, sprite=motes.Sprite(height=0.0074 + 0.0037 * (i % 4))
+    )
     fire.configure(lifetime=motes.Uniform(0.2, 0.9), velocity=Sphere((0, 0.5, 0), 0.1))
     flames.append(fire)
-sparks = world.system("sparks", capacity=4000, sprite=motes.Sprite(pixels=3))
+wind = world.control("wind", 0.0, low=-4, high=4, step=0.1)  # m/s; `motes live` has a slider for it
+sparks = world.system("sparks", capacity=4000, sprite=motes.Sprite(height=0.0056))
 sparks.configure(lifetime=motes.Uniform(0.8, 3), velocity=Sphere((0, 2.2, 0), 1.1))
 
 with world, motes.Movie(f"{args.out}/flame.mp4") as movie:
@@ -60,11 +63,12 @@ with world, motes.Movie(f"{args.out}/flame.mp4") as movie:
             fire.gravity((0, 3.6, 0))  # upwards: hot gas rises
             fire.orbit_line((0, 0, 0), axis=(0, 1, 0), magnitude=3.2, epsilon=0.35)  # drawn to the middle
             fire.curl_noise(12, scale=0.5, octaves=2, speed=1.2)
-            fire.wind((0, 1.5, 0), drag=2.5)
+            fire.wind((wind.value, 1.5, 0), drag=2.5)
 
         sparks.source(Disc((0, 0.3, 0), (0, 1, 0), 0.35), rate=90, jitter=True)
         sparks.gravity((0, 0.5, 0))
         sparks.curl_noise(6, scale=0.5, octaves=2, speed=1)
+        sparks.wind((wind.value, 0, 0), drag=abs(wind.value) / 4)
         sparks.color_over_life(ember)
 
         for system in (*flames, sparks):

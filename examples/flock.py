@@ -33,14 +33,7 @@ camera = motes.Camera((0, 2.5, 48), (0, 11, 0), fov_deg=39)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.6, 0.27, 0.16), objects=solids, sun=(0.3, 0.12, -1)
 )
-world = motes.World(
-    seed=args.seed,
-    axis=args.axis,
-    space=args.space,
-    balancer=args.balancer,
-    renderer=renderer,
-    log=args.log,
-)
+world = motes.World(**args.world, renderer=renderer)
 
 birds = world.system("birds", sprite=motes.Sprite("image", pixels=None, blend="alpha", image=bird()))
 birds.configure(velocity=Sphere((2, 0, 7), 2), size=motes.Uniform(0.6, 0.75), color=(0.02, 0.018, 0.025))

@@ -32,18 +32,11 @@ solids = [motes.Solid(pool, (0.01, 0.018, 0.026))]
 solids += [motes.Solid(ball, (0.09, 0.085, 0.08)) for ball in balls]
 camera = motes.Camera((-14.5, 1.5, 18.5), (-1.9, 4.2, 0), fov_deg=35)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.002, 0.003, 0.008), objects=solids)
-world = motes.World(
-    seed=args.seed,
-    axis=args.axis,
-    space=args.space,
-    balancer=args.balancer,
-    renderer=renderer,
-    log=args.log,
-)
+world = motes.World(**args.world, renderer=renderer)
 
 fountains = []
 for part, ball, nozzle in zip(parts, balls, nozzles, strict=True):
-    water = world.system(f"at {part:.3f}", capacity=args.particles, sprite=motes.Sprite("disc", pixels=4))
+    water = world.system(f"at {part:.3f}", capacity=args.particles, sprite=motes.Sprite(height=0.0056))
     water.configure(color=colorsys.hsv_to_rgb(0.47 + 0.55 * part, 0.7, 1), alpha=motes.Normal(0.01, 0.02))
     fountains.append((water, ball, nozzle))
 

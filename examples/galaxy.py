@@ -40,7 +40,7 @@ position, velocity, color = (np.concatenate(parts) for parts in zip(*pair, stric
 
 camera = motes.Camera((0, 2.2, 8), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.0012, 0.003), bloom=0.2)
-world = motes.World(seed=args.seed, space=args.space, dt=1 / 64, renderer=renderer, log=args.log)
+world = motes.World(**args.world, dt=1 / 64, renderer=renderer)
 stars = world.system("stars", sprite=motes.Sprite(height=0.006))
 stars.configure(alpha=min(0.5, 8000 / args.particles))
 

@@ -25,15 +25,7 @@ solids += [motes.Solid(masonry(), (0.14, 0.15, 0.17)), motes.Solid(pipe, (0.03, 
 camera = motes.Camera((1.5, 1.75, 3.3), (-0.62, 0.66, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.2, 0.26, 0.32), objects=solids)
 # Grains that lie on each other are as stiff as they meet often: 20 times per frame.
-world = motes.World(
-    seed=args.seed,
-    axis=args.axis,
-    space=args.space,
-    balancer=args.balancer,
-    substeps=20,
-    renderer=renderer,
-    log=args.log,
-)
+world = motes.World(**args.world, substeps=20, renderer=renderer)
 grains = world.system("grains", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
 
 # Newborn grains must not overlap, or they would fly apart: each frame emits one layer of them, on a grid.

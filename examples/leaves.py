@@ -37,7 +37,7 @@ renderer = motes.Renderer(
     exposure=1.1,
     shutter=0.4,
 )
-world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
+world = motes.World(**args.world, renderer=renderer)
 
 picture = leaf()
 tones = [(0.75, 0.06, 0.02), (0.85, 0.24, 0.02), (0.9, 0.45, 0.03), (0.65, 0.13, 0.02), (0.8, 0.6, 0.08)]

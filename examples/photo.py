@@ -67,8 +67,8 @@ color = image[row, col].round(3)
 
 camera = motes.Camera((0, 0.5, 13.4), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.001, 0.004))
-world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
-grains = world.system("grains", sprite=motes.Sprite(pixels=4))
+world = motes.World(**args.world, renderer=renderer)
+grains = world.system("grains", sprite=motes.Sprite(height=0.0074))
 grains.configure(alpha=min(1, 140_000 / (high * wide)))  # as bright with few particles as with many
 
 # The film in frames: it rests, bursts, turns back, and rests again.

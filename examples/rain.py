@@ -32,7 +32,7 @@ renderer = motes.Renderer(
     shutter=0.5,  # a drop falls 19 cm while the shutter is open: a streak
     bloom=0.12,
 )
-world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
+world = motes.World(**args.world, renderer=renderer)
 
 # Drops shine where the lamp reaches them: the nearer the lamp, the brighter.
 top, fall = 4.6, 9.0  # m, m/s

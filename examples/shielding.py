@@ -37,8 +37,9 @@ position, velocity, left, state, hits = map(column, ("position", "velocity", *ow
 beams = []
 for i in range(args.systems):
     name, path, color = kinds[i % 2]
-    photons = world.system(f"{name} {i}", capacity=args.particles, attributes=own)
-    photons.configure(velocity=(speed, 0, 0), color=color, alpha=0.1, size=0.007)
+    dot = motes.Sprite(height=0.0093)
+    photons = world.system(f"{name} {i}", capacity=args.particles, sprite=dot, attributes=own)
+    photons.configure(velocity=(speed, 0, 0), color=color, alpha=0.1)
     beams.append((photons, path))
 
 with world, motes.Movie(f"{args.out}/shielding.mp4") as movie:

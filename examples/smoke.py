@@ -17,7 +17,7 @@ solids = [motes.Solid(ground, (0.12, 0.11, 0.10)), motes.Solid(ball, (0.35, 0.35
 solids += [motes.Solid(pot, (0.16, 0.10, 0.07)) for pot in pots]
 camera = motes.Camera((0, 1.3, 6.2), (0, 1.72, 0), fov_deg=33)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.30, 0.36, 0.44), objects=solids)
-world = motes.World(seed=args.seed, space=args.space, renderer=renderer, log=args.log)
+world = motes.World(**args.world, renderer=renderer)
 
 plumes = []
 for i in range(args.systems):

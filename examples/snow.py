@@ -35,14 +35,7 @@ solids += [motes.Solid(shape, color=(1, 0.4, 0.1), light=2.6) for shape in panes
 
 camera = motes.Camera((7, 2.6, 17), (0.6, 3.1, 0), fov_deg=36)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.028, 0.045, 0.095), objects=solids)
-world = motes.World(
-    seed=args.seed,
-    axis=args.axis,
-    space=args.space,
-    balancer=args.balancer,
-    renderer=renderer,
-    log=args.log,
-)
+world = motes.World(**args.world, renderer=renderer)
 
 # A flake falls through the air in life - rest seconds, and then lies on the ground.
 top, fall, rest = 12.0, 1.3, 3.0  # m, m/s, s
@@ -57,8 +50,8 @@ back, depth = -26, 40
 layers = []
 for i in range(args.systems):
     near = (i + 0.5) / args.systems
-    pixels, alpha = (5, motes.Normal(0, 0.015)) if near < 0.3 else (3, motes.Normal(-0.12, 0.16))
-    sprite = motes.Sprite(pixels=pixels + int(6 * near**4))
+    wide, alpha = (0.007, motes.Normal(0, 0.015)) if near < 0.3 else (0.0042, motes.Normal(-0.12, 0.16))
+    sprite = motes.Sprite(height=wide + 0.0083 * near**4)
     snow = world.system(f"snow {i}", capacity=args.particles, sprite=sprite)
     snow.configure(color=(0.7, 0.82, 1), alpha=alpha)
     snow.configure(velocity=Box((-0.3, -fall - 0.1, -0.3), (0.4, -fall + 0.1, 0.3)))

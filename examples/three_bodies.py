@@ -28,7 +28,7 @@ early = 1.25 * fast**2 / (24 * substeps) / 2
 
 camera = motes.Camera((0, 0, 9), (0, 0, 0), fov_deg=38)
 renderer = motes.Renderer(*args.size, camera=camera, background=(0.001, 0.0013, 0.003), bloom=0.15)
-world = motes.World(seed=args.seed, space=args.space, substeps=substeps, renderer=renderer, log=args.log)
+world = motes.World(**args.world, substeps=substeps, renderer=renderer)
 
 triples = []  # each is a system of its own: it sees only itself
 for i in range(args.systems):

@@ -24,15 +24,15 @@ camera = motes.Camera((3, 1.7, 27), (1.5, 8, 0), fov_deg=44)
 renderer = motes.Renderer(
     *args.size, camera=camera, background=(0.035, 0.05, 0.075), exposure=0.5, objects=solids
 )
-world = motes.World(seed=args.seed, space=args.space, substeps=2, renderer=renderer, log=args.log)
+world = motes.World(**args.world, substeps=2, renderer=renderer)
 
-cloud = world.system("cloud", sprite=motes.Sprite(pixels=15))
+cloud = world.system("cloud", sprite=motes.Sprite(height=0.028))
 cloud.configure(alpha=0.018)
-debris = world.system("debris", sprite=motes.Sprite(pixels=3))
+debris = world.system("debris", sprite=motes.Sprite(height=0.0056))
 debris.configure(mass=motes.Uniform(0.8, 3), lifetime=motes.Uniform(3, 6), color=(0.3, 0.2, 0.1))
 dust = []
 for i in range(args.systems):
-    grains = world.system(f"dust {i}", sprite=motes.Sprite(pixels=2 + i % 4))
+    grains = world.system(f"dust {i}", sprite=motes.Sprite(height=0.0037 + 0.0019 * (i % 4)))
     grains.configure(mass=motes.Uniform(0.8, 1.7), lifetime=motes.Uniform(2, 5))
     dust.append(grains)
 

@@ -94,6 +94,13 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     return folder
 
 
+@pytest.fixture
+def children_import_tests(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let processes that a test starts import modules of this folder."""
+    path = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, path)))
+
+
 @pytest.fixture(scope="session")
 def cpp_units() -> Path:
     """Build the C++ unit tests."""
@@ -121,6 +128,12 @@ def simulated_replay() -> Path:
 def abandoned_waits() -> Path:
     """Build the program that gives up waits of a real MPI."""
     return _build("abandoned_waits") / "tests" / "cpp" / "abandoned_waits"
+
+
+@pytest.fixture(scope="session")
+def losing_program() -> Path:
+    """Build the program whose ranks are killed while others wait for them."""
+    return _build("losses") / "tests" / "cpp" / "losses"
 
 
 @pytest.fixture(scope="session")

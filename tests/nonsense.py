@@ -159,6 +159,16 @@ NONSENSE: list[Any] = [
         motes.column("heat") / 0,
         motes.column("velocity") / motes.column("velocity"),
     ),
+    *(
+        motes.Curve([(0, 1)]),
+        motes.Curve([(0, (0, 1, 0)), (0.01, (2, 0, 0))]),
+        motes.Curve([(0, -1), (0, 1e30)]),
+    ),
+    *(
+        motes.time(),
+        motes.expressions.noise(motes.column("position")),
+        np.sin(motes.column("age")) ** motes.time(),
+    ),
     *([(0, 1)], [(0, (1, 1, 1))], [(1, 1), (0, 1)], [(NAN, 1)], [(0, 1), (0, 2)], {"heat": 0}, {"x y": 1}),
 ]
 
@@ -175,6 +185,8 @@ SENSE: dict[str, list[Any]] = {
     ],
     "ArrayLike": [(0, 1, 0), (1, 2, 3), (0.5, 0, 0)],
     "float": [0.5, 1, 2.5],
+    "Vector": [(0, 1, 0), (1, 2, 3), (0.5, 0, 0), motes.Curve([(0, (0, 0, 0)), (0.1, (1, 2, 3))])],
+    "Number": [0.5, 1, 2.5, motes.Curve([(0, 0.5), (0.1, 2)])],
     "int": [1, 3, 8],
     "bool": [True, False],
     "str": ["x", "age", "velocity", "disc", "death"],
@@ -236,7 +248,13 @@ def constructors() -> list[Callable[..., Any]]:
         names = [name for name in OPERATORS if hasattr(one, name)]
         made += [getattr(one, name) for name in names] + methods(one)
     nowhere = motes.Frame(0, 0.0, None)  # a frame that another rank holds: checks, and writes nothing
-    return [*made, motes.World(seed=1, progress="off").system, nowhere.save, motes.Movie("x.mp4").write]
+    return [
+        *made,
+        motes.World(seed=1, progress="off").system,
+        nowhere.save,
+        motes.Movie("x.mp4").write,
+        motes.Export("x").write,
+    ]
 
 
 def shown(places: list[Any], named: dict[str, Any]) -> str:

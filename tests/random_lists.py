@@ -11,6 +11,7 @@ import re
 from functools import cache
 from typing import Any
 
+import numpy as np
 from hypothesis import strategies as st
 
 from motes import actions, balance
@@ -26,6 +27,7 @@ HEADER = """\
 import numpy as np
 import motes
 from motes import Normal, Uniform, column, maximum, minimum
+from motes import expressions as ex
 from motes.actions import *
 from motes.shapes import *
 
@@ -117,6 +119,23 @@ def column(name: str) -> str:
     return f'column("{name}")'
 
 
+ONE = (
+    *(
+        "abs({})",
+        "(-{})",
+        "{}.floor()",
+        "abs({}).sqrt()",
+        "np.sin({})",
+        "np.cos({})",
+        "np.exp({})",
+        "np.log({})",
+    ),
+    *("ex.sign({})", "({} * motes.time())", "({} + ex.noise(column('position'), motes.time(), octaves=2))"),
+    *("({} * ex.dot(column('velocity'), ex.cross(column('up'), ex.normalize(column('position')))))",),
+)
+THREE = ("mix", "smoothstep", "clamp")
+
+
 @cache
 def expressions(leaves: Text) -> Text:
     """Draw an expression of columns and numbers."""
@@ -124,10 +143,18 @@ def expressions(leaves: Text) -> Text:
 
     def larger(parts: Text) -> Text:
         other = parts | constant
-        two = st.tuples(parts, st.sampled_from("+-*/"), other).map(lambda p: f"({p[0]} {p[1]} {p[2]})")
-        chosen = st.tuples(st.sampled_from(["minimum", "maximum"]), parts, other)
-        one = st.tuples(parts, st.sampled_from(["abs({})", "(-{})", "{}.floor()", "abs({}).sqrt()"]))
-        return two | chosen.map(lambda p: f"{p[0]}({p[1]}, {p[2]})") | one.map(lambda p: p[1].format(p[0]))
+        two = st.tuples(parts, st.sampled_from(["+", "-", "*", "/", "%", "**"]), other).map(
+            lambda p: f"({p[0]} {p[1]} {p[2]})"
+        )
+        chosen = st.tuples(st.sampled_from(["minimum", "maximum", "ex.atan2", "ex.step"]), parts, other)
+        one = st.tuples(parts, st.sampled_from(ONE))
+        three = st.tuples(st.sampled_from(THREE), parts, other, other)
+        return (
+            two
+            | chosen.map(lambda p: f"{p[0]}({p[1]}, {p[2]})")
+            | one.map(lambda p: p[1].format(p[0]))
+            | three.map(lambda p: f"ex.{p[0]}({p[1]}, {p[2]}, {p[3]})")
+        )
 
     return st.recursive(leaves, larger, max_leaves=4)
 
@@ -167,6 +194,14 @@ NAMED: dict[str, st.SearchStrategy[Any]] = {
     "magnitude": numbers(-4, 4),
     "min_speed": numbers(0, 2),
     "max_speed": numbers(2, 20),
+    "grid": st.tuples(*[st.integers(1, 4)] * 3).map(
+        lambda n: f"np.sin(np.arange({np.prod(n) * 3.0})).reshape({n} + (3,))"
+    ),
+    "low": triples(-3, -0.5),
+    "high": triples(0.5, 3),
+    "drag": numbers(0, 3),
+    "points": st.lists(triples(-2, 2), min_size=2, max_size=6).filter(lambda p: p[0] != p[1]).map(str),
+    "look_ahead": numbers(0.125, 2),
 }
 
 
@@ -200,6 +235,7 @@ TYPED: dict[str, st.SearchStrategy[Any]] = {
     "int": st.integers(1, 3),
     "bool": st.booleans(),
     "ArrayLike": triples(-2, 2),
+    "float | None": numbers(0, 3),
 }
 KINDS: dict[str, type[actions.Action]] = {
     name: kind
@@ -213,6 +249,7 @@ KINDS: dict[str, type[actions.Action]] = {
 @cache
 def field(kind: str, name: str, annotation: str) -> st.SearchStrategy[Any]:
     """Draw what a field of an action takes."""
+    annotation = annotation.replace("Vector", "ArrayLike").replace("Number", "float")
     if kind in between.__all__ and name in BETWEEN:
         return BETWEEN[name]
     if name == "ramp":
@@ -329,11 +366,18 @@ def emitted(draw: st.DrawFn) -> str:
 @cache
 def births() -> Text:
     """Draw a call that emits particles, or sets how they are born."""
-    source = st.tuples(shapes(), numbers(0, 1500), st.booleans())
+    rate = numbers(0, 1500) | st.tuples(numbers(0, 1500), st.sampled_from(["linear", "smooth", "hold"])).map(
+        lambda p: f"motes.Curve([(0, 100), (0.1, {p[0]})], {p[1]!r})"
+    )
+    source = st.tuples(shapes(), rate, st.booleans())
+    moving = st.tuples(triples(-2, 2), triples(-2, 2), numbers(0, 1500), st.booleans())
     burst = st.tuples(shapes(), st.integers(0, 30) | st.integers(500, 1100))
     return st.one_of(
         configured(),
         source.map(lambda p: f"@.source({p[0]}, rate={p[1]}, jitter={p[2]})"),
+        moving.map(
+            lambda p: f"@.source(Sphere({p[0]}, 1), {p[2]}, {p[3]}, moving_from=Sphere({p[1]}, 0.5, 0.25))"
+        ),
         burst.map(lambda p: f"@.burst({p[0]}, count={p[1]})"),
         triples(-2, 2).map(lambda p: f"@.vertex({p})"),
         emitted(),
@@ -344,7 +388,7 @@ def births() -> Text:
 @st.composite
 def spawns(draw: st.DrawFn) -> str:
     """Draw a call of `spawn`."""
-    into, on = draw(st.sampled_from("ab")), draw(st.sampled_from(["birth", "death", "collision"]))
+    into, on = draw(st.sampled_from("ab")), draw(st.sampled_from(["birth", "death", "collision", "frame"]))
     arguments = f"into={into}, on={on!r}, count={draw(st.integers(1, 3))}"
     part, where = draw(st.sampled_from([0, 0.5])), draw(st.just("None") | conditions())
     return f"@.spawn({arguments}, inherit_velocity={part}, where={where})"

@@ -221,7 +221,10 @@ def last_times(log: Path) -> list[float]:
     return [count / speed for count, speed in zip(counts, speeds, strict=True)]
 
 
-@pytest.mark.parametrize(("ranks", "middle"), [(4, [0, 1]), (5, [1]), (7, [2])])
+@pytest.mark.parametrize(
+    ("ranks", "middle"),
+    [(4, [0, 1]), pytest.param(5, [1], marks=pytest.mark.slow), pytest.param(7, [2], marks=pytest.mark.slow)],
+)
 def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tmp_path):
     mpirun(ranks, MIDDLE, "None", tmp_path / "static", 3)
     counts = last_counts(tmp_path / "static")

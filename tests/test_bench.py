@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from motes import _core
+from motes import _core, launch
 from motes.bench import overhead
 from motes.cli import main
 
@@ -45,6 +45,13 @@ def test_every_action_has_its_cost(capsys):
     gravity, restore = found["actions"]["gravity"], found["actions"]["restore"]
     assert (gravity["bytes_loaded"], gravity["bytes_stored"]) == (12, 12)
     assert (restore["bytes_loaded"], restore["bytes_stored"]) == (72, 48)
+
+
+def test_a_mesh_has_its_cost_beside_a_sphere(capsys):
+    found = figures(capsys, "meshes", "--particles", "20000", "--repeats", "2")
+    assert found["triangles"] == 72 * 71 * 2 and found["grid_bytes"] == 4 * 101**3
+    assert found["away_ns"] < found["spread_ns"] and found["sphere_ns"] < found["near_ns"]
+    assert found["build_s"] > 0 and found["spread_by_sphere"] > 1
 
 
 def test_every_meeting_has_its_cost(capsys):
@@ -191,3 +198,45 @@ def test_sums_are_measured_beside_reading(capsys):
     for kind in ("read", "total", "energy", "total_where", "histogram", "weighted_histogram", "tally"):
         assert found[f"{kind}_ns"] > 0
     assert found["weighted_tally_ns"] > 0 and found["total_by_read"] > 1
+
+
+def test_a_viewers_wait_is_measured(capsys):
+    pytest.importorskip("websockets")
+    pytest.importorskip("simplejpeg")
+    found = figures(capsys, "live", "--particles", "500", "--size", "160x90", "--orders", "8")
+    assert found["orders"] == 8 and found["ranks"] == 2
+    assert 0 < found["order_to_picture_ms"] <= found["order_to_picture_p95_ms"]
+    assert found["paused_order_to_picture_ms"] > 0 and found["frames_per_s"] >= found["pictures_per_s"] * 0.5
+
+
+def test_checkpoints_are_measured_beside_frames(capsys):
+    sizes = ("--particles", "500", "--systems", "2", "--every", "3", "--repeats", "2")
+    found = figures(capsys, "checkpoint", *sizes)
+    assert found["particles"] == 1000 and found["every"] == 3
+    assert found["wait_ms"] > 0 and found["write_ms"] > 0 and found["frame_ms"] > 0
+    assert found["percent_of_frames"] <= found["percent_with_writing"]
+
+
+@pytest.mark.skipif(launch.cannot_survive() is not None, reason=str(launch.cannot_survive()))
+def test_losses_are_measured_beside_frames(capsys):
+    found = figures(
+        capsys, "recovery", "--particles", "500", "--systems", "2", "--repeats", "1", "--ranks", "3"
+    )
+    assert found["particles"] == 1000 and found["ranks"] == 3 and found["every"] == 12
+    assert found["frame_ms"] > 0 and found["recovery_ms"] > 0
+
+
+def test_exports_are_measured_beside_a_plain_write(capsys):
+    found = figures(capsys, "export", "--particles", "3000", "--repeats", "2")
+    assert found["particles"] > 1500 and found["copy_ms"] > 0
+    rows = {row["format"]: row for row in found["rows"]}
+    assert {"npz", "vtp"} <= set(rows) and set(rows) ^ set(found["not_installed"]) <= {
+        "npz",
+        "vtp",
+        "usdc",
+        "usd-core",
+    }
+    assert 60 < rows["npz"]["megabytes"] < rows["vtp"]["megabytes"] < 80, (
+        "64 bytes per particle, and vertices"
+    )
+    assert all(row["ms"] > 0 and row["by_plain"] > 0 for row in rows.values())

@@ -13,16 +13,16 @@ pytest.importorskip("av")
 SCENE = """
 import sys, time
 import motes
-from motes import movie as movie_module
+from motes._io import files
 
 seconds, roles, where = float(sys.argv[1]), sys.argv[2], sys.argv[3]
-sync = movie_module.files._sync
+sync = files.sync
 
 def slow(path):
     time.sleep(seconds)
     sync(path)
 
-movie_module.files._sync = slow
+files.sync = slow
 renderer = motes.Renderer(64, 48, camera=motes.Camera((0, 1, 8), (0, 1, 0)))
 world = motes.World(seed=1, space=(-1, 1), roles=roles, renderer=renderer, progress="off")
 sparks = world.system("sparks")
@@ -34,14 +34,17 @@ with world, motes.Movie(sys.argv[4]) as movie:
         if frame == 1 and where == "middle":
             movie.close()
             movie = motes.Movie(sys.argv[4] + ".mp4")
-            movie_module.files._sync = sync
+            files.sync = sync
+        if frame == 2 and where == "secured":
+            movie._secure()
+            files.sync = sync
     if where == "stuck" and world.rank == 0:
         time.sleep(60)
 world.say(f"done {sparks.count}")
 """
 
 
-@pytest.mark.parametrize("where", ["end", "middle"])
+@pytest.mark.parametrize("where", ["end", pytest.param("middle", marks=pytest.mark.slow)])
 @pytest.mark.parametrize(
     ("ranks", "roles"),
     [
@@ -52,8 +55,8 @@ world.say(f"done {sparks.count}")
 )
 def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where):
     film = tmp_path / "a.mp4"
-    # Closing syncs twice, the file and its directory: more than ten stall limits.
-    result = mpirun(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "0.25"})
+    # Closing syncs twice, the file and its directory: longer than the limit.
+    result = mpirun(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "2"})
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]
     assert film.stat().st_size > 0
@@ -62,10 +65,19 @@ def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where
     ]
 
 
+@pytest.mark.slow
+def test_securing_a_movie_does_not_count_as_a_stall(tmp_path):
+    film = tmp_path / "a.mp4"
+    result = mpirun(3, SCENE, 3.0, "auto", "secured", film, timeout=60, env={"MOTES_STALL_S": "0.25"})
+    assert result.code == 0, result.text
+    assert result.out.splitlines() == ["done 4"]
+    assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks wait", result.err) == [
+        "securing a.mp4"
+    ]
+
+
 def test_a_rank_that_is_stuck_is_not_waited_for(tmp_path):
-    result = mpirun(
-        3, SCENE, 0, "auto", "stuck", tmp_path / "a.mp4", timeout=50, env={"MOTES_STALL_S": "0.3"}
-    )
+    result = mpirun(3, SCENE, 0, "auto", "stuck", tmp_path / "a.mp4", timeout=50, env={"MOTES_STALL_S": "3"})
     assert result.code == 1, result.text
     (report,) = said(result.err, "*** motes: ")
     assert re.search(r"waited \d+ s for rank \d", report), result.text

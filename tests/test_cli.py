@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import importlib
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -61,8 +62,25 @@ def test_each_command_is_a_module_that_explains_itself(name, capsys):
     assert callable(module.run)
     assert exit_code(name, "--help") == 0
     said = capsys.readouterr().out
-    assert f"python -m motes {name}" in said
+    _explains_itself(said, name)
     assert module.__doc__.split("\n")[0] in said
+
+
+@pytest.mark.parametrize("name", ["bench", "cluster"])
+def test_each_command_of_a_command_explains_itself(name, capsys):
+    parser = Parser()
+    importlib.import_module(f"motes.cli.{name}").configure(parser)
+    inner = [action for action in parser._actions if action.choices and action.required]
+    for command in inner[0].choices:
+        assert exit_code(name, command, "--help") == 0
+        _explains_itself(capsys.readouterr().out, f"{name} {command}")
+
+
+def _explains_itself(said: str, name: str) -> None:
+    """A sentence behind the usage, and an example that stands by itself."""
+    about = said.partition("\n\n")[2]
+    assert re.match(r"[A-Z][^\n]*(\n[^\n]+)*[.:]\n", about), said
+    assert re.search(rf"^  (python -m )?motes {name}\b", about, re.MULTILINE), said
 
 
 def test_the_commands_are_listed(capsys):
@@ -88,8 +106,11 @@ def test_the_commands_are_listed(capsys):
         ("bench snow --steps x", "must be a whole number from 1 on, got 'x'"),
         ("run x.py", "required: -n"),
         ("run -n x y.py", "invalid int value: 'x'"),
-        ("doctor --jsn", "unrecognized arguments: --jsn"),
-        ("watch --wiat 3 run", "unrecognized arguments: --wiat"),
+        ("doctor --jsn", "unrecognized arguments: --jsn; did you mean '--json'?"),
+        ("watch --wiat 3 run", "did you mean '--wait'?"),
+        ("bench snow --partciles=3", "did you mean '--particles'?"),
+        ("cluster growth --qqq", "unrecognized arguments: --qqq\n"),
+        ("movei out", "did you mean 'movie'?"),
         ("report", "required: RUN"),
         ("cluster growth --ranks 2", "must be whole numbers from 3 on, got '2'"),
         ("cluster growth --births nobody", "must be of calculators, manager, got 'nobody'"),

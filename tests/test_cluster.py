@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
 import xml.etree.ElementTree as ElementTree
 from collections import Counter
@@ -14,9 +15,9 @@ from launching import command
 from motes.cli import main
 from motes.cluster import Cluster, FastEthernet, Modern, Myrinet, Network, Node, growth, simulate
 from motes.cluster import build as build_module
-from motes.cluster.paper import experiment, model, show
+from motes.cluster.paper import experiment, in_text, model, show
 from motes.cluster.paper.experiment import Row
-from motes.cluster.paper.tables import cells
+from motes.cluster.paper.tables import IN_TEXT, cells
 from motes.cluster.platform import hosts, platform
 from motes.cluster.simulate import record
 from motes.errors import ArgumentError, MotesError
@@ -95,8 +96,8 @@ def test_what_is_no_cluster_is_refused():
 
 
 def test_the_papers_tables_are_whole():
-    assert [len(cells(table)) for table in (1, 2, 3)] == [24, 8, 24]
-    for cell in (cell for table in (1, 2, 3) for cell in cells(table)):
+    assert [len(cells(table)) for table in (1, 2, 3, IN_TEXT)] == [24, 8, 24, 8]
+    for cell in (cell for table in (1, 2, 3, IN_TEXT) for cell in cells(table)):
         assert model.cluster(cell).ranks == cell.processes, cell
     mixed = cells(2)[3]
     assert mixed.nodes == "8*B (16 P.) + 8*A (16 P.) = 32 P."
@@ -120,6 +121,43 @@ def test_a_table_is_shown_as_text_values_and_plot(tmp_path: Path):
     assert "23 of 24 cells are within 20 %" in show.text(rows) and "-43%" in show.text(rows)
     show.plot(rows, tmp_path / "table.png")
     assert (tmp_path / "table.png").read_bytes().startswith(b"\x89PNG")
+
+
+def test_what_stands_in_the_papers_text_alone(monkeypatch: pytest.MonkeyPatch, capsys):
+    wanted = []
+
+    def measure(asked, jobs):
+        """Eight A are worth the less the more B there are, and more beside two processes on each."""
+        wanted.extend(asked)
+        for cell in asked:
+            assert model.cluster(cell).ranks == cell.processes, cell
+        fast = [sum(node.count for node in model.cluster(cell).nodes if node.name == "B") for cell in asked]
+        slow = ["A" in cell.hosts for cell in asked]
+        twice = [cell.processes - 16 * more == 2 * n for n, more, cell in zip(fast, slow, asked, strict=True)]
+        ours = [
+            n + more * (2.2 - 0.4 * n + 2 * two) if math.isnan(cell.speedup) else cell.speedup
+            for n, more, two, cell in zip(fast, slow, twice, asked, strict=True)
+        ]
+        return [Row(cell, ours=one, best=2 * one) for cell, one in zip(asked, ours, strict=True)]
+
+    monkeypatch.setattr(in_text, "measure", measure)
+    assert main(["cluster", "paper", "--text", "--json"]) == 0
+    facts = json.loads(capsys.readouterr().out)
+    assert [row["paper"] for row in facts["speedups"]] == [2.76, 2.93, 2.56, 2.65, 4.28, 4.28, 1.26, 1.26]
+    assert all(row["ours"] == row["paper"] for row in facts["speedups"])
+    saved = [(row["paper"], round(row["of_the_table"]), round(row["ours"])) for row in facts["saved_percent"]]
+    assert saved == [(84, 85, 85), (68, 68, 68), (66, 74, 74)], "the text says less than Table 3"
+    slow = facts["eight_slow_nodes"]
+    assert (slow["pay_below"], slow["ours"], slow["ours_two_each"]) == (7, 6, None)
+    assert [row["fast"] for row in slow["rows"]] == [4, 5, 6, 7, 8] * 2
+    assert len(wanted) == 8 + 3 + 2 * 5 * 2
+    assert main(["cluster", "paper", "--text"]) == 0
+    said = capsys.readouterr().out
+    assert (
+        "fewer than 7 B in the paper" in said and "beside fewer than 6; with two, beside all of these" in said
+    )
+    assert main(["cluster", "paper", "--text", "--plot", "a.png"]) == 2
+    assert "it goes with --table" in capsys.readouterr().err
 
 
 def test_without_simgrid_one_sentence_says_so(monkeypatch: pytest.MonkeyPatch, tmp_path: Path):
@@ -297,3 +335,16 @@ def test_a_whole_table_of_the_paper(simulated_replay: Path, tmp_path: Path, tabl
     assert len(facts["rows"]) == len(cells(table))
     assert facts["near"] >= 0.75 * len(facts["rows"]), "as near as docs/paper.md says"
     assert (tmp_path / "table.png").stat().st_size > 10_000
+
+
+@pytest.mark.slow
+@pytest.mark.timeout(1800)
+def test_the_papers_text(simulated_replay: Path):
+    env = {"MOTES_SMPI_REPLAY": str(simulated_replay)}
+    argv = ["cluster", "paper", "--text", "--json"]
+    facts = json.loads(command([sys.executable, "-m", "motes", *argv], env=env, timeout=1700).lines[-1])
+    snow = [row for row in facts["speedups"] if row["experiment"] == "snow"]
+    assert len(snow) == 4
+    assert all(abs(row["ours"] / row["paper"] - 1) < 0.2 for row in snow), "as near as docs/paper.md says"
+    assert facts["eight_slow_nodes"]["ours"] == 7 and facts["eight_slow_nodes"]["ours_two_each"] == 4
+    assert all(abs(row["ours"] - row["paper"]) < 6 for row in facts["saved_percent"])

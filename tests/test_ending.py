@@ -1,7 +1,7 @@
 """A rank fails: one message, and the job ends by itself. Real jobs, each with a time limit.
 
-Waiting for a silent rank ends after MOTES_STALL_S, which is longer here than a job may take: a job
-that ends in time ended because somebody noticed.
+Nobody gives up waiting for a silent rank while a job may take: a job that ends in time ended because
+somebody noticed.
 """
 
 from __future__ import annotations
@@ -325,6 +325,30 @@ def test_nobody_is_declared_dead_for_want_of_file_descriptors(monkeypatch):
         for file in held:
             os.close(file)
         resource.setrlimit(resource.RLIMIT_NOFILE, (soft, hard))
+
+
+def test_what_is_said_of_a_process():
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+    try:
+        here = Peer.here(rank=0, role="")
+        there = here._replace(rank=1, pid=child.pid, started=peers._started(child.pid))
+        watch = PeerWatch([here, there], rank=0)
+        assert watch.life(1) == (True, f"its process {child.pid} lives")
+        assert watch.life(-1) == (True, "their processes live")
+        child.send_signal(signal.SIGSTOP)
+        os.waitid(os.P_PID, child.pid, os.WSTOPPED)
+        stopped = f"its process {child.pid} is stopped (`kill -CONT {child.pid}` lets it go on)"
+        assert watch.life(1) == (True, stopped)
+        elsewhere = PeerWatch([here, there, here._replace(rank=2, space="another host")], rank=0)
+        assert elsewhere.life(2)[0] is None and "another host" in elsewhere.life(2)[1]
+        assert elsewhere.life(-1)[0] is None
+        child.kill()
+        child.wait()
+        assert watch.life(1) == (False, "its process is gone")
+        assert elsewhere.life(-1)[0] is False
+    finally:
+        child.kill()
+        child.wait()
 
 
 def test_another_process_with_the_same_number_is_not_the_peer():

@@ -47,7 +47,7 @@ def test_whatever_is_named_is_in_the_table():
     ("name", "text", "value"),
     [
         ("MOTES_STALL_S", "2.5", 2.5),
-        ("MOTES_STALL_S", "", 60.0),
+        ("MOTES_STALL_S", "", None),
         ("MOTES_SPEEDS", "2:1.0,3:0.5", {2: 1.0, 3: 0.5}),
         ("MOTES_FAN_OUT", "8", 8),
         ("MOTES_BIRTHS", "calculators", "calculators"),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import math
 from functools import cache
@@ -21,25 +22,6 @@ FRAMES, SYSTEMS, PARTICLES = 4, 2, 2000
 SMALL = ("--systems", SYSTEMS, "--particles", PARTICLES, "--frames", FRAMES, "--size", "160x90", "--digest")
 NAMES = ("snow", "fountain")
 ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
-
-
-GALLERY = {
-    "fireworks": (2, 600, 60),
-    "tornado": (2, 2000, 40),
-    "bounce_toy": (3, 1000, 40),
-    "photo": (1, 9000, 40),
-    "flame": (2, 4000, 24),
-    "smoke": (3, 900, 40),
-    "rain": (2, 3000, 12),
-    "leaves": (3, 600, 30),
-    "shielding": (2, 2000, 40),
-    "galaxy": (1, 3000, 16),
-    "heap": (1, 600, 16),
-    "flag": (1, 600, 24),
-    "dam": (1, 500, 16),
-    "flock": (1, 300, 24),
-    "three_bodies": (6, 1, 30),
-}  # systems, particles of each, frames
 
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
@@ -107,19 +89,6 @@ def test_another_space_gives_the_same_particles(name: str):
     assert [line[1] for line in lines] == [line[1] for line in alone(name)]
 
 
-@pytest.mark.parametrize("name", GALLERY)
-def test_the_gallery_looks_the_same_on_three_ranks(name: str, tmp_path: Path):
-    systems, particles, frames = GALLERY[name]
-    small = ("--systems", systems, "--particles", particles, "--frames", frames)
-    one, three = (run(name, ranks, *small, "--out", tmp_path / str(ranks)) for ranks in (1, 3))
-    assert one == three
-    assert len({line[2] for line in one}) > frames // 2, "it moves"
-    for still in (tmp_path / "3" / f"{name}.png", STILLS / f"{name}.png"):
-        picture = pixels(still)
-        assert (picture.max(axis=2) > 80).mean() > 0.01, f"{still} is dark"
-        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 200, f"{still} is empty"
-
-
 @pytest.mark.parametrize("ranks", [1, 4])
 def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
     pytest.importorskip("pandas")
@@ -165,10 +134,36 @@ def test_shielding_obeys_the_law_and_counts_the_same_on_any_ranks():
         assert law == pytest.approx(math.exp(-2 / path), abs=1e-4)
 
 
-def test_the_readme_shows_the_gallery():
-    readme = (EXAMPLES.parent / "README.md").read_text()
-    for name in (*NAMES, *GALLERY):
-        assert f"docs/gallery/{name}.png" in readme and f"examples/{name}.py" in readme
+def test_export_writes_the_same_embers_on_any_ranks(tmp_path: Path):
+    kinds = [".pvd", *([".usd"] if importlib.util.find_spec("pxr") else [])]
+    said, files = {}, {}
+    for ranks, kind in [(1, ""), (3, ""), *((3, kind) for kind in kinds)]:
+        out = tmp_path / str(ranks)
+        arguments = (
+            "--particles",
+            600,
+            "--frames",
+            12,
+            "--every",
+            3,
+            "--out",
+            out,
+            "--digest",
+            "--kind",
+            kind,
+        )
+        lines = mpirun(ranks, EXAMPLES / "export.py", *arguments).lines
+        said[ranks, kind] = lines[:-1]
+        files[ranks, kind] = motes.open_particles(out / f"embers{kind}")
+        assert lines[-1].startswith(f"4 frames in {out}/embers{kind}; the last one has 1")
+    first = files.pop((1, ""))
+    assert first.frames == (0, 3, 6, 9) and len(said[1, ""]) == 12
+    for key, other in files.items():
+        assert said[key] == said[1, ""]
+        for frame, particles in other.items():
+            wanted = first[frame].columns("id", *first[frame].columns())
+            assert all(particles.columns(name)[name].tobytes() == wanted[name].tobytes() for name in wanted)
+    assert 0 <= first[9].heat.min() < first[9].heat.max() <= 1 and first[9].position[:, 1].min() > -0.2
 
 
 def test_photo_takes_any_picture_and_gives_it_back(tmp_path: Path):

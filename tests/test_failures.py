@@ -1,7 +1,6 @@
 """A rank fails inside a run: one message, and every rank ends by itself. Real jobs on four ranks.
 
-Waiting for a silent rank ends after MOTES_STALL_S, which is longer here than a job may take: a job
-that ends in time ended because somebody noticed.
+MOTES_STALL_S is longer here than a job may take: a job that ends in time ended because somebody noticed.
 """
 
 from __future__ import annotations
@@ -151,7 +150,12 @@ def test_a_log_that_cannot_be_written():
 
 @pytest.mark.parametrize(
     ("rank", "fan_out"),
-    [(1, 8), (2, 1), pytest.param(3, 8, marks=pytest.mark.slow), pytest.param(1, 1, marks=pytest.mark.slow)],
+    [
+        (1, 8),
+        pytest.param(2, 1, marks=pytest.mark.slow),
+        pytest.param(3, 8, marks=pytest.mark.slow),
+        pytest.param(1, 1, marks=pytest.mark.slow),
+    ],
 )
 def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     stopped: list[int] = []
@@ -166,7 +170,7 @@ def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     result = mpirun(
         *(RANKS, FAULTY, "stall", rank, mark),
         timeout=LIMIT_S,
-        env={"MOTES_STALL_S": "0.5", "MOTES_FAN_OUT": str(fan_out)},
+        env={"MOTES_STALL_S": "3", "MOTES_FAN_OUT": str(fan_out)},
         watch=stop,
     )
     told = reports(result)
@@ -180,7 +184,7 @@ def test_a_stalled_rank_is_named(rank: int, fan_out: int, tmp_path: Path):
     assert result.code != 0
 
 
-def test_an_interrupt_ends_all_ranks(tmp_path: Path):
+def test_an_interrupt_stops_all_ranks(tmp_path: Path):
     sent: list[int] = []
 
     def interrupt(launcher: int) -> None:
@@ -190,5 +194,6 @@ def test_an_interrupt_ends_all_ranks(tmp_path: Path):
 
     mark = tmp_path / "running"
     result = mpirun(RANKS, FAULTY, "endless", 0, mark, timeout=LIMIT_S, env=PATIENT, watch=interrupt)
-    assert result.code != 0, result.text
+    assert result.code == 130, result.text
+    assert reports(result) == [] and len(said(result.err, "motes: stopped by SIGINT after frame")) == 1
     assert sent

@@ -102,12 +102,29 @@ def test_what_killed_writers_left_is_removed_and_what_living_ones_write_is_not(t
     assert sorted(os.listdir(tmp_path)) == [".a.00112233445566aa.tmp", ".b.00112233445566ff.tmp", "a"]
 
 
+def test_what_a_killed_run_left_of_its_pictures_is_removed_by_the_next(tmp_path):
+    script = (
+        "import os, sys\nimport numpy as np\nfrom motes import frame\n"
+        "frame.files.os.replace = lambda *_: os.kill(os.getpid(), 9)\n"
+        "frame.Frame(96, 4.0, np.zeros((8, 8, 3), np.uint8)).save(sys.argv[1])"
+    )
+    subprocess.run([sys.executable, "-c", script, str(tmp_path / "f0096.png")], timeout=20)
+    assert len(os.listdir(tmp_path)) == 1
+    (tmp_path / ".mine.tmp").touch()
+    with files.whole_path(tmp_path / "living") as draft:
+        again = "import sys\nimport numpy as np\nfrom motes.frame import Frame\n"
+        again += "for name in sys.argv[1:]: Frame(7, 0.0, np.zeros((8, 8, 3), np.uint8)).save(name)"
+        names = [tmp_path / "f0007.png", tmp_path / "f0008.png"]
+        subprocess.run([sys.executable, "-c", again, *map(str, names)], timeout=20, check=True)
+        assert sorted(os.listdir(tmp_path)) == sorted([draft.name, ".mine.tmp", "f0007.png", "f0008.png"])
+
+
 def test_a_draft_that_is_swept_away_before_it_is_locked_is_made_again(tmp_path, monkeypatch):
     lock = files._try_lock
 
     def late(file):
         monkeypatch.setattr(files, "_try_lock", lock)
-        files._remove_abandoned(tmp_path / "a")
+        files.sweep(tmp_path / "a")
         return lock(file)
 
     monkeypatch.setattr(files, "_try_lock", late)

@@ -86,12 +86,13 @@ def test_settings_are_frozen_and_say_everything_once():
     )  # fmt: skip
     with pytest.raises(AttributeError):
         settings.dt = 1.0  # type: ignore[misc]
-    agreed = settings.agreed(seed=7, threads=3)
+    agreed = settings.agreed(seed=7, threads=3, continued_from=9)
     assert (settings.seed, agreed.seed) == (None, 7)
     assert agreed.for_core(rank=0, hosts=["h"])["speed"] == 0.5
     assert agreed.for_core(rank=1, hosts=["h"])["speed"] == 1.0
     assert agreed.for_log()["calculators"] == [0]
     assert agreed.for_core(rank=1, hosts=["h"])["threads"] == 3
+    assert agreed.for_core(rank=1, hosts=["h"])["continued_from"] == 9
     assert {"speeds", "threads"}.isdisjoint(agreed.compared())
     assert agreed.compared()["log"] == "given"
 
@@ -165,26 +166,44 @@ def test_a_part_of_an_allocation_is_pointed_out():
 # --- waiting
 
 
-def test_a_wait_warns_once_and_then_gives_up(monkeypatch, capsys):
-    now = [0.0]
+def advance(monkeypatch, wait, now, seconds):
+    """Let time pass for a wait, in steps that count whole."""
     monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
-    wait = waiting.Wait(2.0, "a friend")
-    for _ in range(39):
+    for _ in range(round(seconds / 0.5)):
         now[0] += 0.5
         wait.look()
-    warning = "waited 2 s for a friend (MOTES_STALL_S, now 2 s, sets the limit)"
-    assert capsys.readouterr().err == f"motes: {warning}; it goes on waiting, for 20 s in all\n"
-    now[0] += 0.5
-    wait.look()
-    now[0] += 0.5
-    with pytest.raises(MotesError, match="waited 20 s for a friend"):
-        wait.look()
+
+
+def test_a_wait_warns_once_per_minute_and_ends_after_ten(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
+    wait = waiting.Wait(None, "a friend")
+    advance(monkeypatch, wait, now, 600)
+    rest = "; it waits for 600 s in all (MOTES_STALL_S=seconds sets another limit)"
+    assert capsys.readouterr().err.splitlines() == [
+        f"motes: waited {seconds} s for a friend{rest}" for seconds in range(60, 600, 60)
+    ]
+    with pytest.raises(MotesError, match=r"waited 600 s for a friend \(MOTES_STALL_S=seconds sets another"):
+        advance(monkeypatch, wait, now, 1)
+
+
+def test_a_limit_that_was_set_ends_a_wait(monkeypatch, capsys):
+    now = [0.0]
+    monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
+    with pytest.raises(MotesError, match=r"waited 2 s for a friend \(the limit was set by MOTES_STALL_S=2: "):
+        advance(monkeypatch, waiting.Wait(2.0, "a friend"), now, 3)
+    assert capsys.readouterr().err == ""
+    wait = waiting.Wait(3600.0, "a friend")
+    advance(monkeypatch, wait, now, 3600)
+    told = capsys.readouterr().err.splitlines()
+    assert len(told) == 59
+    assert told[0].endswith("; it waits for 3600 s in all (MOTES_STALL_S=3600 set that limit)")
 
 
 def test_suspension_does_not_count_as_waiting(monkeypatch, capsys):
     now = [0.0]
     monkeypatch.setattr(waiting.time, "monotonic", lambda: now[0])
-    wait = waiting.Wait(60.0, "a friend")
+    wait = waiting.Wait(None, "a friend")
     for _ in range(20):
         now[0] += 3600
         wait.look()
@@ -192,6 +211,7 @@ def test_suspension_does_not_count_as_waiting(monkeypatch, capsys):
     assert capsys.readouterr().err == ""
 
 
+@pytest.mark.slow
 def test_a_process_that_was_stopped_goes_on_waiting():
     code = (
         "from motes._run import waiting\n"

@@ -283,7 +283,7 @@ def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
 )
 def test_exit_code_0_of_a_launcher_is_checked_against_open_worlds(rank, code):
     launcher = [sys.executable, "-c", f"import os, sys; from motes._run import open_worlds; {rank}"]
-    run = f"from motes._run.supervisor import supervise; raise SystemExit(supervise({launcher!r}))"
+    run = f"from motes._run.supervisor import supervise; raise SystemExit(supervise({launcher!r}).code)"
     ended = subprocess.run([sys.executable, "-c", run], capture_output=True, text=True, timeout=40)
     assert ended.returncode == code, ended.stderr
     assert ("rank(s) 0" in ended.stderr) == (code == 1)

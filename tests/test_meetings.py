@@ -61,7 +61,7 @@ def test_any_ranks_and_roles(size: int):
     run(size, variants)
 
 
-@pytest.mark.parametrize("size", [3, 9])
+@pytest.mark.parametrize("size", [3, pytest.param(9, marks=pytest.mark.slow)])
 def test_any_domains(size: int):
     axes: list[str | None] = ["x", "y", "z", "xz", "xyz", None]
     variants: list[dict[str, Any]] = [

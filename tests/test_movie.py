@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
+import base64
 import importlib.util
 import os
+import re
 import subprocess
 import sys
 import threading
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import motes
-from motes import movie as movie_module
+from motes._film import growing, segment
 from motes.errors import ArgumentError, MotesError
 from motes.frame import Frame
 from motes.movie import Movie
@@ -69,6 +72,25 @@ def test_fractional_rates(tmp_path):
     assert read(tmp_path / "a.mp4")[1] == pytest.approx(24000 / 1001)
 
 
+def test_a_notebook_shows_a_closed_movie(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    movie = Movie("out/a film.mp4")
+    movie.write(frames(1)[0])
+    assert movie._repr_html_() is None  # not before it is whole
+    movie.close()
+    shown = movie._repr_html_()
+    content = base64.b64decode(re.search('src="data:video/mp4;base64,([^"]*)"', shown)[1])
+    assert content == Path("out/a film.mp4").read_bytes()
+    monkeypatch.setattr("motes._film.page.MOST_BYTES", 10)
+    assert 'src="out/a%20film.mp4"' in movie._repr_html_()
+    Path("out/a film.mp4").unlink()
+    assert movie._repr_html_() is None
+    with pytest.raises(KeyError), Movie("b.mp4") as broken:
+        broken.write(frames(1)[0])
+        raise KeyError
+    assert broken._repr_html_() is None
+
+
 def test_plain_arrays_may_be_reused(tmp_path):
     canvas = np.empty((32, 32, 3), np.uint8)
     with Movie(tmp_path / "a.mp4", crf=1) as movie:
@@ -89,13 +111,18 @@ def test_frames_of_another_rank_touch_nothing(tmp_path):
     assert threading.active_count() == threads
 
 
-def test_leaving_by_an_exception_removes_it(tmp_path):
+def test_leaving_by_an_exception_keeps_the_partial_film(tmp_path):
     with pytest.raises(KeyError), Movie(tmp_path / "a.mp4") as movie:
-        for frame in frames(8):
+        for frame in frames(30):
             movie.write(frame)
         raise KeyError
     movie._thread.join()
-    assert not list(tmp_path.iterdir())
+    assert os.listdir(tmp_path) == ["a.partial.mp4"]
+    assert len(read(tmp_path / "a.partial.mp4")[0]) == 30
+    with Movie(tmp_path / "a.mp4") as movie:  # the next one starts its own
+        movie.write(frames(1)[0])
+    assert os.listdir(tmp_path) == ["a.mp4"]
+    assert len(read(tmp_path / "a.mp4")[0]) == 1
 
 
 def test_closing_twice_and_writing_after(tmp_path):
@@ -120,18 +147,18 @@ def test_an_error_at_the_end_reaches_close(tmp_path, monkeypatch):
     def full(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr(movie_module.files.os, "replace", full)
+    monkeypatch.setattr(growing.files.os, "replace", full)
     movie = Movie(tmp_path / "a.mp4")
     movie.write(frames(1)[0])
     with pytest.raises(MotesError, match="No space left"):
         movie.close()
-    assert not list(tmp_path.iterdir())
+    assert not list(tmp_path.iterdir())  # not even the partial film could get its name
 
 
 def test_the_queue_is_bounded(tmp_path, monkeypatch):
     go = threading.Event()
-    picture = movie_module._picture
-    monkeypatch.setattr(movie_module, "_picture", lambda pixels: go.wait() and picture(pixels))
+    picture = segment.picture
+    monkeypatch.setattr(segment, "picture", lambda pixels: go.wait() and picture(pixels))
     movie = Movie(tmp_path / "a.mp4")
     for frame in frames(5):
         movie.write(frame)  # one is being encoded, four wait: none of these calls waits for the encoder
@@ -209,7 +236,7 @@ def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
     script = (
         "import os, sys, time\nfrom motes.movie import Movie\nimport numpy as np\n"
         "movie = Movie(sys.argv[1])\n"
-        "for _ in range(5): movie.write(np.zeros((32, 32, 3), np.uint8))\n"
+        "movie.write(np.zeros((32, 32, 3), np.uint8))\n"
         "folder = os.path.dirname(sys.argv[1])\n"
         "while not [name for name in os.listdir(folder) if name.endswith('.tmp')]: pass\n"
         "os.kill(os.getpid(), 9)\n"

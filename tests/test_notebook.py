@@ -95,7 +95,9 @@ def test_what_is_committed_was_executed(name):
 
 
 @pytest.mark.timeout(900)
-@pytest.mark.parametrize("name", NOTEBOOKS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "pictures" else []) for name in NOTEBOOKS]
+)
 def test_the_notebook_runs_and_its_claims_hold(name, monkeypatch):
     monkeypatch.setenv("MOTES_PROGRESS", "")
     claims, figures = NOTEBOOKS[name]

@@ -145,7 +145,7 @@ def by_width() -> dict[str, dict[str, str]]:
 
 
 def test_every_action_is_drawn():
-    assert len(KINDS) >= 31
+    assert len(KINDS) >= 33
 
 
 def test_random_lists(jobs: MakeJobs):

@@ -57,7 +57,7 @@ def pictures(log: Path, size: int, path: str, wish: str, distance: float = 11, l
     return [json.loads(line) for line in lines]
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 5])
+@pytest.mark.parametrize("size", [1, 2, 3, pytest.param(5, marks=pytest.mark.slow)])
 def test_any_path_ranks_and_roles(size: int):
     variants = [{"roles": wish, "space": [-3, 3], "path": path} for wish in roles(size) for path in PATHS]
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=200).lines), variants)

@@ -100,7 +100,7 @@ def test_bricks_and_parts_of_the_ids(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
-@pytest.mark.parametrize("size", [3, 5, 9])
+@pytest.mark.parametrize("size", [3, 5, pytest.param(9, marks=pytest.mark.slow)])
 def test_any_way_of_talking(size: int):
     ways = [("manager", 1, None), ("calculators", 2, "fit"), ("calculators", 8, [-1, 2])]
     variants = [

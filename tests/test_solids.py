@@ -60,6 +60,10 @@ def test_meshes_are_read_from_files(tmp_path, suffix):
     assert len(mesh.triangles) == 12
     assert mesh.vertices.min(axis=0).tolist() == [-0.5, -1, -1.5]
     assert motes.Mesh.load(str(path), scale=2).vertices.max(axis=0).tolist() == [1, 2, 3]
+    # Closed, also where a file repeats the vertices of each triangle.
+    full = motes.Mesh.load(path, solid=True, resolution=16)
+    assert full.contains([(0.4, 0.9, 1.4), (0.6, 0, 0)]).tolist() == [True, False]
+    assert full.measure == 6 and full.resolution == 16
 
 
 @pytest.mark.parametrize(

@@ -147,7 +147,7 @@ def test_a_signal_before_the_launcher_is_up_ends_it_too():
         "    os.kill(os.getpid(), signal.SIGTERM)\n"
         "    return popen(*arguments, **options)\n"
         "supervisor.subprocess.Popen = early\n"
-        "raise SystemExit(supervisor.supervise(['sleep', '60']))\n"
+        "raise SystemExit(supervisor.supervise(['sleep', '60']).code)\n"
     )
     ended = subprocess.run([sys.executable, "-c", code], timeout=20)
     assert ended.returncode == 128 + signal.SIGTERM

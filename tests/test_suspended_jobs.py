@@ -1,4 +1,7 @@
-"""A job that is stopped and continued (Ctrl-Z, a laptop's lid) goes on, however long it was stopped."""
+"""A job that is stopped and continued (Ctrl-Z, a laptop's lid) goes on, however long it was stopped.
+
+So does one of which a single rank is stopped, or slow: its process lives.
+"""
 
 from __future__ import annotations
 
@@ -7,7 +10,8 @@ import signal
 import time
 from pathlib import Path
 
-from launching import mpirun
+import pytest
+from launching import mpirun, said
 
 STALL_S = 2.0
 STOPPED_S = 2 * STALL_S
@@ -35,6 +39,7 @@ world.say("all frames")
 """
 
 
+@pytest.mark.slow
 def test_a_job_that_was_stopped_for_long_goes_on(tmp_path: Path):
     stops: list[float] = []
 
@@ -57,3 +62,88 @@ def test_a_job_that_was_stopped_for_long_goes_on(tmp_path: Path):
     assert stops
     assert result.lines == ["all frames"], result.text
     assert "waited" not in result.err, result.text
+
+
+# Warnings come each half second here instead of each minute.
+LONG = """
+import os, sys, time
+from pathlib import Path
+from motes._run import waiting
+import motes
+
+waiting.WARN_S = 0.5
+world = motes.World(progress="off", space=(-10, 10), births=sys.argv[2])
+system = world.system("only")
+
+def slow(particles):
+    if world.frame == 2 and world.rank == world.size - 1:
+        Path(sys.argv[1], "part").write_text(str(os.getpid()))
+        Path(sys.argv[1], "part").rename(Path(sys.argv[1], "pid"))
+        time.sleep(7)
+
+with world:
+    for frame in world.frames(4):
+        system.burst(motes.shapes.Box((-10, 0, 0), (10, 1, 1)), count=100)
+        system.callback(slow)
+        system.move()
+        world.step()
+world.say("all frames")
+"""
+
+
+@pytest.mark.parametrize(
+    ("ranks", "births"),
+    [
+        pytest.param(2, "manager", marks=pytest.mark.slow),
+        (3, "calculators"),
+        pytest.param(5, "manager", marks=pytest.mark.slow),
+    ],
+)
+def test_a_rank_whose_process_lives_is_waited_for_forever(tmp_path: Path, ranks: int, births: str):
+    # More than ten times the time between two warnings, after which nobody waits for an unknown process.
+    result = mpirun(ranks, LONG, tmp_path, births, timeout=60)
+    assert result.lines == ["all frames"], result.text
+    told = said(result.err, f"for rank {ranks - 1} ")
+    assert len(told) > 5, result.text
+    pid = (tmp_path / "pid").read_text()
+    assert all(f"its process {pid} lives, so it goes on waiting" in line for line in told), result.text
+
+
+def test_a_limit_that_was_set_counts_for_living_processes(tmp_path: Path):
+    result = mpirun(3, LONG, tmp_path, "manager", timeout=60, env={"MOTES_STALL_S": "2"})
+    assert result.code == 1, result.text
+    (report,) = said(result.err, "*** motes: ")
+    assert "waited 2 s for rank 2 (calculator 0)" in report, result.text
+    assert "the limit was set by MOTES_STALL_S=2: set more seconds" in report, result.text
+
+
+@pytest.mark.slow
+def test_a_stopped_rank_is_waited_for_and_its_state_is_said(tmp_path: Path):
+    stopped: list[float] = []
+
+    def stop_for_a_while(_: int) -> None:
+        if not (tmp_path / "pid").exists() or len(stopped) == 2:
+            return
+        pid = int((tmp_path / "pid").read_text())
+        if not stopped:
+            os.kill(pid, signal.SIGSTOP)
+            stopped.append(time.monotonic())
+        elif time.monotonic() > stopped[0] + 6:  # ten warnings and more
+            os.kill(pid, signal.SIGCONT)
+            stopped.append(time.monotonic())
+
+    result = mpirun(3, LONG, tmp_path, "manager", timeout=60, watch=stop_for_a_while)
+    assert result.lines == ["all frames"], result.text
+    pid = (tmp_path / "pid").read_text()
+    assert (
+        f"its process {pid} is stopped (`kill -CONT {pid}` lets it go on), so it goes on waiting"
+        in result.err
+    )
+
+
+@pytest.mark.slow
+def test_a_callback_of_more_than_a_minute_ends_nothing(tmp_path: Path):
+    script = LONG.replace("waiting.WARN_S = 0.5", "").replace("sleep(7)", "sleep(65)")
+    result = mpirun(3, script, tmp_path, "manager", timeout=120)
+    assert result.lines == ["all frames"], result.text
+    assert "waited 60 s for rank 2" in result.err

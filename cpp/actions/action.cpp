@@ -131,6 +131,13 @@ void check_surface(const Facts& facts, const shapes::Shape& shape) {
   if (wrong != nullptr) refuse(facts, "shape must have a surface, got a " + shapes::name(wrong->kind));
 }
 
+void check_table(const Facts& facts, TableKey key) {
+  if ((facts.table != 0) != (key != 0)) refuse(facts, facts.table != 0 ? "a table is missing" : "it takes no table");
+  if (key != 0 && actions::table(key)->width != facts.table) {
+    refuse(facts, "each entry of its table must have " + std::to_string(facts.table) + " numbers");
+  }
+}
+
 }  // namespace
 
 const Facts& facts(Kind kind) { return table()[static_cast<std::size_t>(kind)]; }
@@ -193,7 +200,7 @@ void check(const Action& action, const particles::Schema& schema) {
 
 void check_condition(const Expression& where, const std::vector<shapes::Shape>& shapes,
                      const particles::Schema& schema) {
-  for (const shapes::Shape& shape : shapes) shapes::check(shape);
+  for (const shapes::Shape& shape : shapes) shapes::check_region(shape);
   if (!where.empty() && check(where, schema.components(), static_cast<int>(shapes.size())) != Type::truth) {
     throw std::invalid_argument("where must be a shape or a comparison");
   }
@@ -207,7 +214,11 @@ void check(const Action& action) {
     check_numbers(known, action.numbers);
   }
   if (static_cast<int>(action.shapes.size()) < known.shapes) refuse(known, "too few shapes");
-  for (const shapes::Shape& shape : action.shapes) shapes::check(shape);
+  for (std::size_t i = 0; i < action.shapes.size(); ++i) {
+    const bool drawn = known.draws && static_cast<int>(i) == known.shapes - 1;
+    drawn ? shapes::check(action.shapes[i]) : shapes::check_region(action.shapes[i]);
+  }
+  check_table(known, action.table);
   if (known.meets) check_surface(known, action.shapes[0]);
 }
 

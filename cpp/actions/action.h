@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "actions/expression.h"
+#include "actions/tables.h"
 #include "particles/schema.h"
 #include "shapes/shape.h"
 
@@ -37,6 +38,7 @@ struct Action {
   std::vector<Expression> values{};    // set: one per component
   std::int32_t other = -1;             // between particles: the other system, where two meet
   std::uint64_t ties = 0;              // tie: the key of the ties
+  TableKey table = 0;                  // field, follow_path: the key of their numbers
 
   bool operator==(const Action&) const = default;
 };
@@ -44,7 +46,7 @@ struct Action {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Action& action) {
   visit(action.kind, action.numbers, action.shapes, action.where, action.target, action.values, action.other,
-        action.ties);
+        action.ties, action.table);
 }
 
 /// One number of an action, or a vector of them: its name in the Python API and the values that it may have.
@@ -67,6 +69,8 @@ struct Facts {
   std::uint32_t writes = 0;
   bool meets = false;  // the shape must have a surface that a particle can meet
   int ramp = 0;  // the numbers are knots, as many as given: age / lifetime, then this many numbers of the value
+  int table = 0;  // it has a table, whose entries have this many numbers
+  bool draws = false;  // its last shape is only drawn from
   bool between = false;  // between particles: a meeting, which has no kernel over a block
 };
 

@@ -9,6 +9,7 @@
 // and by the same ideas, from outside:
 //   Box                   as the Rectangle that its face is
 //   Cylinder, Cone        walls: as a Plane that touches the place of the hit; flat ends: as a Disc
+//   Mesh                  as a Plane that touches the place of the hit
 // For a Union, the part that would be met first counts. A particle that heads straight at the shape, where aside is
 // zero, flies on unchanged.
 #pragma once
@@ -129,6 +130,13 @@ MOTES_INLINE Turn turn_to_edge(const Flat& flat, bool triangle, Floats3 x, Float
   return {hit.mask, time, time, Edges::of(flat.origin, flat.u, flat.v, triangle).nearest(x + v * time)};
 }
 
+MOTES_INLINE Turn turn_at_mesh(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
+  const RareLanes mesh = RareLanes::from(s);
+  const Hit hit = mesh.hit(x, v * look_ahead);
+  const Floats time = hit.part * look_ahead;
+  return {hit.mask & ~mesh.contains(x), time, time, along_surface(v, hit.normal)};
+}
+
 // One copy for all callers: a union calls it for each part.
 __attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 x, Floats3 v, float look_ahead) {
   using shapes::Kind;
@@ -142,6 +150,7 @@ __attribute__((noinline)) inline Turn turn_from(const shapes::Shape& s, Floats3 
     case Kind::cylinder: return turn_round(CylinderLanes::from(s), start, end, x, v, look_ahead);
     case Kind::cone: return turn_round(ConeLanes::from(s), start, end, x, v, look_ahead);
     case Kind::plane: return turn_at(PlaneLanes::from(s), x, v, look_ahead);
+    case Kind::mesh: return turn_at_mesh(s, x, v, look_ahead);
     // Refused when they are recorded: they have no surface to meet. The parts of a union are handled one by one.
     case Kind::point:
     case Kind::line:

@@ -51,6 +51,20 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const s
   }
 }
 
+inline void spread(const actions::Block& positions, float* const* before, float start, float end,
+                   const actions::Step& s) {
+  particles::DrawKeys& keys = draws_of(s);
+  const particles::DrawKey first = keys.first();
+  for (std::size_t i = 0; i < positions.count; i += kLanes) {
+    Draws draws(keys, first, positions.ids + i);
+    const Floats part = end - unit(draws.bits().a) * (end - start);
+    for (int c = 0; c < 3; ++c) {
+      const Floats from = load(before[c] + i), to = load(positions.component[c] + i);
+      store(positions.component[c] + i, from + (to - from) * part);
+    }
+  }
+}
+
 inline void jitter(const actions::Block& b, const actions::Step& s) {
   particles::DrawKeys& keys = draws_of(s);
   const particles::DrawKey first = keys.first();

@@ -29,6 +29,7 @@ struct Step {
   particles::Key key;
   double time = 0;           // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
+  float start = 0, end = 1;  // which part of the frame it is: for shapes that move
 };
 
 /// The recorded numbers and shapes of the action.
@@ -41,6 +42,8 @@ struct Parameters {
   int width = 0;
   const Instruction* code[3] = {};
   std::size_t length[3] = {};
+  const float* table = nullptr;  // its entries, of known width, and how many there are along each axis
+  int table_size[3] = {};
   float* scratch = nullptr;  // for expressions: kScratch floats
 };
 

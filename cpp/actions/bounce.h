@@ -142,9 +142,14 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
   return mask;
 }
 
+/// In bounce_mesh.h.
+inline void bounce_off_mesh(const shapes::Shape& shape, const Rebound& rebound, const actions::Block& b,
+                            const actions::Step& s);
+
 inline void bounce(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Rebound rebound{number(p, 0), 1.0f - number(p, 1), number(p, 2) * number(p, 2)};
   const bool exact = p.number[3] != 0;
+  if (exact && p.shape->kind == shapes::Kind::mesh) return bounce_off_mesh(*p.shape, rebound, b, s);
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     if (exact) return bounce_exactly(shape, rebound, b, s.dt);
     for (std::size_t i = 0; i < b.count; i += kLanes) {

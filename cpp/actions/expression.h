@@ -1,5 +1,5 @@
-// Expressions of columns as plain values: what `where=` tests and `set` computes. The script compiles them into a list
-// of instructions for a stack machine with block-wide values.
+// Expressions of columns as plain values: what `where=` tests, `set` computes and sums add up. The script compiles them
+// into a list of instructions for a stack machine with block-wide values.
 #pragma once
 
 #include <cstddef>
@@ -13,18 +13,32 @@ namespace motes::actions {
 enum class Op : std::uint8_t {
   // push a number
   constant,  // value
-  column,    // index: a component of the schema
+  column,  // index: a component of the schema
+  time,  // at the start of the (sub)step, seconds
   // number(s) -> number
   negate,
   absolute,
   square_root,
+  square,
   floor,
+  sign,
+  sine,
+  cosine,
+  exponential,
+  logarithm,
   add,
   subtract,
   multiply,
   divide,
   minimum,
   maximum,
+  power,
+  modulo,  // with the divisor's sign
+  angle,  // of the direction (second, first)
+  step,  // 1 where the second is not below the first, else 0
+  mix,  // a + (b - a) t
+  smoothstep,  // from 0 at the first to 1 at the second, of the third
+  noise,  // of x, y, z and time; index: kFields octaves + field
   // numbers -> truth value
   less,
   less_equal,
@@ -35,6 +49,8 @@ enum class Op : std::uint8_t {
   both,
   either,
   invert,
+  // truth value, two numbers -> number
+  choose,
 };
 inline constexpr int kOps = particles::enumerators<Op>();
 
@@ -55,6 +71,10 @@ using Expression = std::vector<Instruction>;
 
 /// The deepest stack that an expression may need.
 inline constexpr int kDepth = 16;
+
+/// Op::noise has this many fields, and at most this many octaves.
+inline constexpr int kFields = 65536;
+inline constexpr int kOctaves = 8;
 
 enum class Type : std::uint8_t { number, truth };
 

@@ -34,8 +34,9 @@ struct Band {
 struct Kernels {
   Kernel action[kKinds];
 
-  /// Runs a checked expression over a block: the result is at the start of `stack` (kScratch floats).
-  void (*evaluate)(const Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&,
+  /// Runs a checked expression over a block at a time of the animation, seconds: the result is at the start of `stack`
+  /// (kScratch floats).
+  void (*evaluate)(const Instruction* code, std::size_t length, const shapes::Shape* shapes, const Block&, float time,
                    float* stack);
 
   /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
@@ -45,6 +46,9 @@ struct Kernels {
 
   /// Jittered births: for each particle a fraction u of the step has passed: x += v u dt, age += u dt.
   void (*jitter)(const Block&, const Step&);
+
+  /// Births along the way of a shape: x = before + (x - before) (end - (end - start) u), with u as in `jitter`.
+  void (*spread)(const Block& positions, float* const* before, float start, float end, const Step&);
 
   /// inside[i] = whether the shape contains particle i.
   void (*contains)(const shapes::Shape&, const float* const* position, std::size_t count, std::uint8_t* inside);

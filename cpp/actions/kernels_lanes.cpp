@@ -58,6 +58,7 @@ const actions::Kernels action_kernels = {
     evaluate,
     draw,
     jitter,
+    spread,
     contains,
     collect,
 };

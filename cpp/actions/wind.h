@@ -2,20 +2,10 @@
 // any dt, and v never overshoots the air's velocity.
 #pragma once
 
+#include "actions/drag.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
-
-/// 1 - exp(-t) for t >= 0. The series avoids cancellation where t is small.
-MOTES_INLINE Floats part_gone(Floats t) {
-  Floats series = all(1.0f / 720.0f);
-  series = 1.0f / 120.0f - t * series;
-  series = 1.0f / 24.0f - t * series;
-  series = 1.0f / 6.0f - t * series;
-  series = 0.5f - t * series;
-  series = t * (1.0f - t * series);
-  return select(t < 0.25f, series, 1.0f - exp(-min(t, all(80.0f))));
-}
 
 inline void wind(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Floats3 air = {all(number(p, 0)), all(number(p, 1)), all(number(p, 2))};

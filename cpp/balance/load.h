@@ -73,6 +73,20 @@ class Speeds {
     void note(double square);
   };
 
+  // Samples so far; the options are the run's.
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Mean& mean) {
+    visit(mean.value, mean.variance, mean.samples);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Known& known) {
+    visit(known.quick, known.steady, known.last, known.lasting, known.noise2, known.steps);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Speeds& speeds) {
+    visit(speeds.known_);
+  }
+
   SpeedOptions options_;
   std::vector<Known> known_;
 };

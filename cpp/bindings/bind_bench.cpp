@@ -5,6 +5,7 @@
 #include "image/bench_scenery.h"
 #include "recording/bench.h"
 #include "recording/bench_actions.h"
+#include "recording/bench_meshes.h"
 
 namespace motes::bindings {
 namespace {
@@ -70,6 +71,22 @@ void bind_actions(py::module_& m) {
         return d;
       },
       py::arg("particles"), py::arg("steps"));
+  m.def(
+      "mesh_bench",
+      [](std::size_t particles, int repeats) {
+        const auto b = released([&] { return recording::mesh_bench(particles, repeats); });
+        py::dict d;
+        d["triangles"] = b.triangles;
+        d["grid_bytes"] = b.grid_bytes;
+        d["build_s"] = b.build_s;
+        d["spread_ns"] = b.spread;
+        d["near_ns"] = b.near;
+        d["away_ns"] = b.away;
+        d["sphere_ns"] = b.ball;
+        d["spread_by_sphere"] = b.ratio;
+        return d;
+      },
+      py::arg("particles"), py::arg("repeats"));
 }
 
 void bind_births(py::module_& m) {

@@ -1,6 +1,7 @@
 #include "bindings/bindings.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
+#include "comm/stop_signals.h"
 #include "frame/engine.h"
 #include "particles/enumerators.h"
 #include "recording/scene.h"
@@ -9,7 +10,6 @@ namespace motes::bindings {
 namespace {
 
 using frame::Engine;
-using Release = py::call_guard<py::gil_scoped_release>;
 
 // A function of the script. The engine may destroy it on any thread and at any time, without holding the GIL: where the
 // engine's constructor throws, or when the last copy goes.
@@ -20,9 +20,15 @@ std::shared_ptr<py::function> held(py::function call) {
           }};
 }
 
+comm::Life life_of(const py::object& said) {
+  const auto [lives, text] = said.cast<std::pair<std::optional<bool>, std::string>>();
+  using State = comm::Life::State;
+  return {!lives ? State::unknown : *lives ? State::lives : State::gone, text};
+}
+
 // What the engine's waits ask Python for: interrupts, and whether the process waited for is still alive.
-comm::Watch make_watch(py::function while_waiting, py::function describe, double stall_s,
-                       std::optional<py::function> alive, std::optional<py::function> warn) {
+comm::Watch make_watch(py::function while_waiting, py::function describe, double warn_s, std::optional<double> limit_s,
+                       std::optional<py::function> life, std::optional<py::function> warn) {
   comm::Watch watch;
   watch.while_waiting = [call = held(std::move(while_waiting))](int rank) {
     const py::gil_scoped_acquire gil;
@@ -33,11 +39,12 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
     const py::gil_scoped_acquire gil;
     return (*call)(rank).cast<std::string>();
   };
-  watch.stall_s = stall_s;
-  if (alive) {
-    watch.alive = [call = held(std::move(*alive))](int rank) {
+  watch.warn_s = warn_s;
+  watch.limit_s = limit_s.value_or(0);
+  if (life) {
+    watch.life = [call = held(std::move(*life))](int rank) {
       const py::gil_scoped_acquire gil;
-      return (*call)(rank).cast<bool>();
+      return life_of((*call)(rank));
     };
   }
   if (warn) {
@@ -67,17 +74,19 @@ frame::Settings make_settings(const py::dict& facts) {
   settings.wall_clock = facts["clock"].cast<std::string>() == "wall";
   settings.speed = facts["speed"].cast<double>();
   settings.log.spans = facts["spans"].cast<bool>();
+  settings.log.continued_from = facts["continued_from"].cast<std::uint64_t>();
+  settings.stop_signal = &comm::stop_signal;
   return settings;
 }
 
 std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles,
                                     const py::dict& facts, py::function while_waiting, py::function describe,
-                                    double stall_s, std::optional<py::function> alive,
+                                    double warn_s, std::optional<double> limit_s, std::optional<py::function> life,
                                     std::optional<py::function> warn) {
   auto [manager, image_generator, calculators] = roles;
   roles::Cast cast{manager, image_generator, std::move(calculators)};
   comm::Watch watch =
-      make_watch(std::move(while_waiting), std::move(describe), stall_s, std::move(alive), std::move(warn));
+      make_watch(std::move(while_waiting), std::move(describe), warn_s, limit_s, std::move(life), std::move(warn));
   frame::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
   auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(comm), std::move(watch));
@@ -166,6 +175,13 @@ void on_callback(Engine& engine, py::function call) {
   });
 }
 
+void on_orders(Engine& engine, py::function call) {
+  engine.on_orders([script = held(std::move(call))] {
+    const py::gil_scoped_acquire gil;
+    return (*script)().cast<std::string>();
+  });
+}
+
 py::object gather(Engine& engine, int system, bool to_all) {
   const auto store = released([&] { return engine.gather(system, to_all); });
   if (!store) return py::none();
@@ -185,6 +201,20 @@ py::array sum(Engine& engine, int system, const std::string& verb, const recordi
         return owned_array(std::move(values), {n});
       },
       totals);
+}
+
+// The script's function gives its numbers and its bytes; the result is the totals and, on the manager, all ranks'
+// bytes.
+std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
+                                                                           bool reads, const py::function& prepare) {
+  const frame::Notes notes = released([&] {
+    return engine.prepare_write(what, reads, [&] {
+      const py::gil_scoped_acquire gil;
+      auto [numbers, text] = prepare().cast<std::pair<std::vector<std::int64_t>, std::string>>();
+      return frame::Note{std::move(numbers), std::move(text)};
+    });
+  });
+  return {notes.totals, {notes.texts.begin(), notes.texts.end()}};
 }
 
 // A reader must see computed values: a recording that skipped computing catches up first.
@@ -223,6 +253,24 @@ void bind_reading(py::class_<Engine>& engine) {
             return id_view(*seen.store, begin, seen.count);
           },
           py::arg("system"), py::arg("begin") = 0)
+      .def(
+          "copy_columns",
+          [](Engine& e, int system, const std::vector<int>& attributes) {
+            const frame::Seen seen = e.seen(system);
+            return column_copies(*seen.store, attributes, seen.count, e.pool());
+          },
+          py::arg("system"), py::arg("attributes"))
+      .def("used_attributes",
+           [](Engine& e, int system) {
+             const frame::Seen seen = e.seen(system);
+             return used_attributes(*seen.store, seen.count);
+           })
+      .def("initial_values",
+           [](Engine& e, int system) {
+             std::vector<std::array<float, 3>> values;
+             for (const auto& a : e.system(system).schema.attributes()) values.push_back(a.initial);
+             return values;
+           })
       .def("local_size", [](Engine& e, int system) { return e.seen(system).count; })
       .def("memory_bytes", [](Engine& e, int system) { return e.seen(system).store->memory_bytes(); })
       .def("count", [](Engine& e, int system) { return computed(e, system).counts.alive; })
@@ -280,6 +328,8 @@ void bind_facts(py::module_& m) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
   m.def("mpi_version", &comm::library_version);
+  m.def("mpi_can_survive", &comm::mpi_can_survive,
+        "Whether the core was built for an MPI that lets the others go on when a rank is lost.");
 }
 
 }  // namespace
@@ -288,7 +338,8 @@ void bind_engine(py::module_& m) {
   py::class_<Engine> engine(m, "Engine");
   engine
       .def(py::init(&make_engine), py::arg("comm"), py::arg("roles"), py::arg("facts"), py::arg("while_waiting"),
-           py::arg("describe"), py::arg("stall_s"), py::arg("alive") = py::none(), py::arg("warn") = py::none())
+           py::arg("describe"), py::arg("warn_s"), py::arg("limit_s"), py::arg("life") = py::none(),
+           py::arg("warn") = py::none())
       .def("add_system", &add_system, py::arg("name"), py::arg("capacity"), py::arg("axes"), py::arg("space"),
            py::arg("domains_of"), py::arg("sprite"), py::arg("attributes"))
       .def(
@@ -300,10 +351,16 @@ void bind_engine(py::module_& m) {
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
-      .def("run_frame", &Engine::run_frame, py::arg("view"), Release())
+      .def("secure_log", &Engine::secure_log, Release())
+      .def("run_frame", &Engine::run_frame, py::arg("view"), py::arg("argument") = "", Release())
+      .def("redraw", &Engine::redraw, py::arg("view"), py::arg("argument") = "", Release())
+      .def("on_orders", &on_orders)
+      .def("hear_orders", &Engine::hear_orders, py::arg("argument") = "", Release())
+      .def_property_readonly("orders", &Engine::orders)
       .def(
           "digest", [](Engine& e) { return combined(e.digest()); }, Release())
       .def("gather", &gather, py::arg("system"), py::arg("to_all"))
+      .def("prepare_write", &prepare_write, py::arg("what"), py::arg("reads"), py::arg("prepare"))
       .def("sum", &sum, py::arg("system"), py::arg("verb"), py::arg("sum"))
       .def(
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
@@ -324,10 +381,13 @@ void bind_engine(py::module_& m) {
           "failed_at",
           [](const Engine& e) { return std::pair(e.talk().failed_at().system, e.talk().failed_at().item); })
       .def_property_readonly("gave_up", [](const Engine& e) { return e.talk().over(); })
+      .def_property_readonly("stop_asked", &Engine::stop_asked)
       .def_property_readonly("times", [](const Engine& e) { return times(e.times()); })
       .def("take_remarks", &Engine::take_remarks)
       .def_property_readonly("last_row", &last_row);
   bind_reading(engine);
+  bind_saving(engine);
+  bind_losses(engine);
   bind_pictures(engine);
   bind_facts(m);
 }

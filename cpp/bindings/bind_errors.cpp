@@ -40,6 +40,10 @@ void bind_errors(py::module_&) {
       std::rethrow_exception(error.original());  // for the other translators
     } catch (const std::invalid_argument& error) {
       raise(errors("argument_error")(error.what()));
+    } catch (const frame::LogError& error) {
+      raise(errors("LogError")(error.what()));
+    } catch (const frame::Unrecoverable& error) {
+      raise(errors("MotesError")(error.what()));
     } catch (const comm::CommError& error) {
       raise(errors("MotesError")(error.what()));
     }

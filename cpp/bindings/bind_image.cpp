@@ -48,8 +48,8 @@ void bind_view(py::module_& m) {
       py::arg("shape"), py::arg("color"), py::arg("light"));
   view.def(
       "add_mesh",
-      [](View& v, image::AssetKey mesh, image::Color color, float light) {
-        v.objects.push_back({{}, color, mesh, light});
+      [](View& v, const shapes::Shape& mesh, image::Color color, float light) {
+        v.objects.push_back({mesh, color, mesh.mesh, light});
       },
       py::arg("mesh"), py::arg("color"), py::arg("light"));
   view.def("set_sun", [](View& v, image::Vector direction) { v.sun = direction; }, py::arg("direction"));

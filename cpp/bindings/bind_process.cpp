@@ -1,6 +1,7 @@
-// What the process itself does when a rank fails: the crash report and the end of the process.
+// What the process itself does when a rank fails or is asked to stop: the crash report, signals, and its end.
 #include "bindings/bindings.h"
 #include "comm/last_words.h"
+#include "comm/stop_signals.h"
 #include "comm/watchdog.h"
 
 namespace motes::bindings {
@@ -9,6 +10,11 @@ void bind_process(py::module_& m) {
   m.def("name_crashes", &comm::name_crashes, py::arg("mark"));
   m.def("set_place", &comm::set_place, py::arg("place"));
   m.def("end_process_after", &comm::end_process_after, py::arg("seconds"), py::arg("code"));
+  m.def("note_stop_signals", &comm::note_stop_signals, py::arg("signals"), py::arg("same_s"), py::arg("speaks"));
+  m.def("stop_signal", &comm::stop_signal);
+  m.def("forget_stop_signal", &comm::forget_stop_signal);
+  m.def("release_stop_signals", &comm::release_stop_signals);
+  m.def("end_with_code", &comm::end_with_code, py::arg("code"));
 }
 
 }  // namespace motes::bindings

@@ -1,6 +1,10 @@
+#include <optional>
+
 #include "bindings/bindings.h"
+#include "image/assets.h"
 #include "meetings/ties.h"
 #include "particles/enumerators.h"
+#include "particles/fields.h"
 #include "recording/births.h"
 #include "recording/record.h"
 #include "recording/sums.h"
@@ -23,6 +27,24 @@ Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, 
   return d;
 }
 
+// With the meshes that it names: another process may not have them.
+py::bytes bytes_of(const Distribution& distribution) {
+  particles::Bytes bytes;
+  const std::vector<image::AssetKey> meshes = shapes::meshes_of(distribution.shape);
+  image::write_assets({meshes.begin(), meshes.end()}, bytes);
+  particles::write_fields(distribution, bytes);
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+Distribution from_bytes(const py::bytes& text) {
+  const std::string_view view = text;
+  particles::Reader in({reinterpret_cast<const std::byte*>(view.data()), view.size()});
+  image::read_assets(in);
+  Distribution distribution;
+  particles::read_fields(in, distribution);
+  return distribution;
+}
+
 Distribution in_shape(const shapes::Shape& shape) {
   Distribution d;
   d.kind = Distribution::Kind::shape;
@@ -36,11 +58,14 @@ std::vector<recording::Given> given(const State& state) {
   return all;
 }
 
-Birth source(const shapes::Shape& shape, double rate, bool jitter, const State& state) {
+Birth source(const shapes::Shape& shape, double rate, bool jitter, const State& state,
+             const std::optional<shapes::Shape>& before, std::vector<std::uint64_t> counts) {
   Birth birth;
   birth.kind = Birth::Kind::source;
   birth.shape = shape;
   birth.rate = rate;
+  birth.counts = std::move(counts);
+  if (before) birth.before = {*before};
   birth.jitter = jitter;
   birth.state = given(state);
   return birth;
@@ -76,9 +101,11 @@ actions::Expression expression(const Steps& steps) {
 }
 
 Action make_action(const std::string& name, std::vector<double> numbers, std::vector<shapes::Shape> shapes,
-                   const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties) {
+                   const Steps& where, int target, const std::vector<Steps>& values, std::uint64_t ties,
+                   actions::TableKey table) {
   Action action;
   action.ties = ties;
+  action.table = table;
   action.kind = actions::kind_of(name);
   action.numbers = std::move(numbers);
   action.shapes = std::move(shapes);
@@ -110,13 +137,25 @@ recording::Callback make_callback(const std::string& name, int number, const Ste
 using Dimensions = std::vector<std::tuple<Steps, std::vector<double>, bool>>;
 
 recording::Sum make_sum(const Dimensions& dimensions, const std::vector<Steps>& weights, const Steps& where,
-                        std::vector<shapes::Shape> shapes) {
+                        std::vector<shapes::Shape> shapes, double time) {
   recording::Sum sum;
   for (const auto& [value, edges, closed] : dimensions) sum.dimensions.push_back({expression(value), edges, closed});
   for (const Steps& weight : weights) sum.weights.push_back(expression(weight));
   sum.where = expression(where);
   sum.shapes = std::move(shapes);
+  sum.time = time;
   return sum;
+}
+
+void bind_tables(py::module_& m) {
+  m.def(
+      "keep_table",
+      [](const FloatArray& values, const std::array<std::int32_t, 3>& size) {
+        const auto entries = static_cast<py::ssize_t>(size[0]) * size[1] * size[2];
+        const auto width = static_cast<std::int32_t>(entries > 0 ? values.size() / entries : 0);
+        return actions::keep({size, width, {values.data(), values.data() + values.size()}});
+      },
+      py::arg("values"), py::arg("size"));
 }
 
 void bind_ties(py::module_& m) {
@@ -139,9 +178,10 @@ void bind_ties(py::module_& m) {
 
 void bind_recording(py::module_& m) {
   bind_ties(m);
+  bind_tables(m);
   py::class_<Action>(m, "Action")
       .def(py::init(&make_action), py::arg("name"), py::arg("numbers"), py::arg("shapes"), py::arg("where") = Steps{},
-           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0)
+           py::arg("target") = -1, py::arg("values") = std::vector<Steps>{}, py::arg("ties") = 0, py::arg("table") = 0)
       .def_property_readonly("name", [](const Action& a) { return std::string(actions::facts(a.kind).name); })
       .def_readonly("numbers", &Action::numbers)
       .def("__eq__", [](const Action& a, const Action& b) { return a == b; });
@@ -150,11 +190,15 @@ void bind_recording(py::module_& m) {
       .def_static("shape", &in_shape)
       .def_static("uniform", [](const std::vector<double>& lo,
                                 const std::vector<double>& hi) { return pair_of(Distribution::Kind::uniform, lo, hi); })
-      .def_static("normal", [](const std::vector<double>& mean, const std::vector<double>& sigma) {
-        return pair_of(Distribution::Kind::normal, mean, sigma);
-      });
+      .def_static("normal",
+                  [](const std::vector<double>& mean, const std::vector<double>& sigma) {
+                    return pair_of(Distribution::Kind::normal, mean, sigma);
+                  })
+      .def("to_bytes", &bytes_of)
+      .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")
-      .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"))
+      .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"),
+                  py::arg("before") = std::nullopt, py::arg("counts") = std::vector<std::uint64_t>{})
       .def_static("burst", &burst, py::arg("shape"), py::arg("count"), py::arg("state"))
       .def_static("emit", &emit, py::arg("count"), py::arg("columns"), py::arg("state"));
   py::class_<recording::Spawn>(m, "Spawn")
@@ -163,7 +207,8 @@ void bind_recording(py::module_& m) {
   py::class_<recording::Callback>(m, "Callback")
       .def(py::init(&make_callback), py::arg("name"), py::arg("number"), py::arg("where"), py::arg("shapes"));
   py::class_<recording::Sum>(m, "Sum").def(py::init(&make_sum), py::arg("dimensions"), py::arg("weights"),
-                                           py::arg("where"), py::arg("shapes"));
+                                           py::arg("where"), py::arg("shapes"), py::arg("time"));
+  m.attr("noise_fields") = actions::kFields;
   m.attr("most_bins") = recording::kMostBins;
   m.def("action_names", [] {
     std::vector<std::string> names;

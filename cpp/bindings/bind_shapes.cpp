@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "actions/kernels.h"
@@ -27,6 +28,18 @@ Shape make_shape(const std::string& kind, const std::vector<double>& numbers) {
   throw std::invalid_argument("no shape is called '" + kind + "'");
 }
 
+Shape make_mesh(std::uint64_t mesh, const std::vector<double>& given) {
+  float numbers[shapes::kNumbers] = {};
+  if (given.size() != static_cast<std::size_t>(shapes::count(shapes::Kind::mesh))) {
+    throw std::invalid_argument("Mesh has " + std::to_string(shapes::count(shapes::Kind::mesh)) + " numbers");
+  }
+  std::copy(given.begin(), given.end(), numbers);
+  const Shape shape = shapes::mesh_shape(mesh, numbers);
+  const bool solid = numbers[14] != 0;
+  solid ? shapes::check(shape) : shapes::check_placed(shape);
+  return shape;
+}
+
 // The points as three planes with room for whole vectors.
 std::vector<std::vector<float>> planes_of(const FloatArray& points) {
   const auto n = static_cast<std::size_t>(points.shape(0));
@@ -39,6 +52,7 @@ std::vector<std::vector<float>> planes_of(const FloatArray& points) {
 }
 
 py::array contains(const Shape& shape, const FloatArray& points) {
+  shapes::check_region(shape);
   const auto n = static_cast<std::size_t>(points.shape(0));
   const auto planes = planes_of(points);
   const float* position[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
@@ -48,6 +62,7 @@ py::array contains(const Shape& shape, const FloatArray& points) {
 }
 
 py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
+  shapes::check(shape);
   std::vector<std::uint64_t> ids(n + particles::kPadding);
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = i;
   std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding));
@@ -70,6 +85,7 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
 void bind_shapes(py::module_& m) {
   py::class_<Shape>(m, "Shape")
       .def(py::init(&make_shape), py::arg("kind"), py::arg("numbers"))
+      .def_static("mesh", &make_mesh, py::arg("mesh"), py::arg("numbers"))
       .def_static("united", &shapes::unite, py::arg("shapes"))
       .def_property_readonly("parts", [](const Shape& s) { return std::vector<Shape>(s.part, s.part + s.parts); })
       .def_property_readonly("kind", [](const Shape& s) { return shapes::name(s.kind); })

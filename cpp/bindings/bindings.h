@@ -11,6 +11,10 @@
 
 #include "particles/store.h"
 
+namespace motes::frame {
+class Engine;
+}
+
 namespace motes::bindings {
 
 namespace py = pybind11;
@@ -25,6 +29,13 @@ void bind_balance(py::module_& m);
 void bind_engine(py::module_& m);
 void bind_process(py::module_& m);
 void bind_bench(py::module_& m);
+void bind_snapshots(py::module_& m);
+void bind_soak(py::module_& m);
+void bind_saving(py::class_<frame::Engine>& engine);
+void bind_losses(py::class_<frame::Engine>& engine);
+
+/// Around a function of the engine that touches no Python object: other threads of Python run meanwhile.
+using Release = py::call_guard<py::gil_scoped_release>;
 
 /// What `work` returns. Other threads of Python may run meanwhile: it must touch no Python object.
 template <class Work>
@@ -48,5 +59,12 @@ py::array id_view(particles::Store& store, std::size_t begin, std::size_t end);
 
 /// A copy; a uniform attribute stays without memory of its own.
 py::array column_copy(const particles::Store& store, int attribute);
+
+/// Copies of attributes and, behind them, of the ids of the first `count` particles.
+py::list column_copies(const particles::Store& store, const std::vector<int>& attributes, std::size_t count,
+                       threads::Pool& pool);
+
+/// For each attribute of the schema, whether any of the first `count` particles has another value than the initial one.
+std::vector<bool> used_attributes(const particles::Store& store, std::size_t count);
 
 }  // namespace motes::bindings

@@ -1,8 +1,14 @@
 // Columns of particles as NumPy arrays.
+#include <algorithm>
+#include <array>
+#include <bit>
+
 #include "bindings/bindings.h"
 
 namespace motes::bindings {
 namespace {
+
+constexpr std::size_t kCopiedTogether = 16384;  // particles
 
 template <class T>
 py::capsule keep(std::shared_ptr<T[]> memory) {
@@ -28,6 +34,80 @@ py::array id_view(particles::Store& store, std::size_t begin, std::size_t end) {
   py::object flags = ids.attr("flags");
   flags.attr("writeable") = false;  // ids never change
   return ids;
+}
+
+namespace {
+
+bool same_bits(float a, float b) { return std::bit_cast<std::uint32_t>(a) == std::bit_cast<std::uint32_t>(b); }
+
+bool all_are(const particles::Store& store, int attribute, int component, float wanted, std::size_t count) {
+  const float* plane = store.plane(attribute, component);
+  if (plane == nullptr) return same_bits(store.uniform_value(attribute)[static_cast<std::size_t>(component)], wanted);
+  return std::all_of(plane, plane + count, [&](float value) { return same_bits(value, wanted); });
+}
+
+// Rows first .. last - 1 of an array of rows.
+void copy_rows(const particles::Store& store, int attribute, std::size_t first, std::size_t last, float* rows) {
+  const std::array<float, 3> all = store.uniform_value(attribute);
+  if (store.schema()[attribute].width == 1) {
+    const float* plane = store.plane(attribute, 0);
+    if (plane == nullptr) {
+      std::fill(rows + first, rows + last, all[0]);
+    } else {
+      std::copy(plane + first, plane + last, rows + first);
+    }
+    return;
+  }
+  if (store.uniform(attribute)) {
+    for (std::size_t i = first; i < last; ++i) std::copy(all.begin(), all.end(), rows + 3 * i);
+    return;
+  }
+  const float* x = store.plane(attribute, 0);
+  const float* y = store.plane(attribute, 1);
+  const float* z = store.plane(attribute, 2);
+  for (std::size_t i = first; i < last; ++i) {
+    rows[3 * i] = x[i];
+    rows[3 * i + 1] = y[i];
+    rows[3 * i + 2] = z[i];
+  }
+}
+
+}  // namespace
+
+py::list column_copies(const particles::Store& store, const std::vector<int>& attributes, std::size_t count,
+                       threads::Pool& pool) {
+  py::list arrays;
+  std::vector<float*> rows;
+  const auto n = static_cast<py::ssize_t>(count);
+  for (const int attribute : attributes) {
+    py::array_t<float> array(store.schema()[attribute].width == 1 ? std::vector<py::ssize_t>{n}
+                                                                  : std::vector<py::ssize_t>{n, 3});
+    rows.push_back(array.mutable_data());
+    arrays.append(array);
+  }
+  py::array_t<std::uint64_t> ids(n);
+  std::uint64_t* id_rows = ids.mutable_data();
+  arrays.append(ids);
+  released([&] {
+    threads::over_ranges(pool, count, kCopiedTogether, [&](std::size_t first, std::size_t last) {
+      for (std::size_t a = 0; a < rows.size(); ++a) copy_rows(store, attributes[a], first, last, rows[a]);
+      std::copy(store.ids() + first, store.ids() + last, id_rows + first);
+    });
+  });
+  return arrays;
+}
+
+std::vector<bool> used_attributes(const particles::Store& store, std::size_t count) {
+  std::vector<bool> used;
+  for (int attribute = 0; attribute < store.schema().size(); ++attribute) {
+    const particles::Attribute& facts = store.schema()[attribute];
+    bool same = true;
+    for (int c = 0; c < facts.width && same && count > 0; ++c) {
+      same = all_are(store, attribute, c, facts.initial[static_cast<std::size_t>(c)], count);
+    }
+    used.push_back(!same);
+  }
+  return used;
 }
 
 py::array column_copy(const particles::Store& store, int attribute) {

@@ -7,7 +7,9 @@ PYBIND11_MODULE(_core, m) {
   motes::bindings::bind_recording(m);
   motes::bindings::bind_image(m);
   motes::bindings::bind_balance(m);
+  motes::bindings::bind_snapshots(m);
   motes::bindings::bind_engine(m);
   motes::bindings::bind_process(m);
   motes::bindings::bind_bench(m);
+  motes::bindings::bind_soak(m);
 }

@@ -14,12 +14,14 @@ constexpr int kSeveral = -1;
 
 // A rank that waits may wait for one that waits itself. Who stands nearest to the one that stalls must speak first:
 // calculators talk to each other and to the image generator before they report, and the manager answers only when all
-// have reported. What others relay is waited for a little longer, by the ranks that it passes. In stall limits.
+// have reported. What others relay is waited for a little longer, by the ranks that it passes. In units of what Watch
+// says.
 double patience(Phase phase, int hops) {
   const double longer = 0.2 * hops;
   switch (phase) {
     case Phase::report:
     case Phase::sums:
+    case Phase::notes:
     case Phase::proposals: return 1.25 + longer;
     case Phase::tiles: return 1.1 + longer;  // whose owner waits for records
     case Phase::begin:
@@ -34,12 +36,35 @@ std::string where(const Stamp& stamp, Phase phase) {
   return "frame " + std::to_string(stamp.frame) + ", phase " + name(phase);
 }
 
+void seal(Message& message, Phase phase, Stamp stamp, std::uint64_t count, bool failed) {
+  Header header;
+  header.phase = phase;
+  header.failed = failed ? 1 : 0;
+  header.frame = stamp.frame;
+  header.turn = stamp.turn;
+  header.count = count;
+  message.set_header(header);
+}
+
+// The same watch for some of its ranks: it still speaks of them by their old numbers.
+Watch renumbered(const Watch& old, const std::vector<int>& ranks) {
+  const auto was = [ranks](int rank) { return rank < 0 ? rank : ranks.at(static_cast<std::size_t>(rank)); };
+  Watch watch;
+  if (old.while_waiting) watch.while_waiting = [call = old.while_waiting, was](int rank) { call(was(rank)); };
+  watch.describe = [old, was](int rank) { return old.name(was(rank)); };
+  if (old.life) watch.life = [call = old.life, was](int rank) { return call(was(rank)); };
+  watch.warn = old.warn;
+  watch.warn_s = old.warn_s;
+  watch.limit_s = old.limit_s;
+  return watch;
+}
+
 }  // namespace
 
 const char* name(Phase phase) {
-  constexpr const char* kNames[kPhases] = {"begin",  "report", "verdict", "exchange",  "records", "tiles",
-                                           "gather", "plan",   "loads",   "proposals", "births",  "log",
-                                           "sums",   "totals", "word",    "meeting"};
+  constexpr const char* kNames[kPhases] = {"begin", "report",  "verdict",   "exchange", "records", "tiles", "gather",
+                                           "plan",  "loads",   "proposals", "births",   "log",     "sums",  "totals",
+                                           "word",  "meeting", "notes",     "copies",   "recovery"};
   const auto index = static_cast<std::size_t>(phase);
   return index < kPhases ? kNames[index] : "unknown";
 }
@@ -57,11 +82,11 @@ Communicator::Communicator(std::unique_ptr<Transport> transport, Watch watch)
 
 // Asks `pending` for the rank that is waited for until it says kNobody.
 template <class Pending>
-void Communicator::wait(const std::string& purpose, double limits, const Pending& pending) {
+void Communicator::wait(const std::string& purpose, double times, const Pending& pending) {
   const double start = wall_seconds();
   int for_rank = pending();
   if (for_rank != kNobody) {
-    Wait watched(watch_, rank(), purpose, limits, start);
+    Wait watched(watch_, rank(), purpose, times, start);
     for (int round = 0; for_rank != kNobody; ++round) {
       transport_->pause(round, watched.next_look_s());
       for_rank = pending();
@@ -72,18 +97,30 @@ void Communicator::wait(const std::string& purpose, double limits, const Pending
 }
 
 void Communicator::post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count, bool failed) {
-  Header header;
-  header.phase = phase;
-  header.failed = failed ? 1 : 0;
-  header.frame = stamp.frame;
-  header.turn = stamp.turn;
-  header.count = count;
-  message.set_header(header);
+  seal(message, phase, stamp, count, failed);
   if (to == rank()) {
     mailbox_.push_back(std::move(message));
-    return;
+  } else {
+    carry(to, phase, std::make_shared<const Message>(std::move(message)));
   }
-  bytes_sent_ += message.bytes().size();
+}
+
+std::shared_ptr<const Message> Communicator::sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count,
+                                                    bool failed) {
+  seal(message, phase, stamp, count, failed);
+  return std::make_shared<Message>(std::move(message));
+}
+
+void Communicator::post(int to, const std::shared_ptr<const Message>& message) {
+  if (to == rank()) {
+    mailbox_.push_back(message->copy());
+  } else {
+    carry(to, message->header().phase, message);
+  }
+}
+
+void Communicator::carry(int to, Phase phase, std::shared_ptr<const Message> message) {
+  bytes_sent_ += message->bytes().size();
   transport_->send(to, phase, std::move(message));
 }
 
@@ -132,6 +169,19 @@ Message Communicator::take_own(Phase phase) {
   Message message = std::move(*found);
   mailbox_.erase(found);
   return message;
+}
+
+std::unique_ptr<Communicator> Communicator::shrink(std::vector<int>& survivors) {
+  revoke();
+  std::unique_ptr<Transport> among;
+  wait("to count who is left", 1, [&] {
+    among = transport_->shrink(survivors);
+    return among ? kNobody : kSeveral;
+  });
+  auto made = std::make_unique<Communicator>(std::move(among), renumbered(watch_, survivors));
+  made->waited_s_ += waited_s_;
+  made->bytes_sent_ += bytes_sent_;
+  return made;
 }
 
 }  // namespace motes::comm

@@ -6,6 +6,8 @@
 #include <deque>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "comm/errors.h"
 #include "comm/message.h"
@@ -29,6 +31,11 @@ class Communicator {
   /// `count`: particles in it, which the receiver holds against what it finds.
   void post(int to, Phase phase, Stamp stamp, Message message, std::uint64_t count = 0, bool failed = false);
 
+  /// The same in two steps, for a message that goes to several ranks or that the sender keeps: no copy is made of it.
+  static std::shared_ptr<const Message> sealed(Phase phase, Stamp stamp, Message message, std::uint64_t count = 0,
+                                               bool failed = false);
+  void post(int to, const std::shared_ptr<const Message>& message);
+
   /// What messages take under a simulator. All ranks must say the same.
   void weigh(Weights weights) { transport_->weigh(weights); }
 
@@ -48,13 +55,32 @@ class Communicator {
   /// own end, since the other ranks may not be there to agree.
   void finish();
 
+  /// Whether those that are left can go on when a rank is lost. Then any call may throw RankLost, and does so from then
+  /// on (see Transport).
+  bool survives() const { return transport_->survives(); }
+
+  /// Lets every rank's calls throw RankLost, so that nobody waits for one that recovers. Not collective.
+  void revoke() { transport_->revoke(); }
+
+  /// Collective among the ranks that live, when RankLost was thrown: one for them alone, in the order of their ranks.
+  /// `survivors`: the old rank of each. It goes on counting seconds and bytes, and its Watch still hears and speaks of
+  /// the ranks of this one until set_watch(). Waits with this one's Watch; throws as any wait does.
+  std::unique_ptr<Communicator> shrink(std::vector<int>& survivors);
+
+  const Watch& watch() const { return watch_; }
+  void set_watch(Watch watch) { watch_ = std::move(watch); }
+
+  /// What MPI_Comm_f2c takes, for messages beside these; -1 without MPI.
+  int handle() const { return transport_->handle(); }
+
   /// Seconds spent waiting and bytes sent to other ranks so far.
   double waited_s() const { return waited_s_; }
   std::uint64_t bytes_sent() const { return bytes_sent_; }
 
  private:
   template <class Pending>
-  void wait(const std::string& purpose, double limits, const Pending& pending);
+  void wait(const std::string& purpose, double times, const Pending& pending);
+  void carry(int to, Phase phase, std::shared_ptr<const Message> message);
   Message take_own(Phase phase);
 
   std::unique_ptr<Transport> transport_;

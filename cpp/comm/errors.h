@@ -22,4 +22,18 @@ class Stalled : public CommError {
   int rank_;
 };
 
+/// The process of a rank is gone, and those that are left can go on without it: see Transport::survives.
+class RankLost : public CommError {
+ public:
+  /// `rank`: which one, if it is known; -1 otherwise.
+  explicit RankLost(int rank)
+      : CommError((rank < 0 ? "another rank" : "rank " + std::to_string(rank)) +
+                  " is lost: its process was killed or has crashed"),
+        rank_(rank) {}
+  int rank() const { return rank_; }
+
+ private:
+  int rank_;
+};
+
 }  // namespace motes::comm

@@ -26,9 +26,12 @@ enum class Phase : std::uint8_t {
   sums,
   totals,
   word,
-  meeting
+  meeting,
+  notes,
+  copies,   // of particles, kept for the loss of their rank
+  recovery  // after such a loss
 };
-inline constexpr int kPhases = 16;
+inline constexpr int kPhases = 19;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the
@@ -68,6 +71,11 @@ class Message {
   void set_header(Header header) {
     header.payload_bytes = bytes_.size() - sizeof(Header);
     bytes_.set(0, header);
+  }
+  Message copy() const {
+    particles::Bytes same;
+    same.put_raw(bytes_.data(), bytes_.size());
+    return Message(std::move(same));
   }
   std::span<const std::byte> payload() const { return bytes_.view().subspan(sizeof(Header)); }
   particles::Reader reader() const { return particles::Reader(payload()); }

@@ -6,17 +6,19 @@
 #include <algorithm>
 #include <list>
 #include <map>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "comm/mpi_calls.h"
+#include "comm/mpi_losses.h"
 
 namespace motes::comm {
 namespace {
 
 struct Sending {
   int to;
-  Message message;
+  std::shared_ptr<const Message> message;
   std::vector<MPI_Request> requests;
 };
 
@@ -30,11 +32,14 @@ struct Receiving {
 struct UnderWay {
   MPI_Comm comm = MPI_COMM_NULL;
   MPI_Request request = MPI_REQUEST_NULL;  // of the collective that is under way
+  MPI_Request agreement = MPI_REQUEST_NULL;
+  int finished = 0;  // on all ranks, once all have agreed on it
+  int come = 1;
   std::list<Sending> sending;
   std::map<std::pair<int, Phase>, Receiving> receiving;  // by sender
 
   bool idle() const {
-    return request == MPI_REQUEST_NULL && sending.empty() &&
+    return request == MPI_REQUEST_NULL && agreement == MPI_REQUEST_NULL && sending.empty() &&
            std::all_of(receiving.begin(), receiving.end(),
                        [](const auto& of) { return of.second.request == MPI_REQUEST_NULL; });
   }
@@ -55,22 +60,32 @@ void back_off(int round) {
     sched_yield();
     return;
   }
-  const timespec nap{0, round < 1000 ? 20000 : 200000};
+  // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
+  // alone.
+  const timespec nap{0, round < 1000 ? 20000 : round < 1400 ? 200000 : 2000000};
   nanosleep(&nap, nullptr);
 }
 
 class MpiTransport : public Transport {
  public:
-  explicit MpiTransport(MPI_Comm users) : users_(users), way_(std::make_unique<UnderWay>()) {
-    check(MPI_Comm_rank(users, &rank_), "asking for the rank");
-    check(MPI_Comm_size(users, &size_), "asking for the number of ranks");
+  explicit MpiTransport(MPI_Comm users)
+      : users_(users), survives_(losses::survived()), way_(std::make_unique<UnderWay>()) {
+    count(users);
+  }
+
+  /// Takes a communicator of those that are left.
+  static std::unique_ptr<MpiTransport> among(MPI_Comm left) {
+    auto made = std::make_unique<MpiTransport>(left);
+    made->way_->comm = left;
+    made->open();
+    return made;
   }
 
   ~MpiTransport() override {
     int finalized = 0;
     MPI_Finalized(&finalized);
     if (finalized != 0) return;
-    if (!way_->idle()) {
+    if (!way_->idle() || lost_) {
       keep_for_ever(std::move(way_));
     } else if (way_->comm != MPI_COMM_NULL && size_ == 1) {
       MPI_Comm_free(&way_->comm);
@@ -82,48 +97,53 @@ class MpiTransport : public Transport {
   int size() const override { return size_; }
 
   bool entered() override {
+    if (entered_) return true;
+    if (lost_) lose();
     if (!entering_) {
       entering_ = true;
-      check(MPI_Comm_idup(users_, &way_->comm, &way_->request), "duplicating the communicator");
+      checked(MPI_Comm_idup(users_, &way_->comm, &way_->request), "duplicating the communicator");
     }
-    if (!done("duplicating the communicator")) return false;
-    // Errors come back as codes that check() turns into exceptions; whatever handler the user has is not inherited.
-    check(MPI_Comm_set_errhandler(way_->comm, MPI_ERRORS_RETURN), "setting the error handler");
-    return true;
+    if (done(way_->request, "duplicating the communicator")) {
+      open();
+    } else if (survives_ && losses::lost_rank(users_) >= 0) {
+      lose();  // the user's communicator is not ours to revoke: each rank finds out by itself
+    }
+    return entered_;
   }
 
-  void send(int to, Phase phase, Message message) override {
+  void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     if (way_->comm == MPI_COMM_NULL) throw CommError("a message was sent after the end of all conversations");
+    if (lost_) lose();
     if (way_->sending.size() >= sweep_at_) {
       progress();
       sweep_at_ = 2 * way_->sending.size() + 16;
     }
     way_->sending.push_back({to, std::move(message), {}});
     Sending& sending = way_->sending.back();
-    const particles::Bytes& bytes = sending.message.bytes();
+    const particles::Bytes& bytes = sending.message->bytes();
     for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
       const std::size_t length = std::min(kPiece, bytes.size() - at);
       sending.requests.push_back(MPI_REQUEST_NULL);
-      check(MPI_Isend(bytes.data() + at, static_cast<int>(length), MPI_BYTE, to, tag(phase), way_->comm,
-                      &sending.requests.back()),
-            "sending a message");
+      checked(MPI_Isend(bytes.data() + at, static_cast<int>(length), MPI_BYTE, to, tag(phase), way_->comm,
+                        &sending.requests.back()),
+              "sending a message");
     }
   }
 
   void await(int, Phase) override {}
 
   std::optional<particles::Bytes> receive(int from, Phase phase) override {
+    if (lost_) lose();
     Receiving& next = way_->receiving[{from, phase}];
     do {
       if (next.request == MPI_REQUEST_NULL && !begin_piece(from, phase, next)) return std::nullopt;
-      int done = 0;
-      check(MPI_Test(&next.request, &done, MPI_STATUS_IGNORE), "receiving a message");
-      if (done == 0) return std::nullopt;
+      if (!done(next.request, "receiving a message")) return std::nullopt;
     } while (next.bytes.size() < whole_length(next.bytes.view()));
     return std::exchange(next.bytes, {});
   }
 
   std::optional<int> unsent() override {
+    if (lost_ || (survives_ && losses::revoked(way_->comm))) lose();
     progress();
     if (way_->sending.empty()) return std::nullopt;
     return way_->sending.front().to;
@@ -131,54 +151,148 @@ class MpiTransport : public Transport {
 
   bool finished() override {
     if (way_->comm == MPI_COMM_NULL) return true;
+    if (lost_) lose();
     if (!finishing_) {
       finishing_ = true;
-      check(MPI_Ibarrier(way_->comm, &way_->request), "finishing");
+      checked(MPI_Ibarrier(way_->comm, &way_->request), "finishing");
     }
-    if (!done("finishing")) return false;
-    check(MPI_Comm_free(&way_->comm), "freeing the communicator");  // all ranks are here
+    if (!done(way_->request, "finishing")) return false;
+    // Where a rank dies meanwhile, the barrier may end well here and not elsewhere: see shrink().
+    if (survives_ && !decided(1)) return false;
+    if (survives_ && way_->finished == 0) lose();
+    const bool whole = !survives_ || losses::lost_rank(way_->comm) < 0;
+    if (whole) check(MPI_Comm_free(&way_->comm), "freeing the communicator");  // all ranks are here
+    way_->comm = MPI_COMM_NULL;
     return true;
   }
 
   void pause(int round, double) override {
-    progress();
+    if (!lost_) progress();
     back_off(round);
   }
 
+  bool survives() const override { return survives_; }
+
+  void revoke() override {
+    if (!recoverable()) return Transport::revoke();
+    lost_ = true;
+    losses::revoke(way_->comm);
+  }
+
+  // Each rank takes part in two agreements. The first decides for all whether the end came before the loss; a rank that
+  // is at the end has its say in finished(). The second is there when all have come: MPI itself then waits for nobody.
+  std::unique_ptr<Transport> shrink(std::vector<int>& survivors) override {
+    if (!recoverable()) return Transport::shrink(survivors);
+    if (!decided(0)) return nullptr;
+    if (way_->finished != 0) throw CommError("the other ranks have finished");
+    if (!coming_) {
+      coming_ = true;
+      losses::agree(way_->comm, &way_->come, &way_->agreement);
+    }
+    if (!agreed()) return nullptr;
+    auto left = among(losses::shrunk(way_->comm));
+    survivors = left->ranks_in(way_->comm);
+    return left;
+  }
+
+  int handle() const override { return entered_ && way_->comm != MPI_COMM_NULL ? MPI_Comm_c2f(way_->comm) : -1; }
+
  private:
-  bool done(const char* what) {
+  void count(MPI_Comm comm) {
+    check(MPI_Comm_rank(comm, &rank_), "asking for the rank");
+    check(MPI_Comm_size(comm, &size_), "asking for the number of ranks");
+  }
+
+  // Errors come back as codes that checked() turns into exceptions; whatever handler the user has is not inherited.
+  void open() {
+    check(MPI_Comm_set_errhandler(way_->comm, MPI_ERRORS_RETURN), "setting the error handler");
+    entered_ = true;
+  }
+
+  bool recoverable() const { return survives_ && entered_ && way_->comm != MPI_COMM_NULL; }
+
+  std::vector<int> ranks_in(MPI_Comm old) const {
+    MPI_Group ours = MPI_GROUP_NULL;
+    MPI_Group theirs = MPI_GROUP_NULL;
+    check(MPI_Comm_group(way_->comm, &ours), "asking who is left");
+    check(MPI_Comm_group(old, &theirs), "asking who was there");
+    std::vector<int> own(static_cast<std::size_t>(size_));
+    std::vector<int> ranks(own.size());
+    std::iota(own.begin(), own.end(), 0);
+    check(MPI_Group_translate_ranks(ours, size_, own.data(), theirs, ranks.data()), "asking who is left");
+    MPI_Group_free(&ours);
+    MPI_Group_free(&theirs);
+    return ranks;
+  }
+
+  void checked(int code, const char* what) {
+    // A duplication in which a rank dies may call that an internal error.
+    const bool lost =
+        code != MPI_SUCCESS && survives_ && (losses::is_loss(code) || (!entered_ && losses::lost_rank(users_) >= 0));
+    if (lost) lose();
+    check(code, what);
+  }
+
+  [[noreturn]] void lose() {
+    lost_ = true;
+    throw RankLost(losses::lost_rank(entered_ ? way_->comm : users_));
+  }
+
+  bool done(MPI_Request& request, const char* what) {
     int done = 0;
-    check(MPI_Test(&way_->request, &done, MPI_STATUS_IGNORE), what);
+    checked(MPI_Test(&request, &done, MPI_STATUS_IGNORE), what);
     return done != 0;
+  }
+
+  // Whether all have agreed that they have finished, or that they have not. `vote`: 1 from who has.
+  bool decided(int vote) {
+    if (decided_) return true;
+    if (way_->agreement == MPI_REQUEST_NULL) {
+      way_->finished = vote;
+      losses::agree(way_->comm, &way_->finished, &way_->agreement);
+    }
+    return decided_ = agreed();
+  }
+
+  // Whether an agreement is there. It may tell of losses besides.
+  bool agreed() {
+    int done = 0;
+    const int code = MPI_Test(&way_->agreement, &done, MPI_STATUS_IGNORE);
+    if (!losses::is_loss(code)) check(code, "agreeing");
+    return way_->agreement == MPI_REQUEST_NULL;
   }
 
   bool begin_piece(int from, Phase phase, Receiving& next) {
     int here = 0;
     MPI_Message arriving = MPI_MESSAGE_NULL;
     MPI_Status status;
-    check(MPI_Improbe(from, tag(phase), way_->comm, &here, &arriving, &status), "waiting for a message");
+    checked(MPI_Improbe(from, tag(phase), way_->comm, &here, &arriving, &status), "waiting for a message");
     if (here == 0) return false;
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
-    check(MPI_Imrecv(next.bytes.extend(static_cast<std::size_t>(length)), length, MPI_BYTE, &arriving, &next.request),
-          "receiving a message");
+    checked(MPI_Imrecv(next.bytes.extend(static_cast<std::size_t>(length)), length, MPI_BYTE, &arriving, &next.request),
+            "receiving a message");
     return true;
   }
 
   void progress() {
     for (auto it = way_->sending.begin(); it != way_->sending.end();) {
-      int all_done = 0;
-      check(MPI_Testall(static_cast<int>(it->requests.size()), it->requests.data(), &all_done, MPI_STATUSES_IGNORE),
-            "sending a message");
-      it = all_done != 0 ? way_->sending.erase(it) : std::next(it);
+      bool all_done = true;
+      for (MPI_Request& request : it->requests) all_done = done(request, "sending a message") && all_done;
+      it = all_done ? way_->sending.erase(it) : std::next(it);
     }
   }
 
   MPI_Comm users_;
   int rank_ = 0;
   int size_ = 1;
+  bool survives_;
   bool entering_ = false;
+  bool entered_ = false;
   bool finishing_ = false;
+  bool lost_ = false;     // a rank: every call throws
+  bool decided_ = false;  // whether all have finished
+  bool coming_ = false;   // to shrink()
   std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left
   std::unique_ptr<UnderWay> way_;
 };
@@ -186,6 +300,8 @@ class MpiTransport : public Transport {
 }  // namespace
 
 std::unique_ptr<Transport> make_mpi(int handle) { return std::make_unique<MpiTransport>(live(handle)); }
+
+bool mpi_can_survive() { return losses::can_be_survived(); }
 
 void keep_mpi_time() {}  // the machine's time will do
 

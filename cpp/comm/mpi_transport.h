@@ -11,4 +11,7 @@ namespace motes::comm {
 /// which MPI_Init has been called. Throws CommError where there is no such communicator.
 std::unique_ptr<Transport> make_mpi(int handle);
 
+/// Whether this was built for an MPI whose connections can survive the loss of a rank, if its launcher says so.
+bool mpi_can_survive();
+
 }  // namespace motes::comm

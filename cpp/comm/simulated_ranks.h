@@ -32,12 +32,18 @@ struct Simulation {
   double bandwidth = 1e9;  // bytes per second
   double variation = 0.5;  // each of these varies by up to this part, up and down
 
-  /// A rank that dies: it stops at its n-th point of the kind above, without a word. What it sent before may arrive.
+  /// A rank that dies: it stops at its n-th point of the kind above, or where it sends for the n-th time, or asks
+  /// Transport::shrink for the n-th time, without a word. What it sent before may arrive.
   struct Death {
+    enum class At : std::uint8_t { point, send, shrink };
     int rank;
     std::uint64_t point;
+    At at = At::point;
   };
   std::vector<Death> deaths{};
+  /// Transport::survives. News of losses and revocations then reach each rank after a time of its own. What follows
+  /// from a death depends on the order of events, in times as well.
+  bool survives = false;
   bool trace = false;  // keep a list of all events
 };
 

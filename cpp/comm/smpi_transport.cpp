@@ -33,7 +33,7 @@ void* ballast_bytes() {
 }
 
 struct Sending {
-  Message message;
+  std::shared_ptr<const Message> message;
   std::vector<MPI_Request> requests;
 };
 
@@ -58,12 +58,12 @@ class SmpiTransport : public Transport {
     return true;
   }
 
-  void send(int to, Phase phase, Message message) override {
+  void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     if (sending_.size() >= sweep_at_) {
       progress();
       sweep_at_ = 2 * sending_.size() + 16;
     }
-    const Header header = message.header();
+    const Header header = message->header();
     sending_.push_back({std::move(message), {}});
     Sending& sending = sending_.back();
     const auto isend = [&](const void* from, std::size_t length, int with_tag) {
@@ -71,13 +71,13 @@ class SmpiTransport : public Transport {
       check(MPI_Isend(from, static_cast<int>(length), MPI_BYTE, to, with_tag, comm_, &sending.requests.back()),
             "sending a message");
     };
-    const particles::Bytes& bytes = sending.message.bytes();
+    const particles::Bytes& bytes = sending.message->bytes();
     std::size_t length = std::min(beginning(phase), bytes.size());
     for (std::size_t at = 0; at < bytes.size(); at += length, length = std::min(kPiece, bytes.size() - at)) {
       isend(bytes.data() + at, length, tag(phase));
     }
     carry_ballast(header, [&](void* from, std::size_t piece) { isend(from, piece, ballast_tag(phase)); });
-    handle(header);
+    charge_for(header);
   }
 
   void await(int from, Phase phase) override {
@@ -106,7 +106,7 @@ class SmpiTransport : public Transport {
     }
     const auto header = particles::Reader(bytes.view()).get<Header>();
     carry_ballast(header, [&](void* into, std::size_t piece) { receive_into(into, piece, from, ballast_tag(phase)); });
-    handle(header);
+    charge_for(header);
     return bytes;
   }
 
@@ -143,7 +143,7 @@ class SmpiTransport : public Transport {
   }
 
   // The time that it takes at one end.
-  void handle(const Header& header) const { execute(weights_.message + weights_.byte * weight(header)); }
+  void charge_for(const Header& header) const { execute(weights_.message + weights_.byte * weight(header)); }
 
   // In pieces; `move` sends or receives one.
   template <class Move>
@@ -199,6 +199,8 @@ class SmpiTime : public TimeSource {
 }  // namespace
 
 std::unique_ptr<Transport> make_mpi(int handle) { return std::make_unique<SmpiTransport>(live(handle)); }
+
+bool mpi_can_survive() { return false; }
 
 void keep_mpi_time() {
   static SmpiTime time;

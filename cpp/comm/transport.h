@@ -2,8 +2,12 @@
 // SimGrid's simulated MPI (smpi_transport.cpp) and by ranks that are threads of one process (simulated_ranks.h).
 #pragma once
 
+#include <memory>
 #include <optional>
+#include <utility>
+#include <vector>
 
+#include "comm/errors.h"
 #include "comm/message.h"
 
 namespace motes::comm {
@@ -21,6 +25,10 @@ struct Weights {
 /// and the caller calls pause() and asks again. Transports of simulators may answer a question only when it is time.
 ///
 /// What is under way when a wait is given up outlives the transport: its memory stays valid.
+///
+/// Where losses are survived, what waits for a lost rank throws RankLost, soon but not at the same moment on all ranks;
+/// those that wait for others learn of it by revoke() alone. An end that has thrown RankLost once throws nothing else:
+/// who is left goes on by shrink().
 class Transport {
  public:
   Transport() = default;
@@ -36,7 +44,7 @@ class Transport {
 
   /// Sends without waiting; keeps the message until it has left. Messages of one phase from one rank to another stay in
   /// order. Never to oneself.
-  virtual void send(int to, Phase phase, Message message) = 0;
+  virtual void send(int to, Phase phase, std::shared_ptr<const Message> message) = 0;
 
   /// This rank will receive a message of this phase from `from`. Only a simulator needs to know in advance.
   virtual void await(int from, Phase phase) = 0;
@@ -48,6 +56,7 @@ class Transport {
   virtual std::optional<int> unsent() = 0;
 
   /// Whether all ranks have come to the end. Collective: all messages must have left. Nothing may be sent afterwards.
+  /// Where losses are survived, all that live come to the same answer: true on all, or RankLost on all.
   virtual bool finished() = 0;
 
   /// Waits a little for what the last question was about. `round`: how many pauses came before this one in the wait;
@@ -55,6 +64,25 @@ class Transport {
   virtual void pause(int round, double until_s) = 0;
 
   virtual void weigh(Weights) {}
+
+  /// Whether those that are left can go on when a rank is lost.
+  virtual bool survives() const { return false; }
+
+  /// From now on every call on any rank's end throws RankLost, apart from shrink(): nobody waits for one that recovers.
+  /// Not collective; may be called more than once.
+  virtual void revoke() { throw CommError("these connections do not survive the loss of a rank"); }
+
+  /// Connections among the ranks that live, in their order, when all of them have come here; null before: call pause()
+  /// and ask again. They have been entered already. Collective among those that live, after revoke(). `survivors`: the
+  /// old rank of each. Who dies meanwhile is left out, or calls on the new connections throw RankLost. Throws CommError
+  /// where all ranks have finished() meanwhile.
+  virtual std::unique_ptr<Transport> shrink(std::vector<int>& survivors) {
+    survivors.clear();
+    throw CommError("these connections do not survive the loss of a rank");
+  }
+
+  /// What MPI_Comm_f2c takes, for messages beside these; -1 without MPI.
+  virtual int handle() const { return -1; }
 };
 
 }  // namespace motes::comm

@@ -16,40 +16,65 @@ std::string number(double value) {
 
 std::string whole(double seconds) { return std::to_string(static_cast<long long>(seconds)); }
 
+std::string text_of(const Life& life) {
+  if (!life.text.empty()) return life.text;
+  switch (life.state) {
+    case Life::State::gone: return "its process is gone";
+    case Life::State::lives: return "its process lives";
+    default: return "nobody here can tell whether its process lives";
+  }
+}
+
 }  // namespace
 
-Wait::Wait(const Watch& watch, int self, std::string purpose, double limits, double now_s)
-    : watch_(watch), self_(self), purpose_(std::move(purpose)), limit_s_(limits * watch.stall_s), last_s_(now_s),
-      next_look_s_(now_s + kLookEvery) {}
+Wait::Wait(const Watch& watch, int self, std::string purpose, double patience, double now_s)
+    : watch_(watch), self_(self), purpose_(std::move(purpose)), warn_s_(patience * watch.warn_s),
+      limit_s_(patience * watch.limit_s), last_s_(now_s), next_look_s_(now_s + kLookEvery), next_warning_s_(warn_s_) {}
 
 void Wait::look(double now_s, int for_rank) {
   // Waiting naps are below a millisecond. A longer gap means that this process did not run: then nobody can say that
   // the other rank was silent. On an overloaded machine such gaps are the rule, so each counts for a little.
-  waited_s_ += std::min({now_s - last_s_, 1.0, watch_.stall_s / 4});
+  const double shortest = watch_.limit_s > 0 ? std::min(watch_.limit_s, watch_.warn_s) : watch_.warn_s;
+  waited_s_ += std::min({now_s - last_s_, 1.0, shortest / 4});
   last_s_ = now_s;
   if (now_s < next_look_s_) return;
   next_look_s_ = now_s + kLookEvery;
   if (watch_.while_waiting) watch_.while_waiting(for_rank);
-  if (waited_s_ <= limit_s_) return;
-  const bool alive = for_rank >= 0 && watch_.alive && watch_.alive(for_rank);
-  if (!alive) {
-    throw Stalled(for_rank,
-                  told(for_rank, watch_.alive && for_rank >= 0 ? "its process is gone, or on another host" : ""));
-  }
-  if (waited_s_ > kWhileAlive * limit_s_) throw Stalled(for_rank, told(for_rank, "its process lives"));
-  if (warned_) return;
-  warned_ = true;
-  if (watch_.warn) {
-    watch_.warn(
-        told(for_rank, "its process lives, so it goes on waiting, for " + whole(kWhileAlive * limit_s_) + " s in all"));
-  }
+  const bool over = limit_s_ > 0 && waited_s_ > limit_s_;
+  if (!over && waited_s_ <= next_warning_s_) return;
+  const Life life = watch_.life ? watch_.life(for_rank) : Life{};
+  const bool unknown_for_long = life.state == Life::State::unknown && limit_s_ <= 0 && waited_s_ > kUnknown * warn_s_;
+  if (over || life.state == Life::State::gone || unknown_for_long) give_up(for_rank, life);
+  next_warning_s_ += warn_s_;
+  if (watch_.warn) warn(for_rank, life);
 }
 
-// "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process lives; ...)"
-std::string Wait::told(int for_rank, const std::string& life) const {
+// "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report; its process lives, so it goes on
+// waiting (MOTES_STALL_S=seconds would limit that)"
+void Wait::warn(int for_rank, const Life& life) const {
+  std::string rest = "it goes on waiting (MOTES_STALL_S=seconds would limit that)";
+  if (limit_s_ > 0) {
+    rest = "it waits until the limit that was set, MOTES_STALL_S=" + number(watch_.limit_s);
+  } else if (life.state == Life::State::unknown) {
+    rest = "it waits for " + whole(kUnknown * warn_s_) + " s in all (MOTES_STALL_S=seconds sets another limit)";
+  }
+  watch_.warn(told(for_rank) + "; " + text_of(life) + ", so " + rest);
+}
+
+void Wait::give_up(int for_rank, const Life& life) const {
+  std::string why = text_of(life);
+  if (life.state != Life::State::gone && limit_s_ > 0) {
+    why += "; the limit was set by MOTES_STALL_S=" + number(watch_.limit_s) +
+           ": set more seconds, or unset it to wait as long as the process lives";
+  } else if (life.state == Life::State::unknown) {
+    why += "; MOTES_STALL_S=seconds sets another limit than " + whole(kUnknown * watch_.warn_s);
+  }
+  throw Stalled(for_rank, told(for_rank) + " (" + why + ")");
+}
+
+std::string Wait::told(int for_rank) const {
   const std::string whom = for_rank < 0 ? "other ranks" : watch_.name(for_rank);
-  return watch_.name(self_) + " waited " + whole(waited_s_) + " s for " + whom + ": " + purpose_ + " (" + life +
-         (life.empty() ? "" : "; ") + "MOTES_STALL_S, now " + number(watch_.stall_s) + " s, sets the limit)";
+  return watch_.name(self_) + " waited " + whole(waited_s_) + " s for " + whom + ": " + purpose_;
 }
 
 }  // namespace motes::comm

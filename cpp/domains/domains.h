@@ -61,6 +61,11 @@ struct Cut {
 };
 static_assert(sizeof(Cut) == 8);  // as it travels
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Cut& cut) {
+  visit(cut.axis, cut.at);
+}
+
 /// Where n domains are halved: the first n / 2 of them lie to the left of the cut, which is number n / 2 - 1 of the n
 /// - 1. Cut i so stands between domains i and i + 1 in their order, whatever the axes.
 constexpr int left_part(int domains) { return domains / 2; }

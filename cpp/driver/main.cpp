@@ -44,7 +44,7 @@ struct Opened {
 
 double stall_limit() {
   const char* text = std::getenv("MOTES_STALL_S");
-  if (text == nullptr || *text == '\0') return comm::Watch{}.stall_s;
+  if (text == nullptr || *text == '\0') return comm::Watch{}.limit_s;
   char* end = nullptr;
   const double seconds = std::strtod(text, &end);
   if (*end != '\0' || !std::isfinite(seconds) || seconds <= 0) {
@@ -64,7 +64,8 @@ class Player {
   Player(const comm::Environment& mpi, const Options& options, const Opened& opened)
       : options_(options), opened_(opened), cast_(cast(options.roles, mpi.size())) {
     comm::Watch watch;
-    watch.stall_s = stall_limit();
+    watch.limit_s = stall_limit();
+    watch.warn = complain;
     watch.describe = [this](int rank) { return describe(rank); };
     run_.seed = opened.first.seed;
     run_.dt = opened.first.dt;

@@ -18,8 +18,15 @@ void note_drawings(const Drawings& drawing, FrameRow& row) {
 
 }  // namespace
 
-void Account::open_log(const std::string& directory, const std::vector<std::string>& hosts) {
-  log_ = std::make_unique<Log>(directory, hosts);
+void Account::open_log(const Logging& logging) {
+  const std::uint64_t first = logging.continued_from;
+  log_ = std::make_unique<Log>(logging.directory, logging.hosts, first);
+  if (!logging.lost.empty()) return log_->event("recovered", first, logging.lost);
+  if (first == 0) return log_->event("start", 0, "");
+  const std::size_t ranks = logging.hosts.size();
+  log_->event("continued", first,
+              "from the checkpoint of frame " + std::to_string(first) + " on " + std::to_string(ranks) +
+                  (ranks == 1 ? " rank" : " ranks"));
 }
 
 void Account::note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,
@@ -119,6 +126,11 @@ void Account::note_tails(const Tail& tail, const std::vector<CalculatorTail>& ta
 void Account::write_rows() {
   if (log_ && row_is_new_ && last_row_) log_->add(*last_row_);
   row_is_new_ = false;
+}
+
+void Account::secure_rows() {
+  write_rows();
+  if (log_) log_->sync();
 }
 
 }  // namespace motes::frame

@@ -11,14 +11,16 @@
 #include "frame/report.h"
 #include "frame/reports.h"
 #include "frame/script.h"
+#include "frame/settings.h"
 #include "roles/cast.h"
 
 namespace motes::frame {
 
 class Account {
  public:
-  /// Makes the log's directory and tables. Throws std::runtime_error, naming the path, where it cannot.
-  void open_log(const std::string& directory, const std::vector<std::string>& hosts);
+  /// Makes the log's directory and tables, or goes on with those of an earlier run, and says so in an event. Throws
+  /// LogError, naming the path, where it cannot.
+  void open_log(const Logging& logging);
   Log* log() { return log_.get(); }
 
   /// A round has been judged; with the first one a row begins.
@@ -33,6 +35,9 @@ class Account {
   void note_tails(const Tail& tail, const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
   /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
   void write_rows();
+  /// Writes them now, and waits until the disk has them. After a conversation outside the frame, which brings the last
+  /// frame's tails, these are the rows of all frames so far. Throws LogError where the disk does not accept them.
+  void secure_rows();
 
   /// The last frame about which all is known.
   const std::optional<FrameRow>& last_row() const { return last_row_; }

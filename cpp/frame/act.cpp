@@ -34,7 +34,7 @@ void end_list(const Rank& rank, const System& system, Population& here) {
   if (here.moved && here.outcome.left.empty())
     find_leavers(rank, system, here);  // a list without actions does not look
   here.tally.killed += here.outcome.dead.size();
-  note_events(system, here);
+  note_events(rank, system, here);
   here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
   charge_list(rank, system, here);
 }
@@ -96,8 +96,8 @@ void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, 
     if (system.meets()) {
       course.take_births(i, newborn);
     } else {
-      act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, std::size_t begin) {
-        call_back(calculator, i, callback, begin);
+      act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, double time, std::size_t begin) {
+        call_back(calculator, i, callback, time, begin);
       });
       pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
     }
@@ -147,12 +147,12 @@ void sort_all(Rank& rank, const Script& script, Calculator& calculator) {
   rank.machine.slow_down(start);
 }
 
-void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback,
+void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback, double time,
                std::size_t begin) {
   Population& here = *calculator.populations[system];
   std::vector<std::uint32_t> chosen;
   if (!callback.where.empty()) {
-    chosen = recording::select(callback.where, callback.shapes, here.store, begin);
+    chosen = recording::select(callback.where, callback.shapes, time, here.store, begin);
     if (chosen.empty()) return;
   }
   const Call call{static_cast<int>(system), callback.number, begin, callback.where.empty() ? nullptr : &chosen};

@@ -14,8 +14,8 @@ void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newbo
 /// What `sort` is for: the particles that a calculator has at the frame's end stand in the order of drawing.
 void sort_all(Rank& rank, const Script& script, Calculator& calculator);
 
-/// Calls the script's function of one system's particles.
-void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback,
+/// Calls the script's function of one system's particles, at a time of the animation (seconds).
+void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback, double time,
                std::size_t begin);
 
 /// Calls the script's function, which meanwhile sees all that the list runs over.

@@ -59,6 +59,13 @@ void report_systems(const Rank& rank, const Script& script, const Calculator& ca
   }
 }
 
+// What viewers ask for, once in a conversation: in its last round, so as late as all ranks can still hear of it.
+void report_orders(Rank& rank, const Script& script, Round& round) {
+  const bool last = round.last == script.systems.size();
+  if (!script.steered() || !last || !rank.talk.draws() || !rank.settings.orders) return;
+  rank.talk.work("viewers", [&] { round.own.orders = rank.settings.orders(); });
+}
+
 // What happened to the rank.
 void report_rank(const Rank& rank, const Script& script, Calculator& calculator, Round& round) {
   const Failure& failure = rank.talk.failure();
@@ -69,6 +76,10 @@ void report_rank(const Rank& rank, const Script& script, Calculator& calculator,
     round.own.failure = failure;
     round.own.failed_rank = rank.talk.rank();
   }
+  if (script.steered() && rank.settings.stop_signal) {
+    round.own.stop = static_cast<std::uint8_t>(rank.settings.stop_signal());
+  }
+  round.own.unsaved_from = rank.talk.unsaved_from;
   round.own.tail = std::exchange(calculator.tail, {});
   round.own_tails = std::exchange(calculator.tails, {});
   round.tells_tails = round.own.tail.valid && !rank.settings.log.directory.empty();
@@ -112,6 +123,9 @@ Verdict compare(const Script& script, int ranks, const Report& report) {
   Verdict verdict;
   verdict.failure = report.failure;
   verdict.failed_rank = report.failed_rank;
+  verdict.stop = report.stop;
+  verdict.unsaved_from = report.unsaved_from;
+  verdict.orders = report.orders;
   return verdict;
 }
 
@@ -188,6 +202,7 @@ void report(Rank& rank, const Script& script, Calculator& calculator, Round& rou
   if (newborn.compare && rank.talk.calculates()) round.own.decisions = decide_alone(rank, script, calculator, round);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "report", script.name_of(round));
   round.reported_s = comm::wall_seconds();
+  report_orders(rank, script, round);
   report_rank(rank, script, calculator, round);
   send_report(rank, round);
 }
@@ -224,6 +239,9 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
     pass_on(rank, round, read_judgement(in), staying);
   }
   if (round.verdict.failure.failed()) rank.talk.give_up(std::move(round.verdict));
+  rank.talk.stop = std::max<int>(rank.talk.stop, round.verdict.stop);
+  rank.talk.all_unsaved_from = round.verdict.unsaved_from;
+  rank.talk.orders += round.verdict.orders;
   script.new_cuts.insert(script.new_cuts.end(), round.verdict.cuts.begin(), round.verdict.cuts.end());
   for (std::size_t i = round.first; i < round.last; ++i) {
     System& system = *script.systems[i];

@@ -1,6 +1,5 @@
 #include "frame/alarms.h"
 
-#include <algorithm>
 #include <cmath>
 #include <utility>
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -26,10 +27,21 @@ class Alarms {
  private:
   struct Watched {
     bool crowded = false, deep = false, softened = false;  // said
-    int frames = 0;       // in which overlaps were deep, and became no less
-    float deepness = 0;   // at the first of them
+    std::int32_t frames = 0;  // in which overlaps were deep, and became no less
+    float deepness = 0;       // at the first of them
+
+    template <class Visitor>
+    friend constexpr void fields(Visitor& visit, Watched& watched) {
+      visit(watched.crowded, watched.deep, watched.softened, watched.frames, watched.deepness);
+    }
   };
   std::vector<Watched> systems_;
+
+  // So that a run that goes on says nothing twice.
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Alarms& alarms) {
+    visit(alarms.systems_);
+  }
 };
 
 }  // namespace motes::frame

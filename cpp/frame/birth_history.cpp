@@ -8,12 +8,14 @@ namespace {
 
 using particles::Store;
 using recording::Birth;
+using recording::Moment;
 
 constexpr std::uint64_t kChunk = 1u << 16;  // particles made at once
 constexpr std::size_t kSources = 16;        // calls among which a new one may find itself again
 
 std::size_t bytes_of(const Birth& birth) {
-  std::size_t bytes = sizeof birth + birth.state.size() * sizeof(recording::Given);
+  std::size_t bytes =
+      sizeof birth + birth.state.size() * sizeof(recording::Given) + birth.before.size() * sizeof(shapes::Shape);
   for (const recording::Emitted& column : birth.columns) bytes += column.values.size() * sizeof(float);
   return bytes;
 }
@@ -40,18 +42,23 @@ void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_
 }  // namespace
 
 // A source says the same in every frame. What was emitted has arrays of its own: it is not compared.
-std::uint64_t BirthHistory::number_of(const Birth& birth, float dt) {
+std::uint64_t BirthHistory::number_of(const Birth& birth, const Moment& moment) {
   const std::size_t first = calls_.size() > kSources ? calls_.size() - kSources : 0;
   for (std::size_t i = calls_.size(); birth.kind != Birth::Kind::emit && i > first; --i) {
-    if (calls_[i - 1].dt == dt && calls_[i - 1].birth == birth) return forgotten_calls_ + i - 1;
+    if (calls_[i - 1].moment == moment && calls_[i - 1].birth == birth) return forgotten_calls_ + i - 1;
   }
-  calls_.push_back({birth, dt, bytes_of(birth)});
+  calls_.push_back({birth, moment, bytes_of(birth)});
   call_bytes_ += calls_.back().bytes;
   return forgotten_calls_ + calls_.size() - 1;
 }
 
-void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, float dt) {
-  const std::uint64_t call = number_of(birth, dt);
+void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, const Moment& moment) {
+  if (!birth.counts.empty()) {  // they change from frame to frame, and what particles are does not depend on them
+    Birth same = birth;
+    same.counts.clear();
+    return add(same, first_id, count, moment);
+  }
+  const std::uint64_t call = number_of(birth, moment);
   if (!stretches_.empty()) {
     Stretch& last = stretches_.back();
     if (last.call == call && last.first_id + last.count == first_id) {
@@ -88,7 +95,7 @@ void BirthHistory::restore_copies(Store& store, particles::Key key) {
       while (next != order.end() && store.ids()[*next] < first) ++next;
       if (next == order.end()) break;
       if (store.ids()[*next] >= first + count) continue;
-      const Store newborn = recording::make(call.birth, store.schema(), key, first, count, call.dt, true);
+      const Store newborn = recording::make(call.birth, store.schema(), key, first, count, call.moment, true);
       for (; next != order.end() && store.ids()[*next] < first + count; ++next) {
         copy_over(newborn, store.ids()[*next] - first, store, *next);
       }

@@ -17,8 +17,8 @@ namespace motes::frame {
 /// the same frame, and what they do about it needs no messages of its own.
 class BirthHistory {
  public:
-  /// Notes particles first_id .. first_id + count - 1 of a call. dt: seconds of its (sub)step.
-  void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, float dt);
+  /// Notes particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
+  void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, const recording::Moment& moment);
 
   /// Whether the history has grown so much that forgetting the dead is worth a look at all ids. `limit`: bytes that it
   /// may take.
@@ -39,16 +39,29 @@ class BirthHistory {
  private:
   struct Call {
     recording::Birth birth;
-    float dt;
-    std::size_t bytes;
+    recording::Moment moment;
+    std::size_t bytes = 0;
   };
   struct Stretch {
-    std::uint64_t first_id;
-    std::uint64_t count;
-    std::uint64_t call;  // its number since the beginning: calls_[call - forgotten_calls_]
+    std::uint64_t first_id = 0;
+    std::uint64_t count = 0;
+    std::uint64_t call = 0;  // its number since the beginning: calls_[call - forgotten_calls_]
   };
 
-  std::uint64_t number_of(const recording::Birth& birth, float dt);
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Call& call) {
+    visit(call.birth, call.moment, call.bytes);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Stretch& stretch) {
+    visit(stretch.first_id, stretch.count, stretch.call);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, BirthHistory& history) {
+    visit(history.calls_, history.stretches_, history.forgotten_calls_, history.call_bytes_, history.pruned_bytes_);
+  }
+
+  std::uint64_t number_of(const recording::Birth& birth, const recording::Moment& moment);
 
   std::vector<Call> calls_;
   std::vector<Stretch> stretches_;  // ascending ids

@@ -53,7 +53,6 @@ bool Course::run_substep(int substep) {
     runner.next_piece = 0;
     runner.collided = false;
   }
-  const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
   std::vector<const Piece*> waits(runners_.size(), nullptr);
   for (std::size_t done = 0; done < runners_.size();) {
     done = 0;
@@ -71,9 +70,7 @@ bool Course::run_substep(int substep) {
             break;
           (waits[r]->meeting->numbers.back() != 0 ? first : second) = other;
         }
-        Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second]);
-        meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep);
-        meeting.last = substep + 1 == rank_.settings.substeps;
+        const Meeting meeting = meeting_of(*waits[first], runners_[first], runners_[second], substep);
         waits[first] = nullptr;
         waits[second] = nullptr;
         moved = true;
@@ -86,8 +83,12 @@ bool Course::run_substep(int substep) {
   return true;
 }
 
-Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second) const {
+Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const {
   Meeting meeting{piece.meeting, piece.end, {first.system, second.system}, &first == &second ? 1u : 2u};
+  const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
+  meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep);
+  meeting.time = recording::time_of({rank_.talk.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
+  meeting.last = substep + 1 == rank_.settings.substeps;
   if (piece.meeting->kind != actions::Kind::collide) return meeting;
   Runner* const runners[2] = {&first, &second};
   for (std::size_t side = 0; side < meeting.count; ++side) {
@@ -141,7 +142,7 @@ void Course::run_piece(Runner& runner, const Piece& piece, int substep) {
   }
   here.moved = true;
   if (piece.callback != nullptr) {
-    call_back(calculator_, runner.system, *piece.callback, 0);
+    call_back(calculator_, runner.system, *piece.callback, recording::time_of(span, substep), 0);
   }
 }
 

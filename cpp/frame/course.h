@@ -40,7 +40,7 @@ class Course {
   /// To the next meeting, or to the end of the list: then null.
   const Piece* run_to_meeting(Runner& runner, int substep);
   void run_piece(Runner& runner, const Piece& piece, int substep);
-  Meeting meeting_of(const Piece& piece, Runner& first, Runner& second) const;
+  Meeting meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const;
   std::size_t partner_of(const Runner& runner, const Piece& piece) const;
 
   Rank& rank_;

@@ -75,6 +75,17 @@ void follow(Script& script, std::uint32_t rounds) {
   for (std::size_t r = before; r < script.rounds.size(); ++r) script.rounds[r].turn = script.rounds[r - 1].turn + 1;
 }
 
+// New cuts of all systems: children of the first round may belong to a system of a later one.
+void take_next_cuts(Script& script, Manager& manager) {
+  for (std::size_t i = 0; i < script.systems.size(); ++i) {
+    Balancing& balancing = manager.systems[i];
+    const std::optional<domains::Domains> next = std::exchange(balancing.next, std::nullopt);
+    if (!next) continue;
+    script.divide(i, *next);
+    balancing.untold = true;
+  }
+}
+
 }  // namespace
 
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
@@ -83,13 +94,10 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
   const bool shared = shares_births(rank, script, round);
   rank.talk.work("create", [&] {
+    if (round.first == 0) take_next_cuts(script, manager);
     for (std::size_t i = round.first; i < round.last; ++i) {
       const System& system = *script.systems[i];
       Balancing& balancing = manager.systems[i];
-      if (balancing.next) {
-        script.divide(i, *std::exchange(balancing.next, std::nullopt));
-        balancing.untold = true;
-      }
       if (fit(rank, script, i)) balancing.untold = true;
       put_cuts(system, balancing, cuts);
       if (!shared) deal_groups(rank, system, i, parts);

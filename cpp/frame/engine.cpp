@@ -4,33 +4,34 @@
 #include <utility>
 
 #include "frame/replay.h"
+#include "particles/fields.h"
 
 namespace motes::frame {
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
-    : parts_(std::move(communicator), std::move(cast), std::move(settings)) {
-  if (parts_.rank.settings.policy) parts_.rank.settings.policy->check(parts_.rank.talk.calculators());
-  parts_.rank.talk.comm().weigh(parts_.rank.settings.costs.messages);
+    : parts_(std::make_unique<Parts>(std::move(communicator), std::move(cast), std::move(settings))) {
+  if (parts_->rank.settings.policy) parts_->rank.settings.policy->check(parts_->rank.talk.calculators());
+  parts_->rank.talk.comm().weigh(parts_->rank.settings.costs.messages);
 }
 
 int Engine::add_system(recording::SystemDefinition definition) {
-  const auto index = static_cast<std::uint32_t>(parts_.script.systems.size());
-  const int calculators = static_cast<int>(parts_.rank.talk.calculators());
-  auto system = std::make_unique<System>(std::move(definition), parts_.rank.settings.seed, index, calculators);
+  const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
+  const int calculators = static_cast<int>(parts_->rank.talk.calculators());
+  auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
   if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
-    const System& followed = *parts_.script.systems.at(static_cast<std::size_t>(leader));
+    const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
     system->domains = followed.domains;
     system->waits_for_fit = followed.waits_for_fit;
   }
   auto here = std::make_unique<Population>(system->schema);
   balance::SpeedOptions speeds;
-  if (parts_.rank.settings.policy) speeds = parts_.rank.settings.policy->speeds;
-  const double least = static_cast<double>(speeds.min_particles) / parts_.rank.settings.costs.messages.scale;
+  if (parts_->rank.settings.policy) speeds = parts_->rank.settings.policy->speeds;
+  const double least = static_cast<double>(speeds.min_particles) / parts_->rank.settings.costs.messages.scale;
   speeds.min_particles = static_cast<std::uint64_t>(least);
   here->speeds = balance::Speeds(1, speeds);
-  parts_.script.systems.push_back(std::move(system));
-  parts_.calculator.populations.push_back(std::move(here));
-  parts_.manager.systems.emplace_back();
+  parts_->script.systems.push_back(std::move(system));
+  parts_->calculator.populations.push_back(std::move(here));
+  parts_->manager.systems.emplace_back();
   return static_cast<int>(index);
 }
 
@@ -78,20 +79,40 @@ void Engine::record_meeting(int first, int second, actions::Action action) {
 }
 
 std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) const {
-  const Settings& settings = parts_.rank.settings;
-  const System& system = *parts_.script.systems[static_cast<std::size_t>(index)];
+  const Settings& settings = parts_->rank.settings;
+  const System& system = *parts_->script.systems[static_cast<std::size_t>(index)];
   return system.next_birth(frame(), settings.dt, settings.substeps);
 }
 
 Seen Engine::local(int index) {
   catch_up();
-  return read(parts_.rank, parts_.script, parts_.calculator, index);
+  return read(parts_->rank, parts_->script, parts_->calculator, index);
 }
 
 void Engine::keep_lists(bool compute) {
   kept_.on = true;
   kept_.pictures = compute;
-  kept_.only = !compute && parts_.rank.talk.size() == 1;
+  kept_.only = !compute && parts_->rank.talk.size() == 1;
+}
+
+particles::Bytes Engine::shared_state() const {
+  particles::Bytes bytes;
+  particles::write_fields(frame::shared_state(parts_->rank, parts_->script), bytes);
+  return bytes;
+}
+
+void Engine::save_part(const std::string& path) {
+  if (!parts_->rank.talk.calculates()) return;
+  particles::Bytes& planes = writer_.planes();
+  writer_.write(path, copy_part(planes));
+}
+
+void Engine::restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples) {
+  SharedState shared;
+  particles::Reader in(state);
+  particles::read_fields(in, shared);
+  if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples: one per system");
+  frame::restore_state(parts_->rank, parts_->script, parts_->calculator, shared, samples);
 }
 
 void Engine::Kept::keep(Script& script) {
@@ -106,11 +127,11 @@ void Engine::Kept::keep(Script& script) {
 void Engine::catch_up() {
   if (!kept_.only) return;
   kept_.only = false;
-  const std::vector<std::unique_ptr<System>> as_they_are = std::exchange(parts_.script.systems, {});
-  parts_.calculator.populations.clear();
-  parts_.manager.systems.clear();
+  const std::vector<std::unique_ptr<System>> as_they_are = std::exchange(parts_->script.systems, {});
+  parts_->calculator.populations.clear();
+  parts_->manager.systems.clear();
   for (const auto& s : as_they_are) add_system(s->definition);
-  parts_.rank.talk.frame = 0;
+  parts_->rank.talk.frame = 0;
   kept_.on = false;  // these are kept already
   for (const particles::Bytes& bytes : kept_.lists) {
     particles::Reader in(bytes.view());
@@ -118,7 +139,7 @@ void Engine::catch_up() {
   }
   kept_.on = true;
   for (std::size_t i = 0; i < as_they_are.size(); ++i) {
-    parts_.script.systems[i]->sprite = as_they_are[i]->sprite;
+    parts_->script.systems[i]->sprite = as_they_are[i]->sprite;
     for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
   }
 }

@@ -4,15 +4,22 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "frame/copies.h"
+#include "frame/loss.h"
+#include "frame/notes.h"
 #include "frame/parts.h"
 #include "frame/read.h"
+#include "frame/snapshot.h"
+#include "frame/standing.h"
 #include "recording/sums.h"
+#include "snapshots/writer.h"
 
 namespace motes::frame {
 
@@ -21,15 +28,19 @@ class Engine {
   Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings);
 
   /// Who this rank is, what it plays, and which frame is being recorded.
-  const Conversation& talk() const { return parts_.rank.talk; }
-  std::uint64_t frame() const { return parts_.rank.talk.frame; }
+  const Conversation& talk() const { return parts_->rank.talk; }
+  /// The threads of this rank.
+  threads::Pool& pool() const { return *parts_->rank.pool; }
+  std::uint64_t frame() const { return parts_->rank.talk.frame; }
+  /// The signal that asked some rank to stop before it had reported on the last frame, the same on all ranks; or 0.
+  int stop_asked() const { return parts_->rank.talk.stop; }
   /// Seconds of this rank's phases in the last frame.
-  const PhaseTimes& times() const { return parts_.rank.watch.last(); }
+  const PhaseTimes& times() const { return parts_->rank.watch.last(); }
 
   /// Defines a system; its index is the same on all ranks that make the same calls.
   int add_system(recording::SystemDefinition definition);
-  System& system(int index) { return *parts_.script.systems[static_cast<std::size_t>(index)]; }
-  int system_count() const { return static_cast<int>(parts_.script.systems.size()); }
+  System& system(int index) { return *parts_->script.systems[static_cast<std::size_t>(index)]; }
+  int system_count() const { return static_cast<int>(parts_->script.systems.size()); }
 
   /// Adds to this frame's list. Throws std::invalid_argument for what the system cannot take.
   void record(int system, recording::Item item);
@@ -44,24 +55,40 @@ class Engine {
   /// What the last local() saw.
   Seen seen(int system) { return frame::seen(population(system)); }
   /// The script writes what the last local() saw, where that is a preview: see read.h.
-  void keep_preview(int system) { frame::keep_preview(parts_.rank, parts_.script, parts_.calculator, system); }
+  void keep_preview(int system) {
+    wrote_ = true;
+    frame::keep_preview(parts_->rank, parts_->script, parts_->calculator, system);
+  }
   /// The script may have moved particles of this rank.
   void touched(int system) { population(system).moved = true; }
-  void on_callback(std::function<void(const Call&)> call) { parts_.calculator.callback = std::move(call); }
+  void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }
 
   /// Collective. The start and the end of a run: all ranks are here, with the same systems and seed.
   void start();
   void finish();
+  /// Collective. Waits until the log's rows of all frames so far are on the disk; without that they lag up to two
+  /// frames behind. Does nothing where there is no log.
+  void secure_log();
 
-  /// Collective. Ends the frame; with a view it has a picture.
-  void run_frame(const std::optional<image::View>& view);
-  Painter& painter() { return parts_.painter; }
+  /// Collective. Ends the frame; with a view it has a picture. All ranks agree on `argument`.
+  void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
+  /// Collective, between two frames. Another picture of the particles as they are, which changes nothing else.
+  void redraw(const image::View& view, const std::string& argument = "");
+
+  /// Image generator: what viewers ask for, as text; asked once in each frame, and in hear_orders().
+  void on_orders(std::function<std::string()> orders) { parts_->rank.settings.orders = std::move(orders); }
+  /// What it said in the last frame or hear_orders(), the same on all ranks.
+  const std::string& orders() const { return parts_->rank.talk.orders; }
+  /// Collective, between two frames. Brings orders and signals to all ranks, as a frame does.
+  void hear_orders(const std::string& argument = "");
+
+  Painter& painter() { return parts_->painter; }
   /// The image generator tells the log about its picture.
-  void set_image_sha256(const std::string& hex) { parts_.calculator.tail.image_sha256 = hex; }
+  void set_image_sha256(const std::string& hex) { parts_->calculator.tail.image_sha256 = hex; }
   /// Manager: warnings of the last frames; they are not told again.
-  std::vector<std::string> take_remarks() { return std::exchange(parts_.manager.remarks, {}); }
+  std::vector<std::string> take_remarks() { return std::exchange(parts_->manager.remarks, {}); }
   /// Manager: the last frame about which all is known, for progress and logs.
-  const std::optional<FrameRow>& last_row() const { return parts_.manager.account.last_row(); }
+  const std::optional<FrameRow>& last_row() const { return parts_->manager.account.last_row(); }
 
   /// From now on, until the end, the engine keeps each frame's list. Without `compute` it makes no pictures, and on a
   /// single rank it computes no particles before catch_up(). To be called before start(), on all ranks.
@@ -72,6 +99,42 @@ class Engine {
   /// it.
   void catch_up();
 
+  /// From now on the loss of ranks is survived: copies of all particles are made before every `every`-th frame, and a
+  /// collective call that a loss interrupts is made again, on the ranks that are left, in the world as it was. Where
+  /// that cannot be, it throws Unrecoverable, the same on all of them. To be called behind start(), on all ranks, where
+  /// the communicator survives losses.
+  void survive_losses(std::uint64_t every, Bystander bystander);
+  /// Collective, behind restore_rows() on all ranks: copies from here on.
+  void copy_restored();
+  /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
+  void set_unsaved_from(std::uint64_t frame) { parts_->rank.talk.unsaved_from = frame; }
+  /// How often ranks were lost so far.
+  std::uint32_t losses() const { return copies_.losses; }
+
+  /// Between two frames: what all ranks know of the world, equal on all of them.
+  particles::Bytes shared_state() const;
+  /// This calculator's particles: the planes are appended to `out`.
+  snapshots::Description copy_part(particles::Bytes& out) const {
+    return frame::copy_part(parts_->rank, parts_->script, parts_->calculator, out);
+  }
+  /// Copies this calculator's particles, and writes them to a file while frames go on; waits for the part before. Other
+  /// ranks have no part.
+  void save_part(const std::string& path);
+  snapshots::Writer& part_writer() { return writer_; }
+  const snapshots::Writer& part_writer() const { return writer_; }
+
+  /// The world goes on from such a state: see frame/snapshot.h. Before its first frame, equal on all ranks.
+  void restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples);
+  // NOLINTNEXTLINE(readability-make-member-function-const): particles change
+  void restore_rows(const snapshots::Description& description, std::span<const std::byte> planes, std::size_t system,
+                    std::uint64_t first, std::uint64_t last) {
+    frame::restore_rows(parts_->rank, parts_->calculator, description, planes, system, first, last);
+  }
+  // NOLINTNEXTLINE(readability-make-member-function-const): speeds do
+  void restore_speeds(const snapshots::Description& description) {
+    frame::restore_speeds(parts_->calculator, description);
+  }
+
   /// Collective. Fingerprints of all systems' particles where the script stands.
   std::vector<particles::Digest> digest();
 
@@ -81,6 +144,10 @@ class Engine {
   /// Collective. What a sum over all particles of a system comes to where the script stands, on every rank. `verb`:
   /// total, histogram or tally. Throws std::invalid_argument for what the system cannot sum.
   recording::Totals sum(int system, recording::Verb verb, const recording::Sum& what);
+
+  /// Collective. What each rank has to tell before particles are written to files: what `prepare` returns, which may
+  /// fail. Where it reads particles, what was recorded so far runs first. All ranks agree on `what`.
+  Notes prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
  private:
   // Lists that are kept for a scene file.
@@ -93,12 +160,67 @@ class Engine {
     void keep(Script& script);
   };
 
+  // A collective call that has come to its end. Others may not have: then it is made again.
+  struct Ended {
+    std::uint64_t count = 0;  // so many before it, and this one
+    bool frame = false;  // its list is kept
+    std::function<void()> again;  // another call, if it can be made again
+    std::vector<std::size_t> before, after;  // how long the lists were
+  };
+
+  // What a loss has interrupted.
+  struct Interrupted {
+    std::vector<std::unique_ptr<System>> systems;
+    std::function<void(const Call&)> callback;
+    std::uint64_t unsaved_from = UINT64_MAX;
+    int stop = 0;
+    std::string refusal;
+  };
+
+  void start_now();
+  void finish_now();
+  void secure_log_now();
+  void run_frame_now(const std::optional<image::View>& view, const std::string& argument);
+  void redraw_now(const image::View& view, const std::string& argument);
+  void hear_orders_now(const std::string& argument);
+  std::vector<particles::Digest> digest_now();
+  std::unique_ptr<particles::Store> gather_now(int system, bool to_all);
+  recording::Totals sum_now(int system, recording::Verb verb, const recording::Sum& what);
+  Notes prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare);
+
   template <class Compute>
   void look_at(int system, const Compute& compute);
-  Population& population(int system) { return *parts_.calculator.populations[static_cast<std::size_t>(system)]; }
+  Population& population(int system) { return *parts_->calculator.populations[static_cast<std::size_t>(system)]; }
 
-  Parts parts_;
+  // recover.cpp
+  template <class Now>
+  auto surviving(const Now& now, bool frame, std::function<void()> again = {});
+  std::vector<std::size_t> lengths() const;
+  void recover();
+  void regroup();
+  void bring_lists_back();
+  Standing standing() const;
+  void start_again(const Generation& from);
+  void go_back(const WayBack& way);
+  void run_again(const WayBack& way, bool ahead);
+  void replay_frame(const KeptList& list, const WayBack& way);
+  void record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to);
+
+  std::unique_ptr<Parts> parts_;
   Kept kept_;
+  snapshots::Writer writer_;
+
+  Copies copies_;
+  Bystander bystander_;
+  Ended last_;
+  std::vector<std::size_t> before_;  // how long the lists were when the call under way began
+  std::uint64_t frame_before_ = 0;  // and where it stands
+  bool wrote_ = false;  // the script wrote to particles in the frame under way
+  bool recovering_ = false;
+  std::unique_ptr<Interrupted> interrupted_;
+  std::optional<int> stop_heard_;  // by ranks that have made the call under way before
+  Loss loss_;
+  double zero_ = 0;  // of timelines
 };
 
 }  // namespace motes::frame

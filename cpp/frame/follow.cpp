@@ -164,7 +164,8 @@ class Following {
     const auto reach = static_cast<float>(action.numbers[2]);
     std::vector<std::uint8_t> chosen(here_.store.size(), action.where.empty() ? 1 : 0);
     if (!action.where.empty()) {
-      for (const std::uint32_t p : recording::select(action.where, action.shapes, here_.store, 0)) chosen[p] = 1;
+      for (const std::uint32_t p : recording::select(action.where, action.shapes, meeting_.time, here_.store))
+        chosen[p] = 1;
     }
     std::vector<particles::Reader> readers;
     for (const Message& message : answers) readers.push_back(message.reader());

@@ -73,6 +73,10 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
     if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
   }
   if (p.script.in_frame()) ask_for_oldest(p.script);
+  if (p.script.steered()) {
+    p.rank.talk.stop = 0;
+    p.rank.talk.orders.clear();
+  }
   p.script.overlaps = p.script.in_frame() && run.combine == Combine::overlapped;
   split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
@@ -129,13 +133,24 @@ std::string shared_settings(const Settings& run) {
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
+// Whether only the script itself can run this list.
+bool needs_script(const Script& script) {
+  return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
+    return std::any_of(system->list.begin(), system->list.end(),
+                       [](const recording::Item& item) { return std::holds_alternative<recording::Callback>(item); });
+  });
+}
+
 }  // namespace
 
 // The paper's Algorithm 1 and section 3.2, from a recorded list on.
-void Engine::run_frame(const std::optional<image::View>& view) {
-  Parts& p = parts_;
-  begin(p, view ? Verb::render : Verb::step, view, "");
-  kept_.keep(p.script);
+void Engine::run_frame_now(const std::optional<image::View>& view, const std::string& argument) {
+  Parts& p = *parts_;
+  begin(p, view ? Verb::render : Verb::step, view, argument);
+  if (!recovering_) kept_.keep(p.script);
+  if (copies_.on() && !recovering_) {
+    copies_.note_list(p.rank.talk.frame, p.script.bytes, wrote_ || needs_script(p.script));
+  }
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange
     if (p.rank.talk.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
@@ -145,71 +160,114 @@ void Engine::run_frame(const std::optional<image::View>& view) {
     if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
     balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
     if (view) p.rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
+  } else if (p.rank.settings.stop_signal) {
+    p.rank.talk.stop = p.rank.settings.stop_signal();
   }
   end(p);
+  wrote_ = false;
+  if (copies_.on()) copies_.at_border(p.rank, p.script, p.calculator, p.rank.talk.all_unsaved_from);
 }
 
-void Engine::start() {
-  Rank& rank = parts_.rank;
+void Engine::redraw_now(const image::View& view, const std::string& argument) {
+  catch_up();
+  for (const auto& system : parts_->script.systems) {
+    if (system->run_items == 0) continue;
+    throw std::invalid_argument("particles of system '" + system->definition.name +
+                                "' were read after some of this frame's list: redraw before that, or after the frame");
+  }
+  begin(*parts_, Verb::redraw, view, argument);
+  converse(*parts_);
+  render(parts_->rank, parts_->script, parts_->calculator, parts_->painter);
+  if (parts_->rank.talk.manages()) keep_account(parts_->rank, parts_->script, parts_->manager);
+  parts_->rank.talk.rethrow();
+}
+
+void Engine::hear_orders_now(const std::string& argument) {
+  ask_all(*parts_, Verb::orders, argument);
+  parts_->rank.watch.start();  // a pause is no part of the next frame's time
+}
+
+void Engine::start_now() {
+  Rank& rank = parts_->rank;
   const Logging& log = rank.settings.log;
   rank.watch.start();
-  ask_all(parts_, Verb::start, shared_settings(rank.settings));
+  ask_all(*parts_, Verb::start, shared_settings(rank.settings));
   rank.talk.relay().grow(rank.talk.cast(), rank.settings.fan_out);  // all have agreed on it
   if (rank.talk.manages() && !log.directory.empty()) {
-    rank.talk.work("log", [&] {
-      parts_.manager.account.open_log(log.directory, log.hosts);
-      parts_.manager.account.log()->event("start", frame(), "");
-    });
+    rank.talk.work("log", [&] { parts_->manager.account.open_log(log); });
   }
-  ask_all(parts_, Verb::start, "log");  // all know now whether the manager can write its log
+  ask_all(*parts_, Verb::start, "log");  // all know now whether the manager can write its log
   if (!log.spans) return;
-  const double zero = comm::wall_seconds();
-  rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero); });
+  if (log.lost.empty()) zero_ = comm::wall_seconds();
+  const std::uint64_t first = log.lost.empty() ? 0 : log.continued_from;
+  rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero_, first); });
 }
 
-void Engine::finish() {
-  ask_all(parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
-  parts_.manager.account.write_rows();
-  if (Log* log = parts_.manager.account.log()) log->event("end", frame(), "");
-  parts_.rank.talk.comm().finish();
+void Engine::secure_log_now() {
+  if (parts_->rank.settings.log.directory.empty()) return;
+  ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
+  if (parts_->rank.talk.manages()) {
+    parts_->rank.talk.work("log", [&] { parts_->manager.account.secure_rows(); });
+  }
+  ask_all(*parts_, Verb::start, "log on the disk");  // all know now whether it is
+}
+
+void Engine::finish_now() {
+  ask_all(*parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
+  parts_->manager.account.write_rows();
+  if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
+  copies_.take_rest(parts_->rank);
+  parts_->rank.talk.comm().finish();
 }
 
 // What a conversation about particles computes first: it may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
-  parts_.rank.talk.work("act", [&] { compute(local(index)); });
-  pass_over(parts_.rank, system(index));
+  parts_->rank.talk.work("act", [&] { compute(local(index)); });
+  pass_over(parts_->rank, system(index));
 }
 
-std::vector<particles::Digest> Engine::digest() {
+std::vector<particles::Digest> Engine::digest_now() {
   catch_up();
-  for (const auto& system : parts_.script.systems) check_readable(*system);
+  for (const auto& system : parts_->script.systems) check_readable(*system);
   for (int i = 0; i < system_count(); ++i) {
-    look_at(i, [&](const Seen& seen) { note_digest(parts_.rank, seen, population(i)); });
+    look_at(i, [&](const Seen& seen) { note_digest(parts_->rank, seen, population(i)); });
   }
-  ask_all(parts_, Verb::digest, "");
+  ask_all(*parts_, Verb::digest, "");
   std::vector<particles::Digest> found;
-  for (const auto& system : parts_.script.systems) found.push_back(system->digest);
+  for (const auto& system : parts_->script.systems) found.push_back(system->digest);
   return found;
 }
 
-std::unique_ptr<particles::Store> Engine::gather(int index, bool to_all) {
+std::unique_ptr<particles::Store> Engine::gather_now(int index, bool to_all) {
   catch_up();
   check_readable(system(index));
   look_at(index, [](const Seen&) {});
-  ask_all(parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
-  return frame::gather(parts_.rank, system(index), seen(index), to_all);
+  ask_all(*parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
+  return frame::gather(parts_->rank, system(index), seen(index), to_all);
 }
 
-recording::Totals Engine::sum(int index, Verb verb, const recording::Sum& what) {
+recording::Totals Engine::sum_now(int index, Verb verb, const recording::Sum& what) {
   catch_up();
   check_readable(system(index));
   recording::check(what, system(index).schema);
   if (recording::uses_copies(what, system(index).schema)) keep_copies(system(index), population(index));
   recording::Summed own;
-  look_at(index, [&](const Seen& seen) { own = recording::sum_up(what, *seen.store, seen.count, *parts_.rank.pool); });
-  ask_all(parts_, verb, system(index).definition.name + ", " + recording::fingerprint(what));
-  return total_of_all(parts_.rank, std::move(own));
+  look_at(index, [&](const Seen& seen) { own = recording::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
+  ask_all(*parts_, verb, system(index).definition.name + ", " + recording::fingerprint(what));
+  return total_of_all(parts_->rank, std::move(own));
+}
+
+Notes Engine::prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+  if (reads) {
+    catch_up();
+    for (const auto& system : parts_->script.systems) check_readable(*system);
+    for (int i = 0; i < system_count(); ++i) look_at(i, [](const Seen&) {});
+  }
+  Note own;
+  parts_->rank.talk.work("write", [&] { own = prepare(); });
+  ask_all(*parts_, Verb::write, what);
+  return exchange_notes(parts_->rank, std::move(own));
 }
 
 }  // namespace motes::frame

@@ -1,7 +1,6 @@
 #include "frame/log.h"
 
 #include <filesystem>
-#include <stdexcept>
 
 namespace motes::frame {
 namespace {
@@ -113,15 +112,16 @@ Row row_of(const BalanceRow& balance) {
 
 }  // namespace
 
-Log::Log(const std::string& directory, std::vector<std::string> hosts) : hosts_(std::move(hosts)) {
+Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame)
+    : directory_(directory), hosts_(std::move(hosts)) {
   std::error_code error;
   std::filesystem::create_directories(directory, error);
-  if (error) throw std::runtime_error("log: cannot make " + directory + ": " + error.message());
-  frames_ = Table(directory + "/frames.jsonl", 1024);
-  load_ = Table(directory + "/load.jsonl", 512);
-  density_ = Table(directory + "/density.jsonl", 512);
-  balance_ = Table(directory + "/balance.jsonl", 512);
-  events_ = Table(directory + "/events.jsonl", 256);
+  if (error) throw LogError("log: cannot make " + directory + ": " + error.message());
+  frames_ = Table(directory + "/frames.jsonl", 1024, first_frame);
+  load_ = Table(directory + "/load.jsonl", 512, first_frame);
+  density_ = Table(directory + "/density.jsonl", 512, first_frame);
+  balance_ = Table(directory + "/balance.jsonl", 512, first_frame);
+  events_ = Table(directory + "/events.jsonl", 256, first_frame);
 }
 
 void Log::add(const FrameRow& row) {
@@ -143,6 +143,11 @@ void Log::write_balance() { balance_.write(); }
 void Log::event(const std::string& kind, std::uint64_t frame, const std::string& text) {
   events_.add(Row().field("frame", frame).field("kind", kind).field("text", text));
   events_.write();
+}
+
+void Log::sync() {
+  for (Table* table : {&load_, &density_, &frames_, &balance_, &events_}) table->sync();
+  sync_directory_of(directory_ + "/");
 }
 
 }  // namespace motes::frame

@@ -58,16 +58,20 @@ struct FrameRow {
 /// The tables of a run, written frame by frame. run.json and the spans are elsewhere.
 class Log {
  public:
-  /// Makes the directory and empty tables. Throws std::runtime_error, naming the path, where it cannot.
-  Log(const std::string& directory, std::vector<std::string> hosts);
+  /// Makes the directory and empty tables; with `first_frame` above 0, goes on with those of an earlier run, of which
+  /// the rows of earlier frames stay. Throws LogError, naming the path, where it cannot.
+  Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame = 0);
 
   void add(const FrameRow& row);
   void add(const BalanceRow& row);  // kept until
   void write_balance();
-  /// kind: "start", "end", "births_dropped", ...
+  /// kind: "start", "continued", "end", "crowded", ...
   void event(const std::string& kind, std::uint64_t frame, const std::string& text);
+  /// Waits until all rows so far are on the disk. Throws LogError where it does not accept them.
+  void sync();
 
  private:
+  std::string directory_;
   std::vector<std::string> hosts_;
   Table frames_, load_, density_, balance_, events_;
 };

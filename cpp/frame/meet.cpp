@@ -137,6 +137,7 @@ class Swap {
 
   void prepare_ties(const Store& store) {
     pins_ = meetings::pins_of(*bonds_, store);
+    if (rank_.talk.calculators() == 1) return;  // sees all that there is
     const meetings::Stretch stretch = meetings::stretch_of(*bonds_, knots(), store);
     extent_.radius = stretch.longest;
     extent_.displacement = stretch.way;
@@ -416,7 +417,8 @@ class Swap {
       here.moved = true;
       if (meeting_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);
-      for (const std::uint32_t p : recording::select(meeting_.action->where, meeting_.action->shapes, here.store, 0)) {
+      for (const std::uint32_t p :
+           recording::select(meeting_.action->where, meeting_.action->shapes, meeting_.time, here.store)) {
         chosen[side][p] = 1;
       }
       sides[side].chosen = &chosen[side];

@@ -21,6 +21,7 @@ struct Meeting {
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
   bool collided[2] = {};  // already in this sub-step
   std::uint32_t substep = 0;  // its number since the run's start
+  double time = 0;  // at its start, seconds of the animation
   bool last = false;  // the frame's last sub-step
 };
 

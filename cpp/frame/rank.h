@@ -21,6 +21,9 @@ struct Rank {
   /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
   bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }
 
+  /// When the frame under way starts, seconds of the animation.
+  double frame_time() const { return static_cast<double>(talk.frame) * settings.dt; }
+
   Settings settings;
   Conversation talk;
   std::unique_ptr<threads::Pool> pool;  // shares this rank's work; only the thread that runs the frame talks

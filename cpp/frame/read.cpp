@@ -56,10 +56,12 @@ void run_and_arrange(Rank& rank, Script& script, const Calculator& calculator, s
   Population& here = *calculator.populations[index];
   run_list(
       rank, system, here, [&](const BirthGroup& group) { create_own(rank, system, group, here.store); },
-      [&](const recording::Callback& callback, std::size_t begin) { call_back(calculator, index, callback, begin); },
+      [&](const recording::Callback& callback, double time, std::size_t begin) {
+        call_back(calculator, index, callback, time, begin);
+      },
       true);
   for (const actions::Action* action : system.sorts(system.run_items)) {
-    follow(here.outcome, recording::order(*action, here.store, *rank.pool));
+    follow(here.outcome, recording::order(*action, rank.frame_time(), here.store, *rank.pool));
   }
   set_dead_aside(rank, here);
 }

@@ -92,6 +92,9 @@ Drawings drawings_of(Drawing drawing, bool calculates) {
 void join(Report& into, Report&& other) {
   const bool failed = into.failed() || other.failed();
   append(into.dissents, std::move(other.dissents));
+  into.stop = std::max(into.stop, other.stop);
+  into.unsaved_from = std::min(into.unsaved_from, other.unsaved_from);
+  into.orders += other.orders;  // of one rank at most
   if (other.failure.failed() && (!into.failure.failed() || other.failed_rank < into.failed_rank)) {
     into.failure = std::move(other.failure);
     into.failed_rank = other.failed_rank;

@@ -289,6 +289,9 @@ constexpr void fields(Visitor& visit, Decision& decision) {
 struct Report {
   Failure failure;
   std::int32_t failed_rank = -1;  // the lowest
+  std::uint8_t stop = 0;          // the number of a signal that asked a rank to stop: the highest, or 0
+  std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is in no file yet
+  std::string orders;             // of the image generator's viewers: text that all ranks hear
   std::vector<Dissent> dissents;
   std::vector<SystemReport> systems;  // of the round; none where no rank calculates
   std::vector<Flow> flows;            // to calculators elsewhere in the tree
@@ -300,8 +303,8 @@ struct Report {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Report& report) {
-  visit(report.failure, report.failed_rank, report.dissents, report.systems, report.flows, report.decisions,
-        report.tail);
+  visit(report.failure, report.failed_rank, report.stop, report.unsaved_from, report.orders, report.dissents,
+        report.systems, report.flows, report.decisions, report.tail);
 }
 
 /// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
@@ -337,6 +340,9 @@ constexpr void fields(Visitor& visit, Proposal& proposal) {
 struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
+  std::uint8_t stop = 0;                // of the reports: all ranks stop after this frame
+  std::uint64_t unsaved_from = UINT64_MAX;
+  std::string orders;                   // of the reports: all ranks obey before the next frame
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
   std::vector<std::uint64_t> alive;     // one per system, over all ranks
   std::vector<particles::Digest> digests;
@@ -348,8 +354,8 @@ struct Verdict {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Verdict& verdict) {
-  visit(verdict.failure, verdict.failed_rank, verdict.ranks, verdict.alive, verdict.digests, verdict.spawned,
-        verdict.oldest, verdict.cuts);
+  visit(verdict.failure, verdict.failed_rank, verdict.stop, verdict.unsaved_from, verdict.orders, verdict.ranks,
+        verdict.alive, verdict.digests, verdict.spawned, verdict.oldest, verdict.cuts);
 }
 
 /// Particles will come from one calculator to another.

@@ -44,7 +44,8 @@ void run_pieces(const Rank& rank, const System& system, Population& here, const 
       const std::size_t end = piece.first + piece.program.size();
       const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
       piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
-      if (piece.callback != nullptr && from <= end) call_back(*piece.callback, begin);
+      if (piece.callback != nullptr && from <= end)
+        call_back(*piece.callback, recording::time_of(span, substep), begin);
     }
   }
 }
@@ -116,7 +117,8 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
 }
 
 void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first) {
-  for (const actions::Action* action : system.sorts(first)) recording::order(*action, store, *rank.pool);
+  for (const actions::Action* action : system.sorts(first))
+    recording::order(*action, rank.frame_time(), store, *rank.pool);
 }
 
 }  // namespace motes::frame

@@ -14,7 +14,7 @@ namespace motes::frame {
 /// Adds a group's particles to the population.
 using Append = std::function<void(const BirthGroup&)>;
 /// Calls a function of the script, of the particles from this one on.
-using CallBack = std::function<void(const recording::Callback&, std::size_t begin)>;
+using CallBack = std::function<void(const recording::Callback&, double time, std::size_t begin)>;
 
 /// Runs the items that have not run yet. Old particles run all of them; newborn ones enter the list behind the call
 /// that made them. What happened adds to `here.outcome`: the dead stay where they are, and keep moving, until the frame

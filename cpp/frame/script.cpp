@@ -48,7 +48,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   record.dt = settings.dt;
   record.substeps = settings.substeps;
   record.view = view;
-  if (record.view) note_camera(script, frame, *record.view);
+  if (record.view && verb == recording::Verb::render) note_camera(script, frame, *record.view);
   record.argument = argument;
   for (const auto& system : script.systems) {  // lent: moved back below
     record.systems.push_back(std::move(system->definition));

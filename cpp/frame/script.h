@@ -30,6 +30,8 @@ struct Script {
   std::uint64_t camera_frame = 0;
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
+  /// Whether this conversation carries signals and viewers' orders to all ranks.
+  bool steered() const { return in_frame() || record.verb == recording::Verb::orders; }
   /// The systems that share this one's domains, itself among them; the one that they follow stands first.
   std::vector<std::size_t> sharing(std::size_t system) const;
   /// Gives all of them these domains.

@@ -1,8 +1,9 @@
-// What a run is set to: equal on all ranks but for `speed` and `threads`.
+// What a run is set to: equal on all ranks but for `speed`, `threads` and the functions.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -21,6 +22,9 @@ struct Logging {
   std::vector<std::string> hosts;  // one per rank
   bool spans = false;              // a timeline of each rank
   bool digest = false;             // fingerprint the particles of every frame
+  std::uint64_t continued_from =
+      0;  // the first frame of a run that goes on after another one, in its log; 0: a new run
+  std::string lost;  // how it came that the run goes on without some ranks; empty: after a checkpoint
 };
 
 struct Settings {
@@ -38,6 +42,9 @@ struct Settings {
   double speed = 1;         // 0..1: this rank takes as long as a machine of this fraction of its speed would
   Costs costs;              // of work on a simulated machine
   Logging log;
+  std::function<int()> stop_signal;  // the signal that asks this rank to stop, or 0; asked once per frame; may be empty
+  std::function<std::string()>
+      orders;  // image generator: what viewers ask for, which all ranks then hear; may be empty
 };
 
 }  // namespace motes::frame

@@ -13,8 +13,8 @@ std::string path_of(const std::string& directory, int rank) {
 
 }  // namespace
 
-Spans::Spans(const std::string& directory, int rank, double zero)
-    : table_(path_of(directory, rank), 256), zero_(zero) {}
+Spans::Spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame)
+    : table_(path_of(directory, rank), 256, first_frame), zero_(zero) {}
 
 void Spans::add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,
                 std::optional<double> cpu_s) {

@@ -13,8 +13,9 @@ namespace motes::frame {
 /// as messages allow.
 class Spans {
  public:
-  /// Throws std::runtime_error, naming the path, where it cannot write.
-  Spans(const std::string& directory, int rank, double zero);
+  /// Goes on behind the rows of frames before `first_frame`, where that is above 0. Throws std::runtime_error, naming
+  /// the path, where it cannot write.
+  Spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame);
 
   /// `system`: its name, or empty for all. `cpu_s`: processor time of the rank's thread; none where phases overlap.
   void add(std::uint64_t frame, const char* phase, const std::string& system, double start, double end,

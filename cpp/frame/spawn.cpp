@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <numeric>
 
 #include "frame/item_failure.h"
 #include "frame/run_list.h"
@@ -39,18 +40,31 @@ std::vector<std::uint32_t> bounced_of(const Population& here) {
   return found;
 }
 
+// Nobody is looked for where no rule asks.
+std::vector<std::uint32_t> living_of(const System& system, const Population& here) {
+  std::vector<std::uint32_t> found;
+  if (!asks_for(system, Spawn::On::frame)) return found;
+  std::vector<std::uint32_t> all(here.store.size());
+  std::iota(all.begin(), all.end(), 0u);
+  std::set_difference(all.begin(), all.end(), here.outcome.dead.begin(), here.outcome.dead.end(),
+                      std::back_inserter(found));
+  return found;
+}
+
 // What becomes of each rule, where these particles were born, died or bounced.
-void add_events(const System& system, Population& here, const std::vector<std::uint32_t>& newborn,
-                const std::vector<std::uint32_t>& dead, const std::vector<std::uint32_t>& bounced) {
+void add_events(const Rank& rank, const System& system, Population& here, const std::vector<std::uint32_t>& newborn,
+                const std::vector<std::uint32_t>& dead, const std::vector<std::uint32_t>& bounced,
+                const std::vector<std::uint32_t>& living) {
   const std::vector<const Spawn*> rules = system.rules();
   here.events.resize(rules.size());
   for (std::size_t r = 0; r < rules.size(); ++r) {
     const std::vector<std::uint32_t>& chosen = rules[r]->on == Spawn::On::birth   ? newborn
                                                : rules[r]->on == Spawn::On::death ? dead
+                                               : rules[r]->on == Spawn::On::frame ? living
                                                                                   : bounced;
     std::vector<Event>& all = here.events[r];
     const auto old = static_cast<std::ptrdiff_t>(all.size());
-    const std::vector<Event> more = recording::events_of(*rules[r], here.store, chosen);
+    const std::vector<Event> more = recording::events_of(*rules[r], rank.frame_time(), here.store, chosen);
     all.insert(all.end(), more.begin(), more.end());
     std::inplace_merge(all.begin(), all.begin() + old, all.end(),
                        [](const Event& a, const Event& b) { return a.id < b.id; });
@@ -110,12 +124,14 @@ void make_children(const Script& script, Calculator& calculator, int self, const
 
 }  // namespace
 
-void note_events(const System& system, Population& here) {
+void note_events(const Rank& rank, const System& system, Population& here) {
   if (here.bounced.empty()) {
-    add_events(system, here, newborn_of(system, here.store), here.outcome.dead, here.outcome.hits);
+    add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, here.outcome.hits,
+               living_of(system, here));
   } else {  // some did before a meeting
     note_bounced(here);
-    add_events(system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here));
+    add_events(rank, system, here, newborn_of(system, here.store), here.outcome.dead, bounced_of(here),
+               living_of(system, here));
   }
 }
 
@@ -131,7 +147,8 @@ void clear_dead(const Rank& rank, const System& system, Population& here) {
     return dead;
   };
   if (!system.rules().empty()) {
-    add_events(system, here, dead_ones(newborn_of(system, here.store)), outcome.dead, dead_ones(bounced_of(here)));
+    add_events(rank, system, here, dead_ones(newborn_of(system, here.store)), outcome.dead, dead_ones(bounced_of(here)),
+               {});
   }
   for (const std::uint32_t p : outcome.dead) here.bounced.erase(here.store.ids()[p]);
   here.store.remove(outcome.dead, *rank.pool);

@@ -14,7 +14,7 @@ namespace motes::frame {
 
 /// Calculator, before the dead of this frame are removed: the events that the spawn rules ask for. Each rule counts a
 /// particle once.
-void note_events(const System& system, Population& here);
+void note_events(const Rank& rank, const System& system, Population& here);
 
 /// Calculator, before a meeting: the dead so far are removed, with the events that the spawn rules ask of them noted.
 void clear_dead(const Rank& rank, const System& system, Population& here);

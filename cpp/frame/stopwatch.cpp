@@ -35,8 +35,8 @@ void Stopwatch::end(double waited_s) {
   last_ = now_;
 }
 
-void Stopwatch::keep_spans(const std::string& directory, int rank, double zero) {
-  spans_ = std::make_unique<Spans>(directory, rank, zero);
+void Stopwatch::keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame) {
+  spans_ = std::make_unique<Spans>(directory, rank, zero, first_frame);
 }
 
 void Stopwatch::note_messages(const std::string& system, double start) {

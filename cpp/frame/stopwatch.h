@@ -37,7 +37,7 @@ class Stopwatch {
   const PhaseTimes& last() const { return last_; }
 
   /// From now on each phase is a row of a file of this rank's own. Throws std::runtime_error where it cannot be made.
-  void keep_spans(const std::string& directory, int rank, double zero);
+  void keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame = 0);
   /// What a round's messages took, from `start` to now.
   void note_messages(const std::string& system, double start);
   void write_spans();

@@ -30,14 +30,15 @@ void System::count_births(std::uint64_t frame, double dt, int substeps) {
       if (std::holds_alternative<actions::Action>(list[i])) ++entry;
       const auto* birth = std::get_if<Birth>(&list[i]);
       if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
-      const std::uint64_t wanted = recording::births_between(*birth, from, to);
+      const std::uint64_t wanted = recording::births_between(*birth, from, to, substep);
       const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
       const std::uint64_t room = room_of(taken);
       const std::uint64_t count = std::min(wanted, room);
       counts.dropped += wanted - count;
       if (count == 0) continue;
       groups.push_back({i, entry, substep, counts.born, count});
-      if (!keeps_copies) history.add(*birth, counts.born, count, static_cast<float>(dt / substeps));
+      const float step = static_cast<float>(dt / substeps);
+      if (!keeps_copies) history.add(*birth, counts.born, count, recording::moment_of(*birth, step, substep, substeps));
       counts.born += count;
     }
   }
@@ -61,8 +62,9 @@ std::pair<std::uint64_t, std::uint64_t> System::next_birth(std::uint64_t frame, 
 particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
                               int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
-  return recording::make(birth, schema, key, group.first_id + first, count, static_cast<float>(dt / substeps),
-                         keeps_copies, first);
+  const recording::Moment moment =
+      recording::moment_of(birth, static_cast<float>(dt / substeps), group.substep, substeps);
+  return recording::make(birth, schema, key, group.first_id + first, count, moment, keeps_copies, first);
 }
 
 std::vector<Piece> System::pending_pieces() const {

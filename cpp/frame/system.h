@@ -44,6 +44,11 @@ struct Counts {
   std::uint64_t dropped = 0;  // births above the capacity so far
 };
 
+template <class Visitor>
+constexpr void fields(Visitor& visit, Counts& counts) {
+  visit(counts.alive, counts.alive_at_start, counts.born, counts.born_at_start, counts.newborn_from, counts.dropped);
+}
+
 class System {
  public:
   System(recording::SystemDefinition definition, std::uint64_t seed, std::uint32_t index, int calculators);

@@ -6,8 +6,9 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
-#include <stdexcept>
 #include <utility>
+
+#include "frame/kept_rows.h"
 
 namespace motes::frame {
 namespace {
@@ -77,9 +78,20 @@ Row& Row::null(const char* name) {
   return *this;
 }
 
-Table::Table(std::string path, std::size_t line_bytes) : path_(std::move(path)), line_bytes_(line_bytes) {
-  file_ = open(path_.c_str(), O_CREAT | O_WRONLY | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
-  if (file_ < 0) throw std::runtime_error("log: cannot write " + path_ + ": " + std::strerror(errno));
+void sync_directory_of(const std::string& path) {
+  const std::size_t name = path.rfind('/');
+  const int directory = open(name == std::string::npos ? "." : path.substr(0, name + 1).c_str(), O_RDONLY | O_CLOEXEC);
+  if (directory < 0) return;
+  fsync(directory);
+  close(directory);
+}
+
+Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
+    : path_(std::move(path)), line_bytes_(line_bytes) {
+  if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
+  const int anew = first_frame > 0 ? 0 : O_TRUNC;
+  file_ = open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_CLOEXEC, 0644);
+  if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
 }
 
 Table::~Table() {
@@ -110,7 +122,14 @@ void Table::write() {
   const ssize_t written = ::write(file_, lines_.data(), lines_.size());
   const bool whole = written == static_cast<ssize_t>(lines_.size());
   lines_.clear();
-  if (!whole) throw std::runtime_error("log: cannot write to " + path_ + ": " + std::strerror(errno));
+  if (!whole) throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
+}
+
+void Table::sync() {
+  write();
+  if (file_ >= 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS) {  // not a file of a disk
+    throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
+  }
 }
 
 }  // namespace motes::frame

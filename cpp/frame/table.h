@@ -4,9 +4,19 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <stdexcept>
 #include <string>
 
 namespace motes::frame {
+
+/// The log cannot be written, or an earlier run's cannot be gone on with; the text names the file.
+class LogError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Brings the names of files in the directory of `path` to the disk, where the file system can do that.
+void sync_directory_of(const std::string& path);
 
 /// A JSON object of flat scalars, built field by field. Numbers that are not finite become null.
 class Row {
@@ -30,15 +40,18 @@ class Row {
 class Table {
  public:
   Table() = default;
-  /// Throws std::runtime_error, naming the path, where it cannot make an empty file.
-  Table(std::string path, std::size_t line_bytes);
+  /// Makes an empty file; with `first_frame` above 0, goes on behind the rows that an earlier run wrote of the frames
+  /// before it (kept_rows.h). Throws LogError where it cannot.
+  Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
   ~Table();
   Table(Table&& other) noexcept;
   Table& operator=(Table&& other) noexcept;
 
   void add(const Row& row);
-  /// Throws std::runtime_error where the disk does not accept it.
+  /// Throws LogError where the disk does not accept it, as sync().
   void write();
+  /// Waits until all that was written is on the disk.
+  void sync();
 
  private:
   std::string path_;

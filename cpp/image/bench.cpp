@@ -233,6 +233,9 @@ std::vector<Form> all_forms(const View& view, int pixels) {
   add("disc, size in metres", metres, Blend::add, view);
   add("disc, streak of 10 pixels", disc, Blend::add, open);
   add("point, streak of 10 pixels", point, Blend::add, open);
+  View bright = view;
+  bright.bloom = 0.2f;
+  add("disc, with bloom", disc, Blend::add, bright);
   return all;
 }
 

@@ -130,6 +130,8 @@ void check(const View& view) {
       check_solid(argument, view.objects[i]);
     } else if (!has_mesh(view.objects[i].mesh)) {
       refuse(argument + ".mesh", "the key of a mesh that this process keeps", std::to_string(view.objects[i].mesh));
+    } else if (view.objects[i].shape.kind == shapes::Kind::mesh) {
+      shapes::check_placed(view.objects[i].shape);
     }
   }
   for (std::size_t i = 0; i < view.lights.size(); ++i) {

@@ -18,13 +18,14 @@ namespace motes::image {
 ///   box        low and high corner
 ///   sphere     centre, square of the radius, and what the square of the centre's distance has more
 ///   cylinder, cone  start of the axis, its unit vector and length, outer and inner radius, middle of the axis
-///   a mesh     the eye in the mesh's coordinates
+///   a mesh     the eye in the mesh's coordinates; where it is turned, its axes
 struct CastSolid {
   shapes::Kind kind;
   std::uint32_t number;  // of the object in the view
   const MeshNode* nodes;  // of a mesh; null: a shape
   const MeshTriangle* triangles;
   float value[14];
+  bool turned;  // of a mesh: its axes are not the world's
 };
 
 struct CastView {

@@ -9,11 +9,26 @@
 
 namespace motes::MOTES_ISA {
 
+/// A direction of the world in a mesh's coordinates, and back.
+MOTES_INLINE Floats3 into_mesh(const image::CastSolid& solid, Floats3 v) {
+  const float* axes = solid.value + 3;
+  if (!solid.turned) return v;
+  return {dot(v, all3(axes)), dot(v, all3(axes + 3)), dot(v, all3(axes + 6))};
+}
+MOTES_INLINE Floats3 out_of_mesh(const image::CastSolid& solid, Floats3 v) {
+  const float* axes = solid.value + 3;
+  if (!solid.turned) return v;
+  return all3(axes) * v.x + all3(axes + 3) * v.y + all3(axes + 6) * v.z;
+}
+MOTES_INLINE Rays rays_in_mesh(const image::CastSolid& solid, const Rays& rays) {
+  return {into_mesh(solid, rays.from) + all3(solid.value), into_mesh(solid, rays.along)};
+}
+
 class MeshRays {
  public:
   MOTES_INLINE MeshRays(const image::CastSolid& solid, const Rays& rays)
-      : nodes_(solid.nodes), triangles_(solid.triangles), rays_{rays.from + all3(solid.value), rays.along} {
-    inverse_ = {1.0f / not_zero(rays.along.x), 1.0f / not_zero(rays.along.y), 1.0f / not_zero(rays.along.z)};
+      : nodes_(solid.nodes), triangles_(solid.triangles), rays_(rays_in_mesh(solid, rays)) {
+    inverse_ = {1.0f / not_zero(rays_.along.x), 1.0f / not_zero(rays_.along.y), 1.0f / not_zero(rays_.along.z)};
     // Boxes are a little larger than what is in them, by what rounding may move a ray at the mesh's distance.
     const image::MeshNode& root = nodes_[0];
     const Floats3 low = all3(root.low) - rays_.from, high = all3(root.high) - rays_.from;

@@ -80,8 +80,38 @@ void prepare_shape(const shapes::Shape& s, const Vector& eye, float* to) {
     case Kind::point:
     case Kind::line:
     case Kind::blob:
-    case Kind::united: break;
+    case Kind::united:
+    case Kind::mesh: break;
   }
+}
+
+// Where a mesh is: its origin and its axes.
+struct Placement {
+  Vector position{};
+  std::array<Vector, 3> axis{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+  Vector into(const Vector& v) const { return {dot(v, axis[0]), dot(v, axis[1]), dot(v, axis[2])}; }
+  Vector out_of(const Vector& v) const { return axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2]; }
+};
+
+Placement placement_of(const shapes::Shape& s) {
+  if (s.kind != Kind::mesh) return {};
+  const double w = s.number[3], i = s.number[4], j = s.number[5], k = s.number[6];
+  const double scale = 2 / (w * w + i * i + j * j + k * k);
+  return {vector_at(s, 0),
+          {{{1 - scale * (j * j + k * k), scale * (i * j + k * w), scale * (i * k - j * w)},
+            {scale * (i * j - k * w), 1 - scale * (i * i + k * k), scale * (j * k + i * w)},
+            {scale * (i * k + j * w), scale * (j * k - i * w), 1 - scale * (i * i + j * j)}}}};
+}
+
+// Returns the ball around the mesh, in the world's coordinates.
+Ball prepare_mesh(const Placement& placement, const MeshTree& tree, const Vector& eye, CastSolid& to) {
+  to.nodes = tree.nodes.data();
+  to.triangles = tree.triangles.data();
+  to.turned = placement.axis != Placement{}.axis;
+  put(placement.into(eye - placement.position), to.value);
+  for (std::size_t i = 0; i < 3; ++i) put(placement.axis[i], to.value + 3 + 3 * i);
+  return {placement.position + placement.out_of(tree.ball.center), tree.ball.radius};
 }
 
 Ball ball_around(const Reach& reach) {
@@ -139,10 +169,7 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
     const auto tree = tree_of(solid.mesh);
     if (tree->nodes.empty()) return;
     trees_.push_back(tree);
-    prepared.nodes = tree->nodes.data();
-    prepared.triangles = tree->triangles.data();
-    put(lens_.eye, prepared.value);
-    ball = tree->ball;
+    ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);
   } else {
     prepared.kind = solid.shape.kind;
     prepare_shape(solid.shape, lens_.eye, prepared.value);

@@ -176,7 +176,8 @@ MOTES_INLINE Crossing find(const image::CastSolid& solid, const Rays& rays, Floa
     case Kind::point:
     case Kind::line:
     case Kind::blob:
-    case Kind::united: break;
+    case Kind::united:
+    case Kind::mesh: break;
   }
   return {Mask{}, far, Ints{}};
 }
@@ -190,7 +191,7 @@ MOTES_INLINE Mask blocked(const image::CastSolid& solid, const Rays& rays, Float
 MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, const Crossing& crossing) {
   using shapes::Kind;
   const float* v = solid.value;
-  if (solid.nodes != nullptr) return mesh_normals(solid.triangles, crossing);
+  if (solid.nodes != nullptr) return out_of_mesh(solid, mesh_normals(solid.triangles, crossing));
   switch (solid.kind) {
     case Kind::plane:
     case Kind::disc:
@@ -206,7 +207,8 @@ MOTES_INLINE Floats3 normals(const image::CastSolid& solid, const Rays& rays, co
     case Kind::point:
     case Kind::line:
     case Kind::blob:
-    case Kind::united: break;
+    case Kind::united:
+    case Kind::mesh: break;
   }
   return at(rays, crossing.distance) - all3(v);  // a sphere's
 }

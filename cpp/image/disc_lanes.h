@@ -53,7 +53,7 @@ struct DiscGroup {
 
   alignas(64) float x[kWidth], y[kWidth], radius[kWidth], half[kWidth], along_x[kWidth], along_y[kWidth];
   alignas(64) float left[kWidth], slope[kWidth], total[kWidth];
-  alignas(64) float narrow[kWidth], end[kWidth], level[kWidth];
+  alignas(64) float narrow[kWidth], end[kWidth], level[kWidth], unit[kWidth];
   alignas(64) std::int32_t first[kWidth], last[kWidth], strips[kWidth], column[kWidth], state[kWidth];
   alignas(64) std::int32_t row_base[kWidth], column_base[kWidth], step[kWidth], step_side[kWidth], step_end[kWidth];
   alignas(64) std::uint32_t sum[kWidth], number[kWidth], shift[kWidth];
@@ -207,6 +207,7 @@ MOTES_INLINE void weigh(DiscGroup& g, int count) {
   const Floats most = select(still, all(image::kMostLight / DiscShape::kStillWeight),
                              all(image::kMostLight / DiscShape::kStreakWeight));
   const Floats unit = min(load(g.total) / max(sum, all(1.0f)), most);
+  store(g.unit, unit);
   const Uints bits = (Uints)(unit * (65536.0f * image::kUnit / (255.0f * 255.0f)));
   store_uints(g.number, (bits >> 9 & 0x3fffu) | 0x4000u);
   store_uints(g.shift, (14 + 127) - (bits >> 23));

@@ -157,6 +157,7 @@ Ball ball_around(const MeshTree& tree) {
 MeshTree build_tree(const Mesh& mesh) {
   std::vector<MeshTriangle> triangles;
   std::vector<Piece> pieces;
+  std::vector<std::uint32_t> number;  // in the mesh
   for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
     MeshTriangle triangle{};
     Piece piece;
@@ -171,12 +172,16 @@ MeshTree build_tree(const Mesh& mesh) {
     }
     piece.triangle = static_cast<std::uint32_t>(triangles.size());
     triangles.push_back(triangle);
+    number.push_back(static_cast<std::uint32_t>(i / 3));
     pieces.push_back(piece);
   }
   MeshTree tree;
   if (pieces.empty()) return tree;
   const Builder builder(tree, std::move(pieces));
-  for (const Piece& piece : builder.pieces()) tree.triangles.push_back(triangles[piece.triangle]);
+  for (const Piece& piece : builder.pieces()) {
+    tree.triangles.push_back(triangles[piece.triangle]);
+    tree.origin.push_back(number[piece.triangle]);
+  }
   tree.ball = ball_around(tree);
   return tree;
 }

@@ -30,6 +30,7 @@ inline constexpr int kMaxMeshDepth = 60;
 struct MeshTree {
   std::vector<MeshNode> nodes;  // the first is the root
   std::vector<MeshTriangle> triangles;
+  std::vector<std::uint32_t> origin;  // of each triangle: its number in the mesh
   Ball ball;
 };
 

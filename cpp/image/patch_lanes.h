@@ -237,8 +237,8 @@ MOTES_INLINE Eight seen_of(const std::uint32_t* walls, std::uint32_t depth, floa
   return visible & (Eight) __builtin_convertvector(room * 4096.0f + 0.5f, Whole);
 }
 
-/// One row of a strip, where `to` is the light of its first pixel. `lights`: see Patch.
-template <int kPlanes, bool kOver, bool kSaturating, bool kTest, int kPart = 0>
+/// One row of a strip, where `to` is the light of its first pixel. `lights`: see Patch. kUsed: parts that are drawn.
+template <int kPlanes, bool kOver, bool kSaturating, bool kTest, int kPart = 0, int kUsed = kParts>
 MOTES_INLINE void draw_row(const Tint& tint, std::uint32_t* to, Eight cover, Eight light, const std::uint16_t* lights,
                            Eight seen) {
   using V = Part<kPart>;
@@ -256,8 +256,8 @@ MOTES_INLINE void draw_row(const Tint& tint, std::uint32_t* to, Eight cover, Eig
   V sum = before + more;
   if (kSaturating) sum |= (V)(sum < before);
   __builtin_memcpy(to + kPart * kWidth, &sum, sizeof sum);
-  if constexpr (kPart + 1 < kParts) {
-    draw_row<kPlanes, kOver, kSaturating, kTest, kPart + 1>(tint, to, cover, light, lights, seen);
+  if constexpr (kPart + 1 < kUsed) {
+    draw_row<kPlanes, kOver, kSaturating, kTest, kPart + 1, kUsed>(tint, to, cover, light, lights, seen);
   }
 }
 

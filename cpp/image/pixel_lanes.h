@@ -131,8 +131,18 @@ MOTES_INLINE Uints spread(const Spread&, Uints p, int j) {
 }
 #endif
 // Vector j of any number: `pixels` is the first pixel's value.
+// At most half as many pixels as a vector has lanes are wanted, and half a vector crosses the border of a cache line
+// half as often.
 MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int j) {
+#if MOTES_WIDTH == 512
+  const __m256i half = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(pixels + kWidth * j / 3));
+  return spread(s, (Uints)_mm512_castsi256_si512(half), j % 3);
+#elif MOTES_WIDTH == 256
+  const __m128i half = _mm_loadu_si128(reinterpret_cast<const __m128i*>(pixels + kWidth * j / 3));
+  return spread(s, (Uints)_mm256_castsi128_si256(half), j % 3);
+#else
   return spread(s, load_uints(pixels + kWidth * j / 3), j % 3);
+#endif
 }
 
 // What is left of light after something of this opacity, 0..65536, has covered it: light - light * opacity / 65536,

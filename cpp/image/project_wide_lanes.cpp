@@ -62,6 +62,9 @@ MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, 
   const Mask known = (abs(dx) <= all(kLargest)) & (abs(dy) <= all(kLargest));
   dx = only(known, dx);
   dy = only(known, dy);
+  const Floats ends_x = max(abs(x), abs(x + dx)), ends_y = max(abs(y), abs(y + dy));
+  const Mask inside = ~behind & known & (ends_x <= all(0.99f * t.limit_x)) & (ends_y <= all(0.99f * t.limit_y));
+  if (!any(visible & ~inside)) return {visible, x, y, (x + dx) - x, (y + dy) - y, all(1.0f)};
   Floats from = all(0.0f), to = all(1.0f);
   visible &= clip(x, dx, t.limit_x, from, to) & clip(y, dy, t.limit_y, from, to);
   visible &= from <= to;
@@ -131,7 +134,7 @@ constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
 struct Columns {
   Mask visible;
   Uints word[kMostWords]; // of a record
-  Uints first_tile, last_tile;
+  Uints tile, last_tile;
 };
 
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
@@ -173,7 +176,9 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[t.form.size / 4] = size;
     if (t.form.way != 0) c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
   }
-  c.first_tile = (Uints)columns.first | ((Uints)rows.first << 16);
+  const Ints across = columns.last - columns.first, down = rows.last - rows.first;
+  c.tile = (Uints)(rows.first * t.columns + columns.first) | ((Uints)(across == 1) & image::kNextColumn) |
+           ((Uints)(down == 1) & image::kNextRow) | ((Uints)((across > 1) | (down > 1)) & image::kManyTiles);
   c.last_tile = (Uints)columns.last | ((Uints)rows.last << 16);
   return c;
 }
@@ -197,10 +202,15 @@ std::size_t project(const image::WideTask& task, std::size_t first, std::size_t 
     if (last - i < kLanes) visible &= lanes_below(last - i);
     if (!any(visible)) continue;
     const Kept k = kept(visible);
-    store_kept(out.first_tile + n, k, c.first_tile);
+    store_kept(out.tile + n, k, c.tile);
     store_kept(out.last_tile + n, k, c.last_tile);
     if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
-    for (int w = 0; 4 * w < t.form.bytes; ++w) {
+    int w = 0;
+    for (; 4 * w + 16 <= t.form.bytes; w += 4) {
+      store_kept(out.words + static_cast<std::size_t>(w) * out.stride + 4 * n, k, c.word[w], c.word[w + 1],
+                 c.word[w + 2], c.word[w + 3]);
+    }
+    for (; 4 * w < t.form.bytes; ++w) {
       store_kept(out.words + static_cast<std::size_t>(w) * out.stride + n, k, c.word[w]);
     }
     n += number_of(k);

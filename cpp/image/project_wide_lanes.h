@@ -24,16 +24,23 @@ struct WideTask : SeenTask {
   float diameter;  // px, of all particles; 0: `size` says
   bool oriented;   // sprites are squares, turned by `up`
   RecordForm form; // of the records
+  int columns;     // of tiles
   int bits;        // of their positions
 };
 
+/// Beside kNextColumn and kNextRow in WideBatch::tile: the bounding box touches more tiles than the first one and its
+/// next neighbours.
+inline constexpr std::uint32_t kManyTiles = std::uint32_t{1} << 29;
+inline constexpr std::uint32_t kWideTileNumber = kManyTiles - 1;
+
 /// The visible particles, in their order. Each array has room for as many particles as are projected, plus one vector.
 struct WideBatch {
-  std::uint32_t* words;      // of records without velocity: column after column
+  /// Of records without velocity: four words of each one behind one another, then the next four; what is left of their
+  /// number in columns.
+  std::uint32_t* words;
   std::size_t stride;        // from column to column
-  std::uint32_t* first_tile; // column | row << 16 of the first tile that the
-                             // bounding box touches
-  std::uint32_t* last_tile;  // and of the last
+  std::uint32_t* tile;       // number of the first tile that the bounding box touches, and flags
+  std::uint32_t* last_tile;  // column | row << 16 of the last one
   std::uint32_t* velocity; // bits of three floats, in columns as well; null: not wanted
 };
 

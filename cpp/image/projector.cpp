@@ -20,7 +20,7 @@ constexpr std::size_t kSlack = 32;
 // the offsets would outweigh the records.
 std::size_t batch_size(std::size_t most, int tiles) { return std::max(most, 16 * static_cast<std::size_t>(tiles)); }
 constexpr std::size_t kFixedBatch = 32768;
-constexpr std::size_t kNarrowBatch = 16384, kWideBatch = 8192;
+constexpr std::size_t kNarrowBatch = 32768, kWideBatch = 8192;
 
 template <std::size_t kCount>
 void copy(const Vector& from, float (&to)[kCount]) {
@@ -179,6 +179,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   const auto layout = static_cast<Layout>(records.head_.layout);
   WideTask task = wide_task(particles, sprite_, view, projection.dt);
   task.form = form(layout);
+  task.columns = grid.columns();
   task.bits = grid.far_bits();
   const std::size_t step = batch_size(layout == Layout::wide ? kWideBatch : kNarrowBatch, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {

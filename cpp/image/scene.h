@@ -35,7 +35,7 @@ constexpr void fields(Visitor& visit, Camera& camera) {
 struct Solid {
   shapes::Shape shape;
   Color color{1, 1, 1};
-  AssetKey mesh = 0;  // not 0: this mesh instead of the shape
+  AssetKey mesh = 0;  // not 0: this mesh instead of the shape; where that is a mesh, it says where this one is
   float light = 0;    // how much of its colour it emits
 
   bool operator==(const Solid&) const = default;

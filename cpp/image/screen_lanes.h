@@ -96,4 +96,42 @@ MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
 }
 #endif
 
+/// Four words of each lane, behind one another.
+struct Quads {
+  std::uint32_t word[kLanes][4];
+};
+MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
+  Quads quads;
+#if MOTES_WIDTH != 0
+  const Uints first = interleave_low(a, b), second = interleave_low(c, d);
+  const Uints third = interleave_high(a, b), fourth = interleave_high(c, d);
+  // Part p of these has four words of lane 4 * p, and of the three after it.
+  const Uints rows[] = {interleave_low_pairs(first, second), interleave_high_pairs(first, second),
+                        interleave_low_pairs(third, fourth), interleave_high_pairs(third, fourth)};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    __builtin_memcpy(quads.word[lane], reinterpret_cast<const std::uint32_t*>(&rows[lane % 4]) + lane / 4 * 4, 16);
+  }
+#else
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    quads.word[lane][0] = a[lane];
+    quads.word[lane][1] = b[lane];
+    quads.word[lane][2] = c[lane];
+    quads.word[lane][3] = d[lane];
+  }
+#endif
+  return quads;
+}
+#if MOTES_WIDTH == 512
+MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints a, Uints b, Uints c, Uints d) {
+  const auto pressed = [k](Uints v) { return (Uints)_mm512_maskz_compress_epi32(k, (__m512i)v); };
+  const Quads quads = quads_of(pressed(a), pressed(b), pressed(c), pressed(d));
+  __builtin_memcpy(to, &quads, sizeof quads);
+}
+#else
+MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints a, Uints b, Uints c, Uints d) {
+  const Quads quads = quads_of(a, b, c, d);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) __builtin_memcpy(to + 4 * k.offset[lane], quads.word[lane], 16);
+}
+#endif
+
 }  // namespace motes::MOTES_ISA

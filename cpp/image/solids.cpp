@@ -44,14 +44,15 @@ Ball bounds(const Shape& s) {
     case Kind::point:
     case Kind::line:
     case Kind::blob:
-    case Kind::united: break;
+    case Kind::united:
+    case Kind::mesh: break;  // its tree knows
   }
   return {first, kInfinity};
 }
 
 void check_solid(const std::string& argument, const Solid& solid) {
   const Kind kind = solid.shape.kind;
-  if (!shapes::has_surface(kind) || kind == Kind::united) {
+  if (!shapes::has_surface(kind) || kind == Kind::united || kind == Kind::mesh) {
     throw std::invalid_argument(argument + " must be a shape with a surface, got a " + shapes::name(kind));
   }
   shapes::check(solid.shape);

@@ -41,10 +41,12 @@ void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns,
   }
 }
 
-// Copies the words of a record from their columns.
+// Copies the words of a record from their places: see WideBatch.
 template <int kWords, bool kVelocity>
 void copy_record(const WideBatch& b, std::size_t i, std::byte* to) {
-  for (std::size_t w = 0; w < kWords; ++w) std::memcpy(to + 4 * w, b.words + w * b.stride + i, 4);
+  std::size_t w = 0;
+  for (; w + 4 <= kWords; w += 4) std::memcpy(to + 4 * w, b.words + w * b.stride + 4 * i, 16);
+  for (; w < kWords; ++w) std::memcpy(to + 4 * w, b.words + w * b.stride + i, 4);
   for (std::size_t c = 0; kVelocity && c < 3; ++c) {
     std::memcpy(to + 4 * (kWords + c), b.velocity + c * b.stride + i, 4);
   }
@@ -52,9 +54,10 @@ void copy_record(const WideBatch& b, std::size_t i, std::byte* to) {
 
 WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid) {
   std::byte bytes[sizeof(WideRecord)];
-  for (std::size_t w = 0; 4 * w < static_cast<std::size_t>(form.bytes); ++w) {
-    std::memcpy(bytes + 4 * w, b.words + w * b.stride + i, 4);
-  }
+  const auto words = static_cast<std::size_t>(form.bytes) / 4;
+  std::size_t w = 0;
+  for (; w + 4 <= words; w += 4) std::memcpy(bytes + 4 * w, b.words + w * b.stride + 4 * i, 16);
+  for (; w < words; ++w) std::memcpy(bytes + 4 * w, b.words + w * b.stride + i, 4);
   return wide_record(form, grid.far_bits(), bytes);
 }
 
@@ -64,55 +67,58 @@ class Tiles {
   Tiles(const WideBatch& batch, Layout layout, const Grid& grid)
       : batch_(batch), form_(form(layout)), grid_(grid), columns_(static_cast<std::size_t>(grid.columns())) {}
 
-  /// use(tile, wanted): most particles touch two or four tiles, which two is
-  /// random, and a misprediction costs more than a tile that is not wanted.
+  /// use(tile, wanted), without the first tile of those that touch up to four: which of them is random, and a
+  /// misprediction costs more than a tile that is not wanted.
   template <class Use>
   void each(std::size_t i, const Use& use) const {
-    const std::uint32_t first = batch_.first_tile[i], last = batch_.last_tile[i];
-    const std::uint32_t across = (last & 0xffffu) - (first & 0xffffu), down = (last >> 16) - (first >> 16);
-    if (across <= 1 && down <= 1) {
-      const std::size_t tile = (first >> 16) * columns_ + (first & 0xffffu);
-      use(tile, true);
-      use(tile + across, across != 0);
-      use(tile + down * columns_, down != 0);
-      return use(tile + across + down * columns_, (across & down) != 0);
-    }
-    const WideRecord record = record_at(batch_, i, form_, grid_);
-    const auto all = [&](std::size_t tile) { use(tile, true); };
-    if (form_.way == 0 || record.dx == 0 || record.dy == 0) {
-      return for_each_tile(first, last, columns_, all, [](auto, auto) { return true; });
-    }
-    const Streak streak(record, grid_);
-    for_each_tile(first, last, columns_, all, [&](auto column, auto row) { return streak.near(column, row); });
+    const std::uint32_t word = batch_.tile[i];
+    if ((word & kManyTiles) != 0) return each_of_many(i, [&](std::size_t tile) { use(tile, 1u); });
+    const std::size_t tile = word & kWideTileNumber;
+    const std::uint32_t column = word >> 30 & 1, row = word >> 31;
+    use(tile + 1, column);
+    use(tile + columns_, row);
+    use(tile + columns_ + 1, column & row);
   }
 
  private:
+  template <class Use>
+  void each_of_many(std::size_t i, const Use& use) const {
+    const std::uint32_t number = batch_.tile[i] & kWideTileNumber, last = batch_.last_tile[i];
+    const auto columns = static_cast<std::uint32_t>(columns_), first = number / columns << 16 | number % columns;
+    const WideRecord record = record_at(batch_, i, form_, grid_);
+    if (form_.way == 0 || record.dx == 0 || record.dy == 0) {
+      return for_each_tile(first, last, columns_, use, [](auto, auto) { return true; });
+    }
+    const Streak streak(record, grid_);
+    for_each_tile(first, last, columns_, use, [&](auto column, auto row) { return streak.near(column, row); });
+  }
+
   const WideBatch& batch_;
   RecordForm form_;
   Grid grid_;
   std::size_t columns_;
 };
 
-std::size_t first_tile(const WideBatch& b, std::size_t i, std::size_t columns) {
-  return (b.first_tile[i] >> 16) * columns + (b.first_tile[i] & 0xffffu);
-}
-
 template <int kWords, bool kVelocity>
-void scatter(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
+void scatter(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
              const std::uint32_t* several, std::size_t listed, std::byte* records) {
   constexpr std::size_t kBytes = 4 * kWords + (kVelocity ? kVelocityBytes : 0);
-  const auto columns = static_cast<std::size_t>(grid.columns());
+  const WideBatch b = batch;  // a copy whose members the stores below cannot change
   std::byte nowhere[kBytes];
-  const auto put_if = [&](std::size_t i, std::size_t tile, bool wanted) {
-    copy_record<kWords, kVelocity>(b, i, wanted ? records + cursor[tile] * kBytes : nowhere);
-    cursor[tile] += wanted;
-  };
   for (std::size_t i = 0; i < count; ++i) {
-    put_if(i, first_tile(b, i, columns), b.first_tile[i] == b.last_tile[i]);
+    const std::uint32_t word = b.tile[i];
+    if ((word & kManyTiles) == 0) {
+      copy_record<kWords, kVelocity>(b, i, records + cursor[word & kWideTileNumber]++ * kBytes);
+    }
   }
   const Tiles tiles(b, layout, grid);
   for (std::size_t k = 0; k < listed; ++k) {
-    tiles.each(several[k], [&](std::size_t tile, bool wanted) { put_if(several[k], tile, wanted); });
+    std::byte record[kBytes];
+    copy_record<kWords, kVelocity>(b, several[k], record);
+    tiles.each(several[k], [&](std::size_t tile, std::uint32_t wanted) {
+      std::memcpy(wanted != 0 ? records + cursor[tile] * kBytes : nowhere, record, kBytes);
+      cursor[tile] += wanted;
+    });
   }
 }
 
@@ -132,17 +138,16 @@ void scatter_words(int words, const Arguments&... arguments) {
 // are.
 std::size_t count_wide(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* counts,
                        std::uint32_t* several) {
-  const auto columns = static_cast<std::size_t>(grid.columns());
   std::size_t listed = 0;
   for (std::size_t i = 0; i < count; ++i) {
-    const bool alone = b.first_tile[i] == b.last_tile[i];
-    counts[first_tile(b, i, columns)] += alone;
+    const std::uint32_t word = b.tile[i];
+    counts[word & kWideTileNumber] += ~word >> 29 & 1;
     several[listed] = static_cast<std::uint32_t>(i);
-    listed += !alone;
+    listed += word > kWideTileNumber;
   }
   const Tiles tiles(b, layout, grid);
   for (std::size_t k = 0; k < listed; ++k) {
-    tiles.each(several[k], [&](std::size_t tile, bool wanted) { counts[tile] += wanted; });
+    tiles.each(several[k], [&](std::size_t tile, std::uint32_t wanted) { counts[tile] += wanted; });
   }
   return listed;
 }

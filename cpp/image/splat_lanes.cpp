@@ -3,6 +3,7 @@
 #include "image/splat_lanes.h"
 
 #include "image/grid.h"
+#include "image/layout.h"
 #include "image/pixel_lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -17,7 +18,6 @@ using image::TilePlanes;
 struct Place {
   std::ptrdiff_t light, pixel;
   int row;
-  int block; // see DepthBlocks
 };
 
 // False where the record does not belong to this tile.
@@ -40,6 +40,47 @@ MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
   return true;
 }
 
+// Words in turn, such as surfaces and depths of pixels.
+MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
+  const auto* from = static_cast<const image::Nearest*>(words);
+#if MOTES_WIDTH == 512
+  const __m512i low = _mm512_loadu_si512(from), high = _mm512_loadu_si512(from + kLongs);
+  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+  first = (Uints)_mm512_permutex2var_epi32(low, even, high);
+  second = (Uints)_mm512_permutex2var_epi32(low, _mm512_add_epi32(even, _mm512_set1_epi32(1)), high);
+#elif MOTES_WIDTH == 256
+  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
+  const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
+  const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
+  first = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);
+  second = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0xdd), 0xd8);
+#else
+  for (int lane = 0; lane < kWidth; ++lane) {
+    std::uint32_t pair[2];
+    __builtin_memcpy(pair, from + lane, sizeof pair);
+    first[lane] = pair[0];
+    second[lane] = pair[1];
+  }
+#endif
+}
+
+// The same for a vector of records: what place() says of each.
+struct Places {
+  alignas(64) std::int32_t light[kWidth], pixel[kWidth], row[kWidth];
+};
+// False where some of the records do not belong to this tile.
+MOTES_INLINE bool places(const Splat& s, Uints positions, Places& at) {
+  const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
+  const Ints column = x >> s.sub_bits, row = y >> s.sub_bits;
+  const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
+  const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
+  store_mask(at.light, row * kLightStride + 3 * column);
+  store_mask(at.pixel, row * kPixelStride + column);
+  store_mask(at.row, ((Ints)((Uints)phase_y << s.phase_bits) | phase_x) * s.size);
+  const Ints least = min_ints(column, row), most = max_ints(column, row);
+  return !any((least <= -s.size) | (most >= image::kTile));
+}
+
 // The rows of a record that nothing hides.
 template <int kVectors, bool kSaturating>
 MOTES_INLINE void add_rows(const Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
@@ -53,7 +94,7 @@ MOTES_INLINE void add_rows(const Splat& s, const Light& light, const std::uint8_
 #if MOTES_WIDTH == 512
 // Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
 template <bool kSaturating>
-MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+MOTES_INLINE void add_point(const Splat&, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
   const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
   for (int row = 0; row < 2; ++row, to += kLightStride, weights += 16) {
     const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
@@ -62,6 +103,11 @@ MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std
     if (kSaturating) sum = _mm256_mask_set1_epi32(sum, _mm256_cmplt_epu32_mask(sum, before), -1);
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), sum);
   }
+}
+#else
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  add_rows<(6 + kWidth - 1) / kWidth, kSaturating>(s, light, weights, to);
 }
 #endif
 
@@ -92,12 +138,10 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     std::uint32_t* to = tile.light + at.light;
     if (!kFade && (!kDepth || (!mixed && depth <= tile.nearest))) {
-#if MOTES_WIDTH == 512
-      if (kVectors == 1 && s.size == 2) {
-        add_point<kSaturating>(light, weights, to);
+      if (kWidth * kVectors < 24 && s.size == 2) {
+        add_point<kSaturating>(s, light, weights, to);
         continue;
       }
-#endif
       add_rows<kVectors, kSaturating>(s, light, weights, to);
       continue;
     }
@@ -111,6 +155,33 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
       }
     }
   }
+}
+
+// Points that nothing hides: so little is drawn of each that finding its place costs more, so this is done for a vector
+// of them at once.
+template <bool kSaturating>
+void add_points(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
+  Splat s = task;
+  s.size = 2;
+  s.row_bytes = 16;
+  std::uint32_t* const first = planes.light;
+  const Channels channel = channels();
+  constexpr std::size_t kBytes = sizeof(image::PlainRecord);
+  std::size_t done = 0;
+  for (; done + kLanes <= count; done += kLanes, records += kLanes * kBytes) {
+    Uints positions, colors;
+    split(records, positions, colors);
+    Places at;
+    if (!places(s, positions, at)) break;
+    const std::uint32_t color = word_at(records + 4);
+    const bool alike = !any((Mask)(colors != color));
+    Light light = light_of(channel, color);
+    for (int k = 0; k < kWidth; ++k) {
+      if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kBytes + 4));
+      add_point<kSaturating>(s, light, s.weights + at.row[k] * 16, first + at.light[k]);
+    }
+  }
+  add_records < 2 * kWidth<24 ? 2 : 1, kSaturating, false, false>(planes, task, records, count - done);
 }
 
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
@@ -259,6 +330,9 @@ void round_from(const TilePlanes& tile, const Splat& s, const unsigned char* rec
 }
 
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  if (s.size == 2 && s.record_bytes == sizeof(image::PlainRecord) && !s.with_depth) {
+    return s.saturating ? add_points<true>(tile, s, records, count) : add_points<false>(tile, s, records, count);
+  }
   blend_from<1, false>(tile, s, records, count);
 }
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
@@ -283,27 +357,6 @@ MOTES_INLINE Shifts channel_shifts() {
 // A surface has the light of an additive record with its shade as alpha and the weight 255.
 MOTES_INLINE Uints surface_light(Uints surface, Uints shift) {
   return ((multiply_short(surface >> shift & 0xffu, surface >> 24) + 8u) >> 4) * 255u;
-}
-
-// Surfaces and depths of a vector of pixels.
-MOTES_INLINE void split(const image::Nearest* from, Uints& surface, Uints& depth) {
-#if MOTES_WIDTH == 512
-  const __m512i low = _mm512_loadu_si512(from), high = _mm512_loadu_si512(from + kLongs);
-  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
-  surface = (Uints)_mm512_permutex2var_epi32(low, even, high);
-  depth = (Uints)_mm512_permutex2var_epi32(low, _mm512_add_epi32(even, _mm512_set1_epi32(1)), high);
-#elif MOTES_WIDTH == 256
-  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
-  const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
-  const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
-  surface = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);
-  depth = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0xdd), 0xd8);
-#else
-  for (int lane = 0; lane < kWidth; ++lane) {
-    surface[lane] = static_cast<std::uint32_t>(from[lane]);
-    depth[lane] = static_cast<std::uint32_t>(from[lane] >> 32);
-  }
-#endif
 }
 
 image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {

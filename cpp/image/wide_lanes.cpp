@@ -161,15 +161,22 @@ MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const 
 
 // Streaks of sprites of one size: see Stamp. Long ones are drawn alone.
 template <class Kind, bool kOver, bool kSaturating>
-void draw_streaks(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
+void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
   const TilePlanes tile = planes;
   const WideSplat t = task;
   const Channels channel = channels();
+  StampUses uses;
+  RowQueue queue;
   DiscGroup g;
   Patch<1> patch;
-  for (std::size_t i = 0; i < count; ++i, records += t.record_bytes) {
-    if (draw_streak<kOver, kSaturating>(tile, t, record_of(t, records), g, channel)) continue;
-    draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, records), channel, patch);
+  const auto bytes = static_cast<std::size_t>(t.record_bytes);
+  for (std::size_t i = 0; i < count; i += kLanes, records += kLanes * bytes) {
+    const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
+    const auto record = [&](int k) { return records + static_cast<std::size_t>(k) * bytes; };
+    for (int k = 0; k < number; ++k) read_streak(t.form, record(k), uses, k);
+    draw_streaks<kOver, kSaturating>(tile, t, uses, number, queue, g, channel, [&](int k) {
+      draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, record(k)), channel, patch);
+    });
   }
 }
 
@@ -199,7 +206,7 @@ void draw_groups(const TilePlanes& planes, const WideSplat& task, const unsigned
 template <class Kind, bool kOver, bool kSaturating>
 void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   if constexpr (Kind::kPlanes == 1) {
-    if (task.one_size) return draw_streaks<Kind, kOver, kSaturating>(tile, task, records, count);
+    if (task.one_size) return draw_stamped<Kind, kOver, kSaturating>(tile, task, records, count);
   }
   if constexpr (Kind::kPlanes == 1) return draw_groups<Kind, kOver, kSaturating>(tile, task, records, count);
   const Channels channel = channels();

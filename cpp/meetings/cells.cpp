@@ -66,6 +66,14 @@ struct Shares {
         parts(std::clamp<std::size_t>(count / pool.items(kRange), 1, static_cast<std::size_t>(pool.threads()))) {}
   std::size_t first(std::size_t part) const { return size * part / parts; }
 
+  /// The same, but never between two that belong together: goes on while together(i - 1, i).
+  template <class Together>
+  std::size_t first_apart(std::size_t part, const Together& together) const {
+    std::size_t at = first(part);
+    while (at > 0 && at < size && together(at - 1, at)) ++at;
+    return at;
+  }
+
   std::size_t size;
   std::size_t parts;
 };
@@ -165,12 +173,10 @@ void Cells::sort_ids(const Crowd& crowd, threads::Pool& pool) {
   const Shares shares(count, pool);
   std::vector<std::uint32_t> most(shares.parts, 0);
   const auto start = [&](std::size_t part) {  // a cell belongs to the part in which it begins
-    std::size_t at = shares.first(part);
-    while (at > 0 && at < count && keys_[at] == keys_[at - 1]) ++at;
-    return at;
+    return shares.first_apart(part, [&](std::size_t a, std::size_t b) { return keys_[a] == keys_[b]; });
   };
   pool.run(shares.parts, [&](std::size_t part, std::size_t) {
-    const std::size_t last = part + 1 == shares.parts ? count : start(part + 1);
+    const std::size_t last = start(part + 1);
     for (std::size_t begin = start(part), end = begin; begin < last; begin = end) {
       for (end = begin + 1; end < count && keys_[end] == keys_[begin];) ++end;
       most[part] = std::max(most[part], static_cast<std::uint32_t>(end - begin));
@@ -197,16 +203,15 @@ void Cells::find_rows(const Range& range, threads::Pool& pool) {
   const std::uint64_t z_cells = range.z_cells();
   const Shares shares(count, pool);
   const auto start = [&](std::size_t part) {
-    std::size_t at = shares.first(part);
-    while (at > 0 && at < count && keys_[at] / z_cells == keys_[at - 1] / z_cells) ++at;
-    return at;
+    return shares.first_apart(part,
+                              [&](std::size_t a, std::size_t b) { return keys_[a] / z_cells == keys_[b] / z_cells; });
   };
   z_.resize(count);
   parts_.resize(shares.parts);
   pool.run(shares.parts, [&](std::size_t part, std::size_t) {
     parts_[part].rows.clear();
     parts_[part].table.clear();
-    const std::size_t last = part + 1 == shares.parts ? count : start(part + 1);
+    const std::size_t last = start(part + 1);
     for (std::size_t begin = start(part); begin < last;) begin = find_row(range, begin, parts_[part]);
   });
   rows_.clear();

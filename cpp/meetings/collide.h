@@ -4,36 +4,10 @@
 // stable because each push is divided by the contacts that its busier end had in the last step.
 #pragma once
 
+#include "meetings/parting.h"
 #include "meetings/sweep.h"
-#include "particles/streams.h"
 
 namespace motes::MOTES_ISA {
-
-/// What two particles at the same place have instead of a direction: a function of their ids, seen from the first one.
-inline Float3 parting(std::uint64_t first, std::uint64_t second) {
-  std::uint64_t bits = first * 0x9e3779b97f4a7c15u + second;
-  const auto number = [&] {  // SplitMix64 (Steele, Lea, Flood 2014), in [-1, 1)
-    bits += 0x9e3779b97f4a7c15u;
-    std::uint64_t x = (bits ^ (bits >> 30)) * 0xbf58476d1ce4e5b9u;
-    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
-    return static_cast<float>(static_cast<std::int32_t>((x ^ (x >> 31)) >> 40) - (1 << 23)) * 0x1p-23f;
-  };
-  Float3 way = {number(), number(), number()};
-  if (!(dot(way, way) > 1e-6f)) way = {1, 0, 0};
-  return unit(way);
-}
-
-/// The same, seen from `target`: the first of two is that of the lower id, or of the first system.
-inline Float3 parting(std::uint64_t target, std::uint64_t source, int side) {
-  const bool first = side == 0 ? target < source : side == 1;
-  return first ? parting(target, source) : times(parting(source, target), -1);
-}
-
-inline std::uint64_t id_of(const meetings::Party& party, std::uint32_t place) {
-  const std::uint32_t i = party.cells.order[place];
-  const meetings::Crowd& crowd = *party.crowd;
-  return i < crowd.own ? crowd.own_ids[i] : crowd.copied_ids[i - crowd.own];
-}
 
 /// kRadii: particles have radii of their own. kMasses: and masses.
 template <bool kRadii, bool kMasses>
@@ -76,14 +50,10 @@ struct Collision {
       zeros -= near & (r2 <= 0.0f);
       const Mask seen = near & (r2 > 0.0f);
       const Floats d = sqrt(r2);
-      const Floats3 change = law.push(reach, d, r * (1.0f / d), apart(column, j)) * share(column, j);
+      const Floats3 change =
+          law.push(reach, d, r * (1.0f / d), value_seen_from(velocity, column, j)) * share(column, j);
       sum = sum + only(seen, change);
       touching -= seen;
-    }
-
-    MOTES_INLINE Floats3 apart(const float* const* column, std::uint32_t j) const {
-      return {column[meetings::value_x][j] - velocity.x, column[meetings::value_y][j] - velocity.y,
-              column[meetings::value_z][j] - velocity.z};
     }
 
     /// The target's part of a push: by mass, and as stable as the busier of both allows.
@@ -130,8 +100,8 @@ struct Collision {
             const float* const* column = task.sources.column;
             const Floats reach = kRadii ? own_radius + column[meetings::radius][j] : law.reach;
             if (!(r2[lane] < reach[lane] * reach[lane])) continue;
-            const Floats3 change =
-                law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)), apart(column, j));
+            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)),
+                                            value_seen_from(velocity, column, j));
             sum = sum + only(here, change * share(column, j));
             touching -= here;
           }

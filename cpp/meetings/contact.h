@@ -4,7 +4,7 @@
 // both of its ends with opposite signs, so momentum and angular momentum are kept.
 #pragma once
 
-#include "meetings/collide.h"
+#include "meetings/parting.h"
 #include "meetings/sweep.h"
 #include "particles/touches.h"
 #include "simd/elementary.h"
@@ -106,7 +106,7 @@ struct Contact {
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         before[lane] = nullptr;
         after[lane].count = 0;
-        if (i + lane >= task.targets.crowd->size()) {  // nobody: touches nobody
+        if (i + lane >= count_of(task.targets)) {  // nobody: touches nobody
           own.radius[lane] = 0;
           continue;
         }
@@ -181,23 +181,16 @@ struct Contact {
       }
     }
 
-    static MOTES_INLINE void set_lane(Floats3& v, std::uint32_t lane, Float3 to) {
-      v.x[lane] = to.x;
-      v.y[lane] = to.y;
-      v.z[lane] = to.z;
-    }
-
     static void recall(const particles::Touches& before, std::uint64_t id, std::uint32_t lane, Floats3& slid,
                        Floats3& rolled) {
       for (std::uint32_t k = 0; k < before.count; ++k) {
         const particles::Touch& touch = before.touch[k];
         if (touch.id != id) continue;
-        set_lane(slid, lane, of_way(touch.slid));
-        set_lane(rolled, lane, of_way(touch.rolled));
+        set_lane(slid, lane, of(touch.slid));
+        set_lane(rolled, lane, of(touch.rolled));
         return;
       }
     }
-    static MOTES_INLINE Float3 of_way(const float (&way)[3]) { return {way[0], way[1], way[2]}; }
 
     // Those beyond the most are felt, but not remembered.
     static void remember(particles::Touches& after, std::uint64_t id, std::uint32_t lane, const Floats3& slid,

@@ -5,7 +5,7 @@
 // error weighs, and never come to rest. Kernels of density and of its slope are those of Mueller et al. (2003).
 #pragma once
 
-#include "meetings/collide.h"
+#include "meetings/parting.h"
 #include "meetings/sweep.h"
 
 namespace motes::MOTES_ISA {
@@ -55,21 +55,12 @@ struct Neighbour {
   // Those at the same place: a target sees itself, and is parted from others.
   __attribute__((noinline)) void part(const Task& task, Mask here, std::uint32_t first, std::uint32_t j) {
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      if (here[lane] == 0 || first + lane >= task.targets.crowd->size()) continue;
+      if (here[lane] == 0 || first + lane >= count_of(task.targets)) continue;
       if (first + lane == j) other[lane] = 0;
-      const Float3 way = parting(id_of(task.targets, first + lane), id_of(task.sources, j), 0);
-      normal.x[lane] = way.x;
-      normal.y[lane] = way.y;
-      normal.z[lane] = way.z;
+      set_lane(normal, lane, parting(id_of(task.targets, first + lane), id_of(task.sources, j), 0));
     }
   }
 };
-
-/// The velocity of a source, seen from the targets.
-MOTES_INLINE Floats3 faster(const float* const* column, std::uint32_t j, const Floats3& velocity) {
-  return {column[meetings::value_x][j] - velocity.x, column[meetings::value_y][j] - velocity.y,
-          column[meetings::value_z][j] - velocity.z};
-}
 
 /// How hard each must push, the multiplier of its constraint: out.
 struct Pressure {
@@ -98,7 +89,7 @@ struct Pressure {
       slope = slope + only(n.other, n.normal * (steep * of));
       slopes2 = slopes2 + only(n.other, steep * steep * of);
       const float* const* column = task.sources.column;
-      parts = parts + only(n.other, dot(faster(column, j, velocity), n.normal) * steep * of);
+      parts = parts + only(n.other, dot(value_seen_from(velocity, column, j), n.normal) * steep * of);
     }
 
     MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
@@ -137,8 +128,8 @@ struct Fluid {
       const Floats steep = law.spread.slope(n.q);
       const Floats both = pressure * (of / max(mass, all(1e-30f))) + column[meetings::pressure][j];
       push = push - only(n.other, n.normal * (steep * both));
-      const Floats rubs =
-          law.viscosity * dot(faster(column, j, velocity), n.normal) * steep * law.spread.per_radius / (n.q + 0.1f);
+      const Floats rubs = law.viscosity * dot(value_seen_from(velocity, column, j), n.normal) * steep *
+                          law.spread.per_radius / (n.q + 0.1f);
       drag = drag + only(n.other, n.normal * ((rubs + law.cohesion * pull(law, n.q)) * of));
       pairs -= n.other;
     }

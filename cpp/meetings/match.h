@@ -25,9 +25,7 @@ struct Matching {
       const Floats r2 = dot(r, r);
       const Mask seen = (r2 < law.reach2) & (r2 > 0.0f);
       const Floats w = only(seen, law.strength / (r2 + law.epsilon));
-      const Floats3 apart = {column[meetings::value_x][j] - value.x, column[meetings::value_y][j] - value.y,
-                             column[meetings::value_z][j] - value.z};
-      sum = sum + only(seen, apart * w);
+      sum = sum + only(seen, value_seen_from(value, column, j) * w);
       weight = weight + w;
       pairs -= seen;
     }

@@ -82,6 +82,9 @@ struct Cursor {
   }
 };
 
+/// How many particles a party has, copies included.
+MOTES_INLINE std::size_t count_of(const meetings::Party& party) { return party.crowd->own + party.crowd->copies; }
+
 MOTES_INLINE bool any_own(const CellsView& cells, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t k = first; k < last; ++k) {
     if (cells.order[k] < cells.own) return true;
@@ -135,6 +138,11 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
 MOTES_INLINE Floats3 seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
   return {column[meetings::at_x][j] - targets.x, column[meetings::at_y][j] - targets.y,
           column[meetings::at_z][j] - targets.z};
+}
+/// How a source's value differs from those of the targets.
+MOTES_INLINE Floats3 value_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
+  return {column[meetings::value_x][j] - targets.x, column[meetings::value_y][j] - targets.y,
+          column[meetings::value_z][j] - targets.z};
 }
 MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uint32_t i) {
   return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};

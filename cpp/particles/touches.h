@@ -2,7 +2,6 @@
 // what holds grains by friction (meetings/contact.h).
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 
 namespace motes::particles {
@@ -25,7 +24,9 @@ struct Touches {
   Touch touch[kMost];
 
   bool operator==(const Touches& other) const {
-    return count == other.count && step == other.step && std::equal(touch, touch + count, other.touch);
+    bool same = count == other.count && step == other.step;
+    for (std::uint32_t k = 0; same && k < count; ++k) same = touch[k] == other.touch[k];
+    return same;
   }
 };
 

@@ -48,6 +48,26 @@ const std::map<std::string, Action>& usual() {
   return all;
 }
 
+// Over all of the scene: a grid of 32 nodes along each axis; a zigzag of 16 segments.
+Action in_field() {
+  actions::Table table{{32, 32, 32}, 3, std::vector<float>(3 * 32 * 32 * 32, 0.5f)};
+  Action action{Kind::field, {-50, 0, -50, 50, 50, 50, 1, -1}, {}};
+  action.table = actions::keep(std::move(table));
+  return action;
+}
+Action along_path() {
+  actions::Table table{{16, 1, 1}, 8, {}};
+  for (int i = 0; i < 16; ++i) {
+    const float up = i % 2 == 0 ? 0.6f : -0.6f;
+    const float row[8] = {
+        -32 + 4 * static_cast<float>(i), i % 2 == 0 ? 0.0f : 3.0f, 0, 0.8f, up, 0, 5 * static_cast<float>(i), 5};
+    table.values.insert(table.values.end(), row, row + 8);
+  }
+  Action action{Kind::follow_path, {1, 1, 1, kInf, 0}, {}};
+  action.table = actions::keep(std::move(table));
+  return action;
+}
+
 // mass = age * 2 + 1
 Action set_mass() {
   using actions::Op;
@@ -65,6 +85,8 @@ Action set_mass() {
 Action example(Kind kind) {
   const actions::Facts& facts = actions::facts(kind);
   if (kind == Kind::set) return set_mass();
+  if (kind == Kind::field) return in_field();
+  if (kind == Kind::follow_path) return along_path();
   Action action{kind, {}, {}};
   const auto known = usual().find(facts.name);
   if (known != usual().end()) {
@@ -147,7 +169,7 @@ double order_alone(Range& range, const Action& action, int repeats) {
   for (int i = 0; i < repeats; ++i) {
     range.run(Program(base_list()), 1);
     const double start = cpu_now();
-    order(action, range.store);
+    order(action, 0, range.store);
     least = std::min(least, 1e9 * (cpu_now() - start) / static_cast<double>(range.store.size()));
   }
   return least;

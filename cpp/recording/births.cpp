@@ -43,6 +43,17 @@ void check_distribution(const Given& given, const particles::Schema& schema) {
   }
 }
 
+void check_way(const Birth& birth) {
+  for (const shapes::Shape& before : birth.before) {
+    shapes::check(before);
+    if (before.kind != birth.shape.kind || before.mesh != birth.shape.mesh || before.kind == shapes::Kind::united) {
+      throw std::invalid_argument("moving_from must be a " + shapes::name(birth.shape.kind) +
+                                  ", as shape is, and no union");
+    }
+  }
+  if (birth.before.size() > 1) throw std::invalid_argument("moving_from must be one shape");
+}
+
 void draw_attribute(const Given& given, particles::Key key, Store& into) {
   const Distribution& d = given.distribution;
   const int width = into.schema()[given.attribute].width;
@@ -74,6 +85,27 @@ void jitter(particles::Key key, float dt, Store& into) {
   actions::kernels().jitter(block, {dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
+// The shape moves from `before` to where it is now: each particle is on the straight way between the points that the
+// same random numbers draw from both, as far along as the frame has got when it is born.
+void spread_along(const shapes::Shape& before, particles::Key key, const Moment& moment, Store& into) {
+  Store first(into.schema());
+  first.grow(into.size());
+  std::copy(into.ids(), into.ids() + into.size(), first.ids());
+  Given place{particles::position, {}};
+  place.distribution.kind = Distribution::Kind::shape;
+  place.distribution.shape = before;
+  draw_attribute(place, key, first);
+  std::vector<float*> now(3), then(3);
+  for (int c = 0; c < 3; ++c) {
+    now[static_cast<std::size_t>(c)] = into.writable_plane(particles::position, c);
+    then[static_cast<std::size_t>(c)] = first.writable_plane(particles::position, c);
+  }
+  const actions::Block block{into.size(), now.data(), into.ids(), nullptr};
+  particles::DrawKeys draws;
+  actions::kernels().spread(block, then.data(), moment.start, moment.end,
+                            {moment.dt, 0, particles::birth_jitter, key, 0, &draws});
+}
+
 // The number of particles that a source has emitted until time t. rate * t is rounded, and so are t and the step whose
 // multiple it is: a product that is an integer up to this rounding counts as that integer.
 double emitted_until(double rate, double t) {
@@ -85,12 +117,21 @@ double emitted_until(double rate, double t) {
 
 }  // namespace
 
+Moment moment_of(const Birth& birth, float dt, int substep, int substeps) {
+  return birth.before.empty() ? Moment(dt) : Moment(dt, substep, substeps);
+}
+
 void check(const Birth& birth, const particles::Schema& schema) {
   if (birth.kind != Birth::Kind::emit) shapes::check(birth.shape);
   if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
     throw std::invalid_argument("rate must be 0..1e12 particles per second, got " + std::to_string(birth.rate));
   }
-  if (static_cast<double>(birth.amount) > kMostAtOnce) {
+  const auto too_many = [](std::uint64_t count) { return static_cast<double>(count) > kMostAtOnce; };
+  if (std::any_of(birth.counts.begin(), birth.counts.end(), too_many)) {
+    throw std::invalid_argument("rate must be at most 4000000000 particles per step");
+  }
+  check_way(birth);
+  if (too_many(birth.amount)) {
     throw std::invalid_argument("count must be 0..4000000000, got " + std::to_string(birth.amount));
   }
   for (const Given& given : birth.state) check_distribution(given, schema);
@@ -114,20 +155,22 @@ bool gives_copies(const Birth& birth) {
                      [&](const Emitted& e) { return is_copy(e.attribute); });
 }
 
-std::uint64_t births_between(const Birth& birth, double from, double to) {
+std::uint64_t births_between(const Birth& birth, double from, double to, int substep) {
   if (birth.kind != Birth::Kind::source) return birth.amount;
+  const auto step = static_cast<std::size_t>(substep);
+  if (!birth.counts.empty()) return step < birth.counts.size() ? birth.counts[step] : 0;
   return static_cast<std::uint64_t>(emitted_until(birth.rate, to) - emitted_until(birth.rate, from));
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-           std::uint64_t count, float dt, bool keeps_copies, std::uint64_t skip) {
+           std::uint64_t count, const Moment& moment, bool keeps_copies, std::uint64_t skip) {
   std::vector<std::uint64_t> ids(count);
   std::iota(ids.begin(), ids.end(), first_id);
-  return make(birth, schema, key, ids, dt, keeps_copies, skip);
+  return make(birth, schema, key, ids, moment, keeps_copies, skip);
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
-           float dt, bool keeps_copies, std::uint64_t skip) {
+           const Moment& moment, bool keeps_copies, std::uint64_t skip) {
   Store newborn(schema);
   if (ids.empty()) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
@@ -152,13 +195,14 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     place.distribution.kind = Distribution::Kind::shape;
     place.distribution.shape = birth.shape;
     draw_attribute(place, key, newborn);
+    if (!birth.before.empty()) spread_along(birth.before[0], key, moment, newborn);
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
   for (const Emitted& column : birth.columns) copy_column(column, skip, newborn);
   for (const auto& [copy, original] : particles::kCopies) {
     if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
   }
-  if (birth.jitter) jitter(key, dt, newborn);
+  if (birth.jitter) jitter(key, moment.dt, newborn);
   return newborn;
 }
 

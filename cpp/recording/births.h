@@ -43,7 +43,9 @@ struct Birth {
   enum class Kind : std::uint8_t { source, burst, emit };
   Kind kind = Kind::burst;
   shapes::Shape shape;           // source, burst: where
+  std::vector<shapes::Shape> before;  // source: where the shape was when the frame began; none: it does not move
   double rate = 0;               // source: particles per second
+  std::vector<std::uint64_t> counts;  // source: particles of each sub-step, where they follow from no constant rate
   std::uint64_t amount = 0;      // burst, emit: particles
   bool jitter = false;           // source: spread over the step
   std::vector<Given> state;      // the source state (API: System.configure) when the call was recorded
@@ -54,26 +56,49 @@ struct Birth {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Birth& birth) {
-  visit(birth.kind, birth.shape, birth.rate, birth.amount, birth.jitter, birth.state, birth.columns);
+  visit(birth.kind, birth.shape, birth.before, birth.rate, birth.counts, birth.amount, birth.jitter, birth.state,
+        birth.columns);
 }
+
+/// The (sub)step in which particles are born.
+struct Moment {
+  constexpr Moment(float seconds = 0) : dt(seconds) {}  // NOLINT(google-explicit-constructor): a whole frame
+  constexpr Moment(float seconds, int substep, int substeps)
+      : dt(seconds), start(static_cast<float>(substep) / static_cast<float>(substeps)),
+        end(static_cast<float>(substep + 1) / static_cast<float>(substeps)) {}
+
+  float dt;                  // its length, seconds
+  float start = 0, end = 1;  // which part of the frame it is: for shapes that move
+
+  bool operator==(const Moment&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Moment& moment) {
+  visit(moment.dt, moment.start, moment.end);
+}
+
+/// The moment of a call's births: the same in all sub-steps where its shape does not move.
+Moment moment_of(const Birth& birth, float dt, int substep, int substeps);
 
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);
 
 /// How many particles the call creates in the step from time `from` to time `to` (seconds since the run's start): a
-/// source floor(rate to) - floor(rate from), where a product that is an integer up to rounding counts as that integer;
-/// a burst, vertex or emit the number that it was given.
-std::uint64_t births_between(const Birth& birth, double from, double to);
+/// source floor(rate to) - floor(rate from), where a product that is an integer up to rounding counts as that integer,
+/// or as many as it says of this sub-step; a burst, vertex or emit the number that it was given.
+std::uint64_t births_between(const Birth& birth, double from, double to, int substep = 0);
 
 /// Creates particles first_id .. first_id + count - 1 of the call: they depend only on the arguments, so any rank may
-/// create them. dt: the step's length in seconds, for jitter. keeps_copies: the system uses the *_b attributes, so
-/// newborns without a value for them get copies. skip: how many particles of the call before first_id are created
+/// create them. moment: of the step, for jitter and shapes that move. keeps_copies: the system uses the *_b attributes,
+/// so newborns without a value for them get copies. skip: how many particles of the call before first_id are created
 /// elsewhere; the rows of an emit start after theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
-                      std::uint64_t count, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
+                      std::uint64_t count, const Moment& moment, bool keeps_copies = false, std::uint64_t skip = 0);
 /// The same with ids in any order.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
-                      std::span<const std::uint64_t> ids, float dt, bool keeps_copies = false, std::uint64_t skip = 0);
+                      std::span<const std::uint64_t> ids, const Moment& moment, bool keeps_copies = false,
+                      std::uint64_t skip = 0);
 
 /// Whether the call gives newborns a *_b attribute.
 bool gives_copies(const Birth& birth);

@@ -65,10 +65,11 @@ void sort_places(std::vector<Place>& places, const std::uint64_t* ids) {
 
 }  // namespace
 
-std::vector<std::uint32_t> order(const actions::Action& sort, particles::Store& store, threads::Pool& pool) {
+std::vector<std::uint32_t> order(const actions::Action& sort, double time, particles::Store& store,
+                                 threads::Pool& pool) {
   const double* eye = sort.numbers.data();
   const double* look = eye + 3;
-  const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, store);
+  const std::vector<std::uint32_t> chosen = select(sort.where, sort.shapes, time, store);
   const std::array<float, 3> everywhere = store.uniform_value(particles::position);
   std::vector<Place> places(chosen.size());
   const auto distance_of = [&](std::uint32_t particle) {

@@ -106,6 +106,12 @@ void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& out
   }
 }
 
+// Tables are kept as long as the process lives.
+void bind_table(const actions::Table& table, actions::Parameters& parameters) {
+  parameters.table = table.values.data();
+  std::copy(table.size.begin(), table.size.end(), parameters.table_size);
+}
+
 std::vector<int> components_of(std::uint64_t attributes, const particles::Schema& schema) {
   std::vector<int> components;
   for (int a = 0; a < schema.size(); ++a) {
@@ -117,6 +123,10 @@ std::vector<int> components_of(std::uint64_t attributes, const particles::Schema
 }
 
 }  // namespace
+
+double time_of(const Span& span, int substep) {
+  return (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
+}
 
 Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
 
@@ -134,6 +144,7 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
     p.shape = action.shapes.data();
     p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
     p.scratch = scratch;
+    if (action.table != 0) bind_table(*actions::table(action.table), p);
     if (action.target >= 0) {
       p.target = store.schema()[action.target].first_component;
       p.width = store.schema()[action.target].width;
@@ -206,11 +217,13 @@ void Program::run_block(const Pass& pass, const std::vector<Operation>& operatio
   for (int substep = span.first; substep < last; ++substep) {
     const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
                       static_cast<std::uint32_t>(substep);
-    const double time = (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
+    const double time = time_of(span, substep);
+    const auto substeps = static_cast<float>(span.substeps);
+    const float start = static_cast<float>(substep) / substeps, end = static_cast<float>(substep + 1) / substeps;
     const std::size_t kept = static_cast<std::size_t>(substep) % kKeptSteps * operations.size();
     for (std::size_t o = substep == span.first ? pass.entry : 0; o < operations.size(); ++o) {
       const Operation& operation = operations[o];
-      const actions::Step now{dt, step, operation.stream, pass.key, time, &draws[kept + o]};
+      const actions::Step now{dt, step, operation.stream, pass.key, time, &draws[kept + o], start, end};
       if (operation.where->empty()) {
         operation.kernel(operation.parameters, block, now);
       } else {
@@ -227,7 +240,8 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> hit;
   static thread_local std::vector<float> before;
   const actions::Parameters& p = operation.parameters;
-  actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block, p.scratch);
+  actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block,
+                              static_cast<float>(step.time), p.scratch);
   std::memcpy(mask.data(), p.scratch, block.count * sizeof(float));
   std::memcpy(dead.data(), block.dead, block.count * sizeof(std::int32_t));
   if (block.hit != nullptr) std::memcpy(hit.data(), block.hit, block.count * sizeof(std::int32_t));

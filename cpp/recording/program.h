@@ -23,6 +23,9 @@ struct Span {
   int last = 0;  // one past the last sub-step; 0: all
 };
 
+/// When a sub-step starts, in seconds of the animation.
+double time_of(const Span& span, int substep);
+
 /// A slice of space: low <= x < high along the axis (0..2).
 struct Slice {
   int axis = 0;

@@ -38,7 +38,8 @@ std::string name(const Item& value) {
 
 std::string name(Verb verb) {
   constexpr const char* kNames[] = {
-      "entering the world", "render", "step", "digest", "gather", "total", "histogram", "tally", "leaving the world"};
+      "entering the world", "render", "step",           "digest", "gather", "total", "histogram", "tally", "write",
+      "leaving the world",  "redraw", "hearing viewers"};
   return kNames[static_cast<std::size_t>(verb)];
 }
 

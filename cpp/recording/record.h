@@ -77,7 +77,20 @@ constexpr void fields(Visitor& visit, Callback& callback) {
 using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback>;
 
 /// What all ranks were asked to do.
-enum class Verb : std::uint8_t { start, render, step, digest, gather, total, histogram, tally, finish };
+enum class Verb : std::uint8_t {
+  start,
+  render,
+  step,
+  digest,
+  gather,
+  total,
+  histogram,
+  tally,
+  write,
+  finish,
+  redraw,
+  orders
+};
 std::string name(Verb verb);
 /// What a script calls it: "gravity", "burst", "callback NAME", ...
 std::string name(const Item& item);
@@ -93,7 +106,8 @@ struct Record {
   std::vector<std::vector<Item>> lists;  // one per system
   std::vector<image::Sprite> sprites;  // one per system
   std::optional<image::View> view;  // verb render
-  std::string argument;  // what a verb is asked for: of gather, the system and the destination
+  std::string
+      argument;  // what a verb is asked for: of gather, the system and the destination; of a frame, the controls
 
   bool operator==(const Record&) const = default;
 };

@@ -37,6 +37,8 @@ Record sample() {
   birth.shape = both;
   birth.state = {{particles::velocity, {}}};
   birth.columns = {{particles::position, {0, 0, 0}}};
+  birth.before = {{}};
+  birth.counts = {0};
   const actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
   Spawn spawn;
   spawn.state = birth.state;
@@ -69,6 +71,7 @@ Hash layout() {
     }
     bytes.put(facts.shapes);
     bytes.put(facts.ramp);
+    bytes.put(facts.table);
   }
   for (const int count : {shapes::kKinds, shapes::kNumbers, actions::kOps, int{particles::builtin_count}}) {
     bytes.put(count);
@@ -161,6 +164,33 @@ void check(const Record& record) {
   check_items(record);
 }
 
+void add_meshes(const shapes::Shape& shape, std::set<image::AssetKey>& keys) {
+  for (const image::AssetKey key : shapes::meshes_of(shape)) keys.insert(key);
+}
+
+void add_meshes(const std::vector<shapes::Shape>& list, std::set<image::AssetKey>& keys) {
+  for (const shapes::Shape& shape : list) add_meshes(shape, keys);
+}
+
+void add_meshes(const std::vector<Given>& state, std::set<image::AssetKey>& keys) {
+  for (const Given& given : state) add_meshes(given.distribution.shape, keys);
+}
+
+// The meshes that are shapes of an item.
+void add_meshes(const Item& item, std::set<image::AssetKey>& keys) {
+  if (const auto* birth = std::get_if<Birth>(&item)) {
+    add_meshes(birth->shape, keys);
+    add_meshes(birth->before, keys);
+    add_meshes(birth->state, keys);
+  }
+  if (const auto* spawn = std::get_if<Spawn>(&item)) {
+    add_meshes(spawn->state, keys);
+    add_meshes(spawn->shapes, keys);
+  }
+  if (const auto* action = std::get_if<actions::Action>(&item)) add_meshes(action->shapes, keys);
+  if (const auto* callback = std::get_if<Callback>(&item)) add_meshes(callback->shapes, keys);
+}
+
 // The pictures and meshes that frames name.
 std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>>& frames) {
   std::set<image::AssetKey> keys;
@@ -168,6 +198,9 @@ std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>
     Reader in(frame);
     const Record record = read(in);
     for (const image::Sprite& sprite : record.sprites) keys.insert(sprite.picture);
+    for (const std::vector<Item>& list : record.lists) {
+      for (const Item& item : list) add_meshes(item, keys);
+    }
     if (!record.view) continue;
     for (const image::Solid& solid : record.view->objects) keys.insert(solid.mesh);
   }
@@ -175,15 +208,16 @@ std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>
   return keys;
 }
 
-// The ties that frames name.
-std::set<meetings::TiesKey> ties_of(const std::vector<std::span<const std::byte>>& frames) {
-  std::set<meetings::TiesKey> keys;
+// The ties, or tables, that the actions of frames name.
+std::set<std::uint64_t> named_by(const std::vector<std::span<const std::byte>>& frames,
+                                 std::uint64_t actions::Action::* name) {
+  std::set<std::uint64_t> keys;
   for (const std::span<const std::byte> frame : frames) {
     Reader in(frame);
     for (const std::vector<Item>& list : read(in).lists) {
       for (const Item& item : list) {
         const auto* action = std::get_if<actions::Action>(&item);
-        if (action != nullptr && action->ties != 0) keys.insert(action->ties);
+        if (action != nullptr && action->*name != 0) keys.insert(action->*name);
       }
     }
   }
@@ -214,7 +248,8 @@ void write(const Scene& scene, Bytes& out) {
     out.put_raw(frame.data(), frame.size());
   }
   image::write_assets(assets_of(scene.frames), out);
-  meetings::write_ties(ties_of(scene.frames), out);
+  meetings::write_ties(named_by(scene.frames, &actions::Action::ties), out);
+  actions::write_tables(named_by(scene.frames, &actions::Action::table), out);
   Head head;
   head.bytes = out.size() - start;
   head.content = hash(out.view().subspan(start + sizeof(Head)));
@@ -238,6 +273,7 @@ Scene read_scene(std::span<const std::byte> bytes) {
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
   image::read_assets(in);
   meetings::read_ties(in);
+  actions::read_tables(in);
   if (!in.done()) throw std::runtime_error("is damaged: there is data after its end");
   return scene;
 }

@@ -14,7 +14,7 @@ namespace motes::recording {
 using particles::kBlock;
 
 std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
-                                  particles::Store& store, std::size_t begin) {
+                                  double time, particles::Store& store, std::size_t begin) {
   std::vector<std::uint32_t> chosen;
   if (begin >= store.size()) return chosen;
   if (where.empty()) {
@@ -27,7 +27,8 @@ std::vector<std::uint32_t> select(const actions::Expression& where, const std::v
   Planes planes(store, actions::columns_of(where, store.schema()));
   for (std::size_t at = begin; at < store.size(); at += kBlock) {
     const actions::Block block{std::min(kBlock, store.size() - at), planes.at(at), store.ids() + at, nullptr};
-    actions::kernels().evaluate(where.data(), where.size(), shapes.data(), block, scratch.data());
+    actions::kernels().evaluate(where.data(), where.size(), shapes.data(), block, static_cast<float>(time),
+                                scratch.data());
     for (std::size_t i = 0; i < block.count; ++i) {
       std::uint32_t truth;
       std::memcpy(&truth, &scratch[i], sizeof truth);

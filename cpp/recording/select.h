@@ -10,8 +10,9 @@
 
 namespace motes::recording {
 
-/// Ascending indices of the particles begin.. for which `where` holds; an empty `where` holds for all. Changes nothing.
+/// Ascending indices of the particles begin.. for which `where` holds at a time of the animation, seconds; an empty
+/// `where` holds for all. Changes nothing.
 std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
-                                  particles::Store& store, std::size_t begin = 0);
+                                  double time, particles::Store& store, std::size_t begin = 0);
 
 }  // namespace motes::recording

@@ -35,12 +35,13 @@ void check(const Spawn& spawn, const particles::Schema& parents, const particles
   actions::check_condition(spawn.where, spawn.shapes, parents);
 }
 
-std::vector<Event> events_of(const Spawn& spawn, const Store& parents, const std::vector<std::uint32_t>& indices) {
+std::vector<Event> events_of(const Spawn& spawn, double time, const Store& parents,
+                             const std::vector<std::uint32_t>& indices) {
   const simd::FloatMode mode;
   Store chosen(parents.schema());
   chosen.append(parents, indices);
   std::vector<Event> events;
-  for (const std::uint32_t i : select(spawn.where, spawn.shapes, chosen)) {
+  for (const std::uint32_t i : select(spawn.where, spawn.shapes, time, chosen)) {
     Event event{chosen.ids()[i], {}, {}};
     for (int c = 0; c < 3; ++c) {
       const float* v = chosen.plane(particles::velocity, c);

@@ -14,7 +14,7 @@ namespace motes::recording {
 /// A rule for one frame: each event creates `count` particles of system `into` at the end of the frame, at the parent's
 /// position at that time. A particle counts once per rule and frame.
 struct Spawn {
-  enum class On : std::uint8_t { birth, death, collision };
+  enum class On : std::uint8_t { birth, death, collision, frame };  // frame: being alive at its end
   std::int32_t into = 0;  // a system's index
   On on = On::death;
   std::uint32_t count = 1;
@@ -52,8 +52,9 @@ struct Child {
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children);
 
-/// Those of the particles at these indices (ascending) for which `where` holds, as events sorted by id.
-std::vector<Event> events_of(const Spawn& spawn, const particles::Store& parents,
+/// Those of the particles at these indices (ascending) for which `where` holds at a time of the animation (seconds), as
+/// events sorted by id.
+std::vector<Event> events_of(const Spawn& spawn, double time, const particles::Store& parents,
                              const std::vector<std::uint32_t>& indices);
 
 /// Creates children at their parents' positions, with the rule's state and the inherited fraction of the parent's

@@ -65,7 +65,8 @@ class Values {
     if (expression.size() == 1 && expression[0].op == actions::Op::column) {
       return block_.component[expression[0].index];
     }
-    actions::kernels().evaluate(expression.data(), expression.size(), sum_.shapes.data(), block_, stack_.data());
+    actions::kernels().evaluate(expression.data(), expression.size(), sum_.shapes.data(), block_,
+                                static_cast<float>(sum_.time), stack_.data());
     return stack_.data();
   }
 

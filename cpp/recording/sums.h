@@ -39,13 +39,14 @@ struct Sum {
   std::vector<actions::Expression> weights;
   actions::Expression where;           // a truth value; empty: all particles
   std::vector<shapes::Shape> shapes;  // those that the expressions use
+  double time = 0;                    // of the animation, seconds
 
   bool operator==(const Sum&) const = default;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Sum& sum) {
-  visit(sum.dimensions, sum.weights, sum.where, sum.shapes);
+  visit(sum.dimensions, sum.weights, sum.where, sum.shapes, sum.time);
 }
 
 /// The most bins: 128 MB of counts, or 768 MB of weighted sums, on each rank.

@@ -1,6 +1,7 @@
 #include "roles/cast.h"
 
 #include <algorithm>
+#include <numeric>
 #include <stdexcept>
 
 namespace motes::roles {
@@ -46,6 +47,26 @@ Cast cast_shared(int size) {
   Cast cast{0, 0, {}};
   for (int rank = 0; rank < size; ++rank) cast.calculators.push_back(rank);
   return cast;
+}
+
+Cast cast_left(const Cast& cast, const std::vector<int>& survivors) {
+  const auto now = [&](int then) {
+    const auto found = std::lower_bound(survivors.begin(), survivors.end(), then);
+    return found == survivors.end() || *found != then ? -1 : static_cast<int>(found - survivors.begin());
+  };
+  Cast left{now(cast.manager), now(cast.image_generator), {}};
+  for (const int rank : cast.calculators) {
+    if (now(rank) >= 0) left.calculators.push_back(now(rank));
+  }
+  if (left.calculators.empty()) {
+    left.calculators.resize(survivors.size());
+    std::iota(left.calculators.begin(), left.calculators.end(), 0);
+  }
+  const int stand_in = std::max(left.manager, left.image_generator);
+  for (int* role : {&left.manager, &left.image_generator}) {
+    if (*role < 0) *role = stand_in >= 0 ? stand_in : left.calculators.front();
+  }
+  return left;
 }
 
 void check(const Cast& cast, int size) {

@@ -27,6 +27,11 @@ Cast cast_auto(int size);
 /// Every rank calculates; rank 0 is also the manager and the image generator.
 Cast cast_shared(int size);
 
+/// The cast of those that are left of it, who are renumbered: `survivors` has the old rank of each, ascending. Each
+/// plays what it played. A lost manager's part goes to the image generator, and the other way round, or else to the
+/// first calculator; where no calculator is left, all calculate.
+Cast cast_left(const Cast& cast, const std::vector<int>& survivors);
+
 /// Throws std::invalid_argument where a rank does not exist or calculates twice, or where no rank calculates.
 void check(const Cast& cast, int size);
 

@@ -8,6 +8,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "meshes/distance_grid.h"
+#include "meshes/form.h"
+
 namespace motes::shapes {
 namespace {
 
@@ -66,6 +69,51 @@ double shell_measure(const Shape& s) {
   return kPi * radius * std::sqrt(height * height + radius * radius);
 }
 
+constexpr int kRotation = 3, kBefore = 7, kSolid = 14, kResolution = 15;  // numbers of a mesh
+
+bool is_rotation(const float* q) {
+  double square = 0;
+  for (int i = 0; i < 4; ++i) square += double{q[i]} * q[i];
+  return std::fabs(square - 1) < 1e-3;
+}
+
+void check_numbers(const Shape& s) {
+  for (int i = 0; i < count(s.kind); ++i) {
+    if (!(std::fabs(s.number[i]) <= 1e12f)) {
+      refuse(s, "every number must be finite and within 1e12, got " + std::to_string(s.number[i]));
+    }
+  }
+}
+
+void check_placed_mesh(const Shape& s) {
+  const float resolution = s.number[kResolution];
+  if (!(resolution >= meshes::kLeastResolution && resolution <= meshes::kMostResolution) ||
+      std::trunc(resolution) != resolution) {
+    refuse(s, "resolution must be a whole number in " + std::to_string(meshes::kLeastResolution) + ".." +
+                  std::to_string(meshes::kMostResolution) + ", got " + std::to_string(resolution));
+  }
+  if (!is_rotation(s.number + kRotation) || !is_rotation(s.number + kBefore + kRotation)) {
+    refuse(s, "a rotation must be a quaternion of length 1");
+  }
+  if (s.number[kSolid] != 0 && s.number[kSolid] != 1) refuse(s, "solid must be 0 or 1");
+  if (s.form == nullptr) refuse(s, "this process keeps no such mesh");
+}
+
+void check_mesh(const Shape& s) {
+  check_placed_mesh(s);
+  if (s.form->triangles == 0) refuse(s, "triangles must have an area");
+  if (s.number[kSolid] != 0) meshes::need_inside(*s.form);
+}
+
+bool moves(const Shape& s) {
+  return s.kind == Kind::mesh && !std::equal(s.number, s.number + kBefore, s.number + kBefore);
+}
+
+// Pointers do not travel with a shape's bytes.
+void find_form(Shape& s) {
+  if (s.kind == Kind::mesh) s.form = meshes::form_of(s.mesh, static_cast<int>(s.number[kResolution]));
+}
+
 double add_measure(double sum, const Shape& s) { return sum + measure(s); }
 
 void share_out(std::vector<Shape>& parts) {
@@ -86,11 +134,7 @@ int count(Kind kind) { return facts(kind).numbers; }
 bool has_surface(Kind kind) { return facts(kind).surface; }
 
 void check(const Shape& s) {
-  for (int i = 0; i < count(s.kind); ++i) {
-    if (!(std::fabs(s.number[i]) <= 1e12f)) {
-      refuse(s, "every number must be finite and within 1e12, got " + std::to_string(s.number[i]));
-    }
-  }
+  check_numbers(s);
   switch (s.kind) {
     case Kind::rectangle:
       if (!direction(cross(vector_at(s, 3), vector_at(s, 6)))) refuse(s, "u and v must span an area");
@@ -127,11 +171,45 @@ void check(const Shape& s) {
       break;
     case Kind::united:
       if (s.parts == 0) refuse(s, "shapes must not be empty");
-      for (int i = 0; i < s.parts; ++i) check(s.part[i]);
+      for (int i = 0; i < s.parts; ++i) {
+        check(s.part[i]);
+        if (moves(s.part[i])) refuse(s, "shapes must not include a mesh that moves: it can only stand alone");
+      }
       break;
+    case Kind::mesh: check_mesh(s); break;
     case Kind::point:
     case Kind::line: break;
   }
+}
+
+void check_region(const Shape& s) {
+  check(s);
+  for (int i = 0; i < s.parts; ++i) check_region(s.part[i]);
+  if (s.kind == Kind::mesh) meshes::need_inside(*s.form);
+}
+
+void check_placed(const Shape& s) {
+  if (s.kind != Kind::mesh) return check(s);
+  check_numbers(s);
+  check_placed_mesh(s);
+}
+
+Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers]) {
+  Shape s;
+  s.kind = Kind::mesh;
+  std::copy_n(number, kNumbers, s.number);
+  s.mesh = key;
+  find_form(s);
+  return s;
+}
+
+std::vector<std::uint64_t> meshes_of(const Shape& shape) {
+  std::vector<std::uint64_t> keys;
+  if (shape.kind == Kind::mesh) keys.push_back(shape.mesh);
+  for (int i = 0; i < shape.parts; ++i) {
+    if (shape.part[i].kind == Kind::mesh) keys.push_back(shape.part[i].mesh);
+  }
+  return keys;
 }
 
 double measure(const Shape& s) {
@@ -150,13 +228,16 @@ double measure(const Shape& s) {
     case Kind::cylinder:
     case Kind::cone: return shell_measure(s);
     case Kind::blob: return std::numeric_limits<double>::infinity();
+    case Kind::mesh:
+      if (s.form == nullptr) return 0;
+      return n(kSolid) != 0 ? s.form->volume : s.form->area;
     case Kind::united: return std::accumulate(s.part, s.part + s.parts, 0.0, add_measure);
   }
   return 0;
 }
 
 bool Shape::operator==(const Shape& other) const {
-  return kind == other.kind && std::equal(number, number + kNumbers, other.number) &&
+  return kind == other.kind && mesh == other.mesh && std::equal(number, number + kNumbers, other.number) &&
          std::equal(part, part + parts, other.part, other.part + other.parts);
 }
 
@@ -187,6 +268,7 @@ std::vector<Part> parts_of(const Shape& shape) {
   for (std::size_t i = 0; i < parts.size(); ++i) {
     parts[i].kind = shape.part[i].kind;
     std::copy_n(shape.part[i].number, kNumbers, parts[i].number);
+    parts[i].mesh = shape.part[i].mesh;
   }
   return parts;
 }
@@ -195,12 +277,16 @@ void set_parts(Shape& shape, const std::vector<Part>& parts) {
   Shape whole;
   whole.kind = shape.kind;
   std::copy_n(shape.number, kNumbers, whole.number);
+  whole.mesh = shape.mesh;
+  find_form(whole);
   if (shape.kind == Kind::united) {
     std::vector<Shape> list(parts.size());
     for (std::size_t i = 0; i < parts.size(); ++i) {
       if (parts[i].kind == Kind::united) throw std::runtime_error("damaged bytes: a union inside a union");
       list[i].kind = parts[i].kind;
       std::copy_n(parts[i].number, kNumbers, list[i].number);
+      list[i].mesh = parts[i].mesh;
+      find_form(list[i]);
     }
     if (list.empty() || list.size() > kMostParts) {
       throw std::runtime_error("damaged bytes: a union of " + std::to_string(list.size()) + " shapes");

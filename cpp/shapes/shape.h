@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "shapes/mesh_form.h"
+
 namespace motes::shapes {
 
 enum class Kind : std::uint8_t {
@@ -36,7 +38,11 @@ struct Shape {
   float upto = 1;  // of a part: a number in 0..1 selects the first part whose `upto` is above it
   std::shared_ptr<const std::vector<Shape>> owner = {};
 
-  /// Same kind, numbers and parts.
+  // Of a mesh: the key of its content, and what this process has made of it; null where it keeps no such mesh.
+  std::uint64_t mesh = 0;
+  const MeshForm* form = nullptr;
+
+  /// Same kind, numbers, parts and mesh.
   bool operator==(const Shape& other) const;
 };
 
@@ -51,22 +57,23 @@ inline constexpr std::size_t kMostParts = 65536;
 struct Part {
   Kind kind = Kind::point;
   float number[kNumbers] = {};
+  std::uint64_t mesh = 0;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Part& part) {
-  visit(part.kind, part.number);
+  visit(part.kind, part.number, part.mesh);
 }
 
 std::vector<Part> parts_of(const Shape& shape);
 
-/// Gives its parts to a shape that was read: none unless it is a union. Throws std::runtime_error where these parts
-/// cannot form a union.
+/// Gives its parts to a shape that was read: none unless it is a union; to a mesh, what this process has made of it.
+/// Throws std::runtime_error where these parts cannot form a union.
 void set_parts(Shape& shape, const std::vector<Part>& parts);
 
 template <class Visitor>
 void fields(Visitor& visit, Shape& shape) {
-  visit(shape.kind, shape.number);
+  visit(shape.kind, shape.number, shape.mesh);
   std::vector<Part> parts;
   if (shape.kind == Kind::united) {
     if constexpr (!Visitor::kReads) parts = parts_of(shape);
@@ -78,8 +85,21 @@ void fields(Visitor& visit, Shape& shape) {
 /// Throws std::invalid_argument, naming the argument, where a number is not finite or the shape is degenerate.
 void check(const Shape& shape);
 
+/// The same for a shape that must know what is inside it: a mesh, or one in a union, must be closed.
+void check_region(const Shape& shape);
+
+/// The same for a mesh that is only drawn: it need not have an area. For other shapes as check().
+void check_placed(const Shape& shape);
+
+/// A mesh of this key with these numbers: see mesh.h.
+Shape mesh_shape(std::uint64_t key, const float (&number)[kNumbers]);
+
+/// The keys of the meshes that the shape has.
+std::vector<std::uint64_t> meshes_of(const Shape& shape);
+
 /// Length, area or volume in metres to the power of the shape's dimension; 0 for a point, infinite for a plane and a
-/// blob. A disc, cylinder, cone or sphere whose two radii are equal is a curve or a surface, and is measured as one.
+/// blob. Of a mesh: the area, or the volume where samples are from the inside. A disc, cylinder, cone or sphere whose
+/// two radii are equal is a curve or a surface, and is measured as one.
 double measure(const Shape& shape);
 
 /// How many numbers a shape of this kind has.

@@ -49,6 +49,13 @@ MOTES_INLINE Basis basis_of(Float3 normal) {
   return {u, cross(normal, u)};
 }
 
+/// Gives one lane these numbers.
+MOTES_INLINE void set_lane(Floats3& v, std::size_t lane, Float3 to) {
+  v.x[lane] = to.x;
+  v.y[lane] = to.y;
+  v.z[lane] = to.z;
+}
+
 MOTES_INLINE Floats3 all3(Float3 v) { return {all(v.x), all(v.y), all(v.z)}; }
 
 }  // namespace motes::MOTES_ISA

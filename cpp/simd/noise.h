@@ -23,10 +23,15 @@ struct Corners {
   Uints3 at[8];
 };
 
+template <class Integer>
+MOTES_INLINE Integer with_key(Integer w, std::uint32_t key) {
+  return w * 1664525u + key;
+}
+
 /// Hash of four integers: pcg4d of M. Jarzynski and M. Olano, "Hash functions for GPU rendering", JCGT 2020. The
 /// increments are the key: a different key gives a different field. All corners advance together step by step, since
-/// each product waits for the one before it.
-MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, std::uint32_t w, const std::uint32_t key[4]) {
+/// each product waits for the one before it. The fourth integer comes as `with_key` returns it.
+MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, Uints keyed_w, const std::uint32_t key[4]) {
   const auto each = [](auto step) __attribute__((always_inline)) {
 #pragma GCC unroll 8
     for (std::uint32_t c = 0; c < 8; ++c) step(c);
@@ -36,7 +41,7 @@ MOTES_INLINE Corners hash(Uints x0, Uints y0, Uints z0, std::uint32_t w, const s
     x[c] = (x0 + (c & 1u)) * 1664525u + key[0];
     y[c] = (y0 + (c >> 1 & 1u)) * 1664525u + key[1];
     z[c] = (z0 + (c >> 2)) * 1664525u + key[2];
-    t[c] = all_uints(w * 1664525u + key[3]);
+    t[c] = keyed_w;
   });
   const auto mix = [&]() __attribute__((always_inline)) {
     each([&](std::uint32_t c) __attribute__((always_inline)) { x[c] += y[c] * t[c]; });
@@ -91,7 +96,7 @@ MOTES_INLINE void add_corner(Floats3& sum, Floats3 g, Floats3 from_corner, Float
 MOTES_INLINE Floats3 curl_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, std::uint32_t slice,
                                 const std::uint32_t key[4]) {
   Floats3 a{}, b{}, c{};  // gradients of the potential's components
-  const Corners corners = hash(x.corner, y.corner, z.corner, slice, key);
+  const Corners corners = hash(x.corner, y.corner, z.corner, all_uints(with_key(slice, key[3])), key);
 #pragma GCC unroll 8
   for (std::uint32_t corner = 0; corner < 8; ++corner) {
     const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
@@ -144,6 +149,50 @@ inline Floats3 curl(Floats3 p, int octaves, float gain, double time, const Noise
     amplitude *= gain;
   }
   return sum;
+}
+
+/// One noise at one integer time per lane, too small by the factor kGradient.
+MOTES_INLINE Floats noise_slice(const CellAxis& x, const CellAxis& y, const CellAxis& z, Uints slice,
+                                const std::uint32_t key[4]) {
+  Floats sum{};
+  const Corners corners = hash(x.corner, y.corner, z.corner, with_key(slice, key[3]), key);
+#pragma GCC unroll 8
+  for (std::uint32_t corner = 0; corner < 8; ++corner) {
+    const std::uint32_t i = corner & 1u, j = corner >> 1 & 1u, k = corner >> 2;
+    const Floats wx = i != 0 ? x.weight : 1.0f - x.weight;
+    const Floats wy = j != 0 ? y.weight : 1.0f - y.weight;
+    const Floats wz = k != 0 ? z.weight : 1.0f - z.weight;
+    const Floats3 from_corner{x.part - static_cast<float>(i), y.part - static_cast<float>(j),
+                              z.part - static_cast<float>(k)};
+    const Floats middle = (from_corner.x + from_corner.y + from_corner.z) * kMiddle;
+    sum = sum + (dot(fractions(corners.at[corner].x), from_corner) - middle) * (wx * wy * wz);
+  }
+  return sum;
+}
+
+/// Noise at the points `p`, with a root mean square of 1/3. It is a function of its arguments alone, not of the run.
+/// Octave k has features of size 2^-k and 2^-k times the strength of the first one. In time it changes as `curl` does.
+/// NaN where an argument is not finite.
+inline Floats noise(Floats3 p, Floats time, int octaves, std::uint32_t field) {
+  constexpr float kUnit = kGradient / (3 * 0.1912f);  // measured: the root mean square of one octave
+  const Floats strange = (p.x - p.x) + (p.y - p.y) + (p.z - p.z) + (time - time);  // NOLINT(misc-redundant-expression)
+  const CellAxis t = cell_axis(time);
+  const Floats sooner = 1.0f - t.weight;
+  const bool still = !any(t.weight > 0.0f);
+  Floats sum{};
+  float amplitude = 1, square = 0;
+  for (int octave = 0; octave < octaves; ++octave) {
+    const std::uint32_t key[4] = {3363023517u, 1013904223u, field * 2654435769u,
+                                  static_cast<std::uint32_t>(octave) * 2246822519u + 3266489917u};
+    const CellAxis x = cell_axis(p.x), y = cell_axis(p.y), z = cell_axis(p.z);
+    sum = sum + noise_slice(x, y, z, t.corner, key) * sooner * amplitude;
+    if (!still) sum = sum + noise_slice(x, y, z, t.corner + 1u, key) * t.weight * amplitude;
+    p = p * 2.0f;
+    square += amplitude * amplitude;
+    amplitude *= 0.5f;
+  }
+  const Floats even = sqrt(t.weight * t.weight + sooner * sooner) * __builtin_sqrtf(square);
+  return sum * kUnit / even + strange;
 }
 
 }  // namespace motes::MOTES_ISA

@@ -221,6 +221,19 @@ MOTES_INLINE Floats pick(Floats table, Ints at) {
 #endif
 }
 
+/// In each lane, the number at the index `at` of that lane.
+MOTES_INLINE Floats gather(const float* from, Ints at) {
+#if MOTES_WIDTH == 512
+  return (Floats)_mm512_i32gather_ps((__m512i)at, from, 4);
+#elif MOTES_WIDTH == 256
+  return (Floats)_mm256_i32gather_ps(from, (__m256i)at, 4);
+#else
+  Floats v;
+  for (std::size_t i = 0; i < kLanes; ++i) v[i] = from[at[i]];
+  return v;
+#endif
+}
+
 MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats); }
 /// Rounds towards zero; the caller keeps lanes within the range of a 32-bit integer.
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }

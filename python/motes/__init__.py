@@ -14,7 +14,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from . import actions, analysis, balance, cluster, errors, replay, script, shapes
+    from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
     from .analysis import Run, Runs, open_run, open_runs
     from .balance import (
         Balancer,
@@ -27,9 +27,13 @@ if TYPE_CHECKING:
         Static,
         Targets,
     )
+    from .checkpoint import Checkpoint
+    from .controls import Control
+    from .curves import Curve
     from .distributions import Normal, Uniform
     from .errors import (
         ArgumentError,
+        CheckpointError,
         LogError,
         MissingExtra,
         MotesError,
@@ -39,8 +43,11 @@ if TYPE_CHECKING:
         RankError,
         ScriptMismatch,
     )
-    from .expressions import column, maximum, minimum
+    from .export import Export
+    from .expressions import column, maximum, minimum, time
     from .frame import Frame
+    from .interchange.reading import open_particles
+    from .live import Live
     from .meshes import Mesh
     from .movie import Movie
     from .particles import Particles
@@ -60,13 +67,27 @@ _MODULES = {
         *("Balancer", "Diffusive", "LoadTable", "Orders", "Pairwise", "PrefixCuts", "Proportional"),
         *("Static", "Targets"),
     ),
+    "checkpoint": ("Checkpoint",),
+    "controls": ("Control",),
+    "curves": ("Curve",),
     "distributions": ("Normal", "Uniform"),
     "errors": (
-        *("ArgumentError", "LogError", "MissingExtra", "MotesError", "MotesWarning", "NotAssignable"),
+        *(
+            "ArgumentError",
+            "CheckpointError",
+            "LogError",
+            "MissingExtra",
+            "MotesError",
+            "MotesWarning",
+            "NotAssignable",
+        ),
         *("NotHere", "RankError", "ScriptMismatch"),
     ),
-    "expressions": ("column", "maximum", "minimum"),
+    "export": ("Export",),
+    "expressions": ("column", "maximum", "minimum", "time"),
     "frame": ("Frame",),
+    "interchange.reading": ("open_particles",),
+    "live": ("Live",),
     "meshes": ("Mesh",),
     "movie": ("Movie",),
     "particles": ("Particles",),
@@ -79,15 +100,24 @@ _MODULES = {
     "world": ("World",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
-_PUBLIC_MODULES = ("actions", "analysis", "balance", "cluster", "errors", "replay", "script", "shapes")
+_PUBLIC_MODULES = (
+    *("actions", "analysis", "balance", "cluster", "errors", "expressions", "replay", "script"),
+    "shapes",
+)
 
 __all__ = [
     "ArgumentError",
     "Balancer",
     "Camera",
+    "Checkpoint",
+    "CheckpointError",
+    "Control",
+    "Curve",
     "Diffusive",
+    "Export",
     "Frame",
     "Light",
+    "Live",
     "LoadTable",
     "LogError",
     "Mesh",
@@ -123,13 +153,16 @@ __all__ = [
     "cluster",
     "column",
     "errors",
+    "expressions",
     "maximum",
     "minimum",
+    "open_particles",
     "open_run",
     "open_runs",
     "replay",
     "script",
     "shapes",
+    "time",
 ]
 
 _LAUNCHED = (

@@ -8,14 +8,18 @@ from typing import Any
 
 from .errors import MissingExtra
 
-__all__ = ["matplotlib", "openexr", "pandas", "pillow", "require_av", "require_openexr", "trimesh"]
+__all__ = [
+    *("av", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live", "require_openexr"),
+    *("require_usd", "simplejpeg", "trimesh", "usd", "websockets"),
+]
 
 _EXR = "a picture saved as .exr"
+_LIVE = "a live run"
 
 
-def pandas() -> Any:
+def pandas(need: str = "a table of a run's log") -> Any:
     """Import pandas. Raises MissingExtra if it is not installed."""
-    return _import("pandas", "a table of a run's log", "analysis")
+    return _import("pandas", need, "analysis")
 
 
 def matplotlib(module: str = "matplotlib") -> Any:
@@ -27,6 +31,11 @@ def require_av(need: str) -> None:
     """Raise MissingExtra if PyAV is not installed; does not import it."""
     if importlib.util.find_spec("av") is None:
         raise MissingExtra(need, extra="video", package="av")
+
+
+def av(need: str) -> Any:
+    """Import PyAV. Raises MissingExtra if it is not installed."""
+    return _import("av", need, "video")
 
 
 def openexr() -> Any:
@@ -45,9 +54,39 @@ def pillow() -> Any:
     return _import("PIL.Image", "a sprite's image that is a path", "image", package="Pillow")
 
 
+def require_live() -> None:
+    """Raise MissingExtra if what serves a live run is not installed; does not import it."""
+    for package in ("websockets", "simplejpeg"):
+        if importlib.util.find_spec(package) is None:
+            raise MissingExtra(_LIVE, extra="live", package=package)
+
+
+def simplejpeg() -> Any:
+    """Import simplejpeg. Raises MissingExtra if it is not installed."""
+    return _import("simplejpeg", _LIVE, "live")
+
+
+def websockets(part: str) -> Any:
+    """Import a module of websockets: "asyncio.server". Raises MissingExtra if it is not installed."""
+    return _import(f"websockets.{part}", _LIVE, "live")
+
+
 def trimesh() -> Any:
     """Import trimesh. Raises MissingExtra if it is not installed."""
     return _import("trimesh", "Mesh.load", "mesh")
+
+
+def usd(need: str) -> Any:
+    """Import the parts of USD that write and read layers. Raises MissingExtra if it is not installed."""
+    for part in ("Sdf", "Tf", "Vt"):
+        _import(f"pxr.{part}", need, "usd", package="usd-core")
+    return importlib.import_module("pxr")
+
+
+def require_usd(need: str) -> None:
+    """Raise MissingExtra if USD is not installed; does not import it."""
+    if importlib.util.find_spec("pxr") is None:
+        raise MissingExtra(need, extra="usd", package="usd-core")
 
 
 def _import(module: str, need: str, extra: str, *, package: str | None = None) -> Any:

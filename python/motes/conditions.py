@@ -1,19 +1,31 @@
 """Conditions and expressions as trees of plain tuples, and the engine's instructions made from them.
 
-A node is (operation, operand, ...): ("column", name), ("constant", numbers), ("inside", shape), ("component",
-node, index), ("length", node), or an arithmetic operation and its one or two nodes. Nodes never change, so
-they can be compared and hashed.
+A node is (operation, operand, ...): ("column", name), ("constant", numbers), ("time",), ("inside", shape),
+("component", node, index), ("noise", position, time, octaves, field), or an operation and its nodes. Nodes
+never change, so they can be compared and hashed.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from . import _core
 from .errors import ArgumentError
 
-__all__ = ["Columns", "Condition", "Node", "Region", "as_condition", "components", "condition_of", "text_of"]
+__all__ = [
+    "Columns",
+    "Condition",
+    "Node",
+    "Region",
+    "as_condition",
+    "checked",
+    "components",
+    "condition_of",
+    "program_of",
+    "size_of",
+    "text_of",
+]
 
 Node = tuple[Any, ...]
 Step = tuple[str, Any]
@@ -25,14 +37,25 @@ Columns = Mapping[str, tuple[int, int]]
 """A system's columns: name -> (first component, width)."""
 
 MOST_STEPS = 256  # operations of one expression
-ONE = {
+EACH = {  # operations that work component by component, as scripts write them
     "negate": "-{}",
     "absolute": "abs({})",
     "square_root": "{}.sqrt()",
     "floor": "{}.floor()",
     "invert": "~{}",
-}
-TWO = {
+    "square": "({} ** 2)",
+    "sign": "sign({})",
+    "sine": "sin({})",
+    "cosine": "cos({})",
+    "exponential": "exp({})",
+    "logarithm": "log({})",
+    "power": "({} ** {})",
+    "modulo": "({} % {})",
+    "angle": "atan2({}, {})",
+    "step": "step({}, {})",
+    "mix": "mix({}, {}, {})",
+    "smoothstep": "smoothstep({}, {}, {})",
+    "choose": "choose({}, {}, {})",
     "add": "({} + {})",
     "subtract": "({} - {})",
     "multiply": "({} * {})",
@@ -46,6 +69,12 @@ TWO = {
     "equal": "({} == {})",
     "both": "({} & {})",
     "either": "({} | {})",
+}
+WHOLE = {  # operations on whole vectors
+    "length": "{}.length()",
+    "dot": "dot({}, {})",
+    "cross": "cross({}, {})",
+    "normalize": "normalize({})",
 }
 TURNED = {"greater": "less", "greater_equal": "less_equal"}  # the engine has these with operands exchanged
 COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
@@ -70,6 +99,12 @@ class Condition:
         """Take the tree and its number of operations; scripts compare columns instead."""
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
+
+    def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
+        """Let `numpy.where` choose."""
+        from .numpy_calls import numpy_function
+
+        return numpy_function(function, args, keywords)
 
     def __and__(self, other: Any) -> Condition:
         """Both."""
@@ -122,6 +157,18 @@ def as_condition(argument: str, value: Any) -> Condition:
     raise ArgumentError(argument, value, "a shape or a comparison of columns")
 
 
+def size_of(operation: str, sizes: Sequence[int]) -> int:
+    """Return how many operations a component takes, where the operands' components take `sizes`."""
+    size = sum(sizes)
+    if operation == "length":
+        return 3 * size + 6
+    if operation == "normalize":
+        return 4 * size + 7
+    if operation == "dot":
+        return 3 * size + 5
+    return 2 * size + 3 if operation == "cross" else size + 1
+
+
 def checked(size: int) -> int:
     """Return the number of operations, if an expression may have that many."""
     if size > MOST_STEPS:
@@ -141,9 +188,12 @@ def text_of(node: Node) -> str:
         return repr(operands[0])
     if operation == "component":
         return f"{text_of(operands[0])}[{operands[1]}]"
-    if operation == "length":
-        return f"{text_of(operands[0])}.length()"
-    return {**ONE, **TWO}[operation].format(*map(text_of, operands))
+    if operation == "time":
+        return "time()"
+    if operation == "noise":
+        at, when, octaves, field = operands
+        return f"noise({text_of(at)}, {text_of(when)}, octaves={octaves}, field={field})"
+    return (EACH.get(operation) or WHOLE[operation]).format(*map(text_of, operands))
 
 
 # --- to the engine's instructions
@@ -161,17 +211,19 @@ def components(node: Node, columns: Columns) -> list[Steps]:
         return [(("inside", operands[0]),)]
     if operation == "component":
         return [_component(operands[0], operands[1], columns)]
-    if operation == "length":
-        return [_length(components(operands[0], columns))]
-    if operation in ONE:
-        return [(*steps, (operation, 0)) for steps in components(operands[0], columns)]
+    if operation == "time":
+        return [(("time", 0),)]
+    if operation == "noise":
+        return [_noise(operands, columns)]
+    if operation in WHOLE:
+        return _of_vectors(operation, operands, columns)
     if operation in TURNED:
         operation, operands = TURNED[operation], operands[::-1]
-    pairs = _pairs(operands[0], operands[1], columns)
-    if operation in COMPARISONS and len(pairs) != 1:
+    parts = _spread(operands, [components(operand, columns) for operand in operands])
+    if operation in COMPARISONS and len(parts) != 1:
         compared = f"{text_of(operands[0])} with {text_of(operands[1])}"
         raise ArgumentError("comparison", compared, "of one number per particle: use [0], length()")
-    return [(*left, *right, (operation, 0)) for left, right in pairs]
+    return [sum(steps, ()) + ((operation, 0),) for steps in parts]
 
 
 def condition_of(where: Any, columns: Columns, shapes: list[_core.Shape]) -> Program:
@@ -212,18 +264,48 @@ def _component(node: Node, index: int, columns: Columns) -> Steps:
     return parts[index]
 
 
+def _spread(operands: Sequence[Node], parts: list[list[Steps]]) -> list[tuple[Steps, ...]]:
+    """Return the operands' steps component by component; one number serves all components."""
+    width = max(map(len, parts))
+    return list(zip(*(part * width if len(part) == 1 else part for part in parts), strict=True))
+
+
+def _three(operation: str, node: Node, columns: Columns) -> list[Steps]:
+    parts = components(node, columns)
+    if len(parts) != 3:
+        raise ArgumentError(operation, text_of(node), "of vectors: this has one number per particle")
+    return parts
+
+
+def _of_vectors(operation: str, operands: Sequence[Node], columns: Columns) -> list[Steps]:
+    if operation == "length":  # also of one number
+        return [_length(components(operands[0], columns))]
+    a = _three(operation, operands[0], columns)
+    if operation == "normalize":
+        return [(*part, *_length(a), ("divide", 0)) for part in a]
+    b = _three(operation, operands[1], columns)
+    products = {(i, j): (*a[i], *b[j], ("multiply", 0)) for i in range(3) for j in range(3)}
+    if operation == "dot":
+        return [_total([products[i, i] for i in range(3)])]
+    turns = ((1, 2), (2, 0), (0, 1))
+    return [(*products[i, j], *products[j, i], ("subtract", 0)) for i, j in turns]
+
+
 def _length(parts: list[Steps]) -> Steps:
-    squares = [(*part, *part, ("multiply", 0)) for part in parts]
-    total: Steps = squares[0]
-    for square in squares[1:]:
-        total = (*total, *square, ("add", 0))
-    return (*total, ("square_root", 0))
+    return (*_total([(*part, ("square", 0)) for part in parts]), ("square_root", 0))
 
 
-def _pairs(a: Node, b: Node, columns: Columns) -> list[tuple[Steps, Steps]]:
-    left, right = components(a, columns), components(b, columns)
-    if len(left) != len(right) and 1 not in (len(left), len(right)):
-        raise ArgumentError("operand", text_of(b), f"a number or a vector, as {text_of(a)}")
-    width = max(len(left), len(right))
-    left, right = (part * width if len(part) == 1 else part for part in (left, right))
-    return list(zip(left, right, strict=True))
+def _total(parts: list[Steps]) -> Steps:
+    total = parts[0]
+    for part in parts[1:]:
+        total = (*total, *part, ("add", 0))
+    return total
+
+
+def _noise(operands: Sequence[Any], columns: Columns) -> Steps:
+    position, time, octaves, field = operands
+    x, y, z = _three("noise", position, columns)
+    when = components(time, columns)
+    if len(when) != 1:
+        raise ArgumentError("time", text_of(time), "one number per particle")
+    return (*x, *y, *z, *when[0], ("noise", octaves * _core.noise_fields + field))

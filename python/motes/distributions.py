@@ -8,13 +8,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from . import _core, arguments
+from .curves import Curve
 from .errors import ArgumentError
 from .shapes import Shape
 from .values import Value, value
 
 __all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
 
-Drawn: TypeAlias = Union[ArrayLike, Shape, "Uniform", "Normal"]
+Drawn: TypeAlias = Union[ArrayLike, Shape, Curve, "Uniform", "Normal"]
 """A value, or what each particle's value is drawn from."""
 
 MOST = 1e37  # no draw leaves float32's range: neither a range of twice that, nor 7 sigma
@@ -27,8 +28,9 @@ class Uniform(Value):
     The ends are numbers, or vectors for an attribute of three.
     """
 
-    lo: ArrayLike
-    hi: ArrayLike
+    lo: ArrayLike | Curve
+    hi: ArrayLike | Curve
+    _may_move = True
 
     def __post_init__(self) -> None:
         """Keep numbers and tuples; they are checked where the attribute is known."""
@@ -42,8 +44,9 @@ class Normal(Value):
     Mean and standard deviation are numbers, or vectors for an attribute of three.
     """
 
-    mean: ArrayLike
-    sigma: ArrayLike
+    mean: ArrayLike | Curve
+    sigma: ArrayLike | Curve
+    _may_move = True
 
     def __post_init__(self) -> None:
         """Keep numbers and tuples; they are checked where the attribute is known."""

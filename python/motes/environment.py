@@ -12,7 +12,19 @@ from typing import Any
 
 from .errors import ArgumentError
 
-__all__ = ["TABLE", "Variable", "alone", "births", "fan_out", "grain", "is_set", "read", "stall_s", "threads"]
+__all__ = [
+    "LIVE_OFF",
+    "TABLE",
+    "Variable",
+    "alone",
+    "births",
+    "fan_out",
+    "grain",
+    "is_set",
+    "read",
+    "stall_s",
+    "threads",
+]
 
 BIRTHS = ("manager", "calculators")
 PROGRESS = ("lines", "bar", "off")
@@ -20,6 +32,7 @@ SIMD = ("sse2", "avx2", "avx512")
 MOST_RANKS = 2**31 - 1
 MOST_THREADS = 1024
 LEAST_SPEED = 1e-3
+LIVE_OFF = "off"
 
 
 @dataclass(frozen=True)
@@ -60,9 +73,9 @@ def is_set(name: str) -> bool:
     return bool(os.environ.get(TABLE[name].name))
 
 
-def stall_s() -> float:
-    """Seconds without an answer after which a rank gives up: MOTES_STALL_S."""
-    seconds: float = read("MOTES_STALL_S")
+def stall_s() -> float | None:
+    """Seconds without an answer after which a rank gives up, whatever lives: MOTES_STALL_S; None: not set."""
+    seconds: float | None = read("MOTES_STALL_S")
     return seconds
 
 
@@ -140,6 +153,25 @@ def _speeds(text: str) -> dict[int, float]:
     return chosen
 
 
+def _live(text: str) -> dict[str, Any] | str:
+    """Read `off`, or a port and words: 8080,host=0.0.0.0,paused,wait."""
+    if text == LIVE_OFF:
+        return text
+    port, *words = text.split(",")
+    if not port.isascii() or not port.isdigit() or int(port) > 65535:
+        raise ValueError(text)
+    told: dict[str, Any] = {"port": int(port)}
+    for word in words:
+        name, _, value = word.partition("=")
+        if name == "host" and value:
+            told["host"] = value
+        elif word in ("paused", "wait"):
+            told[word] = True
+        else:
+            raise ValueError(text)
+    return told
+
+
 TABLE = {
     variable.name: variable
     for variable in (
@@ -152,10 +184,10 @@ TABLE = {
         ),
         Variable(
             "MOTES_STALL_S",
-            "seconds without an answer after which a rank gives up",
+            "seconds without an answer after which a rank gives up, also on a process that lives",
             "a number of seconds > 0",
             _seconds,
-            default=60.0,
+            default_text="a rank waits while the process lives, and for 600 s where nobody can tell",
         ),
         Variable(
             "MOTES_ALONE",
@@ -220,6 +252,36 @@ TABLE = {
             "a directory",
             str,
             default_text="nothing is noted",
+        ),
+        Variable(
+            "MOTES_FRESH",
+            "1: start anew where there are checkpoints, and remove them",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="go on from the newest whole one",
+        ),
+        Variable(
+            "MOTES_ANYWAY",
+            "1: go on from a checkpoint of a script that has changed since",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="that is an error",
+        ),
+        Variable(
+            "MOTES_LIVE",
+            "serve the run to browsers: a port, and words such as 8080,paused,wait,host=0.0.0.0; or off",
+            "off, or a port 0..65535 with paused, wait or host=ADDRESS behind it, separated by commas",
+            _live,
+            default_text="what the script says: `World(live=...)`",
+        ),
+        Variable(
+            "MOTES_STEERING",
+            "a steer.jsonl of an earlier run, whose orders happen again",
+            "a file",
+            str,
+            default_text="what the script says: `World(steering=...)`",
         ),
         Variable("MOTES_SMPIRUN", "SimGrid's launcher", "a program", str, default="smpirun"),
         Variable(

@@ -18,6 +18,7 @@ __all__ = [
     "NotHere",
     "RankError",
     "ScriptMismatch",
+    "Stopped",
 ]
 
 
@@ -98,6 +99,14 @@ class ScriptMismatch(MotesError, RuntimeError):
         self.speaker = speaker
 
 
+class Stopped(SystemExit):
+    """SIGINT, SIGTERM or SIGUSR1 has stopped the run: `render` and `step` raise this from then on.
+
+    Like `sys.exit(code)` it ends the script, without an error: `with world:` ends the run in an orderly way
+    on all ranks, and a movie is closed, not removed. The code is 130 after SIGINT, 143 after the other two.
+    """
+
+
 class NotHere(MotesError, AttributeError):
     """What was asked for is on another rank."""
 
@@ -115,11 +124,13 @@ class LogError(MotesError):
 
 
 EXTRAS = {
-    "video": ("av>=12.3",),
+    "video": ("av>=15",),
     "analysis": ("pandas>=2", "matplotlib>=3.8"),
     "exr": ("OpenEXR>=3.3",),
     "image": ("Pillow>=10",),
+    "live": ("websockets>=13", "simplejpeg>=1.8"),
     "mesh": ("trimesh>=4.6",),
+    "usd": ("usd-core>=24.11",),
 }
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""
 

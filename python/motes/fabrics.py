@@ -15,6 +15,7 @@ from .ties import BEND, MOST_TETHERS, SHEAR, STRETCH, Tethers, Ties
 from .values import says_near_names
 
 if TYPE_CHECKING:
+    from .particles import Particles
     from .world import World
 
 __all__ = ["Fabrics"]
@@ -29,7 +30,14 @@ class Fabrics(ABC):
     _index: int
 
     @abstractmethod
-    def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
+    def emit(
+        self,
+        particles: Particles | None = None,
+        /,
+        *,
+        position: ArrayLike | None = None,
+        **columns: ArrayLike,
+    ) -> None:
         """Emit the particles of these arrays."""
 
     @says_near_names
@@ -59,6 +67,7 @@ class Fabrics(ABC):
         return _rope(self, start, end, count, pinned)
 
 
+@np.errstate(over="ignore", invalid="ignore")  # emit refuses what is not finite
 def _cloth(
     system: Fabrics, rows: Any, columns: Any, origin: Any, along: Any, across: Any, pinned: Any
 ) -> Ties:
@@ -84,6 +93,7 @@ def _cloth(
     return _born(system, "cloth", corner, rest, np.concatenate(pairs), np.concatenate(kinds), held)
 
 
+@np.errstate(over="ignore", invalid="ignore")
 def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Ties:
     count = arguments.integer("count", count, low=2, high=10_000_000)
     begin = np.array(arguments.triple("start", start))

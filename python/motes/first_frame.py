@@ -10,8 +10,11 @@ from numpy.typing import NDArray
 
 from . import actions
 from .distributions import Normal, Uniform
+from .meshes import Mesh
 from .rendering import Renderer
 from .shapes import Shape
+from .solids import parts
+from .values import at
 
 __all__ = ["FirstFrame", "camera_inside", "remarks_on"]
 
@@ -127,9 +130,10 @@ class FirstFrame:
 
 def camera_inside(renderer: Renderer) -> list[str]:
     """Return what is wrong with the camera's position."""
-    position = renderer.camera.position
+    position = at(renderer.camera.position, 0)
     for solid in renderer.solids:
-        if isinstance(solid.shape, Shape) and bool(solid.shape.contains(position)):
+        # A mesh that is only drawn may be open, and needs no grid.
+        if any(bool(part.contains(position)) for part in parts(solid.shape) if not isinstance(part, Mesh)):
             return [f"the camera at {position} is inside the solid {solid.shape!r}"]
     return []
 

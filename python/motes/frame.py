@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Callable, Mapping
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
@@ -31,8 +32,8 @@ class Frame:
     """
 
     __slots__ = (
-        *("__weakref__", "_exposure", "_home", "_layers", "_linear", "_missing", "_pixels", "_rank"),
-        *("index", "time"),
+        *("__weakref__", "_elsewhere", "_exposure", "_home", "_layers", "_linear", "_missing", "_pixels"),
+        *("_rank", "index", "time"),
     )
 
     def __init__(
@@ -64,6 +65,14 @@ class Frame:
         self._home = home
         self._rank = rank
         self._missing = missing
+        self._elsewhere: Callable[[int, Path, int], None] | None = None
+        """What to tell of a picture that another rank saves, which may be lost before it has."""
+
+    def _arrive(self, pixels: NDArray[np.uint8], kept: Mapping[str, Any]) -> None:
+        """Take a picture that was to be on another rank: that one is lost."""
+        self._pixels, self._home = _view(pixels), self._rank
+        self._linear, self._exposure = kept.get("linear"), kept.get("exposure", 1)
+        self._layers = dict(kept.get("layers", NONE))
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
@@ -139,8 +148,11 @@ class Frame:
         if suffix == ".exr":
             _extras.require_openexr()
         if self._pixels is None:
+            if self._elsewhere is not None and self.made:
+                self._elsewhere(self.index, Path(path).absolute(), bits)
             return
         pixels = self._pixels
+        files.sweep_directory(Path(path).parent)  # a killed run's drafts, which nobody else would remove
         if suffix == ".png":
             files.write_whole(path, png.encode(self._pixels_16() if bits == 16 else pixels))
         elif suffix == ".npy":

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import contextlib
+import ctypes
+import importlib
 import os
 import re
 import shutil
@@ -15,10 +17,13 @@ from pathlib import Path
 from typing import NamedTuple
 
 from . import environment
+from ._run import losses
+from ._run.hosts import reachable
+from ._run.output import tell
 from ._run.supervisor import supervise
 from .errors import ArgumentError, MotesError
 
-__all__ = ["Mpirun", "Version", "command", "find_mpirun", "library", "most_ranks", "run"]
+__all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
 
 _MOST_RANKS = 1_000_000  # on any number of hosts
 _RANK_BYTES = 16 << 20  # a rank with Python and MPI takes more
@@ -90,11 +95,13 @@ def command(
     hosts: str | None = None,
     hostfile: str | None = None,
     options: Sequence[str] = (),
+    survive: bool = False,
     mpirun: Mpirun | None = None,
 ) -> list[str]:
     """Compose the command line that starts `program` on `ranks` ranks.
 
     `hosts` is "h1,h2:2" with the number of ranks that each may take (default 1); `options` go to mpirun.
+    `survive`: a rank that is killed does not end the others; raises MotesError where the MPI cannot do that.
     """
     if hosts is not None and hostfile is not None:
         raise MotesError("give either --hosts or --hostfile")
@@ -107,6 +114,9 @@ def command(
         raise MotesError(f"hostfile {hostfile} does not exist")
     mpirun = mpirun or find_mpirun()
     argv = [mpirun.path, "-n", str(ranks)]
+    if survive:
+        _check_survival(mpirun.version)
+        argv += ["--with-ft", "ulfm"]
     if mpirun.version.family == "Open MPI":
         argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
     elif hosts is not None:
@@ -123,25 +133,75 @@ def run(
     hosts: str | None = None,
     hostfile: str | None = None,
     options: Sequence[str] = (),
+    survive: bool = False,
+    restarts: int = 0,
 ) -> int:
     """Run `python program...` on `ranks` ranks and return the exit code.
+
+    `survive`: a rank that is killed does not end the others; 0 then means that these ended well. `restarts`:
+    how often the job starts again where a process or a host was lost, on those of `hosts` that answer.
 
     One rank on this host needs no launcher: then this process becomes Python, and there is no return.
     Otherwise it watches over the launcher (`_run/supervisor.py`).
     """
     _check_program(program)
-    argv = [sys.executable, *program]
+    if restarts < 0:
+        raise ArgumentError("restarts", restarts, "an integer >= 0")
+    python = [sys.executable, *program]
     alone = ranks == 1 and not hosts and not hostfile and not options
-    if not alone:
-        argv = command(ranks, argv, hosts=hosts, hostfile=hostfile, options=options)
+    if survive:
+        _check_survival()
+
+    def compose() -> list[str]:
+        if alone:
+            return python
+        return command(ranks, python, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+
+    argv = compose()
     _leave_mpi()
     sys.stdout.flush()
     sys.stderr.flush()
-    if not alone:
-        return supervise(argv)
+    if not alone or restarts > 0:
+        variables = losses.ENVIRONMENT if survive else {}
+        ended = supervise(argv, variables)
+        for left in range(restarts - 1, -1, -1):
+            if not ended.lost:
+                break
+            os.environ.pop("MOTES_FRESH", None)  # what has been done since is not to be done again
+            if hosts is not None:
+                hosts = reachable(hosts)
+            tell(f"motes run: starts again; {left} more {'start is' if left == 1 else 'starts are'} allowed")
+            ended = supervise(compose(), variables)
+        return ended.code
     if os.name == "posix":
         os.execve(argv[0], argv, os.environ)  # without what a started MPI added to the environment
     return subprocess.run(argv).returncode
+
+
+def cannot_survive(launcher: Version | None = None) -> str | None:
+    """Say why the loss of a rank ends a job here; None: `run(..., survive=True)` lets the others go on."""
+    wanted = "the loss of a rank is survived with Open MPI 5 or later, built with ULFM"
+    version = library()
+    for each in (version, launcher or version):
+        if each.family != "Open MPI" or each.parts < (5,):
+            return f"{wanted}; this is {each}"
+    from mpi4py import MPI
+
+    if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
+        return f"{wanted}; this {version} was built without"
+    _core = importlib.import_module(f"{__package__}._core")  # without starting MPI
+    if not _core.mpi_can_survive():
+        return f"{wanted}; motes itself was built for another MPI"
+    return None
+
+
+def _check_survival(launcher: Version | None = None) -> None:
+    if (reason := cannot_survive(launcher)) is not None:
+        raise MotesError(f"--survive: {reason}")
+
+
+_TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING")
+"""What the options of `motes run` become; Open MPI takes no variable to other hosts by itself."""
 
 
 def most_ranks() -> int:
@@ -158,6 +218,9 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
         flags.append("--allow-run-as-root")  # as in a container; refused otherwise
+    if hosts is not None or hostfile is not None or _allocated() is not None:
+        for name in _TOLD_ALL:
+            flags += ["-x", name] if environment.is_set(name) else []
     if hosts is not None:
         slots = _slots(host.partition(":")[2] or "1" for host in hosts.split(","))
         flags += ["--host", ",".join(host if ":" in host else f"{host}:1" for host in hosts.split(","))]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+import operator
 import os
 from typing import Any
 
@@ -10,39 +12,70 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, _extras, arguments
 from .errors import ArgumentError
-from .values import Value, value
+from .shapes import Shape
+from .values import value
 
 __all__ = ["Mesh"]
 
 SUFFIXES = (".obj", ".ply", ".stl", ".glb")
 VERTICES = "finite numbers of shape (n, 3), metres, n >= 3"
+PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only turns and moves"
+RESOLUTION = 96
+STILL = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) * 2
 TRIANGLES = "integers of shape (m, 3), m >= 1"
 
 
 @value(init=False)
-class Mesh(Value):
-    """A surface of triangles, visible from both sides.
+class Mesh(Shape):
+    """A surface of triangles: a shape like the others, and what a `Solid` shows.
 
     `vertices`: positions in metres, float32 (n, 3). `triangles`: three indices of vertices each, uint32
-    (m, 3). Both are read-only. Two meshes are equal if their arrays are.
+    (m, 3). Both are read-only. Two meshes are equal if their arrays, their places and options are.
+
+    Points are drawn uniformly from its surface; `solid`: from its inside. It holds what is inside, particles
+    bounce off it from both sides, and it may be part of a union. All but drawing points from the surface, and
+    `Solid`, needs a closed surface: each edge has two triangles, which face the same side, and no two parts
+    of it overlap. Vertices at the same place, up to a millionth of the mesh's size, count as one there, and
+    triangles without an area do not count.
+
+    What is inside is found by a grid of distances with `resolution` cells, 8 to 512, along the longest side
+    of the mesh, made when it is first needed: about a second's work for 96 cells, and 4 bytes per node.
+    Corners and edges are rounded, and what is thinner than a cell may be missed.
     """
 
     vertices: NDArray[np.float32]
     triangles: NDArray[np.uint32]
+    solid: bool = False
+    resolution: int = RESOLUTION
 
-    def __init__(self, vertices: ArrayLike, triangles: ArrayLike) -> None:
-        """Take the arrays, which are copied."""
+    def __init__(
+        self, vertices: ArrayLike, triangles: ArrayLike, *, solid: bool = False, resolution: int = RESOLUTION
+    ) -> None:
+        """Take the arrays, which are copied, and the options."""
         points = _vertices(vertices)
         corners = _triangles(triangles, len(points))
-        self.__dict__.update(vertices=points, triangles=corners)
+        self.__dict__.update(
+            vertices=points,
+            triangles=corners,
+            solid=arguments.flag("solid", solid),
+            resolution=arguments.integer("resolution", resolution, low=8, high=512),
+        )
         self.__dict__["_name"] = _core.keep_mesh(points, corners)
+        self._place(STILL)
 
     @classmethod
-    def load(cls, path: str | os.PathLike[str], *, scale: float = 1) -> Mesh:
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        scale: float = 1,
+        solid: bool = False,
+        resolution: int = RESOLUTION,
+    ) -> Mesh:
         """Read a file, .obj .ply .stl or .glb, by trimesh, the extra `[mesh]`.
 
         All its parts become one mesh, placed as the file says; its colours and images are not read. `scale`:
-        metres per unit of the file.
+        metres per unit of the file. `solid`, `resolution`: as of the mesh.
         """
         if arguments.file_path("path", path).suffix.lower() not in SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(SUFFIXES)}")
@@ -54,7 +87,39 @@ class Mesh(Value):
             read = library.load_scene(path, process=False).to_mesh()
         except Exception as error:  # any: each format has errors of its own
             raise ArgumentError("path", os.fspath(path), f"a mesh that can be read ({error})") from None
-        return cls(np.asarray(read.vertices) * scale, read.faces)
+        return cls(np.asarray(read.vertices) * scale, read.faces, solid=solid, resolution=resolution)
+
+    def at(
+        self,
+        place: ArrayLike = (0, 0, 0),
+        *,
+        axis: ArrayLike = (0, 1, 0),
+        angle_deg: float = 0,
+        moving_from: Mesh | None = None,
+    ) -> Mesh:
+        """Return this mesh at another place: turned by `angle_deg` around `axis`, then moved to `place`.
+
+        `place`: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
+        without scaling or mirroring. It always starts from the vertices as they were given, and shares their
+        grid, so it costs nothing: a mesh may have another place in each frame.
+
+        `moving_from`: where the mesh was one frame ago, if it moves: the same mesh at another place. It then
+        moves evenly from there to here during the frame, `bounce` gives particles the velocity of the surface
+        that they hit, and no particle gets to its other side. Everything else sees it here, at the end of the
+        frame.
+        """
+        here = _pose(place, axis, angle_deg)
+        before = here
+        if moving_from is not None:
+            if not isinstance(moving_from, Mesh) or moving_from.key != self.key:
+                raise ArgumentError("moving_from", moving_from, "this mesh at another place")
+            before = moving_from._numbers[:7]
+            if sum(map(operator.mul, here[3:], before[3:])) < 0:  # the same rotation, by the shorter way
+                here = (*here[:3], *(-number for number in here[3:]))
+        made = object.__new__(Mesh)
+        made.__dict__.update(self.__dict__)
+        made._place((*here, *before))
+        return made
 
     @property
     def key(self) -> int:
@@ -62,12 +127,78 @@ class Mesh(Value):
         made: int = self.__dict__["_name"]
         return made
 
+    @property
+    def _numbers(self) -> tuple[float, ...]:
+        made: tuple[float, ...] = self.__dict__["_placed"]
+        return made
+
+    def _place(self, numbers: tuple[float, ...]) -> None:
+        """Keep the places at the frame's end and start, and make the engine's value."""
+        self.__dict__["_placed"] = numbers
+        self.__dict__["core"] = _core.Shape.mesh(self.key, [*numbers, self.solid, self.resolution])
+
     def _key(self) -> tuple[Any, ...]:
-        return (self.key,)
+        return (self.key, self.solid, self.resolution, self._numbers)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arrays, the options and the places."""
+        return _again, (self.vertices, self.triangles, self.solid, self.resolution, self._numbers)
 
     def __repr__(self) -> str:
         """Name the numbers of vertices and triangles."""
-        return f"<Mesh of {len(self.vertices)} vertices, {len(self.triangles)} triangles>"
+        solid = ", solid" if self.solid else ""
+        return f"<Mesh of {len(self.vertices)} vertices, {len(self.triangles)} triangles{solid}>"
+
+
+def _again(
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.uint32],
+    solid: bool,
+    resolution: int,
+    numbers: tuple[float, ...],
+) -> Mesh:
+    mesh = Mesh(vertices, triangles, solid=solid, resolution=resolution)
+    mesh._place(numbers)
+    return mesh
+
+
+def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
+    """Return the position and the rotation, a quaternion w x y z."""
+    if np.shape(place) == (4, 4):
+        matrix = arguments.floats("place", place, np.float64, PLACE)
+        turned = matrix[:3, :3]
+        rigid = (
+            np.isfinite(matrix).all()
+            and np.allclose(turned @ turned.T, np.eye(3), atol=1e-5)
+            and np.linalg.det(turned) > 0
+            and np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-9)
+        )
+        if not rigid:
+            raise ArgumentError("place", matrix.tolist(), PLACE)
+        return (*arguments.triple("place", matrix[:3, 3]), *_quaternion(turned))
+    position = arguments.triple("place", place)
+    around = np.array(arguments.triple("axis", axis))
+    length = math.sqrt(around @ around)
+    if not length > 0:
+        raise ArgumentError("axis", axis, "a vector that is not zero")
+    half = math.radians(arguments.number("angle_deg", angle_deg)) / 2
+    return (*position, math.cos(half), *(math.sin(half) / length * around).tolist())
+
+
+def _quaternion(turned: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return the rotation matrix as a quaternion, from the largest of its four numbers."""
+    xx, yy, zz = turned.diagonal().tolist()
+    (_, xy, xz), (yx, _, yz), (zx, zy, _) = turned.tolist()
+    squares = (1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz)
+    rows = (
+        (squares[0], zy - yz, xz - zx, yx - xy),
+        (zy - yz, squares[1], yx + xy, xz + zx),
+        (xz - zx, yx + xy, squares[2], zy + yz),
+        (yx - xy, xz + zx, zy + yz, squares[3]),
+    )
+    row = rows[squares.index(max(squares))]
+    length = math.sqrt(sum(number * number for number in row))
+    return tuple(number / length for number in row)
 
 
 def _vertices(given: Any) -> NDArray[np.float32]:

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
-from .errors import MotesError, NotAssignable, near
+from . import _extras
+from .errors import ArgumentError, MotesError, NotAssignable, NotHere, near
 from .written_views import noticing
+
+if TYPE_CHECKING:
+    from . import _core
 
 __all__ = ["LocalParticles", "Particles"]
 
@@ -30,6 +33,7 @@ class LocalParticles:
         "_chosen",
         "_engine",
         "_refuse_writing",
+        "_strict",
         "_system",
         "_views",
         "_written",
@@ -39,6 +43,7 @@ class LocalParticles:
     _views: dict[str, NDArray[Any]]
     _refuse_writing: Callable[[], NoReturn] | None
     _before: dict[str, bytes] | None
+    _strict: bool
     _written: bool
     _attributes: dict[str, tuple[int, int]]
     _chosen: NDArray[np.uint32] | None
@@ -55,11 +60,13 @@ class LocalParticles:
         *,
         refuse_writing: Callable[[], NoReturn] | None = None,
         preview: bool = False,
+        watched: bool = False,
     ) -> None:
         """Made by `System.local`: shows particles from `begin` on, or those at the indices `chosen`.
 
         `refuse_writing` makes the views read-only; it is called when the script writes, and raises.
-        `preview`: views are of a copy, which counts only if the script writes into it.
+        `preview`: views are of a copy, which counts only if the script writes into it. `watched`: the engine
+        is told of any write.
         """
         self._engine = engine
         self._system = system
@@ -68,7 +75,8 @@ class LocalParticles:
         self._chosen = chosen
         self._views = {}
         self._refuse_writing = refuse_writing
-        self._before = {} if preview else None
+        self._before = {} if preview or watched else None
+        self._strict = preview
         self._written = False
 
     def __len__(self) -> int:
@@ -133,11 +141,14 @@ class LocalParticles:
             self._live().keep_preview(self._system)
             return
         for name, before in (self._before or {}).items():
-            if self._views[name].tobytes() != before:
+            if self._views[name].tobytes() == before:
+                continue
+            if self._strict:
                 raise MotesError(
                     f"particles.{name} was written behind its back; with sub-steps, write into the view "
                     f"itself: particles.{name}[...] = ..."
                 )
+            return self._live().keep_preview(self._system)
 
     def _live(self) -> _core.Engine:
         if self._engine is None:
@@ -193,9 +204,63 @@ class Particles:
         """List the columns."""
         return [*super().__dir__(), *self._columns]
 
+    def columns(self, *names: str) -> dict[str, NDArray[Any]]:
+        """Return the columns of these names, or all that `s.emit(p)` emits.
+
+        These are all but the ids, and but the copies of birth values (`position_b` and so on) where the
+        system kept none. Raises NotHere where the particles are on another rank.
+        """
+        if not self._here:
+            raise NotHere("the particles were gathered on another rank")
+        for name in names:
+            if name not in self._columns:
+                raise ArgumentError("columns", name, ", ".join(self._columns), known=self._columns)
+        kept = "up_b" not in self._columns or bool(self._columns["up_b"].any())
+        left_out = {"id"} if kept else {"id", "position_b", "velocity_b", "up_b"}
+        wanted = names or [name for name in self._columns if name not in left_out]
+        return {name: self._columns[name] for name in wanted}
+
+    def to_frame(self) -> Any:
+        """Return a pandas DataFrame, one row per particle; vectors are columns name_x, name_y, name_z.
+
+        Needs the extra [analysis]. Raises NotHere where the particles are on another rank.
+        """
+        columns = {name: self._columns[name] for name in ("id", *self.columns())}
+        pandas = _extras.pandas("Particles.to_frame")
+        flat = {
+            f"{name}_{axis}" if axis else name: column[:, "xyz".index(axis)] if axis else column
+            for name, column in columns.items()
+            for axis in ("xyz" if column.ndim == 2 else ("",))
+        }
+        return pandas.DataFrame(flat)
+
     def __repr__(self) -> str:
         """Show how many there are."""
         return f"<{len(self)} particles>" if self._here else "<particles gathered elsewhere>"
+
+    def _repr_html_(self) -> str:
+        """Show a notebook how many there are, and between which values their columns lie."""
+        if not self._here:
+            return "<i>particles gathered elsewhere</i>"
+        rows = "".join(
+            f"<tr><th>{name}</th>"
+            + "".join(f"<td>{_range_of(part)}</td>" for part in _components(column))
+            + "</tr>"
+            for name, column in self._columns.items()
+        )
+        return f"<b>{len(self):,} particles</b><table>{rows}</table>"
+
+
+def _components(column: NDArray[Any]) -> list[NDArray[Any]]:
+    return [column] if column.ndim == 1 else list(column.T)
+
+
+def _range_of(values: NDArray[Any]) -> str:
+    if not len(values):
+        return "-"
+    low, high = np.fmin.reduce(values), np.fmax.reduce(values)
+    ends = [str(end) if values.dtype.kind in "iu" else f"{end:.4g}" for end in (low, high)]
+    return ends[0] if ends[0] == ends[1] else " .. ".join(ends)
 
 
 def _unknown(name: str, known: Iterable[str]) -> AttributeError:

@@ -11,11 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import _core, arguments
 from .arguments import Triple
+from .curves import Curve
 from .errors import ArgumentError
 from .meshes import Mesh
 from .shapes import Shape
 from .solids import Light, Solid
-from .values import Settings, says_near_names, shown
+from .values import Moving, Settings, at, says_near_names, shown
 
 __all__ = ["LAYERS", "Camera", "Renderer"]
 
@@ -27,7 +28,8 @@ OBJECTS = "a list of motes.Solid, shapes or meshes"
 class Camera(Settings):
     """A pinhole camera.
 
-    Its attributes may change between frames. Cameras are equal, and hash alike, while all attributes are.
+    Its attributes may change between frames, or be curves (`motes.Curve`). Cameras are equal, and hash alike,
+    while all attributes are.
     """
 
     position: Triple
@@ -48,15 +50,16 @@ class Camera(Settings):
         "fov_deg": arguments.number,
         "near": partial(arguments.number, low=0),
     }
+    _may_move = frozenset(_checks)
 
     @says_near_names
     def __init__(
         self,
-        position: ArrayLike,
-        look_at: ArrayLike,
-        up: ArrayLike = (0, 1, 0),
-        fov_deg: float = 40,
-        near: float = 0.1,
+        position: ArrayLike | Curve,
+        look_at: ArrayLike | Curve,
+        up: ArrayLike | Curve = (0, 1, 0),
+        fov_deg: float | Curve = 40,
+        near: float | Curve = 0.1,
     ) -> None:
         """Take its position and target (m), the vertical angle of view, and the nearest visible distance."""
         given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
@@ -80,7 +83,7 @@ class Camera(Settings):
 class Renderer(Settings):
     """How frames are made: from where, of what size, with which objects and lights.
 
-    All attributes but `linear` may change between frames.
+    All attributes but `linear` may change between frames; numbers and vectors may be curves (`motes.Curve`).
     """
 
     width: int
@@ -129,6 +132,7 @@ class Renderer(Settings):
         "smooth": arguments.flag,
         "layers": lambda name, given: _layers(name, given),
     }
+    _may_move = frozenset(("background", "exposure", "sun", "shutter", "bloom"))
 
     @says_near_names
     def __init__(
@@ -137,14 +141,14 @@ class Renderer(Settings):
         height: int,
         *,
         camera: Camera,
-        background: ArrayLike = (0, 0, 0),
-        exposure: float = 1,
+        background: ArrayLike | Curve = (0, 0, 0),
+        exposure: float | Curve = 1,
         objects: Iterable[Solid | Shape | Mesh] = (),
-        sun: ArrayLike = (-0.5, 0.8, 0.4),
+        sun: ArrayLike | Curve = (-0.5, 0.8, 0.4),
         lights: Iterable[Light] = (),
         path: str = "auto",
-        shutter: float = 0,
-        bloom: float = 0,
+        shutter: float | Curve = 0,
+        bloom: float | Curve = 0,
         smooth: bool = True,
         linear: bool = False,
         layers: Iterable[str] = (),
@@ -156,35 +160,53 @@ class Renderer(Settings):
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
-        self.view()
+        for time in self._keys():
+            self.view(time)
 
-    def view(self) -> _core.View:
-        """Check how the attributes fit together, and return the engine's value."""
-        view, camera = _core.View(self.width, self.height), self.camera
-        view.set_camera(camera.position, camera.look_at, camera.up, camera.fov_deg, camera.near)
-        view.set_background(self.background)
-        view.set_exposure(self.exposure)
+    def _keys(self) -> set[float]:
+        """Return the times at which something moves another way, or 0."""
+        given = (
+            *vars(self.camera).values(),
+            *vars(self).values(),
+            *(v for light in self.lights for v in vars(light).values()),
+        )
+        return {0.0, *(time for one in given if isinstance(one, Moving) for time in one.times)}
+
+    def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+        """Check how the attributes fit together at a time (s), and return the engine's value.
+
+        `pose`: position, look_at, up and fov_deg instead of the camera's.
+        """
+        view = _core.View(self.width, self.height)
+        given = [at(vars(self.camera)[name], time) for name in Camera._checks]
+        view.set_camera(*(given if pose is None else (*pose, given[-1])))
+        view.set_background(at(self.background, time))
+        view.set_exposure(at(self.exposure, time))
         for solid in self.solids:
             solid.add_to(view)
-        view.set_sun(self.sun)
+        view.set_sun(at(self.sun, time))
         for light in self.lights:
-            view.add_light(light.position, light.color, light.power)
+            now: Any = light.at_time(time)
+            view.add_light(now.position, now.color, now.power)
         view.set_path(self.path)
-        view.set_shutter(self.shutter)
-        view.set_bloom(self.bloom)
+        view.set_shutter(at(self.shutter, time))
+        view.set_bloom(at(self.bloom, time))
         view.set_smooth(self.smooth)
         view.set_linear(self.linear)
         view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers))
         view.check()
         return view
 
-    def kept(self, engine: _core.Engine) -> dict[str, Any]:
-        """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture."""
+    def kept(self, engine: _core.Engine, time: float) -> dict[str, Any]:
+        """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture.
+
+        `time`: of the frame, s.
+        """
         size = (self.height, self.width)
         shapes = {name: (*size, 3) if name == "velocity" else size for name in self.layers}
         return {
             "linear": (lambda: engine.linear().reshape(*size, 3)) if self.linear else None,
-            "exposure": self.exposure,
+            "exposure": at(self.exposure, time),
             "layers": {name: partial(_layer, engine, name, shape) for name, shape in shapes.items()},
         }
 

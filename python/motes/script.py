@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NoReturn
 
 from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
+from .errors import near
 
 if TYPE_CHECKING:
     from .frame import Frame
@@ -36,10 +38,11 @@ def options(
     `--systems`, `--particles` (of each system), `--frames`, `--seed`, `--out` and `--log` (directories),
     `--digest`, `--no-images`, `--size` WxH, `--axis` x, xz, ... or none, `--space` LO,HI or infinite or fit,
     `--balancer` static, pairwise, diffusive or prefix. The result has them as attributes: `size`, `axis`,
-    `space` and `balancer` as Renderer and World take them, `images` for the opposite of `--no-images`.
+    `space` and `balancer` as Renderer and World take them, `images` for the opposite of `--no-images`, and
+    `world` for all that World takes: `World(**args.world, renderer=...)`.
     `options(__doc__, wind=2.5)` adds `--wind`, a float like its default.
     """
-    parser = argparse.ArgumentParser(description=description)
+    parser = _Parser(description=description)
     parser.add_argument("--systems", type=_count, default=systems)
     parser.add_argument("--particles", type=_count, default=particles, help="of each system")
     parser.add_argument("--frames", type=_count, default=frames)
@@ -59,7 +62,17 @@ def options(
     for name, default in own.items():
         help_ = f"{type(default).__name__}, {default!r} where not given"
         parser.add_argument("--" + name.replace("_", "-"), type=type(default), default=default, help=help_)
-    return parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
+    args = parser.parse_args(_joined(sys.argv[1:] if argv is None else argv))
+    args.world = {name: getattr(args, name) for name in ("seed", "axis", "space", "balancer", "log")}
+    return args
+
+
+class _Parser(argparse.ArgumentParser):
+    """Suggests the nearest option where one is mistyped."""
+
+    def error(self, message: str) -> NoReturn:
+        unknown = re.search(r"unrecognized arguments: .*?(--[^\s=]+)", message)
+        super().error(message + (near(unknown[1], self._option_string_actions) if unknown else ""))
 
 
 def end_frame(world: World, movie: Movie, args: argparse.Namespace) -> None:

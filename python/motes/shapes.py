@@ -7,7 +7,7 @@ API (his "domains").
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,6 +18,9 @@ from .conditions import Condition, Region, as_condition
 from .errors import ArgumentError, missing
 from .values import Value, value
 
+if TYPE_CHECKING:
+    from .meshes import Mesh
+
 __all__ = [
     "Blob",
     "Box",
@@ -25,6 +28,7 @@ __all__ = [
     "Cylinder",
     "Disc",
     "Line",
+    "Mesh",
     "Plane",
     "Point",
     "Rectangle",
@@ -308,6 +312,10 @@ class Union(Shape):
 
 
 def __getattr__(name: str) -> Any:
+    if name == "Mesh":  # whose module needs this one
+        from .meshes import Mesh
+
+        return Mesh
     raise missing("motes.shapes", name, __all__)
 
 

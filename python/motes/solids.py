@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from . import _core, arguments
 from .arguments import Triple
+from .curves import Curve
 from .errors import ArgumentError
 from .meshes import Mesh
 from .shapes import Blob, Line, Point, Shape, Union
@@ -45,7 +46,7 @@ class Solid(Value):
         """Put it into the engine's view; for the package itself."""
         for part in parts(self.shape):
             if isinstance(part, Mesh):
-                view.add_mesh(part.key, self.color, self.light)
+                view.add_mesh(part.core, self.color, self.light)
             else:
                 view.add_object(part.core, self.color, self.light)
 
@@ -58,9 +59,10 @@ class Light(Value):
     distance. A renderer's lights may change between frames: a fire's moves with its emitter.
     """
 
-    position: Triple
-    color: Triple = (1, 1, 1)
-    power: float = 1
+    position: ArrayLike | Curve
+    color: ArrayLike | Curve = (1, 1, 1)
+    power: float | Curve = 1
+    _may_move = True
 
     def __post_init__(self) -> None:
         """Check the arguments."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
@@ -11,21 +11,23 @@ from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, actions, arguments, sums
+from . import _core, actions, arguments
 from ._run import script_lines
 from .actions.base import Where
 from .actions.recorder import Recorder
+from .children import Children
 from .conditions import condition_of
+from .curves import Curve, emitted, moving_part
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
-from .expressions import Expression
 from .fabrics import Fabrics
 from .first_frame import FirstFrame
 from .pairs import Pairs
 from .particles import LocalParticles, Particles
-from .shapes import Shape, as_shape
+from .shapes import Shape, Union, as_shape
 from .sprites import Sprite
-from .values import says_near_names
+from .sums import Sums
+from .values import Moving, Value, at, says_near_names
 
 if TYPE_CHECKING:
     from .scenefile import Recording
@@ -36,7 +38,7 @@ __all__ = ["System"]
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
 
-class System(Recorder, Fabrics):
+class System(Recorder, Children, Fabrics, Sums):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
@@ -62,6 +64,7 @@ class System(Recorder, Fabrics):
         self._columns = _first_components(names)
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
+        self._moving: dict[str, Moving | Value] = {}  # what `configure` was given that changes with time
         self._list: list[Any] = []
         self._lines: list[script_lines.Line] = []  # where each was recorded
         self._callbacks: list[Callable[[Any], object]] = []
@@ -79,7 +82,7 @@ class System(Recorder, Fabrics):
         """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
 
         Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
-        Attributes set by earlier calls remain.
+        Attributes set by earlier calls remain. A `motes.Curve` gives each frame's newborn its value then.
         """
         made = {}
         for attribute, value in state.items():
@@ -87,23 +90,81 @@ class System(Recorder, Fabrics):
                 names = [name for name in self._attributes if name != "position"]
                 allowed = f"an attribute of '{self.name}': {', '.join(names)}"
                 raise ArgumentError("configure", attribute, allowed, known=names)
+            moving = moving_part(value)
             index, width = self._attributes[attribute]
-            made[index] = distribution(attribute, width, value)
+            for time in moving:
+                made[index] = distribution(attribute, width, at(value, time))
+            if not moving:
+                made[index] = distribution(attribute, width, value)
         self._given.update(made)
-        self._state = sorted(self._given.items(), key=lambda pair: pair[0])
+        for attribute, value in state.items():
+            self._moving.pop(attribute, None)
+            if moving_part(value):
+                self._moving[attribute] = value
+        self._sort_state()
         if self._first is not None:
-            self._first.configured(state)
+            self._first.configured({name: at(value, self.world.time) for name, value in state.items()})
+
+    def _sort_state(self) -> None:
+        self._state = sorted(self._given.items(), key=lambda pair: pair[0])
+
+    def _state_now(self) -> list[tuple[int, _core.Distribution]]:
+        """Return what newborn particles get in this frame."""
+        for attribute, value in self._moving.items():
+            index, width = self._attributes[attribute]
+            self._given[index] = distribution(attribute, width, at(value, self.world.time))
+        if self._moving:
+            self._sort_state()
+        return self._state
+
+    def _configured(self) -> tuple[dict[int, bytes], dict[str, Any]]:
+        """Return what `configure` has set so far, to be pickled."""
+        return {index: given.to_bytes() for index, given in self._given.items()}, dict(self._moving)
+
+    def _configure_again(self, configured: tuple[Mapping[int, bytes], Mapping[str, Any]]) -> None:
+        """Go on with what an earlier run had configured."""
+        given, moving = configured
+        self._given = {index: _core.Distribution.from_bytes(text) for index, text in given.items()}
+        self._moving = dict(moving)
+        self._sort_state()
+
+    def _forget_list(self) -> None:
+        """Start an empty list: the frame has run, or an earlier run has done it."""
+        self._list.clear()
+        self._lines.clear()
+        self._callbacks.clear()
 
     @says_near_names
-    def source(self, shape: Shape | ArrayLike, rate: float, jitter: bool = False) -> None:
+    def source(
+        self,
+        shape: Shape | ArrayLike,
+        rate: float | Curve,
+        jitter: bool = False,
+        moving_from: Shape | ArrayLike | None = None,
+    ) -> None:
         """Emit `rate` particles per second in `shape`: frame k emits floor(rate t(k+1)) - floor(rate t(k)).
 
-        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it. Paper
+        A rate that is a curve is integrated: with I its integral since 0, floor(I(t(k+1))) - floor(I(t(k))).
+
+        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it.
+
+        `moving_from`: where the shape was one frame ago, if it moves: a shape of the same kind, and no union.
+        Each particle is born where the shape was at the moment of its birth, on the straight way from a point
+        of the one to the same point of the other. So a trail has no gaps, however fast the shape is. Paper
         3.2.1.
         """
-        where = as_shape("shape", shape).core
-        rate = arguments.number("rate", rate, low=0, high=1e12)
-        birth = _core.Birth.source(where, rate, arguments.flag("jitter", jitter), self._state)
+        where = as_shape("shape", shape)
+        before = None if moving_from is None else as_shape("moving_from", moving_from)
+        if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
+            raise ArgumentError("moving_from", before, f"a {type(where).__name__}, as shape is, and no Union")
+        world, counts, given = self.world, [], 0.0
+        if isinstance(rate, Curve):
+            counts = emitted(rate, world.frame, world.dt, world._settings.substeps)
+        else:
+            given = arguments.number("rate", rate, low=0, high=1e12)
+        flag = arguments.flag("jitter", jitter)
+        start = None if before is None else before.core
+        birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, counts)
         self._record_birth("source", birth)
 
     @says_near_names
@@ -111,19 +172,34 @@ class System(Recorder, Fabrics):
         """Emit `count` particles in `shape`, once in this frame."""
         where = as_shape("shape", shape).core
         count = arguments.integer("count", count, high=4_000_000_000)
-        self._record_birth("burst", _core.Birth.burst(where, count, self._state))
+        self._record_birth("burst", _core.Birth.burst(where, count, self._state_now()))
 
     def vertex(self, position: ArrayLike) -> None:
         """Emit one particle at `position`."""
         self.burst(arguments.triple("position", position), count=1)
 
-    def emit(self, *, position: ArrayLike, **columns: ArrayLike) -> None:
+    def emit(
+        self,
+        particles: Particles | None = None,
+        /,
+        *,
+        position: ArrayLike | None = None,
+        **columns: ArrayLike,
+    ) -> None:
         """Emit the particles of these arrays, one row per particle: `position` (n, 3), others (n, 3) or (n,).
 
         Vectors of 2 numbers, (n, 2), stand for (x, y, 0). Attributes that are not given come from
         `configure`. The arrays must be the same on every rank.
+
+        `particles`: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
+        `Particles.columns` names; arrays that are also given replace its columns. They get new ids.
         """
-        given = {"position": position, **columns}
+        given: dict[str, Any] = {"position": position, **columns}
+        if particles is not None:
+            if not isinstance(particles, Particles):
+                allowed = "motes.Particles; arrays go by name: position=..."
+                raise ArgumentError("particles", particles, allowed)
+            given = particles.columns() | (columns if position is None else given)
         arrays: list[tuple[int, NDArray[np.float32]]] = []
         count: int | None = None
         for attribute, values in given.items():
@@ -134,7 +210,7 @@ class System(Recorder, Fabrics):
             array = arguments.rows(attribute, values, width, count)
             count = len(array)
             arrays.append((index, array))
-        self._record_birth("emit", _core.Birth.emit(count or 0, arrays, self._state))
+        self._record_birth("emit", _core.Birth.emit(count or 0, arrays, self._state_now()))
         if self._first is not None:
             self._first.emitted(zip(given, (array for _, array in arrays), strict=True))
 
@@ -149,39 +225,6 @@ class System(Recorder, Fabrics):
         finally:
             world._usage.end()
 
-    @says_near_names
-    def spawn(
-        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
-    ) -> None:
-        """Let events of this frame emit particles of system `into`: `count` for each parent.
-
-        `on`: "birth", "death" or "collision" (with what it bounces off); a particle counts once per rule and
-        frame. Children are born at the end of this frame, where the parent is then, with the attributes that
-        `into.configure` has set so far plus `inherit_velocity` times the parent's velocity. They are numbered
-        in the order of the parents' ids.
-        """
-        world = self.world
-        if not isinstance(into, System) or into.world is not world:
-            raise ArgumentError("into", into, "a system of the same world")
-        shapes: list[_core.Shape] = []
-        spawn = _core.Spawn(
-            into=into._index,
-            on=arguments.choice("on", on, ("birth", "death", "collision")),
-            count=arguments.integer("count", count, low=1, high=1_000_000),
-            inherit_velocity=arguments.number("inherit_velocity", inherit_velocity, low=-1e6, high=1e6),
-            state=into._state,
-            where=condition_of(where, self._columns, shapes),
-            shapes=shapes,
-        )
-        engine = world._begin("spawn")
-        try:
-            engine.record_spawn(self._index, spawn)
-            self._list.append(spawn)
-            self._lines.append(script_lines.running_line(2))
-            into._has_births = True
-        finally:
-            world._usage.end()
-
     # --- actions
 
     def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
@@ -192,6 +235,7 @@ class System(Recorder, Fabrics):
     def _record(self, action: actions.Action, depth: int = 3) -> None:
         """Record an action; `depth` calls of the package stand between the script and the engine."""
         world = self.world
+        action = action.at_time(world.time)
         engine = world._begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)
@@ -312,7 +356,14 @@ class System(Recorder, Fabrics):
         finally:
             world._usage.end()
         refuse = None if world._recording is None else partial(self._refuse_writing, world._recording)
-        view = LocalParticles(engine, self._index, self._attributes, refuse_writing=refuse, preview=preview)
+        view = LocalParticles(
+            engine,
+            self._index,
+            self._attributes,
+            refuse_writing=refuse,
+            preview=preview,
+            watched=world._recovery is not None,
+        )
         self._views.append(len(self._list))
         world._open_views.append(self)
         if self._first is not None:
@@ -340,64 +391,6 @@ class System(Recorder, Fabrics):
         engine = self.world._begin("gather()", reads=True)
         try:
             return Particles(engine.gather(self._index, to == "all"))
-        finally:
-            self.world._end_call(engine)
-
-    @says_near_names
-    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
-        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
-
-        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
-        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
-        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
-        only the particles in a shape or for which a comparison holds.
-        """
-        summed = sums.compile_sum(self._columns, (), weights=expression, where=where)
-        found = self._sum("total", summed)
-        return found if len(found) > 1 else float(found[0])
-
-    @says_near_names
-    def histogram(
-        self,
-        expression: Expression,
-        edges: ArrayLike,
-        weights: Expression | float | None = None,
-        where: Where = None,
-    ) -> NDArray[Any]:
-        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
-
-        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
-        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
-        int64; sums are float64, exact and rounded once, as those of `total`.
-        """
-        bins = [("expression", expression, sums.histogram_edges(edges))]
-        summed = sums.compile_sum(self._columns, bins, closed=True, weights=weights, where=where)
-        return self._sum("histogram", summed)
-
-    @says_near_names
-    def tally(
-        self,
-        low: ArrayLike,
-        high: ArrayLike,
-        shape: Sequence[int],
-        weights: Expression | float | None = None,
-        where: Where = None,
-    ) -> NDArray[Any]:
-        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
-
-        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
-        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
-        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
-        rounded once, as those of `total`.
-        """
-        cells = sums.cell_edges(low, high, shape)
-        summed = sums.compile_sum(self._columns, cells, weights=weights, where=where)
-        return self._sum("tally", summed).reshape([len(edges) - 1 for _, _, edges in cells])
-
-    def _sum(self, verb: str, what: _core.Sum) -> NDArray[Any]:
-        engine = self.world._begin(f"{verb}()", reads=True)
-        try:
-            return engine.sum(self._index, verb, what)
         finally:
             self.world._end_call(engine)
 

@@ -15,7 +15,7 @@ from typing import Any
 from . import _core, roles
 from .errors import MotesError
 
-__all__ = ["Usage", "Weakly", "describe"]
+__all__ = ["Usage", "Weakly", "Describing"]
 
 
 class Usage:
@@ -86,6 +86,13 @@ class Weakly:
         return None if method is None else method(*arguments)
 
 
-def describe(cast: roles.Core, rank: int) -> str:
-    """Name a rank and its roles."""
-    return f"rank {rank} ({_core.describe_role(cast, rank)})"
+class Describing:
+    """Names ranks by the roles that they play now."""
+
+    def __init__(self, cast: roles.Core) -> None:
+        """Take the roles; a loss of ranks may change them."""
+        self.cast = cast
+
+    def __call__(self, rank: int) -> str:
+        """Name a rank and its roles."""
+        return f"rank {rank} ({_core.describe_role(self.cast, rank)})"

@@ -5,16 +5,27 @@ from __future__ import annotations
 import functools
 import inspect
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
 from .errors import NotAssignable, near
 
-__all__ = ["Settings", "Value", "says_near_names", "shown", "value"]
+__all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "value"]
 
 T = TypeVar("T")
 Function = TypeVar("Function", bound=Callable[..., Any])
+
+
+class Moving:
+    """Base of what stands for a number or a vector that depends on time: `motes.Curve`."""
+
+    times: tuple[float, ...]
+    """Where it has its extreme values."""
+
+    def __call__(self, time: float) -> Any:
+        """Return the number or vector at a time, in seconds."""
+        raise NotImplementedError
 
 
 class Value:
@@ -22,6 +33,24 @@ class Value:
 
     `repr` shows the call that makes an equal value. Subclasses are decorated by `value`.
     """
+
+    _may_move: ClassVar[bool] = False
+    """Whether curves may stand in its fields."""
+    moves = False
+    """Whether a curve stands in a field."""
+
+    def at_time(self: T, time: float) -> T:
+        """Return the value as it is at a time, in seconds: with the curves' values in place of curves."""
+        if not self.moves:  # type: ignore[attr-defined]
+            return self
+        items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
+        return type(self)(**{name: at(field, time) for name, field in items.items()})
+
+    def _check_moving(self, given: Sequence[Any]) -> None:
+        """Check all that the value will be, whose fields are `given`."""
+        for time in sorted({time for one in given if isinstance(one, Moving) for time in one.times}):
+            type(self)(**{name: at(field, time) for name, field in self._items().items()})
+        self.__dict__["moves"] = True
 
     def _items(self) -> dict[str, Any]:
         """Return the fields as they are now, by name."""
@@ -78,11 +107,20 @@ class Value:
         raise NotAssignable(f"{type(self).__name__}.{name} cannot be deleted: values do not change")
 
 
+def at(given: Any, time: float) -> Any:
+    """Return what a field is at a time: a curve's value then, or the field itself where it does not move."""
+    if isinstance(given, Moving):
+        return given(time)
+    return given.at_time(time) if isinstance(given, Value) else given
+
+
 class Settings:
     """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
 
     _checks: ClassVar[Mapping[str, Callable[[str, Any], Any]]]
     """By name: the check that takes name and value, and returns the value to keep."""
+    _may_move: ClassVar[frozenset[str]] = frozenset()
+    """The names of those that may be curves."""
 
     def __setattr__(self, name: str, given: Any) -> None:
         """Check and keep; names of the package itself begin with an underscore."""
@@ -95,7 +133,12 @@ class Settings:
             if name in self.__dict__:
                 raise NotAssignable(f"{kind}.{name} is fixed when the {kind} is made")
             raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._checks)}")
-        self.__dict__[name] = check(name, given)
+        if isinstance(given, Moving) and name in self._may_move:
+            for time in given.times:
+                check(name, given(time))
+            self.__dict__[name] = given
+        else:
+            self.__dict__[name] = check(name, given)
 
 
 @dataclass_transform(frozen_default=True, eq_default=False)
@@ -126,9 +169,9 @@ def _constructor(kind: Any, kw_only: bool) -> Any:
         f"    if {lacks}: _refuse(self, _unknown, [{', '.join(required)}])",
         "    _state = self.__dict__",
         *(f"    _state[{name!r}] = {name}" for name in names),
-        "    self.__post_init__()",
+        *_checks_of(kind, names),
     ]
-    scope = {**defaults, "_missing": MISSING, "_refuse": _refuse}
+    scope = {**defaults, "_missing": MISSING, "_refuse": _refuse, "_Moving": Moving}
     exec("\n".join(lines), scope)  # of names of fields alone
     made: Any = scope["__init__"]
     made.__signature__ = inspect.signature(kind.__init__)
@@ -136,6 +179,18 @@ def _constructor(kind: Any, kw_only: bool) -> Any:
     made.__qualname__ = f"{kind.__qualname__}.__init__"
     made.__module__ = kind.__module__
     return made
+
+
+def _checks_of(kind: Any, names: Sequence[str]) -> list[str]:
+    """Return the constructor's last lines: what checks the fields."""
+    if not kind._may_move or not names:
+        return ["    self.__post_init__()"]
+    return [
+        f"    if {' or '.join(f'isinstance({name}, _Moving)' for name in names)}:",
+        f"        self._check_moving(({', '.join(names)},))",
+        "    else:",
+        "        self.__post_init__()",
+    ]
 
 
 def _refuse(self: Any, unknown: Mapping[str, object], given: list[object]) -> NoReturn:
@@ -171,6 +226,8 @@ def shown(value: object) -> str:
     """Show a field so that Python reads it back without any import."""
     if isinstance(value, float) and not math.isfinite(value):
         return f"float({str(value)!r})"
+    if hasattr(value, "__array_interface__") and getattr(value, "ndim", 0) > 0:
+        return f"<array of shape {getattr(value, 'shape', ())}>"
     if isinstance(value, tuple):
         return f"({', '.join(map(shown, value))}{',' if len(value) == 1 else ''})"
     return repr(value)

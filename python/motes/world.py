@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-import weakref
 from collections.abc import Callable, Iterator, Mapping
-from functools import partial
 from types import TracebackType
 from typing import Any
 
@@ -14,10 +12,12 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from . import _core, arguments, environment, scenefile
+from . import _core, _extras, arguments, environment, scenefile
 from . import roles as _roles
 from . import world_arguments as checks
-from ._run import busy, ending, handshake, run_file, script_lines
+from ._checkpoint.course import EARLIER, Course
+from ._live import repeating
+from ._run import busy, ending, handshake, recovering, run_file, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import Progress
@@ -25,19 +25,25 @@ from ._run.progress import check as check_progress
 from ._run.settings import RunSettings
 from ._run.speaking import mark
 from .balance import Balancer
-from .errors import ArgumentError, MotesError, MotesWarning
+from .checkpoint import Checkpoint
+from .checkpoint import checked as checkpoint_of
+from .errors import ArgumentError, MotesError, MotesWarning, Stopped
 from .first_frame import remarks_on
 from .frame import Frame
+from .live import Live
+from .live import checked as live_of
 from .rendering import Renderer
 from .sprites import Sprite
+from .steered import Steered
 from .system import System
-from .usage import Usage, Weakly, describe
+from .usage import Describing, Usage, Weakly
 from .values import Settings, says_near_names
+from .world_facts import Facts
 
 __all__ = ["World"]
 
 
-class World(Settings):
+class World(Steered, Facts, Settings):
     """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
 
     Every rank makes the same calls; the engine gives each its role. A frame goes
@@ -75,7 +81,10 @@ class World(Settings):
         log: str | os.PathLike[str] | None = None,
         spans: bool = False,
         digest: bool = False,
-        checkpoint: None = None,
+        checkpoint: Checkpoint | str | os.PathLike[str] | None = None,
+        on_loss: str = "stop",
+        live: Live | int | None = None,
+        steering: str | os.PathLike[str] | None = None,
         progress: str | Callable[[dict[str, Any]], None] = "lines",
         comm: MPI.Intracomm | None = None,
     ) -> None:
@@ -96,11 +105,14 @@ class World(Settings):
         host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
         its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a
         directory. `spans`: also log a timeline of each rank. `digest`: also log fingerprints of particles and
-        pictures, one row per frame. `progress`: "lines", "bar", "off" or a function of a row. `comm`: an
-        mpi4py communicator.
+        pictures, one row per frame. `checkpoint`: a directory, or Checkpoint(directory, every=48, keep=2):
+        every so many frames all particles go there, and a later run of the script goes on behind the newest
+        whole one (docs/checkpoints.md). `on_loss`: what follows when a rank is killed: "stop" ends the job;
+        with "recover", under `motes run --survive`, the others take over its work and go on with the same
+        bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
+        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", "bar",
+        "off" or a function of a row. `comm`: an mpi4py communicator.
         """
-        if checkpoint is not None:
-            raise ArgumentError("checkpoint", checkpoint, "None")
         self._comm = checks.communicator(comm)
         self._settings = RunSettings(
             seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
@@ -120,8 +132,15 @@ class World(Settings):
             spans=checks.spans(spans, log=log),
             speeds=_roles.speeds(roles, self._comm.size),
             stall_s=environment.stall_s(),
+            checkpoint=checkpoint_of(checkpoint),
+            on_loss=arguments.choice("on_loss", on_loss, ("stop", "recover")),
+            live=live_of(live),
+            steering=repeating.checked(steering),
         )
+        if self._settings.live is not None:
+            _extras.require_live()
         self._cast = self._settings.roles
+        self._describe = Describing(self._cast)
         self.renderer = renderer
         self._progress_way = check_progress(progress)
         self._systems: list[System] = []
@@ -132,76 +151,16 @@ class World(Settings):
         self._engine: _core.Engine | None = None
         self._progress: Progress | None = None
         self._run_state: OpenRun | None = None
+        self._course: Course | None = None  # of its checkpoints
         self._recording: scenefile.Recording | None = None
+        self._recovery: recovering.Recovery | None = None
         self._total = 0
-        self._ran = False  # a frame, in this process
-        self._rendered = False
+        self._ran = self._rendered = False  # a frame, in this process
         self._last_picture: Callable[[], Frame | None] = lambda: None
         self._ended = False
-
-    # --- facts that never communicate
-
-    @property
-    def rank(self) -> int:
-        """This process among the world's ranks."""
-        return self._comm.rank
-
-    @property
-    def size(self) -> int:
-        """How many ranks the world has."""
-        return self._comm.size
-
-    @property
-    def role(self) -> set[str]:
-        """The roles of this rank: any of "manager", "image_generator" and "calculator"."""
-        manager, image_generator, calculators = self._cast
-        played = {"manager": [manager], "image_generator": [image_generator], "calculator": calculators}
-        return {name for name, ranks in played.items() if self.rank in ranks}
-
-    @property
-    def calculators(self) -> tuple[int, ...]:
-        """The calculators' ranks, in the order of their domains."""
-        return tuple(self._cast[2])
-
-    @property
-    def frame(self) -> int:
-        """The frame that is being recorded."""
-        return 0 if self._engine is None else self._engine.frame
-
-    @property
-    def time(self) -> float:
-        """Seconds of the animation at the frame's start."""
-        return self.frame * self.dt
-
-    @property
-    def dt(self) -> float:
-        """Seconds per frame."""
-        return self._settings.dt
-
-    @property
-    def seed(self) -> int | None:
-        """The seed; None before a run that draws its own."""
-        return self._settings.seed
-
-    @property
-    def threads(self) -> int | None:
-        """This rank's threads; None before a run that leaves them to the machine."""
-        return self._settings.threads
-
-    @property
-    def systems(self) -> tuple[System, ...]:
-        """All systems in order of creation."""
-        return tuple(self._systems)
-
-    @property
-    def timings(self) -> dict[str, float]:
-        """Seconds that this rank spent in each phase of the last frame."""
-        return {} if self._engine is None else self._engine.times
-
-    def say(self, text: object) -> None:
-        """Print once, on the manager."""
-        if self.rank == self._cast[0]:
-            print(text, flush=True)
+        self._stop = stopping.Stop()
+        self._exports: list[Any] = []  # that have written and are not closed
+        self._init_steering(self._settings)
 
     # --- systems
 
@@ -228,9 +187,9 @@ class World(Settings):
         checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
-        axes = self._settings.axis if axis == "world" else checks.axis(axis)
+        axes = checks.axis(axis, self._settings.axis)
         cuts = self._settings.space if space is None else checks.interval(space)
-        leader = None if domains_of is None else self._leader(domains_of, axis, space)
+        leader = None if domains_of is None else checks.leader(self._systems, domains_of, axis, space)
         if leader is not None:
             axes, cuts = leader._axes, leader._definition["space"]
         checks.balancer(self._settings.balancer, axes)
@@ -253,19 +212,6 @@ class World(Settings):
                 self._define(made)
         return made
 
-    def _leader(self, domains_of: Any, axis: str | None, space: Any) -> System:
-        """Return the system whose domains a new one shares; its own wishes must be the same."""
-        if not isinstance(domains_of, System) or domains_of.world is not self:
-            raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
-        leader = self._systems[domains_of._leads]
-        whose = f"that of {leader.name!r}, whose domains it shares"
-        if axis != "world" and checks.axis(axis) != leader._axes:
-            raise ArgumentError("axis", axis, f"{leader.axis!r}, {whose}, or not given")
-        wanted = leader._definition["space"]
-        if space is not None and checks.interval(space) != wanted:
-            raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
-        return leader
-
     def _define(self, system: System) -> None:
         assert self._engine is not None
         definition = dict(system._definition, sprite=system._sprite.core)
@@ -277,7 +223,9 @@ class World(Settings):
         """Start the run: communicator, roles, log. Collective."""
         if self._engine is not None or self._ended:
             raise MotesError("a world runs once; make a new one")
+        stopping.check_stopped()
         try:
+            recovering.check(self._settings.on_loss, self._comm.size)
             self._run_state = handshake.begin(self._comm)
             self._start(self._run_state)
         except BaseException as error:
@@ -287,6 +235,8 @@ class World(Settings):
         return self
 
     def _start(self, run: OpenRun) -> None:
+        if not stopping.interactive():
+            stopping.arm()
         announce = self.seed is None
         role = _core.describe_role(self._cast, self.rank)
         settings = self._settings = handshake.meet(run, self._comm, self._settings, role)
@@ -299,9 +249,10 @@ class World(Settings):
             facts=settings.for_core(rank=self.rank, hosts=hosts),
             # The garbage collector cannot see what the engine holds: it must not hold the world.
             while_waiting=lambda _: busy.look_around(run),
-            describe=partial(describe, self._cast),
-            stall_s=settings.stall_s,
-            alive=lambda rank: bool(run.watch and run.watch.alive(rank)),
+            describe=self._describe,
+            warn_s=waiting.WARN_S,
+            limit_s=settings.stall_s,
+            life=lambda rank: (None, "") if run.watch is None else run.watch.life(rank),
             warn=lambda text: tell(f"motes: {text}"),
         )
         for system in self._systems:
@@ -310,24 +261,30 @@ class World(Settings):
         self._recording = scenefile.claim(self._engine)
         self._progress = Progress(self._progress_way, hosts)
         self._engine.start()
+        if settings.on_loss == "recover" and self.size > 1:
+            self._recovery = recovering.Recovery(self, self._engine, run)
+        self._open_steering(run, settings, self._engine)
+        if run.found is not None:
+            self._course = Course(
+                run, settings, run.found, self._engine, self._steering, Weakly(self._secure_steering)
+            )
         if announce and self.rank == self._cast[0]:  # whatever `progress` is: nobody could repeat the run
             tell(f"seed {self.seed}")
         if settings.log is not None and self.rank == self._cast[0]:
-            run_file.write_run(settings.log, self._facts(), hosts, run.threads)
-
-    def _facts(self) -> dict[str, Any]:
-        return {
-            **self._settings.for_log(),
-            "systems": [system.name for system in self._systems],
-            "axes": [system._axes for system in self._systems],
-        }
+            run_file.write_run(
+                settings.log, self._facts(), hosts, run.threads, continued_from=settings.continued_from
+            )
 
     def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
         return self._systems[system]._called(*call)
 
     def _leave(self, *, well: bool) -> None:
+        self._close_steering()
+        for export in list(self._exports):
+            export._abandon()
         if self._run_state is not None:
             handshake.close(self._run_state, well=well)
+            stopping.disarm()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
@@ -335,9 +292,14 @@ class World(Settings):
         """End the run. Collective; after an exception the whole job ends."""
         well = False
         try:
-            if error is not None:
+            if error is not None and not isinstance(error, Stopped):
                 ending.stop_job(error, self._run_state)  # returns where this is the only rank
                 return
+            for export in list(self._exports):
+                export.close()
+            self._open_steer_file()  # of a run without a frame
+            if self._course is not None:
+                self._course.save_now(self.frame, self._systems)
             engine = self._begin("the end of the world")
             try:
                 engine.finish()
@@ -347,11 +309,17 @@ class World(Settings):
             if self._recording is not None:
                 self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
             well = True
+            if self._stop.signal and "manager" in self.role:
+                goes_on = self._course is not None
+                number = self._stop.signal
+                tell(stopping.closing_line(number, frames=self.frame, total=self._total, goes_on=goes_on))
         except BaseException as failure:
             ending.stop_job(failure, self._run_state)
             raise
         finally:
             self._ended = True
+            if self._course is not None:
+                self._course.end()
             self._leave(well=well)
 
     def open(self) -> World:
@@ -366,7 +334,11 @@ class World(Settings):
     def frames(self, n: int) -> Iterator[int]:
         """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
 
-        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7.
+        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
+        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
+        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
+        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
+        `frames(n)` goes on later.
         """
         self._total = arguments.integer("n", n)
         if self.frame >= self._total and self._ran:
@@ -376,11 +348,35 @@ class World(Settings):
         return self._frames(self._total)
 
     def _frames(self, n: int) -> Iterator[int]:
-        while self.frame < n:
-            frame = self.frame
-            yield frame
-            if self.frame != frame + 1:
-                raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
+        try:
+            while True:
+                if self._course is not None:
+                    self._course.at_border(self.frame, self._systems)
+                if self.frame >= n or self._at_border():
+                    return
+                frame = self.frame
+                self._looping = True
+                stopping.arm()  # a notebook takes Ctrl-C back for each cell
+                yield frame
+                if self.frame != frame + 1:
+                    raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
+                self._looping = False
+        finally:
+            self._looping = False
+            stopping.disarm()
+
+    def _stops(self) -> bool:
+        """Tell whether the run stops at this border, as all ranks have agreed. Collective where it does."""
+        if self._engine is not None and self._stop.due(self._engine.stop_asked, self.frame):
+            self._before_stopping()
+            self._stop.take(self._engine.stop_asked)
+        return self._stop.signal > 0
+
+    def _before_stopping(self) -> None:
+        """Do what must be done at the border where a signal stops the run. Collective."""
+        self._note_stop(None)
+        if self._course is not None:
+            self._course.save_now(self.frame, self._systems)
 
     def render(self) -> Frame:
         """End the frame with a picture. Collective. Off the image generator the result is falsy."""
@@ -388,69 +384,71 @@ class World(Settings):
             raise ArgumentError(
                 "renderer", None, "given to World(renderer=...) before render(); step() needs none"
             )
+        if self._course is not None and self._course.skip(self._systems):
+            return self._skipped()
         index = self.frame
-        engine = self._run("render()", self.renderer.view())
-        home = self._cast[1]
+        engine = self._run("render()", self._view(self.time))
         time = (index + 1) * self.dt
         if self._recording is not None and not self._recording.full:
             return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
-        kept = self.renderer.kept(engine)
-        if self.rank != home:
-            return Frame(index, time, None, **kept, home=home, rank=self.rank)
-        pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
-        frame = Frame(index, time, pixels, **kept, home=home, rank=self.rank)
-        self._last_picture = weakref.ref(frame)
-        if self._settings.digest:
+        frame = self._picture(engine, index, time)
+        if not frame and self._recovery is not None:
+            self._recovery.note_picture(frame)
+        if frame and self._settings.digest:
             engine.set_image_sha256(frame.digest())
+        self._show_viewers(frame)
         return frame
 
     def step(self) -> Frame:
         """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
+        if self._course is not None and self._course.skip(self._systems):
+            return self._skipped()
         index = self.frame
         self._run("step()", None)
+        self._show_viewers(None)
         return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank)
 
+    def _skipped(self) -> Frame:
+        """Return what stands for a frame that an earlier run has done."""
+        index = self.frame - 1
+        return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank, missing=EARLIER)
+
     def _run(self, call: str, view: _core.View | None) -> _core.Engine:
+        if self._steering.stopped:
+            raise Stopped(0)
+        if self._stops():
+            raise Stopped(stopping.code_of(self._stop.signal))
         engine = self._begin(call)
         try:
             if self._open_views:
-                name = self._open_views[-1].name
-                raise MotesError(f"{call} inside `with` {name!r}`.local()`: leave the block first")
+                block = f"{self._open_views[-1].name!r}`.local()`"
+                raise MotesError(f"{call} inside `with` {block}: leave the block first")
             picture = self._last_picture()
             if picture is not None:
                 picture._keep_all()  # the engine forgets it
+            if self._recovery is not None:
+                self._recovery.tell_unsaved(engine)
             with script_lines.located(self._line_of, lambda: engine.failed_at):
-                engine.run_frame(view)
+                engine.run_frame(view, self._steering.agreement())
         finally:
             self._end_call(engine)
         self._ran = True
+        self._after_frame(engine, pictured=view is not None)
         if self._run_state is not None:
             self._run_state.frame = engine.frame
-        self._look_at_first_frames(view)
-        for remark in engine.take_remarks():
+        first_picture = view is not None and not self._rendered
+        self._rendered = self._rendered or first_picture
+        remarks = [
+            *remarks_on(self._unseen, self.renderer if first_picture else None),
+            *engine.take_remarks(),
+        ]
+        for remark in remarks:
             self._warn(remark, 4)
+        self._unseen = [system for system in self._unseen if system._first is not None]
         for system in self._systems:
-            system._list.clear()
-            system._lines.clear()
-            system._callbacks.clear()
+            system._forget_list()
         self._show()
         return engine
-
-    def _line_of(self, place: tuple[int, int]) -> script_lines.Line | None:
-        """Return where a call of this frame was recorded: `place` is its system and its number there."""
-        system, call = place
-        if system < 0 or not 0 <= call < len(self._systems[system]._lines):
-            return None
-        return self._systems[system]._lines[call]
-
-    def _look_at_first_frames(self, view: _core.View | None) -> None:
-        """Warn, once per system, of what its first frame with births probably lacks."""
-        renderer = None
-        if view is not None and not self._rendered:
-            self._rendered, renderer = True, self.renderer
-        for remark in remarks_on(self._unseen, renderer):
-            self._warn(remark, 5)
-        self._unseen = [system for system in self._unseen if system._first is not None]
 
     def _warn(self, text: str, level: int) -> None:
         if self.rank == self._cast[0]:
@@ -485,6 +483,8 @@ class World(Settings):
     def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
         """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
         engine = self._engine_for(call)
+        if reads and self._course is not None:
+            self._course.go_on(self._systems)
         self._usage.begin(call)
         for system in self._open_views if reads else ():
             if len(system._list) != system._views[0]:

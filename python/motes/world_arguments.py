@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Container, Mapping
-from typing import Any
+from collections.abc import Container, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from mpi4py import MPI
@@ -16,6 +16,9 @@ from .errors import ArgumentError
 from .rendering import Renderer
 from .sprites import Sprite
 
+if TYPE_CHECKING:
+    from .system import System
+
 __all__ = [
     "axes_bits",
     "axis",
@@ -23,6 +26,7 @@ __all__ = [
     "communicator",
     "directory",
     "interval",
+    "leader",
     "renderer",
     "spans",
     "sprite",
@@ -34,8 +38,13 @@ ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
 BY_ID = "id"  # the name of axis=None in logs and in the core
 
 
-def axis(value: Any) -> str:
-    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; `BY_ID` for None."""
+def axis(value: Any, world: str | None = None) -> str:
+    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; `BY_ID` for None.
+
+    `world`: what "world" stands for, if anything.
+    """
+    if world is not None and isinstance(value, str) and value == "world":
+        return world
     if value is None:
         return BY_ID
     if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
@@ -46,6 +55,20 @@ def axis(value: Any) -> str:
 def axes_bits(name: str) -> int:
     """Return the axes as the core takes them."""
     return sum(1 << "xyz".index(letter) for letter in name if name != BY_ID)
+
+
+def leader(systems: Sequence[System], domains_of: Any, axes: str | None, space: Any) -> System:
+    """Return the system whose domains a new one shares; its own wishes must be the same."""
+    if not any(system is domains_of for system in systems):
+        raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
+    found: System = systems[domains_of._leads]
+    whose = f"that of {found.name!r}, whose domains it shares"
+    if axis(axes, found._axes) != found._axes:
+        raise ArgumentError("axis", axes, f"{found.axis!r}, {whose}, or not given")
+    wanted = found._definition["space"]
+    if space is not None and interval(space) != wanted:
+        raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
+    return found
 
 
 def balancer(value: Any, axes: str) -> Balancer:

@@ -16,7 +16,9 @@ class Forwarding : public motes::comm::Transport {
   int rank() const override { return under_->rank(); }
   int size() const override { return under_->size(); }
   bool entered() override { return under_->entered(); }
-  void send(int to, Phase phase, motes::comm::Message message) override { under_->send(to, phase, std::move(message)); }
+  void send(int to, Phase phase, std::shared_ptr<const motes::comm::Message> message) override {
+    under_->send(to, phase, std::move(message));
+  }
   void await(int from, Phase phase) override { under_->await(from, phase); }
   std::optional<motes::particles::Bytes> receive(int from, Phase phase) override {
     return under_->receive(from, phase);
@@ -25,6 +27,9 @@ class Forwarding : public motes::comm::Transport {
   bool finished() override { return under_->finished(); }
   void pause(int round, double until_s) override { under_->pause(round, until_s); }
   void weigh(motes::comm::Weights weights) override { under_->weigh(weights); }
+  bool survives() const override { return under_->survives(); }
+  void revoke() override { under_->revoke(); }
+  std::unique_ptr<Transport> shrink(std::vector<int>& survivors) override { return under_->shrink(survivors); }
 
  private:
   std::unique_ptr<Transport> under_;

@@ -2,6 +2,7 @@
 #include "functions_probe.h"
 
 #include "shapes/visit.h"
+#include "simd/ieee.h"
 #include "simd/noise.h"
 
 namespace motes::MOTES_ISA {
@@ -33,6 +34,10 @@ void curls(const float* const* p, std::size_t count, int octaves, double time, s
   }
 }
 
+void noises(const float* const* p, std::size_t count, int octaves, std::uint32_t field, float* out) {
+  for (std::size_t i = 0; i < count; i += kLanes) store(out + i, noise(load3(p, i), load(p[3] + i), octaves, field));
+}
+
 void hits(const shapes::Shape& shape, const float* const* p, const float* const* path, std::size_t count, float* part,
           float* const* normal) {
   visit(shape, [&](const auto& lanes) {
@@ -47,7 +52,8 @@ void hits(const shapes::Shape& shape, const float* const* p, const float* const*
 }  // namespace
 
 extern const test::FunctionsProbe functions_probe;
-const test::FunctionsProbe functions_probe = {one<sin>,  one<cos>, one<exp>,   one<exp2>, one<log>, one<asin>,
-                                              one<acos>, two<pow>, two<atan2>, curls,     hits};
+const test::FunctionsProbe functions_probe = {
+    one<sin>,   one<cos>, one<exp>,   one<exp2>,  one<log>,    one<asin>, one<acos>, one<natural_log>,
+    one<floor>, two<pow>, two<atan2>, two<power>, two<modulo>, curls,     noises,    hits};
 
 }  // namespace motes::MOTES_ISA

@@ -12,11 +12,14 @@ namespace test {
 struct FunctionsProbe {
   using One = void (*)(const float* v, std::size_t count, float* out);
   using Two = void (*)(const float* a, const float* b, std::size_t count, float* out);
-  One sin, cos, exp, exp2, log, asin, acos;
-  Two pow, atan2;
+  One sin, cos, exp, exp2, log, asin, acos, natural_log, floor;
+  Two pow, atan2, power, modulo;
 
   void (*curl)(const float* const* p, std::size_t count, int octaves, double time, std::uint32_t seed,
                float* const* out);
+
+  /// Noise at (x, y, z, time).
+  void (*noise)(const float* const* p, std::size_t count, int octaves, std::uint32_t field, float* out);
 
   /// Shape::hit of the paths from p to p + path: part is below 0 where there is no hit.
   void (*hit)(const motes::shapes::Shape&, const float* const* p, const float* const* path, std::size_t count,

@@ -74,7 +74,7 @@ std::string forged(const std::function<void(Message&)>& forge) {
         header.turn = 3;
         message.set_header(header);
         forge(message);
-        transport->send(1, Phase::report, std::move(message));
+        transport->send(1, Phase::report, std::make_shared<const Message>(std::move(message)));
       },
       expect_one);
 }

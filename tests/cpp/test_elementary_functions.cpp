@@ -121,6 +121,17 @@ constexpr auto kAsin = &FunctionsProbe::asin;
 constexpr auto kAcos = &FunctionsProbe::acos;
 constexpr auto kPow = &FunctionsProbe::pow;
 constexpr auto kAtan2 = &FunctionsProbe::atan2;
+constexpr auto kNaturalLog = &FunctionsProbe::natural_log;
+constexpr auto kFloor = &FunctionsProbe::floor;
+constexpr auto kPower = &FunctionsProbe::power;
+constexpr auto kModulo = &FunctionsProbe::modulo;
+
+// As Python and NumPy have it, in long double: exact for floats.
+long double modulo(long double x, long double y) {
+  const long double rest = std::fmod(x, y);
+  if (rest == 0) return std::copysign(0.0L, y);
+  return (rest < 0) != (y < 0) ? rest + y : rest;
+}
 
 }  // namespace
 
@@ -176,6 +187,53 @@ TEST(pow_of_numbers_above_zero) {
     }
   }
   CHECK(std::isnan(two(kPow, -1, 2)) && two(kPow, -1, 0) == 1 && two(kPow, kNan, 0) == 1 && two(kPow, 1, kNan) == 1);
+}
+
+TEST(log_of_any_number) {
+  check_one(kNaturalLog, std::log, magnitudes(kMany, -149, 127, false), 1);
+  check_one(kNaturalLog, std::log, numbers(kMany, 0.9f, 1.1f), 1);
+  CHECK(one(kNaturalLog, 1) == 0 && !std::signbit(one(kNaturalLog, 1)));
+  CHECK(one(kNaturalLog, 0) == -kInfinity && one(kNaturalLog, -0.0f) == -kInfinity);
+  CHECK(one(kNaturalLog, kInfinity) == kInfinity);
+  for (const float wrong : {-kDenormal, -1.0f, -kInfinity, kNan}) CHECK(std::isnan(one(kNaturalLog, wrong)));
+}
+
+TEST(powers_of_any_number) {
+  check_two(kPower, std::pow, magnitudes(kMany, -149, 127, false), numbers(kMany, -4, 4), 1);
+  Numbers whole = numbers(kMany, -9, 9);
+  for (float& v : whole) v = std::nearbyint(v);
+  check_two(kPower, std::pow, numbers(kMany, -20, 20), whole, 1);
+  const Numbers special = {0, kDenormal, 0.5f, 1, 2, 3, 2.5f, 16777215, 16777216, 3e38f, kInfinity, kNan};
+  for (const float a : special) {
+    for (const float b : special) {
+      for (const float x : {a, -a}) {
+        if (x == -1 && std::isinf(b)) continue;  // 1 in C; whatever the sign of the base
+        for (const float y : {b, -b}) CHECK(alike(two(kPower, x, y), std::pow(x, y)));
+      }
+    }
+  }
+}
+
+TEST(modulo_has_the_sign_of_the_divisor_and_is_exact) {
+  Numbers other = magnitudes(kMany, -149, 127, true);
+  std::rotate(other.begin(), other.begin() + 7, other.end());
+  check_two(kModulo, modulo, magnitudes(kMany, -149, 127, true), other, 0.5);
+  check_two(kModulo, modulo, numbers(kMany, -100, 100), numbers(kMany, -3, 3.001f), 0.5);
+  check_two(kModulo, modulo, numbers(kMany, -1e9f, 1e9f), Numbers(kMany, 0.1f), 0.5);
+  Numbers multiples = numbers(kMany, -1000, 1000);
+  for (float& v : multiples) v = std::nearbyint(v) * 0.75f;
+  check_two(kModulo, modulo, multiples, Numbers(kMany, 0.75f), 0);
+  CHECK(std::signbit(two(kModulo, 6, -3)) && !std::signbit(two(kModulo, -6, 3)));
+  CHECK(two(kModulo, 1, kInfinity) == 1 && two(kModulo, -1, kInfinity) == kInfinity);
+  CHECK(two(kModulo, 1, -kInfinity) == -kInfinity && two(kModulo, 0, kInfinity) == 0);
+  for (const float wrong : {kInfinity, -kInfinity, kNan}) CHECK(std::isnan(two(kModulo, wrong, 2)));
+  CHECK(std::isnan(two(kModulo, 1, 0)) && std::isnan(two(kModulo, 0, 0)) && std::isnan(two(kModulo, 1, kNan)));
+}
+
+TEST(floor_of_any_number) {
+  check_one(kFloor, std::floor, numbers(kMany, -1000, 1000), 0);
+  check_one(kFloor, std::floor, magnitudes(kMany, -149, 127, true), 0);
+  CHECK(one(kFloor, kInfinity) == kInfinity && std::isnan(one(kFloor, kNan)));
 }
 
 TEST(atan2_of_all_directions) {

@@ -80,7 +80,7 @@ using sample::Everything;
 using sample::Padded;
 
 static_assert(particles::enumerators<Colour>() == 3);
-static_assert(particles::enumerators<recording::Verb>() == 9);
+static_assert(particles::enumerators<recording::Verb>() == 12);
 static_assert(particles::enumerators<frame::Request::Kind>() == 4);
 static_assert(particles::enumerators<actions::Kind>() == actions::kKinds);
 static_assert(particles::enumerators<shapes::Kind>() == shapes::kKinds);

@@ -270,5 +270,11 @@ TEST(image_background_and_exposure) {
 TEST(image_render_bench_runs) {
   const RenderBench bench = render_bench(10000, 160, 90, 5, 2);
   CHECK(bench.records > 5000 && bench.ms_per_frame > 0 && bench.ms_project > 0);
+  bool with_bloom = false;
+  for (const RenderRow& row : bench.rows) {
+    CHECK(row.ms_per_frame > 0 && row.ratio > 0);
+    with_bloom |= row.name.find("bloom") != std::string::npos;
+  }
+  CHECK(with_bloom);
   CHECK_THROWS(render_bench(0, 160, 90, 5, 2), std::invalid_argument);
 }

@@ -88,7 +88,7 @@ TEST(image_opaque_records_carry_velocities_for_their_layer) {
 
 TEST(image_parts_of_wide_messages_hold_the_records_of_their_slots) {
   Drawn drawn;
-  const Cloud cloud = random_cloud(20000, 5);
+  const Cloud cloud = random_cloud(40000, 5);
   drawn = cloud.drawn();
   drawn.size_of_all = 0.3f;
   std::vector<std::uint32_t> order;

@@ -211,7 +211,8 @@ bool intersect(const Shape& shape, const Ray& ray, double nearest, double farthe
     case Kind::point:
     case Kind::line:
     case Kind::blob:
-    case Kind::united: break;
+    case Kind::united:
+    case Kind::mesh: break;
   }
   return false;
 }

@@ -296,6 +296,24 @@ TEST(image_a_stamp_is_the_streak_at_its_place) {
   }
 }
 
+// Ways of (8, 2) and (-8, 18) px share a place among the stamps: each replaces the other's while records of both are
+// drawn.
+TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {
+  const View view = wide_view(64, 64);
+  Sprite sprite;
+  sprite.pixels = 5;
+  Batch both(sprite, Layout::moving, view), first(sprite, Layout::moving, view), second(sprite, Layout::moving, view);
+  for (int i = 0; i < 30; ++i) {
+    const bool odd = i % 2 != 0;
+    for (Batch* batch : {&both, odd ? &second : &first}) {
+      put_streak(*batch, 64 * (i % 6) - 160, 16 * i - 240, odd ? -64 : 64, odd ? 144 : 16);
+    }
+  }
+  const auto together = whole_picture(view, {both.piece()});
+  const auto one = whole_picture(view, {first.piece()}), other = whole_picture(view, {second.piece()});
+  for (std::size_t i = 0; i < together.size(); ++i) CHECK_NEAR(together[i], one[i] + other[i], 1e-5);
+}
+
 TEST(image_points_keep_their_light_when_they_move) {
   const View view = wide_view(64, 64);
   Sprite point;

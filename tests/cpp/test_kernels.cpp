@@ -106,6 +106,24 @@ std::vector<double> numbers_for(const actions::Facts& facts, test::Dice& dice) {
   return numbers;
 }
 
+// What an action's kernel reads: a small grid, or a path of three segments.
+struct SmallTable {
+  std::vector<float> values;
+  int size[3] = {1, 1, 1};
+
+  SmallTable(const actions::Facts& facts, test::Dice& dice) {
+    const bool path = facts.name == std::string("follow_path");
+    const int sizes[3] = {path ? 3 : 2, path ? 1 : 3, path ? 1 : 1 + static_cast<int>(dice.below(2))};
+    std::copy(sizes, sizes + 3, size);
+    values.resize(static_cast<std::size_t>(size[0] * size[1] * size[2] * facts.table));
+    for (float& v : values) v = dice.between(-2, 2);
+    for (std::size_t row = 0; path && row < 3; ++row) {  // one behind the other, each a metre long
+      const float fixed[] = {0.6f, 0, 0.8f, static_cast<float>(row), 1};
+      std::copy(std::begin(fixed), std::end(fixed), values.begin() + static_cast<std::ptrdiff_t>(8 * row + 3));
+    }
+  }
+};
+
 constexpr std::size_t kCounts[] = {1, 3, 5, 15, 16, 17, 31, 64, 100, 127, 128};
 
 }  // namespace
@@ -125,6 +143,9 @@ TEST(actions_give_the_same_bits_in_every_build) {
         parameters.numbers = static_cast<int>(numbers.size());
         parameters.shape = shapes.data();
         parameters.flag = dice.coin();
+        const SmallTable table(facts, dice);
+        parameters.table = table.values.data();
+        std::copy(table.size, table.size + 3, parameters.table_size);
         particles::DrawKeys draws;
         const actions::Step step{0.04f,    static_cast<std::uint32_t>(dice.word()),
                                  0x10003u, {static_cast<std::uint32_t>(dice.word()), 7},

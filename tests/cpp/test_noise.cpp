@@ -1,4 +1,5 @@
-// Curl noise: no divergence, smooth in space and time, of unit speed, the same bits in every build.
+// Curl noise: no divergence, smooth in space and time, of unit speed, the same bits in every build. Noise of a point.
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <vector>
@@ -153,5 +154,97 @@ TEST(curl_noise_depends_on_key_and_time_alone) {
   const Points v = curl(*builds.back(), far, 2, 0.5);
   for (const auto& plane : v.plane) {
     for (const float x : plane) CHECK(std::isfinite(x));
+  }
+}
+
+namespace {
+
+struct Events {
+  std::vector<float> plane[4];  // x, y, z, time
+  const float* in[4];
+};
+
+Events events(std::size_t count, float size, bool moving) {
+  test::Dice dice(22);
+  Events e;
+  for (int c = 0; c < 4; ++c) {
+    e.plane[c].resize(count);
+    for (float& v : e.plane[c]) v = c < 3 || moving ? dice.between(-size, size) : 0;
+    e.in[c] = e.plane[c].data();
+  }
+  return e;
+}
+
+std::vector<float> noise(const test::FunctionsProbe& build, const Events& e, int octaves, std::uint32_t field = 0) {
+  std::vector<float> out(e.plane[0].size());
+  build.noise(e.in, out.size(), octaves, field, out.data());
+  return out;
+}
+
+double root_mean_square(const std::vector<float>& v) {
+  return root_mean_square(std::vector<double>(v.begin(), v.end()));
+}
+
+}  // namespace
+
+TEST(noise_has_a_root_mean_square_of_a_third) {
+  for (const int octaves : {1, 4}) {
+    for (const bool moving : {false, true}) {
+      const std::vector<float> v = noise(*test::function_builds().back(), events(kMany, 100, moving), octaves);
+      CHECK_NEAR(root_mean_square(v), 1.0 / 3, 0.004);
+      double sum = 0;
+      for (const float x : v) sum += x;
+      CHECK_NEAR(sum / static_cast<double>(kMany), 0, 0.01);
+    }
+  }
+}
+
+TEST(noise_is_smooth_in_space_and_time) {
+  const test::FunctionsProbe& build = *test::function_builds().back();
+  const Events e = events(kMany, 20, true);
+  const std::vector<float> here = noise(build, e, 1);
+  for (int axis = 0; axis < 4; ++axis) {
+    Events there = events(kMany, 20, true);
+    for (float& v : there.plane[axis]) v += 1.0f / 1024;
+    const std::vector<float> moved = noise(build, there, 1);
+    float most = 0;
+    for (std::size_t i = 0; i < kMany; ++i) most = std::max(most, std::fabs(moved[i] - here[i]));
+    CHECK(most > 1e-4f && most < 6.0f / 1024);  // the steepest slope of a blend of a few units per cell
+  }
+}
+
+TEST(noise_has_independent_fields_and_the_same_bits_in_every_build) {
+  const Events still = events(4096, 20, false), e = events(4096, 20, true);
+  const auto& builds = test::function_builds();
+  for (const Events* points : {&still, &e}) {
+    const std::vector<float> first = noise(*builds.front(), *points, 3, 7);
+    for (const test::FunctionsProbe* build : builds) {
+      const std::vector<float> other = noise(*build, *points, 3, 7);
+      CHECK(std::memcmp(first.data(), other.data(), first.size() * sizeof(float)) == 0);
+    }
+    const std::vector<float> field = noise(*builds.front(), *points, 3, 8);
+    double both = 0;
+    for (std::size_t i = 0; i < first.size(); ++i) both += double{first[i]} * field[i];
+    CHECK_NEAR(both / 4096 * 9, 0, 0.1);  // the correlation
+  }
+  // A particle at rest in time has the same bits beside one that moves.
+  Events mixed = events(16, 20, true);
+  const Events alone = events(16, 20, false);
+  for (std::size_t i = 0; i < 16; i += 2) {
+    for (int c = 0; c < 4; ++c) mixed.plane[c][i] = alone.plane[c][i];
+  }
+  const std::vector<float> a = noise(*builds.back(), alone, 2), b = noise(*builds.back(), mixed, 2);
+  for (std::size_t i = 0; i < 16; i += 2)
+    CHECK(std::bit_cast<std::uint32_t>(a[i]) == std::bit_cast<std::uint32_t>(b[i]));
+}
+
+TEST(noise_of_what_is_not_finite_is_nan) {
+  for (int c = 0; c < 4; ++c) {
+    for (const float wrong : {NAN, INFINITY}) {
+      Events e = events(16, 2, true);
+      e.plane[c][3] = wrong;
+      const std::vector<float> v = noise(*test::function_builds().back(), e, 1);
+      for (std::size_t i = 0; i < 16; ++i) CHECK(std::isnan(v[i]) == (i == 3));
+    }
   }
 }

@@ -29,7 +29,7 @@ particles::Store tower(const std::vector<float>& heights) {
 
 std::vector<int> after(const std::vector<float>& heights, const actions::Action& sort) {
   particles::Store store = tower(heights);
-  recording::order(sort, store);
+  recording::order(sort, 0, store);
   std::vector<int> found;
   for (std::size_t i = 0; i < store.size(); ++i) {
     const auto which = static_cast<std::size_t>(store.plane(particles::mass, 0)[i]);

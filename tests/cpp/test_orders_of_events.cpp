@@ -12,6 +12,7 @@
 #include "check.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
+#include "falling_source.h"
 #include "frame/engine.h"
 #include "image/sha256.h"
 #include "owners.h"
@@ -52,18 +53,6 @@ std::uint64_t orders() {
   return text == nullptr ? 300 : std::strtoull(text, nullptr, 10);
 }
 
-recording::Birth source() {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
-  birth.rate = 24 * 60;
-  actions::Distribution velocity;
-  velocity.kind = actions::Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
-}
-
 void record(frame::Engine& engine, int parents, int children, bool reads) {
   const shapes::Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   recording::Spawn spawn;
@@ -71,7 +60,7 @@ void record(frame::Engine& engine, int parents, int children, bool reads) {
   spawn.on = recording::Spawn::On::collision;
   spawn.count = 2;
   spawn.inherit_velocity = 0.5;
-  engine.record(parents, source());
+  engine.record(parents, test::falling_source(60));
   engine.record(parents, spawn);
   engine.record(parents, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
   if (reads) engine.local(parents);

@@ -12,6 +12,7 @@
 #include "balance/diffusive.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "falling_source.h"
 #include "forwarding_transport.h"
 #include "frame/engine.h"
 #include "owners.h"
@@ -47,7 +48,7 @@ struct Sent {
 class Counting final : public test::Forwarding {
  public:
   Counting(std::unique_ptr<Transport> under, std::vector<Sent>& sent) : Forwarding(std::move(under)), sent_(sent) {}
-  void send(int to, Phase phase, comm::Message message) override {
+  void send(int to, Phase phase, std::shared_ptr<const comm::Message> message) override {
     sent_.push_back({rank(), to, phase});
     Forwarding::send(to, phase, std::move(message));
   }
@@ -64,24 +65,12 @@ struct Film {
   std::map<int, std::string> ends;
 };
 
-recording::Birth source() {
-  recording::Birth birth;
-  birth.kind = recording::Birth::Kind::source;
-  birth.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
-  birth.rate = 24 * 80;
-  actions::Distribution velocity;
-  velocity.kind = actions::Distribution::Kind::shape;
-  velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
-  birth.state = {{particles::velocity, velocity}};
-  return birth;
-}
-
 void record(frame::Engine& engine, const Way& way) {
   recording::Spawn spawn;
   spawn.into = 1;
   spawn.on = recording::Spawn::On::collision;
   spawn.count = 2;
-  engine.record(0, source());
+  engine.record(0, test::falling_source(80));
   engine.record(0, spawn);
   engine.record(0, actions::Action{actions::Kind::gravity, {0, -9.81, 0}, {}});
   engine.record(0,
@@ -89,7 +78,7 @@ void record(frame::Engine& engine, const Way& way) {
   if (way.fails >= 0) engine.record(0, recording::Callback{"look", 0, {}, {}});
   engine.record(0, actions::Action{actions::Kind::kill_old, {0.3, 0}, {}});
   engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
-  if (way.children_born) engine.record(1, source());
+  if (way.children_born) engine.record(1, test::falling_source(80));
   engine.record(1, actions::Action{actions::Kind::kill_old, {0.1, 0}, {}});
   engine.record(1, actions::Action{actions::Kind::move, {1}, {}});
 }

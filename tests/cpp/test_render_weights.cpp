@@ -27,8 +27,8 @@ struct Sent {
 class Watching final : public test::Forwarding {
  public:
   Watching(std::unique_ptr<Transport> under, std::vector<Sent>& sent) : Forwarding(std::move(under)), sent_(sent) {}
-  void send(int to, Phase phase, comm::Message message) override {
-    const auto bytes = static_cast<double>(message.bytes().size());
+  void send(int to, Phase phase, std::shared_ptr<const comm::Message> message) override {
+    const auto bytes = static_cast<double>(message->bytes().size());
     const double before = comm::wall_seconds();
     Forwarding::send(to, phase, std::move(message));
     if (phase == Phase::records) sent_.push_back({bytes, (comm::wall_seconds() - before) * 1e9});

@@ -9,8 +9,10 @@
 #include <vector>
 
 #include "check.h"
+#include "frame/alarms.h"
 #include "frame/log.h"
 #include "frame/report.h"
+#include "particles/fields.h"
 
 using namespace motes;
 using namespace motes::frame;
@@ -187,6 +189,26 @@ TEST(inquiries_survive_their_bytes) {
     particles::Reader part(bytes.view().first(length));
     CHECK_THROWS(read_inquiry(part), std::runtime_error);
   }
+}
+
+TEST(alarms_survive_their_bytes_and_stay_silent) {
+  const auto crowded = Strain{Alarms::kCrowded, 0, 0};
+  const auto deep = Strain{0, 2 * Alarms::kDeep, 0};
+  Alarms before;
+  CHECK(before.look(1, "sand", crowded, 2).size() == 1);
+  for (int frame = 1; frame < Alarms::kPatience; ++frame) CHECK(before.look(0, "snow", deep, 2).empty());
+  particles::Bytes bytes;
+  particles::write_fields(before, bytes);
+  particles::Reader in(bytes.view());
+  Alarms after;
+  particles::read_fields(in, after);
+  CHECK(in.left() == 0);
+  CHECK(after.look(1, "sand", crowded, 2).empty());
+  CHECK(after.look(0, "snow", crowded, 2).size() == 1);
+  CHECK(before.look(0, "snow", deep, 2).size() == 1);
+  particles::Reader again(bytes.view());
+  particles::read_fields(again, after);
+  CHECK(after.look(0, "snow", deep, 2).size() == 1);  // patience ends in the same frame
 }
 
 TEST(log_rows_are_padded_lines) {

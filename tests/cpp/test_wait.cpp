@@ -14,15 +14,15 @@ namespace {
 
 // Rank 1 waits for rank 3; the clock moves one nap at a time until the wait ends.
 struct Waiting {
-  explicit Waiting(double stall_s) {
-    watch.stall_s = stall_s;
+  explicit Waiting(double limit_s = 0) {
+    watch.limit_s = limit_s;
     watch.warn = [this](const std::string& text) { warnings.push_back(text); };
     watch.while_waiting = [this](int rank) { looks.push_back(rank); };
   }
 
   // Seconds until Stalled, or -1: not within `at_most_s`. From `jump_at_s` on the clock is `jump_s` ahead.
-  double run(double limits, double at_most_s, double nap_s = 0.01, double jump_at_s = 1e9, double jump_s = 0) {
-    Wait wait(watch, 1, "frame 7, phase report", limits, 100);
+  double run(double patience, double at_most_s, double nap_s = 0.01, double jump_at_s = 1e9, double jump_s = 0) {
+    Wait wait(watch, 1, "frame 7, phase report", patience, 100);
     for (double t = 0; t < at_most_s; t += nap_s) {
       try {
         wait.look(100 + t + (t >= jump_at_s ? jump_s : 0), 3);
@@ -45,45 +45,77 @@ bool has(const std::string& text, const std::string& part) { return text.find(pa
 
 }  // namespace
 
-TEST(a_wait_ends_at_the_stall_limit_where_nobody_knows_of_the_process) {
-  Waiting waiting(60);
-  CHECK_NEAR(waiting.run(1, 1000), 60, 0.1);
-  CHECK(waiting.text ==
-        "rank 1 waited 60 s for rank 3: frame 7, phase report (MOTES_STALL_S, now 60 s, sets the limit)");
-  CHECK(waiting.warnings.empty());
-  CHECK(waiting.looks.size() > 900 && waiting.looks.size() <= 1200);  // every 50 ms
-  CHECK_NEAR(waiting.run(1.5, 1000), 90, 0.1);
+Life lives() { return {Life::State::lives, ""}; }
+Life gone() { return {Life::State::gone, ""}; }
+
+TEST(a_wait_for_a_living_process_never_ends_and_warns_once_per_minute) {
+  Waiting waiting;
+  waiting.watch.life = [](int rank) { return rank == 3 ? lives() : gone(); };
+  CHECK(waiting.run(1, 3610) == -1);
+  CHECK(waiting.warnings.size() == 60);
+  CHECK(waiting.warnings.at(0) ==
+        "rank 1 waited 60 s for rank 3: frame 7, phase report; its process lives, so it goes on waiting "
+        "(MOTES_STALL_S=seconds would limit that)");
+  CHECK(has(waiting.warnings.at(59), "rank 1 waited 3600 s for rank 3"));
+  CHECK(waiting.looks.size() > 60'000 && waiting.looks.size() <= 72'200);  // every 50 ms
+  waiting.warnings.clear();
+  CHECK(waiting.run(1.25, 301) == -1);
+  CHECK(waiting.warnings.size() == 4 && has(waiting.warnings.at(0), "waited 75 s"));
 }
 
-TEST(a_wait_ends_at_the_stall_limit_where_the_process_is_gone) {
-  Waiting waiting(60);
-  waiting.watch.alive = [](int) { return false; };
+TEST(a_warning_says_in_which_state_the_process_is) {
+  Waiting waiting;
+  waiting.watch.life = [](int) { return Life{Life::State::lives, "its process 4711 is stopped"}; };
+  CHECK(waiting.run(1, 6000) == -1);
+  CHECK(waiting.warnings.size() == 99 && has(waiting.warnings.at(98), "; its process 4711 is stopped, so it goes on"));
+}
+
+TEST(a_wait_ends_where_the_process_is_gone) {
+  Waiting waiting;
+  waiting.watch.life = [](int) { return gone(); };
   waiting.watch.describe = [](int rank) { return rank == 3 ? "rank 3 (calculator 1)" : "rank 1 (manager)"; };
   CHECK_NEAR(waiting.run(1, 1000), 60, 0.1);
-  CHECK(
-      has(waiting.text, "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process"));
-  CHECK(has(waiting.text, "is gone, or on another host; MOTES_STALL_S"));
+  CHECK(waiting.text ==
+        "rank 1 (manager) waited 60 s for rank 3 (calculator 1): frame 7, phase report (its process is gone)");
   CHECK(waiting.warnings.empty());
+  Waiting patient(3600);  // a longer limit does not keep it
+  patient.watch.life = [](int) { return gone(); };
+  CHECK_NEAR(patient.run(1, 1000), 60, 0.1);
 }
 
-TEST(a_wait_for_a_living_process_warns_once_and_goes_on_to_ten_limits) {
-  Waiting waiting(6);
-  waiting.watch.alive = [](int rank) { return rank == 3; };
-  CHECK_NEAR(waiting.run(1.25, 1000), 75, 0.1);
-  CHECK(waiting.warnings.size() == 1);
+TEST(a_wait_ends_when_the_process_dies_after_a_warning) {
+  Waiting waiting;
+  waiting.watch.life = [&](int) { return waiting.warnings.size() < 2 ? lives() : gone(); };
+  CHECK_NEAR(waiting.run(1, 1000), 180, 0.2);
+  CHECK(waiting.warnings.size() == 2 && has(waiting.text, "is gone"));
+}
+
+TEST(where_nobody_can_tell_a_wait_ends_after_ten_minutes_of_warnings) {
+  Waiting waiting;
+  CHECK_NEAR(waiting.run(1, 2000), 600, 0.3);
+  CHECK(waiting.warnings.size() == 9);
   CHECK(has(waiting.warnings.at(0),
-            "rank 1 waited 7 s for rank 3: frame 7, phase report (its process lives, so it goes "
-            "on waiting, for 75 s in all; MOTES_STALL_S, now 6 s, sets the limit)"));
-  CHECK(has(waiting.text, "waited 75 s for rank 3: frame 7, phase report (its process lives; MOTES_STALL_S"));
+            "waited 60 s for rank 3: frame 7, phase report; nobody here can tell whether its "
+            "process lives, so it waits for 600 s in all (MOTES_STALL_S=seconds sets another"));
+  CHECK(has(waiting.text, "(nobody here can tell whether its process lives; MOTES_STALL_S=seconds sets another limit"));
+  CHECK_NEAR(waiting.run(1.5, 2000), 900, 0.5);
 }
 
-TEST(a_wait_ends_when_the_process_dies_after_the_warning) {
-  Waiting waiting(6);
-  bool lives = true;
-  waiting.watch.alive = [&](int) { return lives; };
-  waiting.watch.while_waiting = [&](int) { lives = waiting.warnings.empty(); };
-  CHECK_NEAR(waiting.run(1, 1000), 6, 0.2);
-  CHECK(waiting.warnings.size() == 1 && has(waiting.text, "is gone"));
+TEST(a_limit_that_was_set_ends_a_wait_whatever_lives) {
+  for (const Life& life : {lives(), gone(), Life{}}) {
+    Waiting waiting(2);
+    waiting.watch.life = [&](int) { return life; };
+    CHECK_NEAR(waiting.run(1, 1000), 2, 0.1);
+    CHECK_NEAR(waiting.run(1.25, 1000), 2.5, 0.1);
+    CHECK(waiting.warnings.empty());
+    CHECK(has(waiting.text, "rank 1 waited 2 s for rank 3"));
+    if (life.state != Life::State::gone) CHECK(has(waiting.text, "the limit was set by MOTES_STALL_S=2: set more"));
+  }
+  Waiting long_one(1000);
+  long_one.watch.life = [&](int) { return lives(); };
+  CHECK_NEAR(long_one.run(1, 2000), 1000, 0.5);
+  CHECK(long_one.warnings.size() == 16 &&
+        has(long_one.warnings.at(0), "until the limit that was set, MOTES_STALL_S=1000"));
 }
 
 TEST(a_suspended_process_does_not_count_the_time_as_a_stall) {
@@ -103,8 +135,7 @@ TEST(a_rank_that_computes_for_long_is_waited_for_while_its_process_lives) {
     try {
       simulate(simulation, [&](SimulatedRank& self) {
         Watch watch;
-        watch.stall_s = 60;
-        if (known) watch.alive = [&](int rank) { return self.alive(rank); };
+        if (known) watch.life = [&](int rank) { return self.alive(rank) ? lives() : gone(); };
         watch.warn = [&](const std::string& text) { warnings.push_back(text); };
         Communicator comm(self.transport(), watch);
         if (self.rank() == 0) spend(seconds);
@@ -119,13 +150,11 @@ TEST(a_rank_that_computes_for_long_is_waited_for_while_its_process_lives) {
   };
   std::vector<std::string> warnings;
   CHECK(run(true, 75, warnings).empty());
-  CHECK(warnings.size() == 2 && has(warnings.at(0), "waited 60 s for rank 0: frame 4, phase loads"));
+  CHECK(warnings.size() == 2 && has(warnings.at(0), "waited 60 s for rank 0: frame 4, phase loads; its process lives"));
+  CHECK(run(true, 5000, warnings).empty());
   warnings.clear();
-  CHECK(run(true, 599, warnings).empty());
-  CHECK(has(run(true, 601, warnings), "waited 600 s for rank 0"));
-  warnings.clear();
-  CHECK(has(run(false, 75, warnings), "waited 60 s for rank 0: frame 4, phase loads (MOTES_STALL_S"));
-  CHECK(warnings.empty());
+  CHECK(run(false, 590, warnings).empty() && warnings.size() >= 18);
+  CHECK(has(run(false, 5000, warnings), "waited 600 s for rank 0: frame 4, phase loads (nobody here can tell"));
 }
 
 TEST(a_flush_names_the_rank_that_takes_nothing) {
@@ -139,12 +168,12 @@ TEST(a_flush_names_the_rank_that_takes_nothing) {
           comm.post(1, Phase::records, {}, {});
           comm.flush();
         } else {
-          spend(100);
+          spend(1000);
           comm.expect(0, Phase::records, {});
         }
       });
     } catch (const Stalled& error) {
-      CHECK(error.rank() == 1 && has(error.what(), "rank 0 waited 60 s for rank 1: to take its messages"));
+      CHECK(error.rank() == 1 && has(error.what(), "rank 0 waited 600 s for rank 1: to take its messages"));
       ++stalled;
     }
   }

@@ -17,10 +17,12 @@ if len(sys.argv) > 2:
 import numpy as np
 
 import motes
+from motes import expressions as ex
 from motes import shapes
 
 FRAMES = 14
 CAMERA = motes.Camera((0, 2, 9), (0, 0.5, 0))
+WHIRL = np.sin(np.arange(5 * 4 * 3 * 3.0)).reshape(5, 4, 3, 3) * 3
 
 
 def roles_of(wish: Any) -> Any:
@@ -104,6 +106,9 @@ def whirl(s: motes.System, frame: int) -> None:
         up=motes.Uniform((-1, -1, -1), (1, 1, 1)),
     )
     s.source(shapes.Sphere((0, 1, 0), 2), rate=1500)
+    before, now = (shapes.Sphere((0.2 * k - 1, 1, 0), 0.1) for k in (frame, frame + 1))
+    rising = motes.Curve([(0, 0), (0.3, 900)], interpolation="smooth")
+    s.source(now, rate=rising, jitter=True, moving_from=before)
     s.copy_vertex_b(velocity=True, where=motes.column("age") == 0)
     s.vortex((0, 0, 0), axis=(0, 3, 1), tightness=1.7, max_radius=2, in_speed=9, up_speed=3, around_speed=8)
     s.orbit_point((0.5, 1, 0), magnitude=4, epsilon=0.1, max_radius=2.5)
@@ -114,7 +119,13 @@ def whirl(s: motes.System, frame: int) -> None:
     s.wind((1, 0, 0.5), drag=0.8)
     s.curl_noise(6, scale=0.7, octaves=3, speed=4)
     s.curl_noise(2, scale=0.2, field=1, where=shapes.Sphere((0, 1, 0), 1))
+    s.field(WHIRL, (-1, 0, -1), (1, 2, 1), 2, drag=0.5)
+    s.follow_path([(0, 0, 0), (1, 1, 0), (0, 2, 1)], 2, radius=0.4, smooth=True)
     steer(s)
+    flicker = ex.noise(motes.column("position"), 3 * motes.time(), octaves=2)
+    around = ex.cross((0, 1, 0), ex.normalize(motes.column("position")))
+    s.set(velocity=motes.column("velocity") + around * np.sin(flicker), where=np.exp(flicker) > 0.9)
+    s.gravity(motes.Curve([(0, (0, 0, 0)), (0.5, (0, -2, 0))]))
     s.rotational_damping((0.2, 0.5, 0.9), max_speed=4)
     s.random_rotational_velocity(shapes.Sphere((0, 0, 0), 2), where=motes.column("age") > 0.4)
     s.random_displacement(shapes.Box((-0.5, -0.5, -0.5), (0.5, 0.5, 0.5)))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import secrets
@@ -16,9 +17,20 @@ try:
 except ImportError:  # not a Unix system: abandoned drafts stay
     fcntl = None  # type: ignore[assignment]
 
-__all__ = ["whole_file", "whole_path", "write_whole"]
+__all__ = [
+    "is_locked_elsewhere",
+    "make_draft",
+    "sweep",
+    "sweep_directory",
+    "sync",
+    "whole_file",
+    "whole_path",
+    "write_whole",
+]
 
 _SUFFIX = ".tmp"
+_DRAFT = re.compile(r"\..+\.[0-9a-f]{16}" + re.escape(_SUFFIX))
+_swept: set[str] = set()
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
 
@@ -33,11 +45,11 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
     path = Path(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     if remove_abandoned:
-        _remove_abandoned(path)
-    draft, lock = _make_draft(path)
+        sweep(path)
+    draft, lock = make_draft(path)
     try:
         yield draft
-        _sync(draft)
+        sync(draft)
         os.replace(draft, path)
     except BaseException:
         with suppress(OSError):
@@ -45,7 +57,7 @@ def whole_path(path: str | os.PathLike[str], *, remove_abandoned: bool = False) 
         raise
     finally:
         os.close(lock)
-    _sync(path.parent)
+    sync(path.parent)
 
 
 @contextmanager
@@ -73,8 +85,11 @@ def _open_made(name: str, flags: int) -> int:
     return os.open(name, (flags & ~os.O_CREAT) | _NO_FOLLOW)
 
 
-def _make_draft(path: Path) -> tuple[Path, int]:
-    """Create a file beside `path` and lock it: an unlocked one belongs to a process that is gone."""
+def make_draft(path: Path) -> tuple[Path, int]:
+    """Create a file beside `path` and lock it: an unlocked one belongs to a process that is gone.
+
+    Returns its name and the open file, which holds the lock.
+    """
     while True:
         draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_SUFFIX}")
         lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW, 0o666)
@@ -87,13 +102,25 @@ def _make_draft(path: Path) -> tuple[Path, int]:
         os.close(lock)
 
 
-def _remove_abandoned(path: Path) -> None:
+def sweep(path: Path) -> None:
     """Remove drafts of `path` whose writers are gone: those that nobody has locked."""
     with suppress(OSError):
         pattern = re.compile(re.escape(f".{path.name}.") + r"[0-9a-f]{16}" + re.escape(_SUFFIX))
         for name in os.listdir(path.parent):
             if pattern.fullmatch(name):
                 _remove_if_unlocked(path.with_name(name))
+
+
+def sweep_directory(path: Path) -> None:
+    """Remove all drafts in a directory whose writers are gone; once per directory in this process."""
+    place = str(path.absolute())
+    if place in _swept:
+        return
+    with suppress(OSError):
+        for name in os.listdir(path):
+            if _DRAFT.fullmatch(name):
+                _remove_if_unlocked(path / name)
+        _swept.add(place)
 
 
 def _remove_if_unlocked(draft: Path) -> None:
@@ -117,7 +144,18 @@ def _try_lock(file: int) -> bool:
     return True
 
 
-def _sync(path: Path) -> None:
+def is_locked_elsewhere(file: int) -> bool:
+    """Tell whether another open file holds the lock; if not, this one has it from now on."""
+    if fcntl is None:
+        return False
+    try:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        return error.errno in (errno.EWOULDBLOCK, errno.EACCES)
+    return False
+
+
+def sync(path: Path) -> None:
     """Flush a file or a directory to the disk, where the system can do that."""
     try:
         handle = os.open(path, os.O_RDONLY)

@@ -2,6 +2,9 @@
 
 Every rank takes part in the same collective, whether it starts a run (`begin`) or ends its script (`leave`).
 So the ranks that start a run learn at once that another one leaves.
+
+Where the loss of a rank is survived, the collective is an agreement among those that live: it comes to an end
+whoever dies, with the same result everywhere.
 """
 
 from __future__ import annotations
@@ -10,6 +13,7 @@ import time
 from array import array
 from typing import TYPE_CHECKING
 
+from .losses import lost_ranks
 from .process import process
 
 if TYPE_CHECKING:
@@ -20,16 +24,56 @@ __all__ = ["LEAVE_WAIT_S", "Left", "begin", "leave"]
 LEAVE_WAIT_S = 0.5  # how far apart the ranks' normal ends may lie before a rank sends notes that it left
 _LEFT_TAG = 32741  # on COMM_WORLD: "I left before the run started"; every MPI allows tags up to 32767
 _NOBODY = 2**31 - 1
+_MARKS = 31  # bits of an agreement, by which the ranks that leave are told apart
 _gone: set[int] = set()  # ranks of COMM_WORLD from which a note has come
 
 
 class Left(Exception):
-    """A rank that a run needs has left the script."""
+    """A rank that a run needs has left the script, or is lost."""
 
-    def __init__(self, rank: int) -> None:
-        """Name it by its rank in COMM_WORLD."""
-        super().__init__(f"rank {rank} left the script")
+    def __init__(self, rank: int | None, *, lost: bool = False) -> None:
+        """Name it by its rank in COMM_WORLD, if it is known."""
+        super().__init__(f"rank {rank} {'is lost' if lost else 'left the script'}")
         self.rank = rank
+        self.lost = lost
+
+
+class _Collective:
+    """Each rank says whether it leaves; all learn of one that does, or that none does."""
+
+    def __init__(self, comm: MPI.Comm, *, leaves: bool) -> None:
+        from mpi4py import MPI
+
+        self._comm = comm
+        self._everything = (1 << _MARKS) - 1
+        if process.survives:
+            mark = 1 << process.rank % _MARKS
+            self._told = array("i", [self._everything ^ mark if leaves else self._everything])
+            self._request = comm.Iagree(self._told)
+        else:
+            said, self._told = array("i", [process.rank if leaves else _NOBODY]), array("i", [_NOBODY])
+            self._said = said  # MPI reads it until all are there
+            self._request = comm.Iallreduce(said, self._told, MPI.MIN)
+
+    def done(self) -> bool:
+        """Tell whether all have come that live."""
+        from mpi4py import MPI
+
+        try:
+            return self._request.Test()
+        except MPI.Exception as error:
+            if process.survives and error.Get_error_class() == MPI.ERR_PROC_FAILED:
+                return self._request == MPI.REQUEST_NULL  # an agreement tells of losses besides its result
+            raise
+
+    def check(self) -> None:
+        """Raise Left if a rank leaves."""
+        if not process.survives:
+            if self._told[0] != _NOBODY:
+                raise Left(self._told[0])
+        elif gone := self._everything & ~self._told[0]:
+            ranks = [rank for rank in range(process.size) if gone >> rank % _MARKS & 1]
+            raise Left(ranks[0] if len(ranks) == 1 or process.size <= _MARKS else None)
 
 
 def begin(comm: MPI.Comm) -> None:
@@ -42,16 +86,22 @@ def begin(comm: MPI.Comm) -> None:
     if comm.size == 1:
         return
     everybody = MPI.Comm.Compare(comm, MPI.COMM_WORLD) != MPI.UNEQUAL
-    said, told = array("i", [_NOBODY]), array("i", [_NOBODY])
     # Among all ranks this is the collective of `leave`; a part of them has its own, and relies on the notes.
-    request = (MPI.COMM_WORLD if everybody else comm).Iallreduce(said, told, MPI.MIN)
+    all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False)
     pause = 0.0
-    while not request.Test():
+    while not all_begin.done():
+        check_lost(comm)
         _check_notes(comm)
         time.sleep(pause)
         pause = min(pause + 1e-4, 5e-3)
-    if told[0] != _NOBODY:
-        raise Left(told[0])
+    all_begin.check()
+    check_lost(comm)
+
+
+def check_lost(comm: MPI.Comm) -> None:
+    """Raise Left if a rank of `comm` is lost: without it nothing can start."""
+    for rank in lost_ranks(comm):
+        raise Left(_in_world(comm, rank), lost=True)
 
 
 def leave() -> None:
@@ -63,15 +113,16 @@ def leave() -> None:
     from mpi4py import MPI
 
     world = MPI.COMM_WORLD
-    said, told = array("i", [process.rank]), array("i", [_NOBODY])
-    everybody = world.Iallreduce(said, told, MPI.MIN)
+    everybody = _Collective(world, leaves=True)
     notes: list[MPI.Request] = []
     start = time.monotonic()
-    while not everybody.Test():
+    while not everybody.done():
         waited = time.monotonic() - start
         if waited > LEAVE_WAIT_S and not notes:
             steps = (1 << k for k in range(process.size.bit_length()) if 1 << k < process.size)
+            lost = lost_ranks(world)
             others = [(process.rank + step) % process.size for step in steps]
+            others = [rank for rank in others if rank not in lost]
             notes = [world.Isend([b"", 0, MPI.BYTE], other, _LEFT_TAG) for other in others]
         if waited > 2 * LEAVE_WAIT_S:
             return  # MPI_Finalize waits for the others just as well, and for those without motes too
@@ -84,6 +135,8 @@ def _check_notes(comm: MPI.Comm) -> None:
 
     status = MPI.Status()
     world = MPI.COMM_WORLD
+    if lost_ranks(world):
+        world.Ack_failed()  # before that, MPI refuses to receive from any rank
     while world.Iprobe(MPI.ANY_SOURCE, _LEFT_TAG, status):
         left = status.Get_source()
         world.Recv([bytearray(0), 0, MPI.BYTE], left, _LEFT_TAG)
@@ -94,3 +147,9 @@ def _check_notes(comm: MPI.Comm) -> None:
         for rank, its in zip(gone, inside, strict=True):
             if its != MPI.UNDEFINED:
                 raise Left(rank)
+
+
+def _in_world(comm: MPI.Comm, rank: int) -> int:
+    from mpi4py import MPI
+
+    return comm.Get_group().Translate_ranks([rank], MPI.COMM_WORLD.Get_group())[0]

@@ -1,29 +1,34 @@
 """Long work that keeps a rank from answering although it is not stuck: the others wait without a limit.
 
-Closing a movie may take minutes on a slow disk. The rank tells all others once it has used up a good part of
-the stall limit, and tells them again when it is done. In between, their waits do not count.
+Closing a movie may take minutes on a slow disk. The rank tells all others long before they would warn or give
+up, and tells them again when it is done. In between, their waits do not count.
 """
 
 from __future__ import annotations
 
+import contextlib
 import threading
 import time
+from collections.abc import Callable, Iterator
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Self, TypeVar
 
 from .ending import report_lost
+from .losses import lost_ranks
 from .output import tell
 from .process import OpenRun, process
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-__all__ = ["Busy", "look_around", "take_notes"]
+T = TypeVar("T")
+__all__ = ["Busy", "busy_with", "look_around", "take_notes"]
 
 _TAG = 1  # on the run's own communicator
 _MOST_BYTES = 256
-_ANNOUNCE_AT = 0.25  # of the stall limit
+_ANNOUNCE_AT = 0.25  # of the time after which the others speak of it
 _LOOK_S = 0.02
+_JOIN_S = 0.1
 _sent: list[MPI.Request] = []  # their buffers must live until they have left
 
 
@@ -43,7 +48,7 @@ class Busy:
         """Tell the other ranks, once it has taken long enough."""
         if self._announced or not self._runs:
             return
-        if time.monotonic() - self._start > _ANNOUNCE_AT * min(run.stall_s for run in self._runs):
+        if time.monotonic() - self._start > _ANNOUNCE_AT * min(run.warn_s for run in self._runs):
             self._announced = True
             self._send(self.what)
             tell(f"motes: {process.describe()} is still {self.what}; the other ranks wait for it")
@@ -54,9 +59,11 @@ class Busy:
         note = text.encode()[:_MOST_BYTES]
         for run in self._runs:
             assert run.comm is not None
-            others = (rank for rank in range(run.comm.size) if rank != run.comm.rank)
-            _sent.extend(run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others)
-        _sent[:] = [request for request in _sent if not request.Test()]
+            lost = {run.comm.rank, *lost_ranks(run.comm)}
+            with _losses():
+                others = (rank for rank in range(run.comm.size) if rank not in lost)
+                _sent.extend(run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others)
+        _sent[:] = [request for request in _sent if not _has_left(request)]
 
     def __enter__(self) -> Self:
         """Give itself."""
@@ -70,16 +77,41 @@ class Busy:
             self._send("")
 
 
+def busy_with(what: str, work: Callable[[], T]) -> T:
+    """Do long work in a thread, so that this one can tell the other ranks; returns or raises what it does."""
+    done: list[T] = []
+    failed: list[BaseException] = []
+
+    def run() -> None:
+        try:
+            done.append(work())
+        except BaseException as error:
+            failed.append(error)
+
+    thread = threading.Thread(target=run, name=what, daemon=True)
+    thread.start()
+    with Busy(what) as busy:
+        while thread.is_alive():
+            thread.join(_JOIN_S)
+            busy.look()
+    if failed:
+        raise failed[0]
+    return done[0]
+
+
 def look_around(run: OpenRun) -> None:
     """Do what must be done while this rank waits for another, in the core or here.
 
-    Ends the job where the process of a rank is gone. Returns only when no rank is busy.
+    Ends the job where the process of a rank is gone, unless losses are survived: then MPI tells the core.
+    Returns only when no rank is busy.
     """
     while True:
-        lost = run.watch.check() if run.watch is not None else None
+        lost = run.watch.check() if run.watch is not None and not process.survives else None
         if lost is not None and run.watch is not None:
             report_lost(run.world_rank(lost), run.watch.peers[lost].role, run.frame)
         take_notes(run)
+        for rank in lost_ranks(run.comm) if run.busy and run.comm is not None else ():
+            run.busy.pop(rank, None)
         if not run.busy:
             return
         time.sleep(_LOOK_S)
@@ -92,10 +124,31 @@ def take_notes(run: OpenRun) -> None:
     from mpi4py import MPI
 
     status = MPI.Status()
-    while run.comm.Iprobe(MPI.ANY_SOURCE, _TAG, status):
-        rank, note = status.Get_source(), bytearray(status.Get_count(MPI.BYTE))
-        run.comm.Recv([note, MPI.BYTE], rank, _TAG)
-        if note:
-            run.busy[rank] = note.decode(errors="replace")
-        else:
-            run.busy.pop(rank, None)
+    with _losses():
+        if lost_ranks(run.comm):
+            run.comm.Ack_failed()  # before that, MPI refuses to receive from any rank
+        while run.comm.Iprobe(MPI.ANY_SOURCE, _TAG, status):
+            rank, note = status.Get_source(), bytearray(status.Get_count(MPI.BYTE))
+            run.comm.Recv([note, MPI.BYTE], rank, _TAG)
+            if note:
+                run.busy[rank] = note.decode(errors="replace")
+            else:
+                run.busy.pop(rank, None)
+
+
+@contextlib.contextmanager
+def _losses() -> Iterator[None]:
+    """Do without the notes that a loss has made impossible."""
+    from mpi4py import MPI
+
+    try:
+        yield
+    except MPI.Exception:
+        if not process.survives:
+            raise
+
+
+def _has_left(request: MPI.Request) -> bool:
+    with _losses():
+        return request.Test()
+    return True

@@ -23,7 +23,7 @@ from typing import NoReturn
 
 from .. import _core
 from ..errors import place
-from . import attendance
+from . import attendance, losses
 from .process import OpenRun, process
 from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
 
@@ -54,6 +54,7 @@ def install() -> None:
             faulthandler.enable(sys.__stderr__)
     if process.size == 1:
         return
+    process.survives = losses.survived()
     reserve()
     _end_with_parent()
     _previous_hook, sys.excepthook = sys.excepthook, _on_exception
@@ -92,9 +93,12 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
     _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run))
 
 
-def end_left(rank: int) -> NoReturn:
-    """End the whole job because a rank left the script before a run that needs it started."""
-    _end(f"{place(rank)} left the script before the run started; the others would wait forever", "", 1)
+def end_left(rank: int | None, *, lost: bool = False) -> NoReturn:
+    """End the whole job because a rank left the script, or was lost, before a run that needs it started."""
+    who = "another rank" if rank is None else place(rank)
+    if lost:
+        _end(f"{who} is lost (killed or crashed), and a run needs all its ranks to start", "", 1)
+    _end(f"{who} left the script before the run started; the others would wait forever", "", 1)
 
 
 def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
@@ -129,6 +133,10 @@ def _on_exit() -> None:
         return
     if process.running:
         _end(f"{process.describe()}: the script left in the middle of the run", "", 1)
+    if process.stopped:  # the first rank to end with its exit code lets mpirun end the others
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(Exception):
+                stream.flush()
     attendance.leave()
 
 
@@ -191,6 +199,8 @@ def abort(code: int) -> NoReturn:
     """End every rank with this exit code; at least this process, whatever state Python and MPI are in."""
     from mpi4py import MPI
 
+    if process.survives:
+        losses.end_job(code)
     with contextlib.suppress(BaseException):
         _core.end_process_after(ABORT_LIMIT_S, code)
         if MPI.Is_initialized() and not MPI.Is_finalized():

@@ -12,16 +12,21 @@ import os
 import secrets
 import struct
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from .. import environment
+from .._checkpoint.finding import Found, Wishes, find
+from .._live import repeating
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
 from . import attendance, ending, launchers, open_worlds
 from .log_directory import LogDirectory
+from .losses import lost_ranks
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
 from .settings import RunSettings
 from .threads import MASK_BYTES, Place, processors, threads_of
-from .waiting import Wait, poll
+from .waiting import Wait, poll, warn_s
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -42,7 +47,7 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
     try:
         attendance.begin(comm)
     except attendance.Left as left:
-        ending.end_left(left.rank)
+        ending.end_left(left.rank, lost=left.lost)
     return process.open(OpenRun())
 
 
@@ -55,9 +60,9 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     """
     from mpi4py import MPI
 
-    run.role, run.frame, run.stall_s = role, 0, settings.stall_s
+    run.role, run.frame, run.warn_s = role, 0, warn_s(settings.stall_s)
     made, request = comm.Idup()
-    _wait_for(request, settings)
+    _wait_for(request, comm, settings)
     run.comm = made
     if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
         own = comm.Get_group()
@@ -69,9 +74,63 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     run.threads = threads_of([card.place for card in cards])
     run.watch = PeerWatch(run.peers, rank=comm.rank)
     _compare(made, cards, text, settings)
+    settings = _find_repeated(run, settings)
+    found = _find_checkpoint(run, settings)
+    seed = cards[0].wish if settings.seed is None else settings.seed
+    if found is not None and found.manifest is not None:
+        seed = found.manifest.seed
+    settings = settings.agreed(
+        seed=seed,
+        threads=run.threads[comm.rank],
+        continued_from=settings.continued_from if found is None else found.frame,
+    )
     _claim_log(run, settings)
     run.noted = open_worlds.enter(process.rank)
-    return settings.agreed(seed=cards[0].wish, threads=run.threads[comm.rank])
+    return settings
+
+
+def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
+    """Read what the run repeats, if anything; returns the settings with its seed."""
+    if settings.steering is None:
+        return settings
+    comm, home = run.comm, settings.roles[1]
+    assert comm is not None
+
+    def broadcast(text: bytes) -> bytes:
+        length = _broadcast(comm, len(text).to_bytes(8, "little"), home, 8, settings)
+        return _broadcast(comm, text, home, int.from_bytes(length, "little"), settings)
+
+    try:
+        run.repeats = repeating.agree(
+            settings.steering, reads=comm.rank == home, seed=settings.seed, broadcast=broadcast
+        )
+    except ArgumentError as error:
+        error.speaker = home
+        raise
+    return replace(settings, seed=run.repeats.seed)
+
+
+def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
+    """Find what the run goes on from, where it has checkpoints."""
+    if settings.checkpoint is None:
+        return None
+    assert run.comm is not None
+    manager, _, calculators = settings.roles
+    run.found = find(
+        run.comm,
+        manager,
+        Wishes(
+            checkpoint=settings.checkpoint,
+            seed=settings.seed,
+            dt=settings.dt,
+            substeps=settings.substeps,
+            calculators=len(calculators),
+            fresh=environment.read("MOTES_FRESH"),
+            anyway=environment.read("MOTES_ANYWAY"),
+            stall_s=settings.stall_s,
+        ),
+    )
+    return run.found
 
 
 def close(run: OpenRun, *, well: bool) -> None:
@@ -83,14 +142,25 @@ def close(run: OpenRun, *, well: bool) -> None:
 
     process.close(run)
     open_worlds.leave(run.noted)
+    if well and process.survives:
+        forget_lost()
     if run.log is not None:
         run.log.release()
     if run.watch is not None:
         run.watch.close()
     if run.comm is not None and (well or run.comm.size == 1):
         busy.take_notes(run)
-        run.comm.Free()
+        if not lost_ranks(run.comm):
+            run.comm.Free()
     run.comm = None
+
+
+def forget_lost() -> None:
+    """Take back the launcher's notes of ranks that are lost: the others have come to the end without them."""
+    from mpi4py import MPI
+
+    for rank in lost_ranks(MPI.COMM_WORLD):
+        open_worlds.forget(rank)
 
 
 class _Card:
@@ -134,7 +204,7 @@ def _exchange_cards(
         processors(),
     )
     cards = bytearray(_CARD.size * comm.size)
-    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), settings)
+    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), comm, settings)
     return [_Card(content) for content in _CARD.iter_unpack(bytes(cards))]
 
 
@@ -169,7 +239,7 @@ def _claim_log(run: OpenRun, settings: RunSettings) -> None:
     verdict = b""
     if run.comm.rank == manager:
         try:
-            run.log = LogDirectory.claim(settings.log)
+            run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
         except (ArgumentError, LogError) as error:
             verdict = _as_bytes(error, process.describe(run))
     told = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
@@ -198,9 +268,17 @@ def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, setting
     from mpi4py import MPI
 
     buffer = bytearray(text if comm.rank == root else length)
-    _wait_for(comm.Ibcast([buffer, MPI.BYTE], root), settings)
+    _wait_for(comm.Ibcast([buffer, MPI.BYTE], root), comm, settings)
     return bytes(buffer)
 
 
-def _wait_for(request: MPI.Request, settings: RunSettings) -> None:
-    poll(request.Test, Wait(settings.stall_s, "other ranks to enter the world"))
+def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> None:
+    def done() -> bool:
+        if process.survives:  # what is survived is a loss in a run: before, there is nothing to go on with
+            attendance.check_lost(comm)
+        return request.Test()
+
+    try:
+        poll(done, Wait(settings.stall_s, "other ranks to enter the world"))
+    except attendance.Left as left:
+        ending.end_left(left.rank, lost=left.lost)

@@ -1,8 +1,8 @@
 """A log directory belongs to one run.
 
-An earlier run's log is moved aside (`today` becomes `today.1`, or the next number that is free), a directory
-that holds other things is refused, and so is one into which another run is writing: that run holds a lock,
-which the system releases when its process ends, however it ends.
+An earlier run's log is moved aside (`today` becomes `today.1`, or the next number that is free), unless this
+run continues it. A directory that holds other things is refused, and so is one into which another run is
+writing: that run holds a lock, which the system releases when its process ends, however it ends.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from typing import Self
 
 from ..errors import ArgumentError, LogError
 from .output import tell
+from .run_file import earlier_run
 
 try:
     import fcntl
@@ -31,8 +32,9 @@ LOCK = ".lock"
 _ATTEMPTS = 100
 _OWN = re.compile(
     r"(run\.json|(load|frames|balance|density|events|steer)\.jsonl|spans\.r\d+\.jsonl|report\.html|trace\.json"
-    r"|\.run\.json\.[0-9a-f]+\.tmp)"
+    r"|\.run\.json\.[0-9a-f]+\.tmp|\.(load|frames|balance|density|events)\.jsonl\.tmp)"
 )
+_ANEW = re.compile(r"spans\.r\d+\.jsonl|\..*\.tmp")  # what a run that goes on does not continue
 _OWNER = re.compile(rb"process \d+ on ")
 
 
@@ -47,8 +49,11 @@ class LogDirectory:
         self._lock = lock
 
     @classmethod
-    def claim(cls, directory: str | os.PathLike[str]) -> Self:
+    def claim(cls, directory: str | os.PathLike[str], *, continued: bool = False) -> Self:
         """Create the directory, empty, for this run alone.
+
+        `continued`: this run goes on with what an earlier one has logged there, which then stays. Timelines
+        (spans) count from a run's start, so they begin anew.
 
         Raises ArgumentError if it holds other files than a run's log or if another run writes into it, before
         anything is changed; LogError if it cannot be created.
@@ -57,13 +62,13 @@ class LogDirectory:
         with contextlib.suppress(OSError, RuntimeError):  # RuntimeError: symbolic links in a circle
             path = path.resolve()
         try:
-            return cls._claim(path, os.fspath(directory))
+            return cls._claim(path, os.fspath(directory), continued)
         except OSError as error:
             reason = error.strerror or str(error)
             raise LogError(f"the log directory {path} cannot be made: {reason}") from error
 
     @classmethod
-    def _claim(cls, path: Path, given: str) -> Self:
+    def _claim(cls, path: Path, given: str, continued: bool) -> Self:
         moved: Path | None = None
         for _ in range(_ATTEMPTS):
             path.mkdir(parents=True, exist_ok=True)
@@ -78,6 +83,10 @@ class LogDirectory:
                 if not _own(path):
                     return cls(path, lock, moved)
                 _check_content(path, given)
+                if continued:
+                    earlier_run(path / "run.json")  # a damaged one is told before anything is changed
+                    _clear(path)
+                    return cls(path, lock, None)
                 moved, stays = _move_aside(path)
             except BaseException:
                 os.close(lock)
@@ -122,6 +131,13 @@ def _own(path: Path) -> list[str]:
     """List what a run has logged; run.json, which says that this is a log, comes last."""
     own = [name for name in os.listdir(path) if _OWN.fullmatch(name)]
     return sorted(own, key=lambda name: (name == "run.json", name))
+
+
+def _clear(path: Path) -> None:
+    """Remove what a run that goes on writes anew, and drafts of the earlier one."""
+    for name in _own(path):
+        if _ANEW.fullmatch(name):
+            (path / name).unlink()
 
 
 def _lock(path: Path, given: str) -> int | None:

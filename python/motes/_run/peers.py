@@ -10,7 +10,7 @@ import time
 from collections.abc import Sequence
 from typing import NamedTuple
 
-__all__ = ["Peer", "PeerWatch"]
+__all__ = ["Peer", "PeerWatch", "lives"]
 
 PEER_CHECK_S = 0.02
 
@@ -45,6 +45,7 @@ class PeerWatch:
     def __init__(self, peers: Sequence[Peer], *, rank: int) -> None:
         """Watch the peers that share the host of `rank`, this process."""
         self.rank = rank
+        self.size = len(peers)
         mine = next(peer for peer in peers if peer.rank == rank)
         self.peers = {
             peer.rank: peer for peer in peers if mine.space and peer.space == mine.space and peer.rank != rank
@@ -61,7 +62,7 @@ class PeerWatch:
             else:
                 self._by_handle[handle] = peer
                 self._poll.register(handle, select.POLLIN)
-                if not _alive(peer):  # the number went to another process before the handle was opened
+                if not lives(peer):  # the number went to another process before the handle was opened
                     self._by_number.append(peer)
 
     def check(self, now: float | None = None) -> int | None:
@@ -76,7 +77,7 @@ class PeerWatch:
         for handle, _ in self._poll.poll(0) if self._by_handle else ():
             return self._by_handle[handle].rank
         for peer in self._by_number:
-            if not _alive(peer):
+            if not lives(peer):
                 return peer.rank
         return None
 
@@ -85,7 +86,22 @@ class PeerWatch:
         if rank == self.rank:
             return True
         peer = self.peers.get(rank)
-        return None if peer is None else _alive(peer)
+        return None if peer is None else lives(peer)
+
+    def life(self, rank: int) -> tuple[bool | None, str]:
+        """Return the same, and words for it: "its process 4711 is stopped". A rank below 0: all ranks."""
+        if rank < 0:
+            lives = [self.alive(peer) for peer in range(self.size)]
+            known = False if False in lives else None if None in lives else True
+            return known, "their processes live" if known else ""
+        known = self.alive(rank)
+        if known is None:
+            return None, "its process is on another host, where nobody here can tell whether it lives"
+        if not known:
+            return False, "its process is gone"
+        if rank == self.rank:
+            return True, "its process lives"
+        return True, f"its process {self.peers[rank].pid} {_state(self.peers[rank].pid)}"
 
     def close(self) -> None:
         """Give the handles back."""
@@ -99,11 +115,24 @@ class PeerWatch:
             self.close()
 
 
-def _alive(peer: Peer) -> bool:
+def lives(peer: Peer) -> bool:
+    """Tell whether a process of this host is there, and the same one."""
     try:
         return _started(peer.pid) == peer.started
     except OSError:  # out of file descriptors, say: nothing is known, and a false alarm would end the job
         return True
+
+
+def _state(pid: int) -> str:
+    """Describe what the system does with a live process."""
+    with contextlib.suppress(OSError, IndexError):
+        with open(f"/proc/{pid}/stat", "rb") as file:
+            state = file.read().rpartition(b")")[2].split()[0]
+        if state == b"T":
+            return f"is stopped (`kill -CONT {pid}` lets it go on)"
+        if state == b"t":
+            return "is stopped by a debugger"
+    return "lives"
 
 
 def _started(pid: int) -> int | None:

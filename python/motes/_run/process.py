@@ -11,6 +11,8 @@ from ..errors import place
 if TYPE_CHECKING:
     from mpi4py import MPI
 
+    from .._checkpoint.finding import Found
+    from .._live.repeating import Repeated
     from .log_directory import LogDirectory
     from .peers import Peer, PeerWatch
 
@@ -36,9 +38,14 @@ class OpenRun:
     watch: PeerWatch | None = None
     log: LogDirectory | None = None
     """On the manager, where there is a log."""
+    found: Found | None = None
+    """Where the run's checkpoints are, and what it goes on from."""
+    repeats: Repeated | None = None
+    """The run whose orders this one repeats."""
     noted: Path | None = None
     """The launcher's note that this run is open."""
-    stall_s: float = 60.0
+    warn_s: float = 60.0
+    """After so many seconds without an answer the others speak of this rank, or give up."""
     busy: dict[int, str] = field(default_factory=dict)
     """Ranks that reported long work, which keeps them from answering."""
 
@@ -54,8 +61,12 @@ class Process:
     rank: int = 0
     """In COMM_WORLD, as `size`."""
     size: int = 1
+    survives: bool = False
+    """The launcher lets the other ranks go on when one is lost (`motes run --survive`)."""
     runs: list[OpenRun] = field(default_factory=list)
     """The open ones, in the order of their start; any number may be open at once."""
+    stopped: int = 0
+    """The signal because of which a run of this process was stopped, or 0."""
 
     @property
     def running(self) -> bool:

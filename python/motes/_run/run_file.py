@@ -1,4 +1,4 @@
-"""run.json: what was run, by whom and on which machines; written whole when the run starts."""
+"""run.json: what was run, by whom and on which machines; written whole when the run starts, or goes on."""
 
 from __future__ import annotations
 
@@ -18,19 +18,38 @@ import mpi4py
 
 from .. import _core
 from .._io import files
+from ..errors import LogError
 
-__all__ = ["write_run"]
+__all__ = ["earlier_run", "write_run"]
 
 SCHEMA = 1
 
 
 def write_run(
-    directory: str | os.PathLike[str], facts: dict[str, Any], hosts: Sequence[str], threads: Sequence[int]
+    directory: str | os.PathLike[str],
+    facts: dict[str, Any],
+    hosts: Sequence[str],
+    threads: Sequence[int],
+    *,
+    continued_from: int = 0,
 ) -> None:
-    """Write `directory`/run.json from the world's facts, and the host and threads of each rank."""
+    """Write `directory`/run.json from the world's facts, and the host and threads of each rank.
+
+    `continued_from`: the first frame of a run that goes on after another one. The facts of the first start
+    stay, and what differs now becomes an entry of the list `continued`. Raises LogError if the file is
+    damaged.
+    """
+    path = Path(directory) / "run.json"
+    run = _of_this_process(facts, hosts, threads)
+    if continued_from > 0:
+        run = _appended(earlier_run(path) or run, run, continued_from)
+    files.write_whole(path, (json.dumps(run, indent=1) + "\n").encode())
+
+
+def _of_this_process(facts: dict[str, Any], hosts: Sequence[str], threads: Sequence[int]) -> dict[str, Any]:
     script = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = script.read_text(errors="replace") if script is not None and script.is_file() else ""
-    run = {
+    return {
         "schema": SCHEMA,
         "started_unix_s": time.time(),
         "argv": sys.argv,
@@ -48,7 +67,30 @@ def write_run(
         "host": socket.gethostname(),
         "pid": os.getpid(),
     }
-    files.write_whole(Path(directory) / "run.json", (json.dumps(run, indent=1) + "\n").encode())
+
+
+def _appended(first: dict[str, Any], now: dict[str, Any], frame: int) -> dict[str, Any]:
+    """Add what a continuation says to the facts of the first start."""
+    always = ("started_unix_s", "argv", "ranks", "pid", "host")
+    differ = [name for name in now if name in always or first.get(name) != now[name]]
+    part = {"frame": frame, **{name: now[name] for name in differ}}
+    return {**first, "continued": [*first.get("continued", []), part]}
+
+
+def earlier_run(path: Path) -> dict[str, Any] | None:
+    """Read the run.json of a run that goes on; None if there is none: it had no log.
+
+    Raises LogError if it is damaged.
+    """
+    try:
+        run = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, RecursionError) as error:
+        raise LogError(f"{path}: cannot be continued: {error}") from error
+    if not isinstance(run, dict) or not isinstance(run.get("continued", []), list):
+        raise LogError(f"{path}: cannot be continued: it is not the run.json of a run")
+    return run
 
 
 def _version(package: str) -> str:

@@ -7,10 +7,15 @@ from dataclasses import dataclass, fields, replace
 from typing import Any, Self
 
 from .. import environment
+from ..checkpoint import Checkpoint
+from ..live import Live
 
 __all__ = ["RunSettings"]
 
-_COMPARED_AS_GIVEN_OR_NOT = ("log",)  # a name of a temporary folder may differ: the manager's counts
+_COMPARED_AS_GIVEN_OR_NOT = (
+    *("log",),  # a name of a temporary folder may differ: the manager's counts
+    *("steering",),  # the image generator's
+)
 _NOT_COMPARED = ("speeds", "stall_s", "threads")  # of this machine
 
 
@@ -39,12 +44,20 @@ class RunSettings:
     spans: bool
     speeds: Mapping[int, float]
     """Ranks that behave like slower machines."""
-    stall_s: float
-    """Seconds without an answer after which a rank warns or gives up."""
+    stall_s: float | None
+    """Seconds without an answer after which a rank gives up, whatever lives; None: no limit was set."""
 
-    def agreed(self, *, seed: int, threads: int) -> Self:
+    checkpoint: Checkpoint | None = None
+    on_loss: str = "stop"
+    live: Live | None = None
+    steering: str | None = None
+    """A steer.jsonl of the run that this one repeats."""
+    continued_from: int = 0
+    """The first frame still to do of a run that goes on after another one, in its log; 0: a new run."""
+
+    def agreed(self, *, seed: int, threads: int, continued_from: int) -> Self:
         """Return the same with what is known once the ranks have met."""
-        return replace(self, seed=seed, threads=threads)
+        return replace(self, seed=seed, threads=threads, continued_from=continued_from)
 
     def compared(self) -> dict[str, str]:
         """Return what must be equal on all ranks, by name, as text."""
@@ -53,6 +66,8 @@ class RunSettings:
         }
         for name in _COMPARED_AS_GIVEN_OR_NOT:
             values[name] = "not given" if values[name] is None else "given"
+        if self.checkpoint is not None:  # the manager's directory counts
+            values["checkpoint"] = f"every {self.checkpoint.every} frames, keep {self.checkpoint.keep}"
         values["roles"] = _roles(self.roles)
         kind = type(self.balancer)
         # The repr of a user's class may hold an address; its `decide` runs on the manager only.
@@ -78,6 +93,7 @@ class RunSettings:
             "clock": self.clock,
             "speed": self.speeds.get(rank, 1.0),
             "spans": self.spans,
+            "continued_from": self.continued_from,
         }
 
     def for_log(self) -> dict[str, Any]:

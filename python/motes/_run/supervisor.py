@@ -16,37 +16,53 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import FrameType
-from typing import Self
+from typing import NamedTuple, Self
 
 from . import open_worlds
+from .losses import END
 from .output import tell, write_all
 
-__all__ = ["Relay", "supervise"]
+__all__ = ["Ended", "Relay", "supervise"]
 
 _HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
+_ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # the run to stop at the end of a frame
 _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
 _IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
 _DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
 _PR_SET_PDEATHSIG = 1
+_GONE = "its process is gone"  # as ending.report_lost says
 
 
-def supervise(argv: Sequence[str]) -> int:
-    """Run a launcher to its end and return its exit code; 1 where it says 0 and ranks here never ended.
+class Ended(NamedTuple):
+    """How a job ended."""
 
-    Signals go on to the launcher. It ends when this process does, however that ends (on Linux).
+    code: int
+    """Its exit code; 1 where the launcher says 0 and ranks here never ended."""
+    lost: bool
+    """Whether a process or a host was lost: another start may come to the end."""
+
+
+def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -> Ended:
+    """Run a launcher to its end, and say how the job ended.
+
+    `variables` are set for it, unless this process has them already.
+
+    SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together; where
+    none is here, and the second SIGINT or SIGTERM, to the launcher, as other signals do. It ends when this
+    process does, however that ends (on Linux).
     """
-    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals() as signals:
-        environment = {**os.environ, open_worlds.FOLDER: folder}
+    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals(folder) as signals:
+        environment = {**(variables or {}), **os.environ, open_worlds.FOLDER: folder}
         process = subprocess.Popen(
-            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_tie_to_parent(), bufsize=0
+            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_child(), bufsize=0
         )
         assert process.stderr is not None
         reader = None
         try:
             signals.go_to(process)
-            relay = Relay(lambda data: write_all(2, data))
+            relay = Relay(lambda data: write_all(2, data), process.terminate)
             reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
             reader.start()
             code = process.wait()
@@ -56,23 +72,32 @@ def supervise(argv: Sequence[str]) -> int:
             if reader is None or not reader.is_alive():
                 process.stderr.close()
         left = open_worlds.left_open(folder)
-    relay.close(failed=code != 0)
-    if code == 0 and left:
+    relay.close(failed=code != 0 or relay.code is not None)
+    if code == 0 and relay.code is None and left:
         tell(
             f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
             "as where mpirun loses a host; its log tells how far it came"
         )
-        return 1
+        return Ended(1, lost=True)
     code = code if code >= 0 else 128 - code
+    if relay.code is not None:  # a rank ended the job, by way of this process
+        code = relay.code
+    if code != 0 and signals.insisted:
+        code = 128 + signals.insisted
     if code != 0 and relay.message:
         tell(f"motes run: exit code {code}: {relay.message}")
-    return code
+    stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
+    return Ended(code, lost=(code > 128 and not stopped) or _GONE in relay.message)
 
 
 class _Signals:
-    """Passes signals on to a process; those that come before it has started, as soon as it has."""
+    """Passes signals on to a process or its ranks; early ones, as soon as the process has started."""
 
-    def __init__(self) -> None:
+    def __init__(self, folder: str) -> None:
+        self.insisted = 0
+        """The second signal, which ends the job at once; 0: there was none."""
+        self._folder = folder
+        self._asked = False  # ranks were, by SIGINT or SIGTERM
         self._process: subprocess.Popen[bytes] | None = None
         self._early: list[int] = []
         self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
@@ -80,15 +105,34 @@ class _Signals:
     def go_to(self, process: subprocess.Popen[bytes]) -> None:
         self._process = process
         for number in self._early:
-            process.send_signal(number)
+            self._pass_on(number)
 
     def _hand_on(self, number: int, _: FrameType | None) -> None:
-        if number in (signal.SIGINT, signal.SIGQUIT) and sys.stdin is not None and sys.stdin.isatty():
+        if number == signal.SIGQUIT and sys.stdin is not None and sys.stdin.isatty():
             return  # a key of the terminal reaches both by itself
         if self._process is None:
             self._early.append(number)
-        else:
-            self._process.send_signal(number)
+        elif number not in _ASKING or not self._ask(number):
+            self._pass_on(number)
+
+    def _ask(self, number: int) -> bool:
+        """Ask the ranks to stop; false where none can be asked, or where they were asked before."""
+        urgent = number != signal.SIGUSR1
+        if urgent and self._asked:
+            self.insisted = number
+            return False
+        if not open_worlds.send(self._folder, number):
+            return False
+        if urgent:
+            self._asked = True
+        name, more = signal.Signals(number).name, "; a second one ends it at once" if urgent else ""
+        tell(f"motes: {name}: the run stops when this frame is done{more}")
+        return True
+
+    def _pass_on(self, number: int) -> None:
+        assert self._process is not None
+        # The launcher blocks SIGINT (`_start_of_child`); it does the same with SIGTERM.
+        self._process.send_signal(signal.SIGTERM if number == signal.SIGINT else number)
 
     def __enter__(self) -> Self:
         for name in _HANDED_ON:
@@ -102,13 +146,19 @@ class _Signals:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
-def _tie_to_parent() -> Callable[[], None] | None:
-    """Return what a child calls between fork and exec, to get a signal when this process dies."""
-    if sys.platform != "linux":
-        return None
-    parent, prctl = os.getpid(), ctypes.CDLL(None).prctl
+def _start_of_child() -> Callable[[], None]:
+    """Return what a child calls between fork and exec.
 
-    def tie() -> None:
+    A terminal's Ctrl-C must not reach the launcher, which would kill its ranks: it starts with SIGINT
+    blocked.
+    On Linux it gets a signal when this process dies.
+    """
+    parent, prctl = os.getpid(), ctypes.CDLL(None).prctl if sys.platform == "linux" else None
+
+    def start() -> None:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        if prctl is None:
+            return
         # When this process is gone, so is the reader of the launcher's messages: writing them while it ends
         # its ranks must not end it before.
         signal.signal(signal.SIGPIPE, signal.SIG_IGN)
@@ -116,7 +166,7 @@ def _tie_to_parent() -> Callable[[], None] | None:
         if os.getppid() != parent:  # it was gone before
             os._exit(1)
 
-    return tie
+    return start
 
 
 def _end(process: subprocess.Popen[bytes]) -> None:
@@ -141,19 +191,28 @@ class Relay:
         rb"\W*(MPI_ABORT was invoked|(prterun|mpirun|mpiexec)\S* (has exited|noticed|detected)"
         rb"|Primary job +terminated|=   BAD TERMINATION)"
     )
+    # Of a rank that goes on without a lost one: a collective that was under way has come to nothing.
+    _LOSS = re.compile(rb"NBC_Progress: an error 7[5-7] was found during schedule .*\s*")
+    _END = re.compile(re.escape(END.encode()) + rb"(\d+)")
     _REPORT = re.compile(rb"\*\*\* motes: (.*)")
+    _STOPPED = re.compile(rb"motes: stopped by SIG")
     _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
     _MOST_LINES = 100  # a message that is longer is none
 
-    def __init__(self, write: Callable[[bytes], object]) -> None:
-        """`write` takes what is passed on."""
+    def __init__(self, write: Callable[[bytes], object], end: Callable[[], object] = lambda: None) -> None:
+        """`write` takes what is passed on; `end` is called when a rank wants the job to end."""
+        self.code: int | None = None
+        """The exit code of a rank that ended the job (`losses.end_job`)."""
+        self._end = end
         self.own: list[bytes] = []
         """The launcher's messages, in lines."""
         self._write = write
         self._held: list[bytes] = []
         self._inside = False
         self._rest = b""
+        self._after_loss = False
         self._report = self._error = b""
+        self._stopped = False
 
     @property
     def message(self) -> str:
@@ -187,7 +246,7 @@ class Relay:
         """Pass on what is held back. Name the file with the launcher's messages, if it has any."""
         self._take(self._rest)
         self._give_up_holding()
-        if not self.own:
+        if not self.own or (self._stopped and not self.message):  # then the run says why it ended
             return
         if not failed or not self.message:  # nothing else says what happened
             self._pass_on(b"".join(self.own))
@@ -199,8 +258,15 @@ class Relay:
                 tell(f"motes run: mpirun's own messages: {path}")
 
     def _take(self, line: bytes) -> None:
+        if end := self._END.search(line):
+            if self.code is None:
+                self.code = int(end[1])
+                self._end()
+            return
         if report := self._REPORT.search(line):
             self._report = self._report or report[1]
+        elif self._STOPPED.search(line):
+            self._stopped = True
         elif error := self._ERROR.match(line):
             self._error = self._error or error[1]
         rule = self._RULE.fullmatch(line) is not None
@@ -220,9 +286,15 @@ class Relay:
         elif rule:
             self._give_up_holding()
             self._held = [line]
+        elif self._LOSS.fullmatch(line):
+            self._after_loss = True
+            return
+        elif self._after_loss and line == b"\n":
+            pass
         else:
             self._give_up_holding()
             self._pass_on(line)
+        self._after_loss = False
 
     def _give_up_holding(self) -> None:
         held, self._held, self._inside = b"".join(self._held), [], False

@@ -1,9 +1,9 @@
 """Actions over particles as values (paper 3.1.5). `System` has a method for each that records it.
 
 An action treats each particle by itself: v is its velocity in m/s, x its position in m, dt the (sub)step in
-seconds. Actions that accelerate are in `forces`, those that set or approach given values in `targets`, those
-that move, bounce, sort and kill in `motion`, those between particles in `between`; all are names of this
-package.
+seconds. Actions that accelerate are in `forces`, those that lead along fields and paths in `guides`, those
+that set or approach given values in `targets`, those that move, bounce, sort and kill in `motion`, those
+between particles in `between`; all are names of this package.
 """
 
 from __future__ import annotations
@@ -11,16 +11,18 @@ from __future__ import annotations
 from typing import Any
 
 from ..errors import missing
-from . import between, forces, motion, targets
+from . import between, forces, guides, motion, targets
 from .base import Action, Where, as_action
 from .between import *  # noqa: F403
 from .forces import *  # noqa: F403
+from .guides import *  # noqa: F403
 from .motion import *  # noqa: F403
 from .targets import *  # noqa: F403
 
 __all__ = ["Action", "Where", "as_action"]
 __all__ += motion.__all__
 __all__ += forces.__all__
+__all__ += guides.__all__
 __all__ += targets.__all__
 __all__ += between.__all__
 

@@ -14,6 +14,7 @@ __all__ = ["Action", "Where", "as_action", "as_where", "at_least_0"]
 
 
 Where = Shape | Condition | None
+"""What `where=` takes: a shape, a condition on columns, or None for all particles."""
 
 
 @value(kw_only=True)
@@ -21,6 +22,7 @@ class Action(Value):
     """Base of all actions. `where` limits one to particles in a shape, or for which a comparison holds."""
 
     where: Where = None
+    _may_move = True
 
     def _set(self, name: str, **fields: Any) -> None:
         """Keep the checked fields and make the engine's value from them, in this order; it checks too."""

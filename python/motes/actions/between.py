@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core, arguments
 from ..conditions import Columns, condition_of
+from ..curves import Number
 from ..errors import ArgumentError
 from ..ties import Ties
 from ..values import value
@@ -52,9 +53,9 @@ class Gravitate(Action):
     Source: McAllister's Gravitate; cells: Barnes and Hut (1986), on the levels of a cube.
     """
 
-    magnitude: float = 1
-    epsilon: float = 1e-3
-    max_radius: float = math.inf
+    magnitude: Number = 1
+    epsilon: Number = 1e-3
+    max_radius: Number = math.inf
     far: str = "exact"
 
     def __post_init__(self) -> None:
@@ -87,9 +88,9 @@ class Follow(Action):
     Source: McAllister's Follow.
     """
 
-    magnitude: float = 1
-    epsilon: float = 1e-3
-    max_radius: float = math.inf
+    magnitude: Number = 1
+    epsilon: Number = 1e-3
+    max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -117,9 +118,9 @@ class MatchVelocity(Action):
     at most 1.
     """
 
-    magnitude: float = 1
-    epsilon: float = 1e-3
-    max_radius: float = math.inf
+    magnitude: Number = 1
+    epsilon: Number = 1e-3
+    max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -140,9 +141,9 @@ class MatchRotationalVelocity(Action):
     Source: McAllister's MatchRotationalVelocity; see `MatchVelocity`.
     """
 
-    magnitude: float = 1
-    epsilon: float = 1e-3
-    max_radius: float = math.inf
+    magnitude: Number = 1
+    epsilon: Number = 1e-3
+    max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -177,13 +178,13 @@ class Collide(Action):
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """
 
-    radius: float | None = None
-    restitution: float = 0
-    friction: float = 0.5
-    sleep: float | None = None
+    radius: Number | None = None
+    restitution: Number = 0
+    friction: Number = 0.5
+    sleep: Number | None = None
     other: System | None = None
-    other_radius: float | None = None
-    clear: float = 0
+    other_radius: Number | None = None
+    clear: Number = 0
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -235,24 +236,21 @@ class Contact(Action):
     rolling as in Luding (2008), "Cohesive, frictional powders"; its scaling on clusters: Henty (2000).
     """
 
-    stiffness: float
-    restitution: float = 0.5
-    friction: float = 0.5
-    rolling_friction: float = 0
-    radius: float | None = None
+    stiffness: Number
+    restitution: Number = 0.5
+    friction: Number = 0.5
+    rolling_friction: Number = 0
+    radius: Number | None = None
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
-        stiffness = arguments.number("stiffness", self.stiffness, low=0)
-        if stiffness < LEAST_STIFFNESS:
-            raise ArgumentError("stiffness", self.stiffness, f"at least {LEAST_STIFFNESS:g} N/m")
         radius = None if self.radius is None else _radius("radius", self.radius)
         self._set(
             "contact",
             radius=radius or 0.0,
             restitution=arguments.number("restitution", self.restitution, low=0, high=1),
             friction=arguments.number("friction", self.friction, low=0),
-            stiffness=stiffness,
+            stiffness=arguments.number("stiffness", self.stiffness, low=LEAST_STIFFNESS),
             rolling_friction=arguments.number("rolling_friction", self.rolling_friction, low=0),
         )
         self.__dict__["radius"] = radius
@@ -284,19 +282,16 @@ class Fluid(Action):
     viscosity: Monaghan (2005), "Smoothed particle hydrodynamics".
     """
 
-    radius: float
-    rest_density: float
-    viscosity: float = 0
-    cohesion: float = 0
+    radius: Number
+    rest_density: Number
+    viscosity: Number = 0
+    cohesion: Number = 0
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
-        rest_density = arguments.number("rest_density", self.rest_density, low=0)
-        if rest_density < LEAST_DENSITY:
-            raise ArgumentError("rest_density", self.rest_density, f"at least {LEAST_DENSITY:g} kg/m^3")
         self._set(
             "fluid",
-            rest_density=rest_density,
+            rest_density=arguments.number("rest_density", self.rest_density, low=LEAST_DENSITY),
             viscosity=arguments.number("viscosity", self.viscosity, low=0),
             radius=arguments.number("radius", self.radius, low=1e-4, high=1e6),
             cohesion=arguments.number("cohesion", self.cohesion),
@@ -328,11 +323,11 @@ class Tie(Action):
     """
 
     ties: Ties
-    stretch: float = 0
-    shear: float = 0
-    bend: float = 1e-3
-    damping: float = 0
-    break_at: float = math.inf
+    stretch: Number = 0
+    shear: Number = 0
+    bend: Number = 1e-3
+    damping: Number = 0
+    break_at: Number = math.inf
     tethers: bool = True
 
     def __post_init__(self) -> None:

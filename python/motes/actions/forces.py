@@ -7,6 +7,7 @@ import math
 from numpy.typing import ArrayLike
 
 from .. import arguments
+from ..curves import Number, Vector
 from ..shapes import Shape, as_shape
 from ..values import value
 from .base import Action, at_least_0
@@ -37,7 +38,7 @@ class Gravity(Action):
     Source: McAllister's Gravity.
     """
 
-    acceleration: ArrayLike
+    acceleration: Vector
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -105,11 +106,11 @@ class Explosion(Action):
     Source: McAllister's Explosion.
     """
 
-    center: ArrayLike
-    radius: float
-    magnitude: float
-    sigma: float
-    epsilon: float
+    center: Vector
+    radius: Number
+    magnitude: Number
+    sigma: Number
+    epsilon: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -139,10 +140,10 @@ class OrbitPoint(Action):
     Source: McAllister's OrbitPoint.
     """
 
-    center: ArrayLike
-    magnitude: float
-    epsilon: float
-    max_radius: float = math.inf
+    center: Vector
+    magnitude: Number
+    epsilon: Number
+    max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -172,11 +173,11 @@ class OrbitLine(Action):
     Source: McAllister's OrbitLine.
     """
 
-    point: ArrayLike
-    axis: ArrayLike
-    magnitude: float
-    epsilon: float
-    max_radius: float = math.inf
+    point: Vector
+    axis: Vector
+    magnitude: Number
+    epsilon: Number
+    max_radius: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -211,13 +212,13 @@ class Vortex(Action):
     Source: McAllister's Vortex.
     """
 
-    tip: ArrayLike
-    axis: ArrayLike
-    tightness: float
-    max_radius: float
-    in_speed: float
-    up_speed: float
-    around_speed: float
+    tip: Vector
+    axis: Vector
+    tightness: Number
+    max_radius: Number
+    in_speed: Number
+    up_speed: Number
+    around_speed: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -246,8 +247,8 @@ class Wind(Action):
     Source: linear drag (Stokes).
     """
 
-    velocity: ArrayLike
-    drag: float
+    velocity: Vector
+    drag: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -281,10 +282,10 @@ class CurlNoise(Action):
     Source: Bridson, Houriham, Nordenstam: Curl-noise for procedural fluid flow (2007); Perlin's noise.
     """
 
-    strength: float
-    scale: float
+    strength: Number
+    scale: Number
     octaves: int = 1
-    speed: float = 0
+    speed: Number = 0
     field: int = 0
 
     def __post_init__(self) -> None:
@@ -319,9 +320,9 @@ class Avoid(Action):
     """
 
     shape: Shape
-    magnitude: float
-    epsilon: float
-    look_ahead: float
+    magnitude: Number
+    epsilon: Number
+    look_ahead: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""

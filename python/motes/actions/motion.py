@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from numpy.typing import ArrayLike
-
 from .. import arguments
+from ..curves import Number, Vector
 from ..shapes import Shape, as_shape
 from ..values import value
 from .base import Action, at_least_0
@@ -48,9 +47,9 @@ class Bounce(Action):
     """
 
     shape: Shape
-    restitution: float = 1
-    friction: float = 0
-    min_tangential_speed: float = 0
+    restitution: Number = 1
+    friction: Number = 0
+    min_tangential_speed: Number = 0
     exact_hit: bool = True
 
     def __post_init__(self) -> None:
@@ -122,7 +121,7 @@ class KillOld(Action):
     Source: McAllister's KillOld.
     """
 
-    age_limit: float
+    age_limit: Number
     younger: bool = False
 
     def __post_init__(self) -> None:
@@ -187,8 +186,8 @@ class Sort(Action):
     Source: McAllister's Sort.
     """
 
-    eye: ArrayLike
-    look: ArrayLike
+    eye: Vector
+    look: Vector
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from numpy.typing import ArrayLike
 
 from .. import actions
+from ..curves import Number, Vector
 from ..shapes import Shape
 from ..values import says_near_names
 from .base import Where
@@ -36,7 +37,7 @@ class Recorder(ABC):
         """Record an action; `depth` calls of the package stand between the script and the engine."""
 
     @says_near_names
-    def gravity(self, acceleration: ArrayLike, *, where: Where = None) -> None:
+    def gravity(self, acceleration: Vector, *, where: Where = None) -> None:
         """Record `actions.Gravity`."""
         self._record(actions.Gravity(acceleration=acceleration, where=where))
 
@@ -53,11 +54,11 @@ class Recorder(ABC):
     @says_near_names
     def explosion(
         self,
-        center: ArrayLike,
-        radius: float,
-        magnitude: float,
-        sigma: float,
-        epsilon: float,
+        center: Vector,
+        radius: Number,
+        magnitude: Number,
+        sigma: Number,
+        epsilon: Number,
         *,
         where: Where = None,
     ) -> None:
@@ -71,10 +72,10 @@ class Recorder(ABC):
     @says_near_names
     def orbit_point(
         self,
-        center: ArrayLike,
-        magnitude: float,
-        epsilon: float,
-        max_radius: float = math.inf,
+        center: Vector,
+        magnitude: Number,
+        epsilon: Number,
+        max_radius: Number = math.inf,
         *,
         where: Where = None,
     ) -> None:
@@ -88,11 +89,11 @@ class Recorder(ABC):
     @says_near_names
     def orbit_line(
         self,
-        point: ArrayLike,
-        axis: ArrayLike,
-        magnitude: float,
-        epsilon: float,
-        max_radius: float = math.inf,
+        point: Vector,
+        axis: Vector,
+        magnitude: Number,
+        epsilon: Number,
+        max_radius: Number = math.inf,
         *,
         where: Where = None,
     ) -> None:
@@ -111,13 +112,13 @@ class Recorder(ABC):
     @says_near_names
     def vortex(
         self,
-        tip: ArrayLike,
-        axis: ArrayLike,
-        tightness: float,
-        max_radius: float,
-        in_speed: float,
-        up_speed: float,
-        around_speed: float,
+        tip: Vector,
+        axis: Vector,
+        tightness: Number,
+        max_radius: Number,
+        in_speed: Number,
+        up_speed: Number,
+        around_speed: Number,
         *,
         where: Where = None,
     ) -> None:
@@ -136,17 +137,17 @@ class Recorder(ABC):
         )
 
     @says_near_names
-    def wind(self, velocity: ArrayLike, drag: float, *, where: Where = None) -> None:
+    def wind(self, velocity: Vector, drag: Number, *, where: Where = None) -> None:
         """Record `actions.Wind`."""
         self._record(actions.Wind(velocity=velocity, drag=drag, where=where))
 
     @says_near_names
     def curl_noise(
         self,
-        strength: float,
-        scale: float,
+        strength: Number,
+        scale: Number,
         octaves: int = 1,
-        speed: float = 0,
+        speed: Number = 0,
         field: int = 0,
         *,
         where: Where = None,
@@ -160,7 +161,7 @@ class Recorder(ABC):
 
     @says_near_names
     def avoid(
-        self, shape: Shape, magnitude: float, epsilon: float, look_ahead: float, *, where: Where = None
+        self, shape: Shape, magnitude: Number, epsilon: Number, look_ahead: Number, *, where: Where = None
     ) -> None:
         """Record `actions.Avoid`."""
         self._record(
@@ -170,15 +171,56 @@ class Recorder(ABC):
         )
 
     @says_near_names
+    def field(
+        self,
+        grid: ArrayLike,
+        low: Vector,
+        high: Vector,
+        strength: Number = 1,
+        drag: Number | None = None,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.Field`."""
+        self._record(actions.Field(grid=grid, low=low, high=high, strength=strength, drag=drag, where=where))
+
+    @says_near_names
+    def follow_path(
+        self,
+        points: ArrayLike,
+        speed: Number,
+        strength: Number = 2,
+        look_ahead: Number = 0.5,
+        radius: Number = math.inf,
+        loop: bool = False,
+        smooth: bool = False,
+        *,
+        where: Where = None,
+    ) -> None:
+        """Record `actions.FollowPath`."""
+        self._record(
+            actions.FollowPath(
+                points=points,
+                speed=speed,
+                strength=strength,
+                look_ahead=look_ahead,
+                radius=radius,
+                loop=loop,
+                smooth=smooth,
+                where=where,
+            )
+        )
+
+    @says_near_names
     def damping(
-        self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
+        self, damping: Vector, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.Damping`."""
         self._record(actions.Damping(damping=damping, min_speed=min_speed, max_speed=max_speed, where=where))
 
     @says_near_names
     def rotational_damping(
-        self, damping: ArrayLike, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None
+        self, damping: Vector, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
     ) -> None:
         """Record `actions.RotationalDamping`."""
         self._record(
@@ -186,7 +228,9 @@ class Recorder(ABC):
         )
 
     @says_near_names
-    def speed_clamp(self, min_speed: float = 0, max_speed: float = math.inf, *, where: Where = None) -> None:
+    def speed_clamp(
+        self, min_speed: Number = 0, max_speed: Number = math.inf, *, where: Where = None
+    ) -> None:
         """Record `actions.SpeedClamp`."""
         self._record(actions.SpeedClamp(min_speed=min_speed, max_speed=max_speed, where=where))
 
@@ -206,23 +250,23 @@ class Recorder(ABC):
         self._record(actions.RandomRotationalVelocity(shape=shape, where=where))
 
     @says_near_names
-    def target_color(self, color: ArrayLike, alpha: float, scale: float, *, where: Where = None) -> None:
+    def target_color(self, color: Vector, alpha: Number, scale: Number, *, where: Where = None) -> None:
         """Record `actions.TargetColor`."""
         self._record(actions.TargetColor(color=color, alpha=alpha, scale=scale, where=where))
 
     @says_near_names
-    def target_size(self, size: ArrayLike, scale: ArrayLike, *, where: Where = None) -> None:
+    def target_size(self, size: Vector, scale: Vector, *, where: Where = None) -> None:
         """Record `actions.TargetSize`."""
         self._record(actions.TargetSize(size=size, scale=scale, where=where))
 
     @says_near_names
-    def target_velocity(self, velocity: ArrayLike, scale: float, *, where: Where = None) -> None:
+    def target_velocity(self, velocity: Vector, scale: Number, *, where: Where = None) -> None:
         """Record `actions.TargetVelocity`."""
         self._record(actions.TargetVelocity(velocity=velocity, scale=scale, where=where))
 
     @says_near_names
     def target_rotational_velocity(
-        self, rotational_velocity: ArrayLike, scale: float, *, where: Where = None
+        self, rotational_velocity: Vector, scale: Number, *, where: Where = None
     ) -> None:
         """Record `actions.TargetRotationalVelocity`."""
         self._record(
@@ -233,7 +277,7 @@ class Recorder(ABC):
 
     @says_near_names
     def restore(
-        self, time_left: float, position: bool = True, up: bool = True, *, where: Where = None
+        self, time_left: Number, position: bool = True, up: bool = True, *, where: Where = None
     ) -> None:
         """Record `actions.Restore`."""
         self._record(actions.Restore(time_left=time_left, position=position, up=up, where=where))
@@ -262,9 +306,9 @@ class Recorder(ABC):
     def bounce(
         self,
         shape: Shape,
-        restitution: float = 1,
-        friction: float = 0,
-        min_tangential_speed: float = 0,
+        restitution: Number = 1,
+        friction: Number = 0,
+        min_tangential_speed: Number = 0,
         exact_hit: bool = True,
         *,
         where: Where = None,
@@ -292,7 +336,7 @@ class Recorder(ABC):
         self._record(actions.SinkVelocity(shape=shape, inside=inside, where=where))
 
     @says_near_names
-    def kill_old(self, age_limit: float, younger: bool = False, *, where: Where = None) -> None:
+    def kill_old(self, age_limit: Number, younger: bool = False, *, where: Where = None) -> None:
         """Record `actions.KillOld`."""
         self._record(actions.KillOld(age_limit=age_limit, younger=younger, where=where))
 
@@ -307,16 +351,16 @@ class Recorder(ABC):
         self._record(actions.Move(rotational=rotational, where=where))
 
     @says_near_names
-    def sort(self, eye: ArrayLike, look: ArrayLike, *, where: Where = None) -> None:
+    def sort(self, eye: Vector, look: Vector, *, where: Where = None) -> None:
         """Record `actions.Sort`."""
         self._record(actions.Sort(eye=eye, look=look, where=where))
 
     @says_near_names
     def gravitate(
         self,
-        magnitude: float = 1,
-        epsilon: float = 0.001,
-        max_radius: float = math.inf,
+        magnitude: Number = 1,
+        epsilon: Number = 0.001,
+        max_radius: Number = math.inf,
         far: str = "exact",
         *,
         where: Where = None,
@@ -331,9 +375,9 @@ class Recorder(ABC):
     @says_near_names
     def follow(
         self,
-        magnitude: float = 1,
-        epsilon: float = 0.001,
-        max_radius: float = math.inf,
+        magnitude: Number = 1,
+        epsilon: Number = 0.001,
+        max_radius: Number = math.inf,
         *,
         where: Where = None,
     ) -> None:
@@ -343,9 +387,9 @@ class Recorder(ABC):
     @says_near_names
     def match_velocity(
         self,
-        magnitude: float = 1,
-        epsilon: float = 0.001,
-        max_radius: float = math.inf,
+        magnitude: Number = 1,
+        epsilon: Number = 0.001,
+        max_radius: Number = math.inf,
         *,
         where: Where = None,
     ) -> None:
@@ -357,9 +401,9 @@ class Recorder(ABC):
     @says_near_names
     def match_rotational_velocity(
         self,
-        magnitude: float = 1,
-        epsilon: float = 0.001,
-        max_radius: float = math.inf,
+        magnitude: Number = 1,
+        epsilon: Number = 0.001,
+        max_radius: Number = math.inf,
         *,
         where: Where = None,
     ) -> None:
@@ -373,13 +417,13 @@ class Recorder(ABC):
     @says_near_names
     def collide(
         self,
-        radius: float | None = None,
-        restitution: float = 0,
-        friction: float = 0.5,
-        sleep: float | None = None,
+        radius: Number | None = None,
+        restitution: Number = 0,
+        friction: Number = 0.5,
+        sleep: Number | None = None,
         other: System | None = None,
-        other_radius: float | None = None,
-        clear: float = 0,
+        other_radius: Number | None = None,
+        clear: Number = 0,
         *,
         where: Where = None,
     ) -> None:
@@ -400,11 +444,11 @@ class Recorder(ABC):
     @says_near_names
     def contact(
         self,
-        stiffness: float,
-        restitution: float = 0.5,
-        friction: float = 0.5,
-        rolling_friction: float = 0,
-        radius: float | None = None,
+        stiffness: Number,
+        restitution: Number = 0.5,
+        friction: Number = 0.5,
+        rolling_friction: Number = 0,
+        radius: Number | None = None,
         *,
         where: Where = None,
     ) -> None:
@@ -423,10 +467,10 @@ class Recorder(ABC):
     @says_near_names
     def fluid(
         self,
-        radius: float,
-        rest_density: float,
-        viscosity: float = 0,
-        cohesion: float = 0,
+        radius: Number,
+        rest_density: Number,
+        viscosity: Number = 0,
+        cohesion: Number = 0,
         *,
         where: Where = None,
     ) -> None:
@@ -441,11 +485,11 @@ class Recorder(ABC):
     def tie(
         self,
         ties: Ties,
-        stretch: float = 0,
-        shear: float = 0,
-        bend: float = 0.001,
-        damping: float = 0,
-        break_at: float = math.inf,
+        stretch: Number = 0,
+        shear: Number = 0,
+        bend: Number = 0.001,
+        damping: Number = 0,
+        break_at: Number = math.inf,
         tethers: bool = True,
         *,
         where: Where = None,

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 
 from .. import _core, arguments
 from ..conditions import Columns, condition_of
+from ..curves import Number, Vector
 from ..errors import ArgumentError
 from ..expressions import as_expression, compile_values, constant_of
 from ..shapes import Shape, as_shape
@@ -53,9 +54,9 @@ class Damping(Action):
     Source: McAllister's Damping.
     """
 
-    damping: ArrayLike
-    min_speed: float = 0
-    max_speed: float = math.inf
+    damping: Vector
+    min_speed: Number = 0
+    max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -82,9 +83,9 @@ class RotationalDamping(Action):
     Source: McAllister's RotDamping.
     """
 
-    damping: ArrayLike
-    min_speed: float = 0
-    max_speed: float = math.inf
+    damping: Vector
+    min_speed: Number = 0
+    max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -109,8 +110,8 @@ class SpeedClamp(Action):
     Source: McAllister's SpeedClamp.
     """
 
-    min_speed: float = 0
-    max_speed: float = math.inf
+    min_speed: Number = 0
+    max_speed: Number = math.inf
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -192,9 +193,9 @@ class TargetColor(Action):
     Source: McAllister's TargetColor.
     """
 
-    color: ArrayLike
-    alpha: float
-    scale: float
+    color: Vector
+    alpha: Number
+    scale: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -219,8 +220,8 @@ class TargetSize(Action):
     Source: McAllister's TargetSize.
     """
 
-    size: ArrayLike
-    scale: ArrayLike
+    size: Vector
+    scale: Vector
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -244,8 +245,8 @@ class TargetVelocity(Action):
     Source: McAllister's TargetVelocity.
     """
 
-    velocity: ArrayLike
-    scale: float
+    velocity: Vector
+    scale: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -269,8 +270,8 @@ class TargetRotationalVelocity(Action):
     Source: McAllister's TargetRotVelocity.
     """
 
-    rotational_velocity: ArrayLike
-    scale: float
+    rotational_velocity: Vector
+    scale: Number
 
     def __post_init__(self) -> None:
         """Check the fields and make the engine's value."""
@@ -300,7 +301,7 @@ class Restore(Action):
     Source: McAllister's Restore.
     """
 
-    time_left: float
+    time_left: Number
     position: bool = True
     up: bool = True
 
@@ -407,7 +408,8 @@ class Set(Action):
 
     Attributes:
         attribute: its name; the method takes `attribute=value` instead.
-        value: a number, a vector or an expression such as column("age") * 2.
+        value: a number, a vector or an expression such as column("age") * 2, with the functions of
+            motes.expressions.
 
     Source: new here.
     """

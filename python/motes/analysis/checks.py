@@ -116,12 +116,22 @@ def _are_calculators(value: Any) -> bool:
     return _are(_is_rank)(value) and len(set(value)) == len(value)
 
 
+def _is_continuation(value: Any) -> bool:
+    return (
+        isinstance(value, dict)
+        and _is_rank(value.get("frame"))
+        and value["frame"] > 0
+        and all(value.get(name) is None or test(value[name]) for name, (_, test) in _FACTS.items())
+    )
+
+
 _FACTS: dict[str, tuple[str, Callable[[Any], bool]]] = {
     "argv": ("a list of texts", _are(_is_text)),
     "axes": ("a list of texts", _are(_is_text)),
     "axis": ("a text", _is_text),
     "balancer": ("a text", _is_text),
     "calculators": ("a list of different ranks", _are_calculators),
+    "continued": ("a list of frames, each with facts", _are(_is_continuation)),
     "cores": ("a whole number", _is_rank),
     "host": ("a text", _is_text),
     "image_generator": ("a rank", _is_rank),

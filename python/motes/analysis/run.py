@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import arguments
-from . import measures
+from . import measures, stretches
 from .schema import TABLES
 from .tables import frame_of, read_facts, read_table
 
@@ -145,22 +145,34 @@ class Run:
         return str(axes.get(system, self.facts.get("axis", "x")))
 
     @property
+    def stretches(self) -> list[dict[str, Any]]:
+        """The parts of a run that was continued from checkpoints: from which `frame` on, and its facts then.
+
+        One part for a run that was not.
+        """
+        return stretches.of_facts(self.facts)
+
+    @property
     def calculators(self) -> list[int]:
-        """The calculators' ranks in the order of their domains."""
-        told = self.facts.get("calculators")
-        return list(told) if told else [int(rank) for rank in sorted(self.load["rank"].unique())]
+        """The calculators' ranks in the order of their domains.
+
+        Those of all stretches of a continued run; each frame has rows of its own stretch's only.
+        """
+        told = [rank for part in self.stretches for rank in part.get("calculators") or []]
+        return list(dict.fromkeys(told)) or [int(rank) for rank in sorted(self.load["rank"].unique())]
 
     @property
     def ranks(self) -> int:
-        """How many ranks the run had."""
+        """How many ranks the run had; the most, if it was continued on another number."""
         told = self.facts.get("ranks")
-        return len(told) if isinstance(told, list) else int(told or len(self.calculators))
+        least = len(told) if isinstance(told, list) else int(told or len(self.calculators))
+        return max([least, *(len(stretches.ranks_of(part)) for part in self.stretches)])
 
     @property
     def hosts(self) -> dict[int, str]:
-        """Each rank's host."""
-        told = self.facts.get("ranks")
-        return {row["rank"]: row.get("host", "") for row in told} if isinstance(told, list) else {}
+        """Each rank's host; the last one's, if the run was continued elsewhere."""
+        parts = self.stretches
+        return {row["rank"]: row.get("host", "") for part in parts for row in stretches.ranks_of(part)}
 
     @property
     def speeds(self) -> dict[int, float]:

@@ -170,7 +170,11 @@ EVENTS = Table(
     "events.jsonl",
     "event",
     required=True,
-    columns=_columns(_FRAME + "kind str! - start, end, crowded, overlap, softened\ntext str - what happened"),
+    columns=_columns(
+        _FRAME
+        + "kind str! - start, continued, recovered, end, crowded, overlap, softened\n"
+        + "text str - what happened"
+    ),
 )
 
 SPANS = Table(

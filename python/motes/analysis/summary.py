@@ -27,6 +27,7 @@ STYLE = """
 .motes img { max-width: 100%; background: white; }
 """
 MEETINGS = ("crowded", "overlap", "softened")  # kinds of events that are sentences
+_TOLD = ("start", "continued", "recovered", "end", "births_dropped")  # those that are told otherwise
 
 
 def warnings(run: Run) -> list[str]:
@@ -48,7 +49,12 @@ def _events(run: Run) -> Iterable[str]:
         yield f"{int(dropped)} births were dropped: capacities were reached."
     told = run.events["kind"].isin(MEETINGS)
     yield from run.events["text"][told]
-    others = run.events[~told & ~run.events["kind"].isin(["start", "end", "births_dropped"])]
+    for text in run.events["text"][run.events["kind"] == "continued"]:
+        yield f"The run was continued {text}."
+    recovered = run.events[run.events["kind"] == "recovered"]
+    for frame, text in zip(recovered["frame"], recovered["text"], strict=True):
+        yield f"Before the end, {text}, from frame {frame}."
+    others = run.events[~told & ~run.events["kind"].isin(_TOLD)]
     for kind, n in others["kind"].value_counts().items():
         yield f"{n} event{'s' if n > 1 else ''} of kind {kind}: see run.events."
 

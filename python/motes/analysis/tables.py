@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import re
 from collections.abc import Iterable, Sequence
 from pathlib import Path
@@ -62,16 +63,19 @@ class Follower:
         """Take the file, which need not exist yet, and its columns."""
         self.path = path
         self.restarted = False
-        """Whether the file was started anew before the last call: another run writes the same log."""
+        """Whether the file was started anew before the last call: another run writes the same log, or this
+        one was continued from a checkpoint."""
         self._columns = columns
         self._offset = 0
         self._line = 0
+        self._file: int | None = None
 
     def new_rows(self) -> list[Row]:
         """Return the new rows; none while the file does not exist. Raises LogError for damaged rows."""
         try:
             with self.path.open("rb") as file:
-                self.restarted = file.seek(0, 2) < self._offset
+                known, self._file = self._file, os.fstat(file.fileno()).st_ino
+                self.restarted = file.seek(0, 2) < self._offset or known not in (None, self._file)
                 if self.restarted:
                     self._offset = self._line = 0
                 file.seek(self._offset)

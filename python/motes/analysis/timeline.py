@@ -53,6 +53,7 @@ def frame_starts(run: Run) -> dict[int, tuple[float, float]]:
 
 def _laid_out(run: Run, chosen: set[int] | None) -> Iterator[Row]:
     starts = frame_starts(run)
+    parts = run.stretches
     by_frame: dict[int, dict[int, list[Row]]] = {}
     load, frames = run.load, run.frames
     if chosen is not None:
@@ -63,7 +64,8 @@ def _laid_out(run: Run, chosen: set[int] | None) -> Iterator[Row]:
     for row in frames.fillna(0.0).to_dict("records"):
         frame = int(row["frame"])
         start, end = starts[frame]
-        for rank, lane in _lanes(run, row, by_frame.get(frame, {}), start).items():
+        part = [part for part in parts if part["frame"] <= frame][-1]
+        for rank, lane in _lanes({**run.facts, **part}, row, by_frame.get(frame, {}), start).items():
             for phase, system, low, high in lane:
                 low, high = min(low, end), min(high, end)
                 if high > low:
@@ -71,17 +73,17 @@ def _laid_out(run: Run, chosen: set[int] | None) -> Iterator[Row]:
                     yield dict(zip(COLUMNS, values, strict=True))
 
 
-def _lanes(run: Run, frame: Row, load: dict[int, list[Row]], start: float) -> dict[int, list[Slice]]:
-    """Lay out one frame: what each rank does from `start` on."""
+def _lanes(facts: Row, frame: Row, load: dict[int, list[Row]], start: float) -> dict[int, list[Slice]]:
+    """Lay out one frame: what each rank does from `start` on. `facts`: of the stretch that it belongs to."""
     acting = start + frame["t_create_s"]
     slowest = max((sum(row["t_compute_s"] for row in mine) for mine in load.values()), default=0.0)
     together = acting + slowest
     lanes: dict[int, list[Slice]] = {}
-    if run.facts.get("manager") is not None:
-        lanes[int(run.facts["manager"])] = [("create", "", start, acting)]
+    if facts.get("manager") is not None:
+        lanes[int(facts["manager"])] = [("create", "", start, acting)]
     for rank, rows in load.items():
         lanes.setdefault(rank, []).extend(_calculator(rows, acting, together))
-    draws = run.facts.get("image_generator")
+    draws = facts.get("image_generator")
     if draws is not None and int(draws) not in load:  # a calculator's own row has its time
         drawn = together + frame["t_exchange_s"]
         lanes.setdefault(int(draws), []).append(("render", "", drawn, drawn + frame["t_render_s"]))

@@ -12,6 +12,7 @@ from typing import Any
 from .._io.text import printable
 from .._run import progress
 from .schema import EVENTS, FRAMES, LOAD
+from .stretches import latest
 from .tables import Follower
 
 __all__ = ["SPARKS", "View"]
@@ -25,7 +26,7 @@ class View:
     def __init__(self, path: Path, facts: Mapping[str, Any]) -> None:
         """Take the log's directory and the run's facts."""
         self.path = path
-        self.facts = facts
+        self.facts = latest(facts)
         self._frames, self._load, self._events = (
             Follower(path / table.file, table.columns) for table in (FRAMES, LOAD, EVENTS)
         )
@@ -57,6 +58,9 @@ class View:
             self.frame = row
         for row in load:
             self.load[row["system"], row["rank"]] = row
+        if load:  # ranks of an earlier start may be gone; of the last frame not all rows may be there yet
+            recent = max(row["frame"] for row in load) - 1
+            self.load = {key: row for key, row in self.load.items() if row["frame"] >= recent}
         if frames or load or events:
             self._last_news = time.monotonic()
         return bool(frames)
@@ -151,7 +155,7 @@ class View:
     def _ranks(self) -> list[int]:
         there = {rank for _, rank in self.load}
         told = [rank for rank in self.facts.get("calculators") or [] if rank in there]
-        return told or sorted(there)
+        return [*told, *sorted(there.difference(told))]
 
     def _domains(self, system: str, width: int, plain: bool) -> list[str]:
         axes = dict(zip(self.facts.get("systems") or [], self.facts.get("axes") or [], strict=False))

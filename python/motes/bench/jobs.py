@@ -3,26 +3,31 @@
 from __future__ import annotations
 
 import json
+import os
 import subprocess
 import sys
 from collections.abc import Sequence
 from typing import Any
 
 from .. import launch
+from .._run import losses
 from ..errors import MotesError
 
 __all__ = ["figures_of"]
 
 
-def figures_of(module: str, ranks: int, options: Sequence[str]) -> dict[str, Any]:
+def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool = False) -> dict[str, Any]:
     """Run a module on these ranks, and return the last JSON object that it prints.
+
+    `survive`: ranks may be lost; the exit code then says nothing.
 
     Raises MotesError with the job's errors if it fails or prints none.
     """
-    argv = launch.command(ranks, [sys.executable, "-m", module, *options])
-    job = subprocess.run(argv, check=False, capture_output=True, text=True)
+    argv = launch.command(ranks, [sys.executable, "-m", module, *options], survive=survive)
+    variables = {**os.environ, **(losses.ENVIRONMENT if survive else {})}
+    job = subprocess.run(argv, check=False, capture_output=True, text=True, env=variables)
     lines = [line for line in job.stdout.splitlines() if line.startswith("{")]
-    if job.returncode != 0 or not lines:
+    if (job.returncode != 0 and not survive) or not lines:
         raise MotesError(f"the job on {ranks} ranks failed:\n{job.stderr}")
     figures: dict[str, Any] = json.loads(lines[-1])
     return figures

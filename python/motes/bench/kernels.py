@@ -12,7 +12,7 @@ from typing import Any
 
 from .. import _core
 
-__all__ = ["actions", "births", "leavers", "lists", "render", "scale", "scene", "scenery"]
+__all__ = ["actions", "births", "leavers", "lists", "meshes", "render", "scale", "scene", "scenery"]
 
 
 def scene(name: str, *, particles: int, steps: int) -> dict[str, Any]:
@@ -29,6 +29,16 @@ def actions(*, particles: int, repeats: int) -> dict[str, Any]:
         "repeats": repeats,
         **_one_core(),
         "actions": _core.action_bench(particles, repeats),
+    }
+
+
+def meshes(*, particles: int, repeats: int) -> dict[str, Any]:
+    """Time bounces off a mesh of 10,000 triangles, beside those off a sphere, and the making of its grid."""
+    return {
+        "particles": particles,
+        "repeats": repeats,
+        **_one_core(),
+        **_core.mesh_bench(particles, repeats),
     }
 
 

@@ -20,11 +20,16 @@ __all__ = ["COMMANDS", "main"]
 PROGRAM = "python -m motes"
 COMMANDS = {
     "run": "start a script on N ranks with the right mpirun",
+    "live": "the same, shown in a browser, where it can be steered",
     "doctor": "examine this installation; exit code 1 if something is wrong",
     "bench": "measure this machine",
     "watch": "show a run while it goes on, from its log",
     "report": "write a run's summary and plots as one HTML file",
+    "demo": "run one of the example animations, or list them",
+    "movie": "join numbered pictures to a film",
     "record": "write what a script records to a file that replays without Python",
+    "pack": "join the particle files that the ranks of a run have exported",
+    "soak": "look for what breaks a promise, in thousands of simulated disasters",
     "cluster": "run on a simulated cluster; reproduce the paper's tables",
 }
 _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(

@@ -1,5 +1,8 @@
 """Measure this machine.
 
+  python -m motes bench snow
+  python -m motes bench render --size 1280x720 --json
+
 Figures are the median or the minimum of several repeats, in CPU time of one thread: whatever else runs on the
 machine counts as little as possible. Ratios compare figures of one run.
 """
@@ -28,6 +31,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     lists = names.add_parser("lists", help="lists of four to twelve actions, compared with memory's speed")
     lists.add_argument("--particles", type=positive, default=3_200_000)
     lists.add_argument("--steps", type=positive, default=30)
+    meshes = names.add_parser("meshes", help="bounces off a mesh of 10,000 triangles, beside a sphere's")
+    meshes.add_argument("--particles", type=positive, default=1_000_000)
+    meshes.add_argument("--repeats", type=positive, default=7)
     scale = names.add_parser("scale", help="snow's cost per particle from a million particles on")
     scale.add_argument("--particles", type=positive, default=100_000_000, help="the largest number")
     scale.add_argument("--steps", type=positive, default=7)
@@ -37,6 +43,24 @@ def configure(parser: argparse.ArgumentParser) -> None:
     sums = names.add_parser("sums", help="totals, histograms and tallies, beside reading a column")
     sums.add_argument("--particles", type=positive, default=3_200_000)
     sums.add_argument("--repeats", type=positive, default=7)
+    checkpoint = names.add_parser("checkpoint", help="checkpoints on disk while frames go on")
+    checkpoint.add_argument("--particles", type=positive, default=400_000, help="of each system")
+    checkpoint.add_argument("--systems", type=positive, default=8)
+    checkpoint.add_argument("--every", type=positive, default=48, help="frames")
+    checkpoint.add_argument("--repeats", type=positive, default=5)
+    recovery = names.add_parser("recovery", help="copies in memory, and the loss of a rank")
+    recovery.add_argument("--particles", type=positive, default=400_000, help="of each system")
+    recovery.add_argument("--systems", type=positive, default=8)
+    recovery.add_argument("--ranks", type=positive, default=2)
+    recovery.add_argument("--repeats", type=positive, default=5)
+    export = names.add_parser("export", help="particles into files, by format, beside a plain write")
+    export.add_argument("--particles", type=positive, default=1_000_000)
+    export.add_argument("--repeats", type=positive, default=7)
+    live = names.add_parser("live", help="from a viewer's order to the picture that shows it")
+    live.add_argument("--particles", type=positive, default=50_000)
+    live.add_argument("--size", type=size, default=(1280, 720), metavar="WxH")
+    live.add_argument("--ranks", type=positive, default=2)
+    live.add_argument("--orders", type=positive, default=60)
     leavers = names.add_parser("leavers", help="ways to find the particles that left a domain")
     leavers.add_argument("--particles", type=positive, default=3_200_000)
     leavers.add_argument("--steps", type=positive, default=10)
@@ -140,6 +164,22 @@ def _measure(name: str, sizes: dict[str, Any]) -> dict[str, Any]:
         from ..bench.recording import recording
 
         return recording(**sizes)
+    if name == "checkpoint":
+        from ..bench.checkpoint import checkpoint
+
+        return checkpoint(**sizes)
+    if name == "recovery":
+        from ..bench.recovery import recovery
+
+        return recovery(**sizes)
+    if name == "export":
+        from ..bench.export import export
+
+        return export(**sizes)
+    if name == "live":
+        from ..bench.live import live
+
+        return live(**sizes)
     if name == "sums":
         from ..bench.sums import sums
 
@@ -211,6 +251,47 @@ def _meetings(figures: Mapping[str, Any]) -> str:
     return "\n".join(lines)
 
 
+def _checkpoint(figures: Mapping[str, Any]) -> str:
+    """Say what a frame waits for, and what the thread writes."""
+    return "\n".join(
+        [
+            f"{figures['particles']} particles, {figures['megabytes']:.0f} MB each {figures['every']} frames",
+            f"a frame                      {figures['frame_ms']:8.1f} ms",
+            f"waits for a checkpoint       {figures['wait_ms']:8.1f} ms  "
+            f"{figures['percent_of_frames']:.1f} % of the frames' time",
+            f"written meanwhile in         {figures['write_ms']:8.1f} ms  "
+            f"{figures['percent_with_writing']:.1f} % with what this slows down",
+            f"a plain write of these bytes {figures['plain_write_ms']:8.1f} ms",
+        ]
+    )
+
+
+def _recovery(figures: Mapping[str, Any]) -> str:
+    """Say what copies cost, and what a loss does."""
+    return "\n".join(
+        [
+            f"{figures['particles']} particles on {figures['ranks']} ranks, "
+            f"copies each {figures['every']} frames",
+            f"a frame                      {figures['frame_ms']:8.1f} ms",
+            f"longer beside copies, in all {figures['copies_ms']:8.1f} ms  "
+            f"{figures['percent_of_frames']:.1f} % of the frames' time",
+            f"the loss of a rank           {figures['recovery_ms']:8.1f} ms  "
+            "until its frame is done without it",
+        ]
+    )
+
+
+def _export(figures: Mapping[str, Any]) -> str:
+    """Show the formats as a table, and which need a package that is not installed."""
+    lines = [f"{'processor time per million particles':<38}{'ms':>8}{'MB':>8}{'by plain write':>16}"]
+    lines += [
+        f"{row['format']:<38}{row['ms']:>8.1f}{row['megabytes']:>8.1f}{row['by_plain']:>16.2f}"
+        for row in figures["rows"]
+    ]
+    lines += [f"{name}: not installed" for name in figures["not_installed"]]
+    return "\n".join([*lines, f"copying them first: {figures['copy_ms']:.1f} ms, which the frame waits for"])
+
+
 def _peers(figures: Mapping[str, Any]) -> str:
     """Show the peers as a table, what each leaves out, and which are not installed."""
     lines = [f"{'':<8}{'threads':>8}{'M updates/s':>13}{'engine / it':>13}"]
@@ -242,6 +323,9 @@ def _shown(value: Any) -> str:
 _SHOWN = {
     "actions": _costs,
     "balance": _table,
+    "checkpoint": _checkpoint,
+    "export": _export,
+    "recovery": _recovery,
     "overhead": _table,
     "paths": _table,
     "meetings": _meetings,

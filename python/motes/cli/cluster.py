@@ -1,5 +1,8 @@
 """Run on a simulated cluster, reproduce the paper's tables, or show how the engine grows with the ranks.
 
+  python -m motes cluster paper --table 1
+  python -m motes cluster run cluster.py snow.motes
+
 Needs SimGrid (apt-get install libsimgrid-dev) and `motes_replay` built for it: `cluster build`, once.
 """
 
@@ -28,10 +31,24 @@ REPLAY = ("balancer", "combine", "roles", "frames")
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the commands and their arguments."""
     commands = add_commands(parser, "COMMAND")
-    _configure_run(commands.add_parser("run", help="run a scene on a cluster that a file describes"))
-    paper = commands.add_parser("paper", help="reproduce a table of the paper on a copy of its cluster")
-    paper.add_argument("--table", type=int, choices=(1, 2, 3), required=True, help="which of the paper's")
-    many = commands.add_parser("growth", help="weak scaling: as many particles per rank on ever more ranks")
+    _configure_run(
+        commands.add_parser(
+            "run",
+            help="run a scene on a cluster that a file describes",
+            example="cluster.py snow.motes",
+        )
+    )
+    paper = commands.add_parser(
+        "paper", help="reproduce a table of the paper on a copy of its cluster", example="--table 1"
+    )
+    which = paper.add_mutually_exclusive_group(required=True)
+    which.add_argument("--table", type=int, choices=(1, 2, 3), help="which of the paper's")
+    which.add_argument("--text", action="store_true", help="what stands in its text alone; takes minutes")
+    many = commands.add_parser(
+        "growth",
+        help="weak scaling: as many particles per rank on ever more ranks",
+        example="--ranks 4,16,64",
+    )
     many.add_argument(
         "--ranks",
         type=_numbers,
@@ -50,7 +67,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     for command in (paper, many):
         add_json(command)
         command.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
-    make = commands.add_parser("build", help="compile motes_replay for the simulator from a clone of motes")
+    make = commands.add_parser(
+        "build", help="compile motes_replay for the simulator from a clone of motes", example="--source ."
+    )
     make.add_argument("--source", type=Path, required=True, metavar="DIR", help="the clone")
     make.add_argument(
         "--output",
@@ -135,8 +154,14 @@ def _facts(run: Run, cluster: Cluster) -> dict[str, Any]:
 
 
 def _paper(args: argparse.Namespace) -> int:
-    from ..cluster.paper import experiment, show
+    from ..cluster.paper import experiment, in_text, show
 
+    if args.text:
+        if args.plot:
+            raise MotesError("--plot draws a table: it goes with --table")
+        found = in_text.reproduce()
+        print_figures(args, in_text.facts(found), in_text.text(found))
+        return 0
     rows = experiment.reproduce(args.table)
     print_figures(args, show.facts(rows), show.text(rows))
     if args.plot:

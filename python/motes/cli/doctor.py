@@ -1,5 +1,7 @@
 """Examine this installation: what it consists of, and whether its parts fit together.
 
+  python -m motes doctor
+
 Exit code 1 and one line per problem where something is wrong, such as a compiled core that does not load.
 """
 
@@ -142,6 +144,8 @@ def _mpi(report: Report) -> None:
     report.figures["mpirun"] = f"{mpirun.path} ({mpirun.version})"
     if not mpirun.version.fits(launch.library()):
         report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {launch.library()}")
+    reason = launch.cannot_survive(mpirun.version)
+    report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
     argv = launch.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
     output, problem = _output(argv)
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))

@@ -23,16 +23,40 @@ class Parser(argparse.ArgumentParser):
         super().__init__(**options)
 
     def error(self, message: str) -> NoReturn:
-        """Print usage and message, with a suggestion where a choice was mistyped, and exit with 2."""
+        """Print usage and message, with the nearest choice or option if one was mistyped, and exit with 2."""
         wrong = re.search(r"invalid choice: '([^']*)'.*\(choose from (.*)\)", message)
         if wrong is not None:
             message += nearest(wrong[1], [name.strip(" '") for name in wrong[2].split(",")])
+        unknown = re.search(r"unrecognized arguments: .*?(--?[^\s=]+)", message)
+        if unknown is not None:
+            message += nearest(unknown[1], sorted(_options(self)))
         super().error(message)
 
 
 def add_commands(parser: argparse.ArgumentParser, title: str) -> argparse._SubParsersAction[Any]:
     """Add sub-commands, one of which must be given; its name is `args.<title in lower case>`."""
-    return parser.add_subparsers(dest=title.lower(), metavar=title, required=True, parser_class=Parser)
+    return parser.add_subparsers(
+        action=_Commands, dest=title.lower(), metavar=title, required=True, parser_class=Parser
+    )
+
+
+class _Commands(argparse._SubParsersAction):  # type: ignore[type-arg]
+    """Sub-commands whose `--help` says in a sentence what they do, with an example."""
+
+    def add_parser(self, name: str, *, example: str = "", **options: Any) -> Any:
+        """Add a command. `help` is the sentence, `example` what stands behind the name in the example."""
+        about = options["help"]
+        line = f"{self._prog_prefix} {name} {example}".rstrip()
+        return super().add_parser(name, description=f"{about[0].upper()}{about[1:]}.\n\n  {line}", **options)
+
+
+def _options(parser: argparse.ArgumentParser) -> set[str]:
+    """Return the options of a parser and of its commands."""
+    found = set(parser._option_string_actions)
+    for action in parser._actions:
+        if isinstance(action, _Commands):
+            found = found.union(*(_options(command) for command in action.choices.values()))
+    return found
 
 
 def add_json(parser: argparse.ArgumentParser) -> None:

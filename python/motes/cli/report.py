@@ -1,4 +1,9 @@
-"""Write a run's summary and plots as one HTML file that needs nothing else."""
+"""Write a run's summary and plots as one HTML file that needs nothing else.
+
+  python -m motes report runs/today -o today.html
+
+It opens in any browser, also far from the run.
+"""
 
 from __future__ import annotations
 

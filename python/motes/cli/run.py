@@ -3,8 +3,15 @@
   python -m motes run -n 4 script.py [arguments]
   python -m motes run -n 4 -m package.module [arguments]
   python -m motes run -n 16 --hosts node1:8,node2:8 script.py
+  python -m motes run -n 5 --survive script.py
   python -m motes run -n 4 -- --bind-to core script.py [arguments]
+  python -m motes run -n 4 --restarts 3 script.py
+  python -m motes run -n 2 --steering log/steer.jsonl script.py
 
+A script with checkpoints goes on behind its newest whole one: the same command once more, or --restarts.
+
+With --survive a rank that is killed does not end the others (Open MPI 5): worlds with on_loss="recover" go on
+without it.
 Arguments between `--` and the script go to mpirun. The script is the first argument there that ends in .py or
 names a file, or -m, or -c; a second `--` marks the end of mpirun's options.
 """
@@ -12,9 +19,11 @@ names a file, or -m, or -c; a second `--` marks the end of mpirun's options.
 from __future__ import annotations
 
 import argparse
+import os
 from pathlib import Path
 
 from .. import launch
+from ..errors import ArgumentError
 
 __all__ = ["configure", "run"]
 
@@ -22,12 +31,26 @@ __all__ = ["configure", "run"]
 def configure(parser: argparse.ArgumentParser) -> None:
     """Add the arguments of `run`."""
     parser.usage = (
-        "python -m motes run -n N [--hosts h1,h2:2 | --hostfile FILE] [-- mpirun options] "
+        "python -m motes run -n N [--hosts h1,h2:2 | --hostfile FILE] [--survive] [--restarts K] "
+        "[--fresh] [--anyway] [--steering FILE] [-- mpirun options] "
         "script.py [arguments]"
     )
     parser.add_argument("-n", "-np", "--ranks", type=int, required=True, metavar="N", help="number of ranks")
     parser.add_argument("--hosts", help="hosts, each with the number of ranks it takes: h1,h2:2")
     parser.add_argument("--hostfile", metavar="FILE", help="a file of hosts in mpirun's own form")
+    parser.add_argument("--survive", action="store_true", help="go on when a rank is lost (Open MPI 5)")
+    parser.add_argument(
+        "--restarts", type=int, default=0, metavar="K", help="start again up to K times where a rank was lost"
+    )
+    parser.add_argument("--fresh", action="store_true", help="start anew where there are checkpoints")
+    parser.add_argument(
+        "--anyway", action="store_true", help="go on, or repeat a run, though the script has changed"
+    )
+    parser.add_argument(
+        "--steering",
+        metavar="FILE",
+        help="repeat what viewers did in an earlier run: the steer.jsonl of its log",
+    )
     rest = argparse.REMAINDER
     parser.add_argument("-m", nargs=rest, dest="module", metavar="...", help="a module and its arguments")
     parser.add_argument("-c", nargs=rest, dest="code", metavar="...", help="Python code and its arguments")
@@ -37,7 +60,22 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(args: argparse.Namespace) -> int:
     """Become the job, or start it and wait for it."""
     options, program = split_program(args)
-    return launch.run(args.ranks, program, hosts=args.hosts, hostfile=args.hostfile, options=options)
+    for wanted, variable in ((args.fresh, "MOTES_FRESH"), (args.anyway, "MOTES_ANYWAY")):
+        if wanted:
+            os.environ[variable] = "1"
+    if args.steering is not None:
+        if not Path(args.steering).is_file():
+            raise ArgumentError("--steering", args.steering, "the steer.jsonl of an earlier run")
+        os.environ.update(MOTES_STEERING=str(Path(args.steering).absolute()))
+    return launch.run(
+        args.ranks,
+        program,
+        hosts=args.hosts,
+        hostfile=args.hostfile,
+        options=options,
+        survive=args.survive,
+        restarts=args.restarts,
+    )
 
 
 def split_program(args: argparse.Namespace) -> tuple[list[str], list[str]]:

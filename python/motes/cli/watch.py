@@ -1,5 +1,7 @@
 """Show a run while it goes on, in another terminal, from its log.
 
+  python -m motes watch runs/today
+
 Exit code 0 if the run finished, 1 if it was killed. Ctrl-C ends this command, not the run.
 """
 

@@ -16,6 +16,7 @@ from ..._io import files
 from ...errors import LogError
 from .. import timeline
 from ..plots.drawing import UNDER_WAY
+from ..stretches import latest
 
 if TYPE_CHECKING:
     from ..run import Run
@@ -72,7 +73,8 @@ def _events(run: Run) -> Iterator[Event]:
 
 
 def _who(run: Run, rank: int) -> str:
-    roles = [name.replace("_", " ") for name in ("manager", "image_generator") if run.facts.get(name) == rank]
+    facts = latest(run.facts)
+    roles = [name.replace("_", " ") for name in ("manager", "image_generator") if facts.get(name) == rank]
     if rank in run.calculators:
         roles.append(f"calculator {run.calculators.index(rank)}")
     host = run.hosts.get(rank, "")

@@ -29,9 +29,12 @@ def draw_domains(
     right = load.pivot_table(index="frame", columns="rank", values="domain_hi", dropna=False)
     low = left.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
     high = right.reindex(columns=ranks).to_numpy(dtype=float, copy=True)
-    low[:, 0] = np.where(np.isnan(low[:, 0]), -np.inf, low[:, 0])
-    high[:, -1] = np.where(np.isnan(high[:, -1]), np.inf, high[:, -1])
     bottom, top = _limits(high[:, :-1], density, space)
+    outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
+    # Where a run was continued on other ranks, some have no row; in a row, a missing end is at infinity.
+    rows = load.pivot_table(index="frame", columns="rank", values="n_end", aggfunc="size", dropna=False)
+    there = (rows.reindex(columns=ranks).fillna(0) > 0).to_numpy()
+    low[there & np.isnan(low)], high[there & np.isnan(high)] = -np.inf, np.inf
     # Bands reach far beyond the visible part, for users who then set other limits.
     reach = 20 * (top - bottom)
     # A frame's domain holds for the whole frame, so the last one gets its width too.
@@ -44,9 +47,8 @@ def draw_domains(
             ax.step(at, low[:, i], where="post", color="#333333", linewidth=1.0)
         if density is not None:
             _particles(ax, density[density["rank"] == rank], color)
-        if len(ranks) <= 16:
+        if len(ranks) <= 16 and there[-1, i]:
             _name(ax, rank, at[-1], np.clip([low[-1, i], high[-1, i]], bottom, top), top - bottom)
-    outside = int(((high[-1, :-1] < bottom) | (high[-1, :-1] > top)).sum())
     if outside:
         drawing.note(ax, f"{outside} cut{'s' if outside > 1 else ''} far outside")
     ax.set_xlim(at[0], at[-1])
@@ -83,7 +85,7 @@ def _limits(cuts: Array, density: DataFrame | None, space: Any) -> tuple[float, 
     elif isinstance(space, tuple):
         seen = [*space, float(np.nanmin(cuts, initial=space[0])), float(np.nanmax(cuts, initial=space[1]))]
     elif cuts.size:
-        moved = cuts[cuts != cuts[0]]
+        moved = cuts[(cuts != cuts[0]) & np.isfinite(cuts)]
         values = moved if moved.size else cuts[np.isfinite(cuts)]
         seen = [float(values.min()), float(values.max())] if values.size else []
     low, high = (min(seen), max(seen)) if seen else (-1.0, 1.0)

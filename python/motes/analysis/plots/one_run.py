@@ -9,6 +9,7 @@ import numpy as np
 
 from ...errors import ArgumentError, LogError
 from .. import measures, timeline
+from ..stretches import latest
 from . import drawing
 from .bricks import draw_bricks
 from .domains import draw_domains
@@ -392,7 +393,7 @@ class Plots:
             )
 
     def _who(self, rank: int) -> str:
-        facts = self._run.facts
+        facts = latest(self._run.facts)
         roles = [
             short
             for short, name in (("manager", "manager"), ("image", "image_generator"))

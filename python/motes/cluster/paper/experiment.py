@@ -14,7 +14,7 @@ from ..simulate import record, simulate
 from .model import FOLDER, alone, balancer, cluster, costs, fitted, model, scale
 from .tables import Cell, cells
 
-__all__ = ["Row", "reproduce"]
+__all__ = ["Row", "measure", "reproduce"]
 
 _OURS = ("--balancer", "PrefixCuts", "--combine", "together")
 BEST = (_OURS, (*_OURS, "--path", "tiles", "--roles", "shared"))
@@ -42,8 +42,12 @@ class Row:
 
 def reproduce(table: int, jobs: int = 2) -> list[Row]:
     """Run a whole table; `jobs` simulations at a time."""
+    return measure(cells(table), jobs)
+
+
+def measure(wanted: list[Cell], jobs: int = 2) -> list[Row]:
+    """Run any cells; `jobs` simulations at a time."""
     find_smpirun(), find_replay()  # say at once what is missing
-    wanted = cells(table)
     with tempfile.TemporaryDirectory(prefix="motes-paper-") as folder, ThreadPoolExecutor(jobs) as pool:
         bench = _Bench(Path(folder), pool)
         bench.record({(cell.experiment, cell.finite) for cell in wanted})

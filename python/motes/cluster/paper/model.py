@@ -27,7 +27,7 @@ def model() -> dict[str, Any]:
 
 def fitted(cell: Cell) -> bool:
     """Whether the model's parameters were fitted to this cell; the others are predictions."""
-    return f"{cell.nodes} {cell.variant}" in model()["fitted"][str(cell.table)]
+    return f"{cell.nodes} {cell.variant}" in model()["fitted"].get(str(cell.table), ())
 
 
 def scale() -> float:

@@ -1,0 +1,66 @@
+// field: an acceleration, or a velocity of the air, that a table gives at the nodes of a regular grid, trilinear
+// between them.
+#pragma once
+
+#include "actions/drag.h"
+#include "actions/lanes.h"
+
+namespace motes::MOTES_ISA {
+
+/// Where points lie between the nodes along one axis.
+struct NodeAxis {
+  Ints node;   // the lower one
+  Floats part;
+  Mask inside;
+};
+
+MOTES_INLINE NodeAxis node_axis(Floats x, float low, float high, int nodes) {
+  const Mask inside = (x >= low) & (x <= high);
+  const auto cells = static_cast<float>(nodes - 1);
+  const Floats at = min(only(inside, (x - low) / (high - low) * cells), all(cells));
+  const Ints node = min_ints(to_ints(at), all_ints(nodes > 1 ? nodes - 2 : 0));
+  return {node, at - to_floats(node), inside};
+}
+
+/// The values at one corner of each lane's cell.
+MOTES_INLINE Floats3 look_up(const float* values, Ints entry) {
+  Floats3 found{};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const float* v = values + 3 * static_cast<std::ptrdiff_t>(entry[lane]);
+    set_lane(found, lane, {v[0], v[1], v[2]});
+  }
+  return found;
+}
+
+MOTES_INLINE Floats3 between(Floats3 a, Floats3 b, Floats part) { return a + (b - a) * part; }
+
+MOTES_INLINE Floats3 trilinear(const actions::Parameters& p, const NodeAxis& x, const NodeAxis& y, const NodeAxis& z) {
+  const int ny = p.table_size[1], nz = p.table_size[2];
+  const Ints first = (x.node * ny + y.node) * nz + z.node;
+  const int far_x = p.table_size[0] > 1 ? ny * nz : 0, far_y = ny > 1 ? nz : 0, far_z = nz > 1 ? 1 : 0;
+  const auto along_z = [&](Ints at) __attribute__((always_inline)) {
+    return between(look_up(p.table, at), look_up(p.table, at + far_z), z.part);
+  };
+  const auto along_y = [&](Ints at)
+                           __attribute__((always_inline)) { return between(along_z(at), along_z(at + far_y), y.part); };
+  return between(along_y(first), along_y(first + far_x), x.part);
+}
+
+inline void field(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
+  const float strength = number(p, 6), drag = number(p, 7);
+  const bool drags = drag >= 0;
+  const Floats part = drags ? part_gone(all(drag * s.dt)) : all(s.dt);
+  for (std::size_t i = 0; i < b.count; i += kLanes) {
+    const Floats3 at = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
+    const NodeAxis x = node_axis(at.x, number(p, 0), number(p, 3), p.table_size[0]);
+    const NodeAxis y = node_axis(at.y, number(p, 1), number(p, 4), p.table_size[1]);
+    const NodeAxis z = node_axis(at.z, number(p, 2), number(p, 5), p.table_size[2]);
+    const Mask inside = x.inside & y.inside & z.inside;
+    if (!any(inside)) continue;
+    const Floats3 flow = trilinear(p, x, y, z) * strength;
+    const Floats3 change = (drags ? flow - v : flow) * part;
+    store3(b, kVelocityAt, i, select(inside, v + change, v));
+  }
+}
+
+}  // namespace motes::MOTES_ISA

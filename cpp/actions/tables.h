@@ -1,0 +1,48 @@
+// Tables of numbers that actions read: immutable, named by a fingerprint of their content, so that recorded lists carry
+// only the name. Known to all ranks.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <vector>
+
+#include "particles/bytes.h"
+
+namespace motes::actions {
+
+struct Table {
+  std::array<std::int32_t, 3> size{};  // entries along each axis; the last one varies fastest
+  std::int32_t width = 0;  // numbers of each entry
+  std::vector<float> values;
+
+  bool operator==(const Table&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Table& table) {
+  visit(table.size, table.width, table.values);
+}
+
+/// The name of a table: equal content has an equal key, on every rank and in every run. 0 names none.
+using TableKey = std::uint64_t;
+
+/// The most numbers of one table: 512 MB.
+inline constexpr std::size_t kMostValues = std::size_t{1} << 27;
+
+/// Throws std::invalid_argument, naming what is wrong.
+void check(const Table& table);
+
+/// Checks the table and keeps it until the process ends. Equal tables are kept once. Thread-safe, as are the following.
+TableKey keep(Table table);
+
+/// Throws std::invalid_argument where this process keeps no such table.
+std::shared_ptr<const Table> table(TableKey key);
+
+/// The content of kept tables as bytes, for files.
+void write_tables(const std::set<TableKey>& keys, particles::Bytes& out);
+/// Keeps the tables that write_tables() wrote. Throws std::runtime_error where the bytes are damaged.
+void read_tables(particles::Reader& in);
+
+}  // namespace motes::actions

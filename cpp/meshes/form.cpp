@@ -1,0 +1,143 @@
+#include "meshes/form.h"
+
+#include <sched.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stdexcept>
+
+#include "image/vectors.h"
+#include "meshes/distance_grid.h"
+#include "simd/float_mode.h"
+
+namespace motes::meshes {
+namespace {
+
+using image::cross;
+using image::length;
+// NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
+using image::operator-;
+// NOLINTEND(misc-unused-using-decls)
+
+Vector corner(const image::Mesh& mesh, std::size_t index) {
+  const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[index]};
+  return {v[0], v[1], v[2]};
+}
+
+constexpr float kMaxFloat = std::numeric_limits<float>::max();
+
+double area_of(const image::Mesh& mesh, std::size_t first) {
+  const Vector a = corner(mesh, first);
+  return 0.5 * length(cross(corner(mesh, first + 1) - a, corner(mesh, first + 2) - a));
+}
+
+// All that a form points to.
+struct Kept {
+  image::AssetKey mesh = 0;
+  int resolution = 0;
+  std::vector<float> corners;
+  std::vector<std::uint32_t> upto;
+  std::mutex building;
+  DistanceGrid grid;
+  std::vector<std::uint32_t> cells;
+  shapes::MeshForm form;
+};
+
+void set_surface(Kept& kept, const image::Mesh& mesh) {
+  std::vector<double> sums;
+  double sum = 0;
+  std::fill_n(kept.form.low, 3, kMaxFloat);
+  std::fill_n(kept.form.high, 3, -kMaxFloat);
+  for (std::size_t first = 0; first + 2 < mesh.triangles.size(); first += 3) {
+    const double area = area_of(mesh, first);
+    if (!(area > 0)) continue;
+    sums.push_back(sum += area);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[first + k]};
+      kept.corners.insert(kept.corners.end(), v, v + 3);
+      for (std::size_t i = 0; i < 3; ++i) {
+        kept.form.low[i] = std::min(kept.form.low[i], v[i]);
+        kept.form.high[i] = std::max(kept.form.high[i], v[i]);
+      }
+    }
+  }
+  for (const double upto : sums) kept.upto.push_back(static_cast<std::uint32_t>(upto / sum * 0xffffffffu));
+  if (!kept.upto.empty()) kept.upto.back() = 0xffffffffu;
+  kept.form.corners = kept.corners.data();
+  kept.form.upto = kept.upto.data();
+  kept.form.triangles = static_cast<std::uint32_t>(kept.upto.size());
+  kept.form.area = sum;
+}
+
+// The threads of this process that may run at once: ranks of one host that build at the same time share its processors.
+int threads_for_building() {
+  cpu_set_t allowed;
+  const bool known = ::sched_getaffinity(0, sizeof allowed, &allowed) == 0;
+  return std::clamp(known ? CPU_COUNT(&allowed) : 1, 1, 16);
+}
+
+void set_inside(Kept& kept) {
+  const Surface surface = weld(*image::mesh(kept.mesh));
+  const std::string wrong = opening(surface);
+  if (!wrong.empty()) {
+    throw std::invalid_argument("Mesh: its surface must be closed, to have an inside, got " + wrong);
+  }
+  threads::Pool pool(threads_for_building());
+  kept.grid = distance_grid(surface, kept.resolution, pool);
+  kept.cells = inner_cells(kept.grid);
+  shapes::MeshForm& form = kept.form;
+  std::copy_n(kept.grid.nodes.data(), 3, form.nodes);
+  std::copy_n(kept.grid.low.data(), 3, form.first);
+  form.cell = kept.grid.cell;
+  form.cells = kept.cells.data();
+  form.cell_count = static_cast<std::uint32_t>(kept.cells.size());
+  form.volume = std::fabs(volume(surface));
+  form.distance = kept.grid.distance.data();
+}
+
+std::mutex& lock() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+using Name = std::pair<image::AssetKey, int>;
+std::map<Name, std::unique_ptr<Kept>>& all() {
+  static std::map<Name, std::unique_ptr<Kept>> forms;
+  return forms;
+}
+
+}  // namespace
+
+const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution) {
+  if (resolution < kLeastResolution || resolution > kMostResolution || !image::has_mesh(mesh)) return nullptr;
+  const simd::FloatMode mode;
+  const std::scoped_lock held(lock());
+  std::unique_ptr<Kept>& kept = all()[{mesh, resolution}];
+  if (kept == nullptr) {
+    kept = std::make_unique<Kept>();
+    kept->mesh = mesh;
+    kept->resolution = resolution;
+    set_surface(*kept, *image::mesh(mesh));
+  }
+  return &kept->form;
+}
+
+void need_inside(const shapes::MeshForm& form) {
+  Kept* kept = nullptr;
+  {
+    const std::scoped_lock held(lock());
+    const auto found =
+        std::find_if(all().begin(), all().end(), [&](const auto& entry) { return &entry.second->form == &form; });
+    if (found == all().end()) throw std::invalid_argument("Mesh: this process keeps no such mesh");
+    kept = found->second.get();
+  }
+  const simd::FloatMode mode;
+  const std::scoped_lock held(kept->building);
+  if (form.distance == nullptr) set_inside(*kept);
+}
+
+}  // namespace motes::meshes

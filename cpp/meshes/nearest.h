@@ -1,0 +1,38 @@
+// The place of a closed surface that is nearest to a point.
+#pragma once
+
+#include <cstdint>
+
+#include "image/mesh_tree.h"
+#include "meshes/surface.h"
+
+namespace motes::meshes {
+
+/// What of a triangle is nearest: its inside, a corner, or the edge from corner k to corner k + 1.
+struct Place {
+  Vector point{};
+  enum class Part : std::uint8_t { inside, corner, edge } part = Part::inside;
+  std::uint8_t k = 0;
+};
+
+/// The nearest place of the triangle (C. Ericson, Real-Time Collision Detection, 5.1.5).
+Place nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector& point);
+
+class Nearest {
+ public:
+  /// The surface must be closed, and outlive this. sign: -1 where its triangles face inwards, else 1.
+  Nearest(const Surface& surface, double sign);
+
+  /// The distance to the surface, m, negative inside; `limit` where it is not below that.
+  double distance(const Vector& point, double limit) const;
+
+ private:
+  Vector outward(std::size_t triangle, const Place& place) const;
+
+  const Surface& surface_;
+  double sign_;
+  Normals normals_;
+  image::MeshTree tree_;
+};
+
+}  // namespace motes::meshes

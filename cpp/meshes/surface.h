@@ -1,0 +1,44 @@
+// The triangles of a mesh as one surface: vertices at the same place are one vertex, and edges know their two sides.
+//
+// Everything here, and in distance.h, is computed by + - * / and sqrt in double precision, in an order that follows
+// from the mesh alone: the same bits in every process.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "image/assets.h"
+
+namespace motes::meshes {
+
+using Vector = std::array<double, 3>;
+
+struct Surface {
+  std::vector<Vector> vertices;  // m
+  std::vector<std::array<std::uint32_t, 3>> triangles;  // of three different vertices each
+};
+
+/// Vertices that are closer than a millionth of the mesh's extent become one: files and formulas repeat those of seams
+/// and poles. Triangles that have lost a corner are left out.
+Surface weld(const image::Mesh& mesh);
+
+/// Why the surface has no inside: how many edges are open, have more than two triangles, or lie between triangles that
+/// face opposite sides, and where the first one is. Empty where it has one.
+std::string opening(const Surface& surface);
+
+/// In m^3; negative where the triangles face inwards.
+double volume(const Surface& surface);
+
+/// Outward directions, of any length, at all places of a closed surface. At edges and vertices they are the sums over
+/// the triangles there, weighted by angle: the sign of the distance then is right there, too (J. A. Baerentzen and
+/// H. Aanaes, 2005). Slivers, whose own direction is noise, add nothing.
+struct Normals {
+  std::vector<Vector> triangle;                // unit; zero for a sliver
+  std::vector<std::array<Vector, 3>> edge;     // of each triangle: from its corner k to corner k + 1
+  std::vector<Vector> vertex;
+};
+Normals normals_of(const Surface& surface);
+
+}  // namespace motes::meshes

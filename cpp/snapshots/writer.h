@@ -1,0 +1,55 @@
+// Parts on their way to disk, in a thread of their own, while frames go on.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "particles/bytes.h"
+#include "snapshots/part.h"
+
+namespace motes::snapshots {
+
+/// Writes a file under another name, brings it to the disk and gives it its name. Throws std::runtime_error, naming
+/// path and reason; then no file is left.
+void write_whole(const std::string& path, std::span<const std::byte> head, std::span<const std::byte> rest);
+
+/// Writes one part at a time.
+class Writer {
+ public:
+  Writer() = default;
+  /// Waits for what is being written.
+  ~Writer();
+  Writer(const Writer&) = delete;
+  Writer& operator=(const Writer&) = delete;
+
+  /// Memory for the next planes, used again from part to part. Waits for the part before.
+  particles::Bytes& planes();
+
+  /// Starts to write what stands in planes().
+  void write(std::string path, Description description);
+
+  /// Waits until all is written.
+  void wait();
+  bool busy() const;
+
+  /// How the last part that was begun went: `written` is the newest frame of which the part is on disk.
+  struct Outcome {
+    std::optional<std::uint64_t> written{};
+    std::string error{};  // of the last one
+  };
+  Outcome outcome() const;
+
+ private:
+  void run(const std::string& path, Description description);
+
+  mutable std::mutex mutex_;
+  std::thread thread_;
+  bool busy_ = false;
+  Outcome outcome_;
+  particles::Bytes planes_;
+};
+
+}  // namespace motes::snapshots

@@ -1,0 +1,138 @@
+#include "soak/story.h"
+
+#include <memory>
+#include <vector>
+
+#include "balance/diffusive.h"
+#include "balance/pairwise.h"
+#include "balance/prefix_cuts.h"
+
+namespace motes::soak {
+namespace {
+
+using actions::Action;
+using actions::Kind;
+
+recording::Birth falling(double per_frame) {
+  recording::Birth birth;
+  birth.kind = recording::Birth::Kind::source;
+  birth.shape = {shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
+  birth.rate = 24 * per_frame;
+  actions::Distribution velocity;
+  velocity.kind = actions::Distribution::Kind::shape;
+  velocity.shape = {shapes::Kind::sphere, {1, -4, 0, 6}};
+  birth.state = {{particles::velocity, velocity}};
+  return birth;
+}
+
+roles::Cast random_cast(Random& random, int ranks) {
+  if (random.below(3) == 0) return roles::cast_shared(ranks);
+  if (random.below(2) == 0) return roles::cast_auto(ranks);
+  const auto any = [&] { return static_cast<int>(random.below(static_cast<std::size_t>(ranks))); };
+  roles::Cast cast{any(), any(), {}};
+  for (int rank = 0; rank < ranks; ++rank) {
+    if (random.below(4) > 0) cast.calculators.push_back(rank);
+  }
+  if (cast.calculators.empty()) cast.calculators.push_back(any());
+  return cast;
+}
+
+std::shared_ptr<balance::Policy> policy(const Way& way) {
+  std::shared_ptr<balance::Policy> policy;
+  if (way.balancer == 1) policy = std::make_shared<balance::Pairwise>(0.05, 4);
+  if (way.balancer == 2) policy = std::make_shared<balance::Diffusive>(0.05, 0.5, 4);
+  if (way.balancer == 3) policy = std::make_shared<balance::PrefixCuts>(0.05, std::vector<double>(), 4);
+  if (policy) policy->speeds.min_particles = 1;
+  return policy;
+}
+
+}  // namespace
+
+Story random_story(Random& random) {
+  Story story;
+  const auto maybe = [&] { return random.below(2) == 0; };
+  story.reads = maybe();
+  story.sub_steps = !story.reads && maybe();
+  story.meets = random.below(4) == 0;
+  story.pictures = random.below(3) > 0;
+  story.streaks = story.pictures && maybe();
+  return story;
+}
+
+Way random_way(Random& random) {
+  Way way;
+  constexpr int kRanks[] = {1, 2, 3, 4, 5, 5, 8, 13};
+  constexpr std::uint8_t kAxes[] = {1, 1, 2, 3, 7, 0};
+  way.ranks = kRanks[random.below(8)];
+  way.cast = random_cast(random, way.ranks);
+  way.axes = kAxes[random.below(6)];
+  way.combine = static_cast<frame::Combine>(random.below(3));
+  way.births = static_cast<frame::Births>(random.below(2));
+  way.threads = 1 + static_cast<int>(random.below(8) == 0);
+  way.fan_out = random.below(2) == 0 ? 8 : 2;
+  const bool slabs = way.axes == 1 || way.axes == 2;
+  way.balancer = slabs ? static_cast<int>(random.below(4)) : 3 * static_cast<int>(random.below(2));
+  way.path = static_cast<image::View::Path>(random.below(4));
+  return way;
+}
+
+frame::Settings settings(const Story& story, const Way& way) {
+  frame::Settings settings;
+  settings.seed = 4;
+  settings.substeps = story.sub_steps ? 2 : 1;
+  settings.combine = way.combine;
+  settings.births = way.births;
+  settings.threads = way.threads;
+  settings.grain = 16;
+  settings.fan_out = way.fan_out;
+  settings.policy = policy(way);
+  settings.costs.act.fill(2000);
+  return settings;
+}
+
+void define(frame::Engine& engine, const Way& way) {
+  recording::SystemDefinition definition;
+  definition.space = {domains::Space::Kind::finite, -3.2, 0.8};
+  definition.axes.bits = way.axes;
+  definition.name = "parents";
+  engine.add_system(definition);
+  definition.name = "children";
+  definition.capacity = 90;
+  engine.add_system(definition);
+}
+
+void record(frame::Engine& engine, const Story& story, std::uint64_t frame) {
+  const shapes::Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
+  recording::Spawn spawn;
+  spawn.into = 1;
+  spawn.on = recording::Spawn::On::collision;
+  spawn.count = 2;
+  engine.record(0, falling(30));
+  if (story.reads && frame % 2 == 0) engine.digest();
+  engine.record(0, spawn);
+  engine.record(0, Action{Kind::gravity, {0, -9.81, 0}, {}});
+  if (story.reads && frame % 3 == 1) engine.gather(0, true);
+  engine.record(0, Action{Kind::bounce, {0.5, 0.1, 0, 1}, {ground}});
+  engine.record(0, Action{Kind::kill_old, {0.4, 0}, {}});
+  // From here on the values at birth are asked for, also of particles that were born before.
+  if (frame > 5) engine.record(0, Action{Kind::restore, {1, 1, 1}, {}});
+  if (story.meets) engine.record(0, Action{Kind::match_velocity, {0.5, 0.1, 0.3}, {}});
+  engine.record(0, Action{Kind::move, {1}, {}});
+  engine.record(1, falling(10));
+  engine.record(1, Action{Kind::kill_old, {0.2, 0}, {}});
+  engine.record(1, Action{Kind::move, {1}, {}});
+}
+
+std::optional<image::View> view(const Story& story, const Way& way, std::uint64_t frame) {
+  if (!story.pictures) return {};
+  image::View view;
+  view.width = kWidth;
+  view.height = kHeight;
+  view.path = way.path;
+  view.shutter = story.streaks ? 0.5f : 0;
+  view.camera.position = {0.05f * static_cast<float>(frame), 1, 8};
+  view.camera.look_at = {0, 1, 0};
+  return view;
+}
+
+}  // namespace motes::soak

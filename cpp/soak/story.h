@@ -1,0 +1,52 @@
+// Small animations for simulated ranks, and the ways in which they may be played: by how many ranks, in which roles,
+// with which domains. However one is played, the same comes out.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+
+#include "comm/simulated_machine.h"
+#include "frame/engine.h"
+
+namespace motes::soak {
+
+using comm::simulation::Random;
+
+constexpr std::uint64_t kFrames = 16;
+constexpr int kWidth = 80, kHeight = 64;  // two tiles
+
+/// What is told: equal for all ways.
+struct Story {
+  bool reads = false;     // in the middle of frames
+  bool sub_steps = false; // two; particles are not read then
+  bool meets = false;     // particles collide
+  bool pictures = false;
+  bool streaks = false;
+
+  auto operator<=>(const Story&) const = default;
+};
+
+/// How it is played.
+struct Way {
+  int ranks = 1;
+  roles::Cast cast;
+  std::uint8_t axes = 1;
+  frame::Combine combine = frame::Combine::together;
+  frame::Births births = frame::Births::manager;
+  int threads = 1;
+  int fan_out = 8;
+  int balancer = 0;  // none, pairwise, diffusive, prefix cuts
+  image::View::Path path = image::View::Path::automatic;
+};
+
+Story random_story(Random& random);
+Way random_way(Random& random);
+
+frame::Settings settings(const Story& story, const Way& way);
+/// Parents, and the children that are born where they hit the ground.
+void define(frame::Engine& engine, const Way& way);
+/// The list of a frame.
+void record(frame::Engine& engine, const Story& story, std::uint64_t frame);
+std::optional<image::View> view(const Story& story, const Way& way, std::uint64_t frame);
+
+}  // namespace motes::soak

@@ -1,0 +1,65 @@
+"""The gallery moves where there are loops: `python docs/make_gallery.py --loops` writes out/loops."""
+
+from __future__ import annotations
+
+import re
+import shutil
+from pathlib import Path
+
+from sphinx.application import Sphinx
+
+from _site.pages import ROOT
+
+STILL = re.compile(r"^\[!\[(\w+)\]\((gallery/\w+\.png)\)\]\([^)]*\)$", re.MULTILINE)
+PAGE = "gallery"
+
+
+def loops(app: Sphinx) -> dict[str, Path]:
+    """Return the loops of the gallery's effects by name; others may be left from effects that are gone."""
+    made = sorted((ROOT / app.config.site_loops).glob("*.mp4"))
+    return {path.stem: path for path in made if still_of(app, path.stem).is_file()}
+
+
+def still_of(app: Sphinx, name: str) -> Path:
+    """Return the place of an effect's still."""
+    return Path(app.srcdir) / "gallery" / f"{name}.png"
+
+
+def moving(app: Sphinx, docname: str, source: list[str]) -> None:
+    """Put the loops in the places of the stills."""
+    if docname != PAGE:
+        return
+    made = loops(app)
+
+    def one(still: re.Match[str]) -> str:
+        if still[1] not in made:
+            return still[0]
+        attributes = "autoplay muted loop playsinline"
+        return f'<video {attributes} poster="{still[2]}" src="loops/{still[1]}.mp4"></video>'
+
+    source[0] = STILL.sub(one, source[0])
+
+
+def outdated(app: Sphinx, env: object, added: object, changed: object, removed: object) -> list[str]:
+    """Read the gallery anew in each build: loops come and go."""
+    return [PAGE]
+
+
+def copy(app: Sphinx, exception: Exception | None) -> None:
+    """Copy loops, and the stills that stand for them until they play."""
+    if exception is not None or app.builder.format != "html":
+        return
+    for name, path in loops(app).items():
+        for file, folder in ((path, "loops"), (still_of(app, name), "gallery")):
+            place = Path(app.outdir) / folder
+            place.mkdir(exist_ok=True)
+            shutil.copyfile(file, place / file.name)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    """Connect."""
+    app.add_config_value("site_loops", "out/loops", "html", types=[str])
+    app.connect("source-read", moving, priority=400)  # before links are turned
+    app.connect("env-get-outdated", outdated)
+    app.connect("build-finished", copy)
+    return {"parallel_read_safe": True}

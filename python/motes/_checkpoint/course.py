@@ -1,0 +1,180 @@
+"""What a world does about checkpoints from its start to its end."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Sequence
+from importlib.metadata import PackageNotFoundError, version
+from typing import TYPE_CHECKING, Any
+
+from .. import _core
+from .._run.continuing import continued
+from .._run.output import tell
+from .._run.process import OpenRun, process
+from .._run.settings import RunSettings
+from . import same_script
+from .finding import Found
+from .manifest import Manifest
+from .restoring import restore
+from .saving import Roles, Saver
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from .._live.steering import Steering
+    from ..system import System
+
+__all__ = ["EARLIER", "Course"]
+
+
+EARLIER = "this frame was made by an earlier run, from whose checkpoint this one goes on"
+
+
+class Course:
+    """The checkpoints of one run: going on from an earlier one, and writing new ones."""
+
+    def __init__(
+        self, run: OpenRun, settings: RunSettings, found: Found, engine: _core.Engine, steering: Steering,
+        secure: Callable[[], None],
+    ) -> None:  # fmt: skip
+        """Take what the ranks agreed on when they met; `secure` brings to the disk what viewers did."""
+        assert run.comm is not None and settings.checkpoint is not None
+        self._run = run
+        self._settings = settings
+        self._found = found
+        self._engine = engine
+        self._steering = steering
+        self._secure = secure
+        self.skipped = 0
+        """Frames before the one to go on from that the script has asked for."""
+        self.waiting = found.frame > 0
+        """Whether the run has still to go on from a checkpoint."""
+        self._script = same_script.facts()
+        self._refused: set[str] = set()
+        self._saver = Saver(
+            engine,
+            run.comm,
+            (settings.roles[0], settings.roles[1], list(settings.roles[2])),
+            found.directory,
+            settings.checkpoint,
+            settings.stall_s,
+            lambda: process.describe(run),
+        )
+        self._saver.last = found.frame or None
+        if self.waiting:
+            draws = run.comm.rank == settings.roles[1]
+            assert found.manifest is not None
+            continued.begin(found.frame, found.manifest.movies, draws=draws)
+
+    @property
+    def frame(self) -> int:
+        """The first frame that is still to do."""
+        return self._found.frame
+
+    def go_on(self, systems: Sequence[System]) -> None:
+        """Restore the world from the checkpoint. Collective. Does nothing a second time."""
+        if not self.waiting:
+            return
+        manifest, comm = self._found.manifest, self._run.comm
+        assert manifest is not None and comm is not None
+        self.waiting = False
+        restore(self._engine, self._found, comm, list(self._settings.roles[2]), self._settings.stall_s)
+        self._engine.copy_restored()
+        self._found.samples = None
+        kept = manifest.unpacked()
+        for system in systems:
+            system._forget_list()
+            system._configure_again(kept["configured"][system.name])
+        self._steering.restore(kept.get("steering", {}))
+        balancer = self._settings.balancer
+        if kept.get("balancer") is not None and type(balancer).__qualname__ == kept["balancer"][0]:
+            vars(balancer).update(pickle.loads(kept["balancer"][1]))
+        if self._saver.manages:
+            tell(f"motes: goes on with frame {manifest.frame}, from {self._found.place}")
+
+    def skip(self, systems: Sequence[System]) -> bool:
+        """The script ends a frame outside of `frames`: whether an earlier run has done it. Collective.
+
+        Behind the last of these the world goes on from the checkpoint.
+        """
+        if not self.waiting:
+            return False
+        for system in systems:
+            system._forget_list()
+        self.skipped += 1
+        if self.skipped == self._found.frame:
+            self.go_on(systems)
+        return True
+
+    def at_border(self, frame: int, systems: Sequence[System]) -> None:
+        """Between two frames: begin the checkpoint that is due, or see to the one under way. Collective."""
+        if self.waiting:
+            self.go_on(systems)
+        elif self._saver.due(frame):
+            self._saver.begin(self._manifest(frame, systems))
+        else:
+            self._saver.look()
+
+    def save_now(self, frame: int, systems: Sequence[System]) -> None:
+        """Write a checkpoint of this frame, and wait until it is whole. Collective."""
+        if self.waiting:
+            return
+        if frame > 0 and frame != self._saver.last:
+            self._saver.begin(self._manifest(frame, systems))
+        self._saver.finish()
+
+    def go_on_with(self, comm: MPI.Intracomm, roles: Roles) -> None:
+        """Go on with those that are left, in new roles; the checkpoint under way is given up."""
+        self._saver.go_on_with(comm, roles)
+
+    def end(self) -> None:
+        """Let another run have the directory, and another world its own past."""
+        continued.end()
+        if self._found.lock is not None:
+            self._found.lock.release()
+
+    def _manifest(self, frame: int, systems: Sequence[System]) -> Manifest:
+        settings = self._settings
+        assert settings.seed is not None
+        self._secure()
+        manifest = Manifest(
+            frame=frame,
+            time_s=frame * settings.dt,
+            seed=settings.seed,
+            dt_s=settings.dt,
+            substeps=settings.substeps,
+            motes=_version(),
+            script=self._script,
+            systems=[system.name for system in systems],
+            parts=[],
+            world={},
+        )
+        if not self._saver.manages:
+            return manifest
+        configured = {system.name: system._configured() for system in systems}
+        kept = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.kept()}
+        return manifest.with_kept(kept)
+
+    def _balancer(self) -> tuple[str, bytes] | None:
+        """Return what a balancer of the script's own knows; None where nothing can be kept."""
+        balancer: Any = self._settings.balancer
+        name = type(balancer).__qualname__
+        if type(balancer).__module__.partition(".")[0] == __package__.partition(".")[0]:
+            return None  # ours keep nothing
+        try:
+            return name, pickle.dumps(vars(balancer))
+        except Exception as error:  # any: of a user's class
+            if name not in self._refused:
+                self._refused.add(name)
+                tell(
+                    f"motes: checkpoints do not hold what the balancer {name} knows, "
+                    f"which cannot be pickled: {error}"
+                )
+            return None
+
+
+def _version() -> str:
+    try:
+        return version("motes")
+    except PackageNotFoundError:
+        return "unknown"

@@ -1,0 +1,219 @@
+"""The newest whole checkpoint, found by the manager, checked by all ranks together, known to all."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import _core
+from .._run.collectives import broadcast, first_text
+from .._run.output import tell
+from ..checkpoint import Checkpoint
+from ..errors import ArgumentError, CheckpointError, MotesError
+from . import folder, same_script
+from .manifest import Manifest
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["Found", "Wishes", "find"]
+
+_WHAT = "other ranks to read the checkpoint"
+_SAMPLES = 4096  # positions of a system, at least, from which new cuts are made
+_SAMPLES_EACH = 256  # the same for each domain
+
+
+@dataclass
+class Found:
+    """Where a run's checkpoints are, and what it goes on from."""
+
+    directory: Path
+    """Absolute, as the manager sees it."""
+    manifest: Manifest | None = None
+    """Of the checkpoint to go on from; None: the run starts anew."""
+    place: Path = Path()
+    """Its folder."""
+    world: bytes = b""
+    samples: list[list[list[float]]] | None = None
+    lock: folder.Lock | None = None
+    """On the manager."""
+
+    @property
+    def frame(self) -> int:
+        """The first frame that is still to do."""
+        return 0 if self.manifest is None else self.manifest.frame
+
+
+@dataclass
+class Wishes:
+    """What a run says about going on."""
+
+    checkpoint: Checkpoint
+    seed: int | None
+    dt: float
+    substeps: int
+    calculators: int
+    fresh: bool
+    """Start anew, whatever is there."""
+    anyway: bool
+    """Go on though the script has changed."""
+    stall_s: float | None
+
+
+def find(comm: MPI.Intracomm, manager: int, wishes: Wishes) -> Found:
+    """Return what the run goes on from. Collective.
+
+    Damaged checkpoints are told and passed over. Raises CheckpointError on all ranks where none of those
+    that are there is whole, or where the newest whole one is of another script; ArgumentError where another
+    run uses the directory.
+    """
+    found = Found(Path(wishes.checkpoint.directory).absolute())
+    error: MotesError | None = None
+    candidates: list[tuple[int, Path]] = []
+    if comm.rank == manager:
+        try:
+            found.lock = folder.Lock(found.directory)
+            folder.sweep(found.directory)
+            if wishes.fresh:
+                folder.start_anew(found.directory)
+            candidates = folder.whole(found.directory)
+        except MotesError as failure:
+            error = failure
+        except OSError as failure:
+            error = CheckpointError(f"cannot use {found.directory} for checkpoints: {failure.strerror}")
+    _agree(comm, error, wishes)
+    told = json.dumps([str(found.directory), [[frame, str(path)] for frame, path in candidates]])
+    directory, listed = json.loads(broadcast(comm, told.encode(), manager, wishes.stall_s, _WHAT))
+    found.directory = Path(directory)
+    for frame, path in listed:
+        problem = _problem(comm, manager, found, frame, Path(path), wishes)
+        if not problem:
+            _check_run(comm, manager, found, wishes)
+            return found
+        if comm.rank == manager:
+            tell(f"motes: the checkpoint of frame {frame} is passed over: {problem}")
+    if listed:
+        raise CheckpointError(
+            f"none of the {len(listed)} checkpoint(s) in {found.directory} is whole; "
+            "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts anew"
+        )
+    return found
+
+
+def _agree(comm: MPI.Intracomm, error: MotesError | None, wishes: Wishes) -> None:
+    """Raise on all ranks what one of them has met."""
+    text = ""
+    if isinstance(error, ArgumentError):
+        text = json.dumps(["ArgumentError", error.argument, str(error.value), error.allowed])
+    elif error is not None:
+        text = json.dumps(["CheckpointError", str(error)])
+    rank, told = first_text(comm, text, wishes.stall_s, _WHAT)
+    if not told:
+        return
+    kind, *arguments = json.loads(told)
+    agreed: MotesError = ArgumentError(*arguments) if kind == "ArgumentError" else CheckpointError(*arguments)
+    agreed.speaker = rank
+    raise agreed
+
+
+def _problem(comm: MPI.Intracomm, manager: int, found: Found, frame: int, path: Path, wishes: Wishes) -> str:
+    """Return why a checkpoint cannot be used; where it can, `found` knows it then. Collective."""
+    problem, content = "", b""
+    if comm.rank == manager:
+        try:
+            content = _read(path, frame)
+        except (CheckpointError, OSError) as error:
+            problem = str(error)
+    _, problem = first_text(comm, problem, wishes.stall_s, _WHAT)
+    if problem:
+        return problem
+    content = broadcast(comm, content, manager, wishes.stall_s, _WHAT)
+    length = int.from_bytes(content[:8], "little")
+    manifest = Manifest.from_bytes(content[8 : 8 + length], path / folder.MANIFEST)
+    _, problem = first_text(comm, _damage(comm, path, manifest), wishes.stall_s, _WHAT)
+    if problem:
+        return problem
+    found.manifest, found.place, found.world = manifest, path, content[8 + length :]
+    samples = b""
+    if comm.rank == manager:
+        samples = json.dumps(_samples(path, manifest, wishes.calculators)).encode()
+    found.samples = json.loads(broadcast(comm, samples, manager, wishes.stall_s, _WHAT))
+    return ""
+
+
+def _read(path: Path, frame: int) -> bytes:
+    """Return the manifest and the world's bytes behind it; raises what says that they are not whole."""
+    text = (path / folder.MANIFEST).read_bytes()
+    manifest = Manifest.from_bytes(text, path / folder.MANIFEST)
+    if manifest.frame != frame:
+        raise CheckpointError(f"{path} says that it is of frame {manifest.frame}")
+    world = (path / folder.WORLD).read_bytes()
+    if len(world) != manifest.world["bytes"] or _core.crc32c(world) != manifest.world["crc32c"]:
+        raise CheckpointError(f"{path / folder.WORLD} has changed since it was written")
+    return len(text).to_bytes(8, "little") + text + world
+
+
+def _damage(comm: MPI.Intracomm, path: Path, manifest: Manifest) -> str:
+    """Compare this rank's share of the parts with their checksums; return what is wrong, or nothing."""
+    for entry in manifest.parts[comm.rank :: comm.size]:
+        try:
+            part = _core.PartFile(str(path / entry.file), True)
+        except RuntimeError as error:
+            return str(error)
+        rows = dict(part.rows)
+        expected = dict(zip(manifest.systems, entry.rows, strict=True))
+        if part.frame != manifest.frame or rows != expected:
+            return f"{path / entry.file} is of another checkpoint"
+    return ""
+
+
+def _samples(path: Path, manifest: Manifest, calculators: int) -> list[list[list[float]]]:
+    """Return some positions of each system: x, y and z."""
+    samples: list[list[list[float]]] = [[[], [], []] for _ in manifest.systems]
+    wanted = max(_SAMPLES, _SAMPLES_EACH * calculators)
+    for entry in manifest.parts:
+        part: Any = None
+        for system, rows in enumerate(entry.rows):
+            total = manifest.particles[system]
+            most = -(-wanted * rows // total) if total else 0
+            if most == 0:
+                continue
+            part = part or _core.PartFile(str(path / entry.file), False)
+            for axis, values in enumerate(part.sample(system, most)):
+                samples[system][axis].extend(values)
+    return samples
+
+
+def _check_run(comm: MPI.Intracomm, manager: int, found: Found, wishes: Wishes) -> None:
+    """Raise CheckpointError, on all ranks, where the checkpoint is of another script or other settings."""
+    error: MotesError | None = None
+    if comm.rank == manager:
+        try:
+            _compare(found, wishes)
+        except CheckpointError as failure:
+            error = failure
+    _agree(comm, error, wishes)
+
+
+def _compare(found: Found, wishes: Wishes) -> None:
+    manifest = found.manifest
+    assert manifest is not None
+    where = f"the checkpoint of frame {manifest.frame} in {found.directory} is of another run: "
+    for name, then, now in (
+        ("seed", manifest.seed, manifest.seed if wishes.seed is None else wishes.seed),
+        ("dt", manifest.dt_s, wishes.dt),
+        ("substeps", manifest.substeps, wishes.substeps),
+    ):
+        if then != now:  # nobody may overrule this: the particles would be others
+            raise CheckpointError(
+                f"{where}World({name}=...) was {then!r} and is {now!r}; "
+                "`python -m motes run --fresh ...` (or MOTES_FRESH=1) starts anew"
+            )
+    difference = same_script.difference(manifest.script, same_script.facts())
+    if difference and not wishes.anyway:
+        raise CheckpointError(
+            f"{where}{difference}; `python -m motes run --anyway ...` (or MOTES_ANYWAY=1) goes on all the "
+            "same, --fresh (or MOTES_FRESH=1) starts anew"
+        )

@@ -1,0 +1,133 @@
+"""A directory of checkpoints: frame-000096 is a whole one, frame-000096.tmp one that is being written."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import re
+import shutil
+import socket
+from pathlib import Path
+from typing import Self
+
+from .._io import files
+from ..errors import ArgumentError, CheckpointError
+
+try:
+    import fcntl
+except ImportError:  # not a Unix system: two runs at once are not noticed
+    fcntl = None  # type: ignore[assignment]
+
+__all__ = [
+    "MANIFEST",
+    "WORLD",
+    "Lock",
+    "begun",
+    "finish",
+    "part_name",
+    "prune",
+    "start_anew",
+    "sweep",
+    "whole",
+]
+
+MANIFEST = "manifest.json"
+WORLD = "world.bin"
+_LOCK = ".lock"
+_WHOLE = re.compile(r"frame-(\d{6,19})")
+_BEGUN = re.compile(r"frame-\d{6,19}\.tmp")
+
+
+def begun(directory: Path, frame: int) -> Path:
+    """Return the folder into which the parts of a checkpoint go until it is whole."""
+    return directory / f"frame-{frame:06}.tmp"
+
+
+def part_name(calculator: int) -> str:
+    """Return the name of a calculator's file."""
+    return f"part-{calculator:05}.safetensors"
+
+
+def whole(directory: Path) -> list[tuple[int, Path]]:
+    """List what has the name of a whole checkpoint, as (frame, folder), the newest first."""
+    found = []
+    with contextlib.suppress(FileNotFoundError):
+        for name in os.listdir(directory):
+            if match := _WHOLE.fullmatch(name):
+                found.append((int(match[1]), directory / name))
+    return sorted(found, reverse=True)
+
+
+def finish(folder: Path) -> Path:
+    """Give a checkpoint whose files are all on disk its name."""
+    target = folder.with_suffix("")
+    files.sync(folder)
+    if target.exists():  # of the same frame: a damaged one, or another run's
+        shutil.rmtree(target)
+    folder.rename(target)
+    files.sync(folder.parent)
+    return target
+
+
+def prune(directory: Path, keep: int) -> None:
+    """Remove all but the newest whole checkpoints."""
+    for _, folder in whole(directory)[keep:]:
+        shutil.rmtree(folder, ignore_errors=True)
+
+
+def sweep(directory: Path) -> None:
+    """Remove what killed runs left unfinished."""
+    with contextlib.suppress(FileNotFoundError):
+        for name in os.listdir(directory):
+            if _BEGUN.fullmatch(name):
+                shutil.rmtree(directory / name, ignore_errors=True)
+
+
+def start_anew(directory: Path) -> None:
+    """Remove all checkpoints: a run that starts anew must not be continued from an earlier one's."""
+    prune(directory, 0)
+
+
+class Lock:
+    """A directory belongs to one run at a time; the system releases the lock of a killed one."""
+
+    def __init__(self, directory: Path) -> None:
+        """Make the directory where needed, and lock it.
+
+        Raises ArgumentError if another run has it, CheckpointError if it cannot be made.
+        """
+        try:
+            directory.mkdir(parents=True, exist_ok=True)
+            self._file = os.open(
+                directory / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666
+            )
+        except OSError as error:
+            raise CheckpointError(f"cannot make the directory {directory}: {error.strerror}") from error
+        try:
+            if fcntl is not None:
+                fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            owner = os.pread(self._file, 200, 0).decode(errors="replace").strip() or "another process"
+            os.close(self._file)
+            self._file = -1
+            allowed = f"a directory that no other run uses (the run of {owner} writes its checkpoints there)"
+            raise ArgumentError("checkpoint", os.fspath(directory), allowed) from None
+        except OSError:
+            pass  # a file system without locks
+        with contextlib.suppress(OSError):
+            os.ftruncate(self._file, 0)
+            os.pwrite(self._file, f"process {os.getpid()} on {socket.gethostname()}\n".encode(), 0)
+
+    def release(self) -> None:
+        """Let another run have the directory. Calling it again does nothing."""
+        file, self._file = self._file, -1
+        if file >= 0:
+            os.close(file)
+
+    def __enter__(self) -> Self:
+        """Return the lock itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Release it."""
+        self.release()

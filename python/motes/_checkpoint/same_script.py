@@ -1,0 +1,62 @@
+"""Whether a checkpoint is of this script, with these arguments."""
+
+from __future__ import annotations
+
+import hashlib
+import itertools
+import sys
+from pathlib import Path
+from typing import Any
+
+__all__ = ["difference", "facts"]
+
+_SHOWN = 60  # characters of a line
+
+
+def facts() -> dict[str, Any]:
+    """Return what a checkpoint keeps of the script that makes it; empty where there is no script's file."""
+    path = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
+    text = path.read_text(errors="replace") if path is not None and path.is_file() else ""
+    digest = hashlib.sha256(text.encode()).hexdigest()
+    return {
+        "path": str(path) if path else "",
+        "sha256": digest,
+        "text": text,
+        "arguments": sys.argv[1:],
+    }
+
+
+def difference(then: dict[str, Any], now: dict[str, Any]) -> str:
+    """Say how this script or its arguments differ from those of a checkpoint; empty where they do not."""
+    if then["arguments"] != now["arguments"]:
+        return (
+            f"the script's arguments were {_arguments(then['arguments'])} and are "
+            f"{_arguments(now['arguments'])}"
+        )
+    if then["sha256"] == now["sha256"]:
+        return ""
+    pairs = itertools.zip_longest(then["text"].splitlines(), now["text"].splitlines())
+    for number, (before, after) in enumerate(pairs, start=1):
+        if before != after:
+            start = _first_difference(before or "", after or "")
+            return f"the script's line {number} was {_line(before, start)} and is {_line(after, start)}"
+    return "the ends of the script's lines have changed"
+
+
+def _arguments(given: list[str]) -> str:
+    return repr(" ".join(given)) if given else "none"
+
+
+def _first_difference(before: str, after: str) -> int:
+    pairs = enumerate(zip(before, after, strict=False))
+    return next((i for i, (a, b) in pairs if a != b), min(len(before), len(after)))
+
+
+def _line(text: str | None, difference: int) -> str:
+    """Show a line, or the part of a long one where it differs."""
+    if text is None:
+        return "not there"
+    start = max(0, difference - _SHOWN // 2) if len(text.strip()) > _SHOWN else 0
+    shown = text[start:].strip()
+    shown = shown if len(shown) <= _SHOWN else shown[:_SHOWN] + "..."
+    return repr("..." + shown if start > 0 else shown)

@@ -1,0 +1,222 @@
+"""Checkpoints while frames go on: each calculator writes its part, the manager says when all are on disk."""
+
+from __future__ import annotations
+
+import contextlib
+import shutil
+import threading
+from array import array
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from .. import _core
+from .._io import files
+from .._run.busy import Busy
+from .._run.collectives import wait_for
+from .._run.continuing import frames_of_movies, open_movies
+from .._run.output import tell
+from .._run.process import process
+from ..checkpoint import Checkpoint
+from . import folder
+from .manifest import Manifest, PartEntry
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["Roles", "Saver"]
+
+_WHAT = "other ranks to write their parts of a checkpoint"
+_LOOK_S = 0.05
+
+Roles = tuple[int, int, Sequence[int]]
+"""Manager, image generator, calculators: ranks."""
+
+
+@dataclass
+class _Pending:
+    """A checkpoint whose parts are being written."""
+
+    manifest: Manifest
+    place: Path
+    request: MPI.Request | None = None
+    said: array[int] | None = None
+    told: array[int] | None = None
+    finishing: threading.Thread | None = None
+    """On the manager: all parts are on disk."""
+
+
+class Saver:
+    """Writes a run's checkpoints. All ranks call the same methods between the same frames."""
+
+    def __init__(
+        self, engine: _core.Engine, comm: MPI.Intracomm, cast: Roles, directory: Path,
+        checkpoint: Checkpoint, stall_s: float | None, describe: Callable[[], str],
+    ) -> None:  # fmt: skip
+        """Take what a run has; `describe` names this rank in messages."""
+        self._engine = engine
+        self._take_roles(comm, cast)
+        self._directory = directory
+        self._checkpoint = checkpoint
+        self._stall_s = stall_s
+        self._describe = describe
+        self._pending: _Pending | None = None
+        self.last: int | None = None
+        """Frame of the newest checkpoint that was begun or that the run goes on from."""
+
+    @property
+    def manages(self) -> bool:
+        """Whether this rank writes the manifests."""
+        return bool(self._comm.rank == self._manager)
+
+    def due(self, frame: int) -> bool:
+        """Whether a checkpoint is to be made before this frame."""
+        return frame > 0 and frame % self._checkpoint.every == 0 and frame != self.last
+
+    def look(self) -> None:
+        """Find out, without waiting, whether the checkpoint under way is whole. Collective."""
+        pending = self._pending
+        if pending is None:
+            return
+        busy, _, _ = self._engine.part_outcome()
+        with self._losses():
+            if pending.request is None and not busy:
+                self._tell_outcome(pending)
+            if pending.request is not None and pending.request.Test():
+                self._conclude(pending)
+
+    def begin(self, manifest: Manifest) -> None:
+        """Write a checkpoint down from here on; waits for the one before. Collective.
+
+        `manifest` lacks what only this knows: parts, world and movies. Films and the log are on disk up to
+        here when this returns.
+        """
+        self.finish()
+        self.last = manifest.frame
+        for movie in open_movies():
+            movie._secure()
+        self._engine.secure_log()
+        manifest.movies = frames_of_movies()
+        place = folder.begun(self._directory, manifest.frame)
+        world = self._engine.shared_state()
+        manifest.world = {"file": folder.WORLD, "bytes": len(world), "crc32c": _core.crc32c(world)}
+        failure = ""
+        try:
+            place.mkdir(parents=True, exist_ok=True)
+            if self.manages:
+                files.write_whole(place / folder.WORLD, world)
+            if self._calculator >= 0:
+                self._engine.save_part(str(place / folder.part_name(self._calculator)))
+        except OSError as error:
+            failure = f"{error.strerror or error}: {place}"
+        self._pending = _Pending(manifest, place)
+        if failure:
+            self._complain(manifest.frame, failure)
+            self._post(self._pending, well=False)
+
+    def finish(self) -> None:
+        """Wait until the checkpoint under way is whole, or has failed. Collective."""
+        pending = self._pending
+        if pending is None:
+            return
+        if pending.request is None:
+            with Busy("writing a checkpoint") as busy:
+                while self._engine.part_outcome()[0]:
+                    threading.Event().wait(_LOOK_S)
+                    busy.look()
+            self._engine.wait_for_part()
+        with self._losses():
+            if pending.request is None:
+                self._tell_outcome(pending)
+            assert pending.request is not None
+            wait_for(pending.request, self._stall_s, _WHAT)
+            self._conclude(pending)
+            if pending.finishing is not None:
+                pending.finishing.join()
+        self._pending = None
+
+    def go_on_with(self, comm: MPI.Intracomm, cast: Roles) -> None:
+        """Go on with the ranks of `comm`, in these roles; what is under way is lost with the others."""
+        self._give_up()
+        self._take_roles(comm, cast)
+
+    def _take_roles(self, comm: MPI.Intracomm, cast: Roles) -> None:
+        self._comm = comm
+        self._manager, _, calculators = cast
+        self._calculators = len(calculators)
+        self._calculator = calculators.index(comm.rank) if comm.rank in calculators else -1
+
+    def _give_up(self) -> None:
+        pending, self._pending = self._pending, None
+        if pending is None or not self.manages:
+            return
+        if pending.finishing is None:
+            shutil.rmtree(pending.place, ignore_errors=True)
+        else:
+            pending.finishing.join()  # all parts are on disk
+
+    @contextlib.contextmanager
+    def _losses(self) -> Iterator[None]:
+        """Give up the checkpoint under way where a loss has made it impossible; the core hears of it soon."""
+        from mpi4py import MPI
+
+        try:
+            yield
+        except MPI.Exception:
+            if not process.survives:
+                raise
+            self._give_up()
+
+    def _tell_outcome(self, pending: _Pending) -> None:
+        _, written, error = self._engine.part_outcome()
+        well = self._calculator < 0 or written == pending.manifest.frame
+        if not well:
+            self._complain(pending.manifest.frame, error)
+        self._post(pending, well=well)
+
+    def _post(self, pending: _Pending, *, well: bool) -> None:
+        from mpi4py import MPI
+
+        pending.said, pending.told = array("i", [int(well)]), array("i", [0])
+        pending.request = self._comm.Iallreduce(pending.said, pending.told, MPI.MIN)
+
+    def _complain(self, frame: int, error: str) -> None:
+        whole = [number for number, _ in folder.whole(self._directory)]
+        rest = f"the newest whole one is of frame {whole[0]}" if whole else "there is none yet"
+        tell(
+            f"motes: {self._describe()}: the checkpoint of frame {frame} could not be written: {error}; "
+            f"the run goes on, {rest}"
+        )
+
+    def _conclude(self, pending: _Pending) -> None:
+        """All ranks have said how their parts went: the manager makes the checkpoint whole."""
+        if not self.manages:
+            self._pending = None
+            return
+        if pending.finishing is None:
+            assert pending.told is not None
+            well = bool(pending.told[0])
+            pending.finishing = threading.Thread(target=self._make_whole, args=(pending, well), daemon=True)
+            pending.finishing.start()
+        elif not pending.finishing.is_alive():
+            self._pending = None
+
+    def _make_whole(self, pending: _Pending, well: bool) -> None:
+        try:
+            if not well:
+                shutil.rmtree(pending.place, ignore_errors=True)
+                return
+            pending.manifest.parts = [self._entry(pending.place, i) for i in range(self._calculators)]
+            pending.manifest.write(pending.place)
+            folder.finish(pending.place)
+            folder.prune(self._directory, self._checkpoint.keep)
+        except (OSError, RuntimeError) as error:
+            with contextlib.suppress(OSError):
+                shutil.rmtree(pending.place, ignore_errors=True)
+            self._complain(pending.manifest.frame, str(error))
+
+    def _entry(self, place: Path, calculator: int) -> PartEntry:
+        path = place / folder.part_name(calculator)
+        part = _core.PartFile(str(path), False)
+        return PartEntry(path.name, path.stat().st_size, [rows for _, rows in part.rows])

@@ -1,0 +1,169 @@
+"""Containers of films: the head and the body of a fragmented file, and packets from and into such files.
+
+A fragmented file is a head, which says what the film looks like, and then segments. A segment is made in
+memory, as a little file of its own, of which only the body is appended to the film.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections.abc import Iterable, Iterator
+from fractions import Fraction
+from pathlib import Path
+from typing import IO, Any
+
+__all__ = ["FORMATS", "SegmentFile", "copy_whole", "extradata", "groups", "numbered"]
+
+FORMATS = {".mp4": "mp4", ".mkv": "matroska", ".mov": "mov"}
+"""Suffixes of films, and what FFmpeg calls them."""
+
+_DELAY = 2
+"""Frames by which packets are decoded before they are shown: what H.264 with a pyramid of B-frames needs."""
+
+_CLUSTER = 0x1F43B675
+_SEGMENT = 0x18538067
+
+
+class SegmentFile:
+    """Packets of one segment on their way into bytes."""
+
+    def __init__(self, kind: str, number: int) -> None:
+        """`kind`: a value of FORMATS; `number`: of the segment within the film, from 1."""
+        import av
+
+        self._kind = kind
+        self._buffer = io.BytesIO()
+        options = {"live": "1"}
+        if kind != "matroska":
+            # A head with an edit list, which needs the first packet; one clock for all segments; no index.
+            flags = "frag_custom+empty_moov+delay_moov+default_base_moof+frag_discont+skip_trailer"
+            options = {"movflags": flags, "fragment_index": str(number)}
+        self.container: Any = av.open(self._buffer, "w", format=kind, container_options=options)
+
+    def finish(self) -> tuple[bytes, bytes]:
+        """Return the head of a film that begins with this segment, and the segment."""
+        self.container.close()
+        data = self._buffer.getvalue()
+        at = _body_of_matroska(data) if self._kind == "matroska" else _body_of_mp4(data)
+        return data[:at], data[at:]
+
+
+def _body_of_mp4(data: bytes) -> int:
+    """Return where the first fragment begins: a box "moof", behind "ftyp" and "moov"."""
+    at = 0
+    while at + 8 <= len(data) and data[at + 4 : at + 8] != b"moof":
+        size = int.from_bytes(data[at : at + 4], "big")
+        at += size if size >= 8 else len(data)
+    return min(at, len(data))
+
+
+def _body_of_matroska(data: bytes) -> int:
+    """Return where the first cluster begins."""
+    at = 0
+    while at < len(data):
+        name, start = _number(data, at, marker=True)
+        size, start = _number(data, start, marker=False)
+        if name == _CLUSTER:
+            return at
+        at = start if name == _SEGMENT else start + size
+    return len(data)
+
+
+def _number(data: bytes, at: int, *, marker: bool) -> tuple[int, int]:
+    """Read a number of EBML; returns it and where it ends. Its first bit, the marker, tells its length."""
+    length = 9 - data[at].bit_length()
+    value = int.from_bytes(data[at : at + length], "big")
+    return value if marker else value & ((1 << 7 * length) - 1), at + length
+
+
+def numbered(packets: Iterable[Any], shown: Iterable[int], *, first: int, rate: Fraction) -> Iterator[Any]:
+    """Give packets, in the order of decoding, their times: `shown` says which frame of the film each is.
+
+    `first`: the number of the first one within the film.
+    """
+    for count, (packet, frame) in enumerate(zip(packets, shown, strict=True), first):
+        packet.time_base = 1 / rate
+        packet.pts, packet.dts, packet.duration = frame, count - _DELAY, 1
+        yield packet
+
+
+def groups(container: Any) -> Iterator[tuple[list[Any], list[int]]]:
+    """Read a film in groups that can be decoded alone: packets, and which frame of the group each is.
+
+    Ends where the film was cut off, or cannot be read any further.
+    """
+    packets: list[Any] = []
+    for packet in _readable(container):
+        if packet.is_keyframe and packets:
+            yield packets, _order(packets)
+            packets = []
+        if packet.is_keyframe or packets:
+            packets.append(packet)
+    if packets and _is_whole(packets, container.streams.video[0].average_rate):
+        yield packets, _order(packets)
+
+
+def _readable(container: Any) -> Iterator[Any]:
+    import av
+
+    with contextlib.suppress(av.FFmpegError):
+        for packet in container.demux(container.streams.video[0]):
+            if packet.size == 0:  # the end, as PyAV tells it
+                continue
+            if packet.is_corrupt or packet.pts is None:
+                return
+            yield packet
+
+
+def _order(packets: list[Any]) -> list[int]:
+    """Return which frame of the group each packet is. Only their order counts: some clocks are coarse."""
+    by_time = sorted(range(len(packets)), key=lambda number: packets[number].pts)
+    order = [0] * len(packets)
+    for frame, number in enumerate(by_time):
+        order[number] = frame
+    return order
+
+
+def _is_whole(packets: list[Any], rate: Fraction | None) -> bool:
+    """Whether no frame is missing among those that the group shows."""
+    if len(packets) == 1 or rate is None:
+        return True
+    tick: Fraction = packets[0].time_base
+    times = [packet.pts * tick for packet in packets]
+    missing: Fraction = (max(times) - min(times)) * rate - (len(packets) - 1)
+    return abs(missing) < Fraction(1, 2) + rate * tick
+
+
+def copy_stream(container: Any, source: Any, rate: Fraction) -> Any:
+    """Add a stream for packets of `source` to an output; a frame is the unit of its clock."""
+    stream = container.add_stream_from_template(source)
+    stream.time_base, stream.codec_context.framerate = 1 / rate, rate
+    return stream
+
+
+def copy_whole(source: IO[bytes], draft: Path, kind: str, rate: Fraction) -> int:
+    """Write the packets of a fragmented film into a whole file, with an index; returns how many."""
+    import av
+
+    options = {} if kind == "matroska" else {"movflags": "+faststart"}  # plays before it is loaded whole
+    count = 0
+    with (
+        av.open(source, "r", format=kind) as film,
+        av.open(str(draft), "w", format=kind, container_options=options) as container,
+    ):
+        stream = copy_stream(container, film.streams.video[0], rate)
+        for packets, order in groups(film):
+            for packet in numbered(packets, (count + frame for frame in order), first=count, rate=rate):
+                packet.stream = stream
+                container.mux(packet)
+            count += len(packets)
+    return count
+
+
+def extradata(data: IO[bytes], kind: str) -> bytes:
+    """Return what a film's head says about its encoding: the same for all its segments."""
+    import av
+
+    with av.open(data, "r", format=kind) as film:
+        return bytes(film.streams.video[0].codec_context.extradata or b"")

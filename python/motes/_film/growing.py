@@ -1,0 +1,245 @@
+"""A film while it is written: a file beside its target that players open, whatever happens to the process.
+
+`film.mp4` grows as `film.partial.mp4`. It consists of whole segments, each appended in one piece, so that a
+killed process leaves all of them; only the last one may be torn, and players ignore it.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import io
+import os
+import time
+from fractions import Fraction
+from pathlib import Path
+from typing import IO, Any, Self
+
+from .._io import files
+from ..errors import CheckpointError
+from . import containers
+
+__all__ = ["GrowingFilm", "partial_path"]
+
+_FULL = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)
+_PATIENCE_S = 10.0
+_LOOK_S = 0.05
+_READ = os.O_RDONLY | getattr(os, "O_CLOEXEC", 0)
+
+
+def partial_path(target: Path) -> Path:
+    """Return where a film is while it is written."""
+    return target.with_name(f"{target.stem}.partial{target.suffix}")
+
+
+class GrowingFilm:
+    """The partial file of a film; it appears with its first segment, in place of an earlier run's."""
+
+    def __init__(self, target: Path, rate: Fraction) -> None:
+        """Name the film that this one becomes. Nothing is written yet."""
+        self.target = target
+        self.path = partial_path(target)
+        self.frames = 0
+        """Those in the file."""
+        self.segments = 0
+        self._kind = containers.FORMATS[target.suffix.lower()]
+        self._rate = rate
+        self._draft: Path | None = None
+        self._file = -1
+        self._bytes = 0
+        self._extradata: bytes | None = None
+        """Of an earlier process, with which this one's must agree."""
+
+    def open(self) -> None:
+        """Make the file, under a hidden name until something is in it. Raises OSError where it cannot."""
+        if self._file >= 0:
+            return
+        self.path.parent.mkdir(parents=True, exist_ok=True)
+        for path in (self.target, self.path):
+            files.sweep(path)
+        self._draft, self._file = files.make_draft(self.path)
+
+    def append(self, head: bytes, segment: bytes, frames: int) -> None:
+        """Write a segment, so that a kill of the process leaves it. Raises OSError where the disk refuses."""
+        if self._extradata is not None:
+            self._check_encoding(head + segment)
+        self._add(head, segment, frames)
+        if self._draft is not None:
+            self._show()
+
+    def sync(self) -> None:
+        """Wait until all segments so far are on the disk."""
+        if self._file >= 0:
+            os.fsync(self._file)
+            files.sync(self.path.parent)
+
+    def finish(self) -> None:
+        """Write the whole film, with an index, under its name, and remove the partial one.
+
+        Where this fails, the partial file stays.
+        """
+        if self.frames == 0:
+            return self.close()
+        with files.whole_path(self.target, remove_abandoned=True) as draft:
+            with self._reader() as source:
+                found = containers.copy_whole(source, draft, self._kind, self._rate)
+            if found != self.frames:
+                raise OSError(
+                    errno.EIO, f"{found} of {self.frames} frames could be read again", str(self.path)
+                )
+        with contextlib.suppress(OSError):
+            # Another run may have put its own in this place.
+            if os.path.samestat(os.fstat(self._file), os.lstat(self.path)):
+                self.path.unlink()
+        self.close()
+
+    def close(self) -> None:
+        """Leave the partial file as it is. Calling it again does nothing."""
+        file, self._file = self._file, -1
+        if file >= 0:
+            os.close(file)
+        if self._draft is not None:  # not shown yet: nothing whole is in it
+            with contextlib.suppress(OSError):
+                self._draft.unlink()
+            self._draft = None
+
+    def _add(self, head: bytes, segment: bytes, frames: int) -> None:
+        self._write(head + segment if self.segments == 0 else segment)
+        self.frames += frames
+        self.segments += 1
+
+    def _write(self, data: bytes) -> None:
+        left = memoryview(data)
+        try:
+            while left:
+                left = left[os.write(self._file, left) :]
+        except OSError:
+            with contextlib.suppress(OSError):  # so that what is there stays whole
+                os.ftruncate(self._file, self._bytes)
+            raise
+        self._bytes += len(data)
+
+    def _show(self) -> None:
+        """Give the file its visible name."""
+        assert self._draft is not None
+        os.replace(self._draft, self.path)
+        self._draft = None
+
+    def _reader(self) -> IO[bytes]:
+        """Read this very file, whatever bears its name now."""
+        reader = os.fdopen(os.dup(self._file), "rb")
+        reader.seek(0)
+        return reader
+
+    # --- going on after an earlier process
+
+    @classmethod
+    def continued(cls, target: Path, rate: Fraction, frames: int) -> Self:
+        """Go on behind the first frames of what an earlier process left: the partial film, or the whole one.
+
+        What lies behind them is dropped. Raises CheckpointError, naming the file and what it holds.
+        """
+        film = cls(target, rate)
+        path = film.path if film.path.exists() else target
+        try:
+            source = os.fdopen(os.open(path, _READ), "rb")
+        except OSError as error:
+            why = error.strerror or str(error)
+            if isinstance(error, FileNotFoundError):
+                why = f"neither {film.path} nor {target.name} exists"
+            raise _lost(target, frames, why) from error
+        with source:
+            if not _lock(source.fileno()):
+                raise _lost(target, frames, f"another process is writing {path}")
+            try:
+                film._take(source, path, frames)
+            except BaseException:
+                film.close()
+                raise
+        return film
+
+    @classmethod
+    def frames_in(cls, target: Path, rate: Fraction, *, most: int) -> int:
+        """Return how many whole frames an earlier process left up to a cut, of which at most `most` count."""
+        import av
+
+        film, count = cls(target, rate), 0
+        path = film.path if film.path.exists() else target
+        with (
+            contextlib.suppress(FileNotFoundError, av.FFmpegError),
+            av.open(str(path), "r", format=film._kind) as earlier,
+        ):
+            for packets, _ in containers.groups(earlier):
+                if count + len(packets) > most:
+                    break
+                count += len(packets)
+        return count
+
+    def _take(self, source: IO[bytes], path: Path, frames: int) -> None:
+        import av
+
+        self.open()
+        kind = self._kind
+        try:
+            with av.open(source, "r", format=kind) as earlier:
+                self._copy(earlier, frames)
+            source.seek(0)
+            self._extradata = containers.extradata(source, kind)
+        except (av.FFmpegError, OSError, IndexError, ValueError) as error:
+            if getattr(error, "errno", None) in _FULL:
+                raise
+            holds = f"{path} is damaged behind frame {self.frames}: {error}"
+            raise _lost(self.target, frames, holds) from error
+        if self.frames != frames:
+            raise _lost(self.target, frames, f"{path} {self._held(path, frames)}")
+        os.fsync(self._file)
+        self._show()
+        files.sync(self.path.parent)
+
+    def _copy(self, earlier: Any, frames: int) -> None:
+        """Take over groups of packets while they belong to the first frames."""
+        for packets, order in containers.groups(earlier):
+            if self.frames + len(packets) > frames:
+                break
+            segment = containers.SegmentFile(self._kind, self.segments + 1)
+            stream = containers.copy_stream(segment.container, earlier.streams.video[0], self._rate)
+            shown = (self.frames + frame for frame in order)
+            for packet in containers.numbered(packets, shown, first=self.frames, rate=self._rate):
+                packet.stream = stream
+                segment.container.mux(packet)
+            self._add(*segment.finish(), len(packets))
+
+    def _held(self, path: Path, frames: int) -> str:
+        """Say what a film holds instead of a cut at the frames that were asked for."""
+        import av
+
+        count, cuts = 0, [0]
+        with av.open(str(path), "r", format=self._kind) as film:
+            for packets, _ in containers.groups(film):
+                count += len(packets)
+                cuts.append(count)
+        before = max(cut for cut in cuts if cut <= frames)
+        return f"holds {count} frames, and the last cut before that is behind {before}"
+
+    def _check_encoding(self, film: bytes) -> None:
+        """Raise CheckpointError if this process encodes differently from the earlier one."""
+        known, self._extradata = self._extradata, None
+        if containers.extradata(io.BytesIO(film), self._kind) != known:
+            raise CheckpointError(
+                f"the movie {self.target} cannot go on in {self.path}: its first {self.frames} frames have "
+                "another size, rate, quality or preset, or another version of the encoder made them"
+            )
+
+
+def _lock(file: int) -> bool:
+    """Lock a film; False if another process still writes it. One that was killed may need a while."""
+    limit = time.monotonic() + _PATIENCE_S
+    while files.is_locked_elsewhere(file):
+        if time.monotonic() > limit:
+            return False
+        time.sleep(_LOOK_S)
+    return True
+
+
+def _lost(target: Path, frames: int, why: str) -> CheckpointError:
+    return CheckpointError(f"the movie {target} cannot go on behind its first {frames} frames: {why}")

@@ -1,0 +1,101 @@
+"""A segment: about a second of film, encoded without a look at what comes before or after it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from . import containers
+
+__all__ = ["Encoding", "Segment", "picture"]
+
+# The bits depend on the number of threads, so it must not be that of this machine's cores.
+_THREADS = 4
+# Above, times in Matroska, in ms, no longer tell frames apart; packets must then be in the order of showing.
+_COARSE_FPS = 400
+
+
+@dataclass(frozen=True)
+class Encoding:
+    """How a film is encoded."""
+
+    kind: str
+    """A value of `containers.FORMATS`."""
+    height: int
+    width: int
+    rate: Fraction
+    """Frames per second."""
+    crf: float
+    preset: str
+
+    @property
+    def frames(self) -> int:
+        """How many frames a segment has at most."""
+        return max(1, round(self.rate))
+
+    def add_stream(self, container: Any) -> Any:
+        """Add a stream, with an encoder of its own, to an output."""
+        options = {"crf": str(self.crf), "preset": self.preset}
+        if self.kind == "matroska" and self.rate > _COARSE_FPS:
+            options["bf"] = "0"
+        stream = container.add_stream("libx264", rate=self.rate, options=options)
+        stream.width, stream.height = self.width + self.width % 2, self.height + self.height % 2
+        stream.pix_fmt = "yuv420p"
+        context = stream.codec_context
+        context.thread_type, context.thread_count = "FRAME", _THREADS
+        context.time_base = 1 / self.rate
+        # Declare the colour space (BT.709, limited range); otherwise players guess it from the size of the
+        # picture.
+        context.colorspace = context.color_primaries = context.color_trc = context.color_range = 1
+        return stream
+
+
+class Segment:
+    """Frames on their way into one segment. The bits depend on these frames and the encoding alone."""
+
+    def __init__(self, encoding: Encoding, *, first: int, number: int) -> None:
+        """`first`: the film's frame with which it begins; `number`: of the segment, from 1."""
+        self._encoding = encoding
+        self._first = first
+        self._file = containers.SegmentFile(encoding.kind, number)
+        self._stream = encoding.add_stream(self._file.container)
+        self.frames = 0
+        self._packets: list[Any] = []
+
+    def add(self, pixels: NDArray[np.uint8]) -> None:
+        """Encode a frame."""
+        shown = picture(pixels)
+        shown.pts = self.frames  # from 0 in each segment: the encoder must not know where in the film it is
+        self.frames += 1
+        self._packets += self._stream.encode(shown)
+
+    def finish(self) -> tuple[bytes, bytes]:
+        """Return the head of a film that begins with this segment, and the segment's bytes."""
+        self._packets += self._stream.encode(None)
+        for packet in containers.numbered(
+            self._packets, list(self._shown()), first=self._first, rate=self._encoding.rate
+        ):
+            self._file.container.mux(packet)
+        self._packets = []
+        return self._file.finish()
+
+    def _shown(self) -> Iterator[int]:
+        for packet in self._packets:
+            yield self._first + packet.pts
+
+
+def picture(pixels: NDArray[np.uint8]) -> Any:
+    """Convert to 4:2:0, where both sides must be even: an odd one repeats its last row or column."""
+    import av
+
+    height, width, _ = pixels.shape
+    if height % 2 or width % 2:
+        pixels = np.pad(pixels, ((0, height % 2), (0, width % 2), (0, 0)), mode="edge")
+    frame = av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), format="rgb24")
+    # Names, not members of PyAV's enumerations: PyAV 14 takes only names, and all others take both.
+    return frame.reformat(format="yuv420p", dst_colorspace="ITU709", dst_color_range="MPEG")

@@ -1,0 +1,1 @@
+"""A run that is seen and steered in browsers, and the record of it that replays."""

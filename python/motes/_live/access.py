@@ -1,0 +1,54 @@
+"""Who may look and steer: those who know the token, from a page of this server."""
+
+from __future__ import annotations
+
+import hmac
+import ipaddress
+from urllib.parse import parse_qs, urlsplit
+
+__all__ = ["has_token", "is_local", "own_page"]
+
+_LOCAL_NAMES = ("localhost",)
+
+
+def has_token(target: str, token: str) -> bool:
+    """Whether the address that was asked for, such as /?k=..., has the token."""
+    try:
+        given = parse_qs(urlsplit(target).query).get("k", [""])[0]
+    except ValueError:
+        return False
+    return hmac.compare_digest(given.encode(errors="replace"), token.encode())
+
+
+def own_page(origin: str | None, host: str | None, *, local: bool) -> bool:
+    """Whether a connection comes from a page of this server, or from a program, which names no origin.
+
+    `host`: what the request says that it was sent to; its port may be another one behind a tunnel. `local`:
+    the server listens to the loopback only; then a page under another name, which somebody has pointed to
+    this machine, is refused.
+    """
+    if local and not is_local(_name_of(f"//{host}")):
+        return False
+    if origin is None:
+        return True
+    parts = urlsplit(origin)
+    return parts.scheme in ("http", "https") and host is not None and parts.netloc.lower() == host.lower()
+
+
+def is_local(name: str | None) -> bool:
+    """Whether a name or an address is of the loopback."""
+    if name is None:
+        return False
+    if name.lower() in _LOCAL_NAMES:
+        return True
+    try:
+        return ipaddress.ip_address(name).is_loopback
+    except ValueError:
+        return False
+
+
+def _name_of(address: str) -> str | None:
+    try:
+        return urlsplit(address).hostname
+    except ValueError:
+        return None

@@ -1,0 +1,169 @@
+"""What viewers ask for, until the next border between two frames: one bounded queue for all of them.
+
+Any thread may put; the thread that runs the frames takes. Orders are data: known names, numbers in bounds.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import threading
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ..controls import Control
+from .pose import Pose
+
+__all__ = ["Orders"]
+
+MOST_STEPS = 1000
+MOST_MOVES = 64
+_NUMBERS = {"orbit": 2, "pan": 2, "zoom": 1}  # kinds of moves, and how many numbers each takes
+_MOST = 1e3  # of such a number, which is an angle or a part of the picture
+
+
+class Orders:
+    """The orders that have arrived since the last border; of each name the last value counts."""
+
+    def __init__(self, repeats: str | None = None) -> None:
+        """`repeats`: the file whose orders the run repeats; then viewers can look, pause and step only."""
+        self._repeats = repeats
+        self._controls: Mapping[str, Control] = {}
+        self._arrived = threading.Condition()
+        self._said: dict[str, Any] = {}
+        self._moves: list[tuple[str, list[float]]] = []
+        self._woken = False
+        self.accepted = 0
+        """How many orders viewers have given so far."""
+
+    def know(self, controls: Mapping[str, Control]) -> None:
+        """These can be set, from now on."""
+        self._controls = dict(controls)
+
+    def put(self, order: Any) -> None:
+        """Note a viewer's order. Raises ValueError, which says why, for what is none."""
+        if not isinstance(order, dict) or len(order) != 1:
+            raise ValueError("an order is an object with one name")
+        (name, wish), *_ = order.items()
+        if self._repeats is not None and name not in ("pause", "step"):
+            raise ValueError(
+                f"this run repeats the orders of {self._repeats}; it can be paused, but not steered"
+            )
+        if name in _NUMBERS:
+            self._move(name, wish)
+        elif name == "set":
+            self._set(wish)
+        else:
+            self._say(name, _checked(name, wish))
+
+    def joined(self) -> None:
+        """Note that a viewer is there."""
+        self._say("joined", True)
+
+    def wake(self) -> None:
+        """End a wait, although there is no order."""
+        with self._arrived:
+            self._woken = True
+            self._arrived.notify_all()
+
+    def wait(self, seconds: float) -> bool:
+        """Wait for an order; tell whether there is one, or somebody called `wake`."""
+        with self._arrived:
+            self._arrived.wait_for(lambda: self._woken or bool(self._said or self._moves), seconds)
+            came = self._woken or bool(self._said or self._moves)
+            self._woken = False
+            return came
+
+    def take(self, pose: Callable[[], Pose | None], near: float) -> tuple[str, int]:
+        """Return all orders as text, empty where there are none, and how many were given so far.
+
+        `pose` returns the camera that they move, None where there is no picture; `near` is its nearest
+        distance.
+        """
+        with self._arrived:
+            said, self._said = self._said, {}
+            moves, self._moves = self._moves, []
+            accepted = self.accepted
+        if moves:
+            start = Pose.read(said["camera"]) if said.get("camera") else pose()
+            moved = None if start is None else _moved(start, moves, near)
+            if moved is not None:
+                said["camera"] = moved.said()
+        return (json.dumps(said, separators=(",", ":")) + "\n" if said else ""), accepted
+
+    def _set(self, wish: Any) -> None:
+        if not isinstance(wish, dict) or not 0 < len(wish) <= len(self._controls):
+            raise ValueError("set takes an object of names of controls and their values")
+        settled = {}
+        for name, value in wish.items():
+            if name not in self._controls:
+                raise ValueError(f"there is no control {name!r}")
+            settled[name] = self._controls[name].settled(value)
+        with self._arrived:
+            self._said.setdefault("set", {}).update(settled)
+            self._note()
+
+    def _move(self, kind: str, wish: Any) -> None:
+        numbers = wish if isinstance(wish, list) else [wish]
+        if len(numbers) != _NUMBERS[kind] or not all(map(_is_move, numbers)):
+            raise ValueError(f"{kind} takes {_NUMBERS[kind]} numbers within {_MOST:g}")
+        with self._arrived:
+            same = [old for old_kind, old in self._moves if old_kind == kind]
+            if self._moves and self._moves[-1][0] == kind:
+                _add(self._moves[-1][1], numbers)
+            elif len(self._moves) >= MOST_MOVES and same:
+                _add(same[-1], numbers)
+            else:
+                self._moves.append((kind, [float(one) for one in numbers]))
+            self._note()
+
+    def _say(self, name: str, wish: Any) -> None:
+        with self._arrived:
+            if name == "camera":
+                self._moves = []  # they were meant for another camera
+            if name == "pause":
+                self._said.pop("step", None)  # steps that are still to be made come behind the last pause
+            if name == "step":
+                wish = min(wish + self._said.get("step", 0), MOST_STEPS)
+            self._said[name] = wish
+            self._note()
+
+    def _note(self) -> None:
+        self.accepted += 1
+        self._arrived.notify_all()
+
+
+def _checked(name: str, wish: Any) -> Any:
+    """Return what is asked for, as all ranks will hear it."""
+    if name == "camera":
+        return None if wish is None else Pose.read(wish).rounded().said()
+    if name == "pause" and isinstance(wish, bool):
+        return wish
+    if name == "step" and type(wish) is int and 1 <= wish <= MOST_STEPS:
+        return wish
+    if name == "stop" and wish is True:
+        return True
+    raise ValueError(f"there is no order {str(name)[:100]!r} with such a value")
+
+
+def _is_move(one: Any) -> bool:
+    return type(one) in (int, float) and math.isfinite(one) and abs(one) <= _MOST
+
+
+def _add(to: list[float], numbers: list[float]) -> None:
+    for i, one in enumerate(numbers):
+        to[i] = min(max(to[i] + one, -_MOST), _MOST)
+
+
+def _moved(pose: Pose, moves: list[tuple[str, list[float]]], near: float) -> Pose | None:
+    """Return the camera after all moves, rounded; None where it would see nothing."""
+    try:
+        for kind, numbers in moves:
+            if kind == "zoom":
+                pose = pose.zoom(numbers[0], near)
+            else:
+                pose = pose.orbit(*numbers) if kind == "orbit" else pose.pan(*numbers)
+        pose = pose.rounded()
+    except (ArithmeticError, ValueError):  # too far away for numbers
+        return None
+    return pose if pose.possible() else None

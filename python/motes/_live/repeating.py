@@ -1,0 +1,89 @@
+"""What a run needs to know of the one that it repeats, before it starts: all ranks agree on it."""
+
+from __future__ import annotations
+
+import json
+import zlib
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from .. import environment
+from .._checkpoint import same_script
+from ..errors import ArgumentError
+from . import steer_file
+
+__all__ = ["Repeated", "agree", "checked"]
+
+
+@dataclass
+class Repeated:
+    """The run that is repeated."""
+
+    path: str
+    seed: int
+    rows: dict[int, dict[str, Any]]
+
+
+def checked(given: Any) -> str | None:
+    """Return what MOTES_STEERING says, or else World's argument `steering`: a path, or None."""
+    import os
+
+    told: str | None = environment.read("MOTES_STEERING")
+    if told is not None:
+        return told
+    if given is None:
+        return None
+    if (
+        not isinstance(given, (str, os.PathLike))
+        or not os.fspath(given)
+        or isinstance(os.fspath(given), bytes)
+    ):
+        raise ArgumentError("steering", given, f"None or the path of a {steer_file.NAME}")
+    return os.fspath(given)
+
+
+def agree(path: str, *, reads: bool, seed: int | None, broadcast: Callable[[bytes], bytes]) -> Repeated:
+    """Read the file on the rank that `reads`, check that it is of this script and seed, and tell all ranks.
+
+    Collective. Raises ArgumentError on all ranks alike.
+    """
+    told = b""
+    if reads:
+        try:
+            header, rows = _read(path, seed)
+            content: dict[str, Any] = {"seed": header["seed"], "rows": list(rows.items())}
+        except ArgumentError as error:
+            content = {"allowed": error.allowed}
+        told = zlib.compress(json.dumps(content).encode())
+    content = json.loads(zlib.decompress(broadcast(told)))
+    if "allowed" in content:
+        raise ArgumentError("steering", path, content["allowed"])
+    return Repeated(path, content["seed"], {frame: row for frame, row in content["rows"]})
+
+
+def _read(path: str, seed: int | None) -> tuple[steer_file.Header, dict[int, dict[str, Any]]]:
+    header, rows = steer_file.read(path)
+    what = f"a {steer_file.NAME} of a run"
+    if seed is not None and header["seed"] != seed:
+        raise ArgumentError(
+            "steering", path, f"{what} with seed {seed}: this one is of seed {header['seed']}"
+        )
+    now = same_script.facts()
+    if header["script_sha256"] != now["sha256"] and not environment.read("MOTES_ANYWAY"):
+        allowed = (
+            f"{what} of this script: {_difference(Path(path), header, now)} (--anyway repeats it anyway)"
+        )
+        raise ArgumentError("steering", path, allowed)
+    return header, rows
+
+
+def _difference(path: Path, header: steer_file.Header, now: dict[str, Any]) -> str:
+    """Say how the script has changed, where the log beside the file has its text."""
+    try:
+        text = json.loads((path.parent / "run.json").read_bytes())["script"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return "the script has changed since, or is another one"
+    then = {"arguments": now["arguments"], "sha256": header["script_sha256"], "text": text}
+    return same_script.difference(then, now)

@@ -1,0 +1,136 @@
+"""steer.jsonl: what viewers did in a run, in its log; and how a run that repeats it reads it.
+
+The first line is a header: schema, seed, script_sha256, controls. Each further line is a frame before which
+something changed, {"frame": 198, "set": {"wind": 0.7}} or {"frame": 198, "camera": {...}}, and the last one
+may be {"frame": 345, "stop": true}: there a viewer or a signal ended the run. Pauses and single steps change
+nothing, so they are not in it. Numbers are the shortest decimals that read back to the same bits.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import IO, Any
+
+from .._io import files
+from ..errors import ArgumentError, LogError
+from .pose import Pose
+
+__all__ = ["NAME", "Header", "SteerFile", "read"]
+
+NAME = "steer.jsonl"
+SCHEMA = 1
+Header = dict[str, Any]
+Rows = dict[int, dict[str, Any]]
+
+
+class SteerFile:
+    """The file that a run writes; on the manager."""
+
+    def __init__(self, directory: str | os.PathLike[str], header: Header, *, continued_from: int) -> None:
+        """Begin it; of a run that goes on, keep the rows of earlier frames.
+
+        Raises LogError if it cannot be written, or if what is to be kept is damaged.
+        """
+        self.path = Path(directory) / NAME
+        self._file: IO[str] | None = None
+        lines = [_line({"schema": SCHEMA, **header})]
+        try:
+            if continued_from > 0 and self.path.exists():
+                _, rows = _read(self.path)
+                lines += [
+                    _line({"frame": frame, **row}) for frame, row in rows.items() if frame < continued_from
+                ]
+            files.write_whole(self.path, "".join(lines).encode())
+            self._file = open(self.path, "a", encoding="utf-8")  # noqa: SIM115 (until `close`)
+        except ValueError as error:
+            raise LogError(f"{self.path}: cannot be continued: {error}") from None
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def add(self, frame: int, row: Mapping[str, Any]) -> None:
+        """Write a row. Raises LogError if it cannot."""
+        try:
+            if self._file is not None:
+                self._file.write(_line({"frame": frame, **row}))
+                self._file.flush()
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def secure(self) -> None:
+        """Wait until the disk has it: a checkpoint is about to be written. Raises LogError."""
+        try:
+            if self._file is not None:
+                os.fsync(self._file.fileno())
+        except OSError as error:
+            raise self._failed(error) from error
+
+    def close(self) -> None:
+        """Close it; more rows are ignored."""
+        file, self._file = self._file, None
+        if file is not None:
+            file.close()
+
+    def _failed(self, error: OSError) -> LogError:
+        return LogError(f"{self.path}: cannot be written: {error.strerror or error}")
+
+
+def read(path: str) -> tuple[Header, Rows]:
+    """Return header and rows by frame. Raises ArgumentError, saying where, for what is no such file."""
+    try:
+        return _read(Path(path))
+    except OSError as error:
+        raise ArgumentError("steering", path, f"a {NAME} of a run: {error.strerror or error}") from None
+    except ValueError as error:
+        raise ArgumentError("steering", path, f"a {NAME} of a run: {error}") from None
+
+
+def _read(path: Path) -> tuple[Header, Rows]:
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    if lines and not text.endswith("\n"):
+        lines.pop()  # torn when its run was killed
+    if not lines:
+        raise ValueError("it is empty")
+    header = _parsed(lines[0], 1)
+    if header.get("schema") != SCHEMA:
+        raise ValueError(f"its schema is {header.get('schema')!r}, not {SCHEMA}")
+    if type(header.get("seed")) is not int or not isinstance(header.get("script_sha256"), str):
+        raise ValueError("its first line lacks seed and script_sha256")
+    rows: Rows = {}
+    for number, line in enumerate(lines[1:], start=2):
+        frame, row = _row(_parsed(line, number), number)
+        if frame in rows or (rows and frame < max(rows)):
+            raise ValueError(f"line {number}: frame {frame} comes after a later one")
+        rows[frame] = row
+    return header, rows
+
+
+def _parsed(line: str, number: int) -> dict[str, Any]:
+    try:
+        parsed = json.loads(line)
+    except (ValueError, RecursionError):
+        parsed = None
+    if not isinstance(parsed, dict):
+        raise ValueError(f"line {number} is no JSON object")
+    return parsed
+
+
+def _row(row: dict[str, Any], number: int) -> tuple[int, dict[str, Any]]:
+    frame = row.pop("frame", None)
+    if type(frame) is not int or frame < 0 or set(row) - {"set", "camera", "stop"}:
+        raise ValueError(f"line {number} must have a frame, and set, camera or stop")
+    if not isinstance(row.get("set", {}), dict) or row.get("stop", True) is not True:
+        raise ValueError(f"line {number} sets or stops nothing")
+    if row.get("camera") is not None:
+        try:
+            Pose.read(row["camera"])
+        except ValueError as error:
+            raise ValueError(f"line {number}: {error}") from None
+    return frame, row
+
+
+def _line(content: Mapping[str, Any]) -> str:
+    return json.dumps(content) + "\n"

@@ -1,0 +1,159 @@
+"""What viewers have set, on every rank alike: it changes at borders between two frames only."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Mapping
+from typing import Any
+
+from ..controls import Control, made
+from ..errors import MotesError
+from .pose import Pose
+
+__all__ = ["Steering"]
+
+
+class Steering:
+    """The state of controls, camera and pauses. Never communicates: what all ranks heard is given to it."""
+
+    def __init__(self, *, paused: bool = False, wait: bool = False) -> None:
+        """Start with what `Live` says."""
+        self.controls: dict[str, Control] = {}
+        self._values: dict[str, Any] = {}
+        self._asked: dict[str, Any] = {}  # for the next frame
+        self._left: dict[str, Any] = {}  # values of an earlier run, of controls that do not exist yet
+        self._camera: Pose | None = None
+        self._next: Pose | None = None
+        self.paused = paused
+        self._steps = 0  # that a paused run may still make
+        self._waiting = wait
+        self.stopped = False
+        """A viewer, or the run that is repeated, ends the run here."""
+        self.shown = False
+        """Whether the last picture shows the particles as they are, from where viewers look now."""
+        self._text: str | None = None
+        self.rows: Mapping[int, Mapping[str, Any]] = {}
+        """What is repeated, by frame."""
+
+    # --- controls
+
+    def control(self, *arguments: Any) -> Control:
+        """Make a control: see `controls.made`."""
+        control = made(self._values, *arguments)
+        self.controls[control.name] = control
+        self._text = None
+        if control.name in self._left:
+            self._put(self._left, control.name)
+        return control
+
+    def agreement(self) -> str:
+        """Return what all ranks must have said of controls: part of each frame's record."""
+        if not self.controls:
+            return ""
+        if self._text is None:
+            self._text = "controls " + json.dumps({n: c.definition for n, c in self.controls.items()})
+        return self._text
+
+    def wished(self, name: str) -> Any:
+        """Return what a control is about to be set to, or its value."""
+        return self._asked.get(name, self._values[name])
+
+    # --- what all ranks hear
+
+    @property
+    def camera(self) -> Pose | None:
+        """From where the next picture is seen; None: as the script says."""
+        return self._next
+
+    @property
+    def held(self) -> bool:
+        """Whether the next frame must wait."""
+        return not self.stopped and (self._waiting or (self.paused and self._steps == 0))
+
+    def hear(self, text: str) -> None:
+        """Take what `Orders.take` said on the image generator."""
+        for line in text.splitlines():
+            self._obey(json.loads(line))
+
+    def _obey(self, said: Mapping[str, Any]) -> None:
+        self._asked.update(said.get("set", {}))
+        if "camera" in said:
+            pose = None if said["camera"] is None else Pose.read(said["camera"])
+            self.shown = self.shown and pose == self._next
+            self._next = pose
+        if "pause" in said:
+            self.paused, self._steps = said["pause"], 0
+        if "step" in said:  # behind the pause: see Orders
+            self.paused = True
+            self._steps += said["step"]
+        self._waiting = self._waiting and "joined" not in said
+        self.stopped = self.stopped or "stop" in said
+
+    # --- the border
+
+    def commit(self, frame: int) -> dict[str, Any]:
+        """Begin a frame: what was asked for holds from now on. Returns what has changed, a row of the log.
+
+        Raises MotesError where a row that is repeated sets what the script has not.
+        """
+        self._repeat(frame)
+        row: dict[str, Any] = {}
+        changed = {name: value for name, value in self._asked.items() if not _same(self._values[name], value)}
+        self._asked = {}
+        if self.stopped:
+            self._next = self._camera
+            return {}
+        if changed:
+            row["set"] = changed
+            self._values.update(changed)
+        if self._next != self._camera:
+            row["camera"] = None if self._next is None else self._next.said()
+            self._camera = self._next
+        if self.paused and self._steps > 0:
+            self._steps -= 1
+        return row
+
+    def _repeat(self, frame: int) -> None:
+        row = self.rows.get(frame)
+        if row is None:
+            return
+        for name, value in row.get("set", {}).items():
+            if name not in self.controls:
+                raise MotesError(
+                    f"the run that is repeated sets {name!r} before frame {frame}: no such control here"
+                )
+            try:
+                settled = self.controls[name].settled(value)
+            except ValueError as error:
+                raise MotesError(f"the run that is repeated, frame {frame}: {error}") from None
+            if not _same(settled, value):
+                raise MotesError(
+                    f"the run that is repeated sets {name!r} to {value!r} before frame {frame}: not a value "
+                    "of this control"
+                )
+        self._obey({name: part for name, part in row.items() if name in ("set", "camera", "stop")})
+
+    # --- checkpoints
+
+    def kept(self) -> dict[str, Any]:
+        """Return what a checkpoint keeps: what holds in the frame before it."""
+        camera = None if self._camera is None else self._camera.said()
+        return {"values": {**self._left, **self._values}, "camera": camera}
+
+    def restore(self, kept: Mapping[str, Any]) -> None:
+        """Go on from what a checkpoint has kept."""
+        self._left = dict(kept.get("values", {}))
+        for name in [name for name in self._left if name in self.controls]:
+            self._put(self._left, name)
+        camera = kept.get("camera")
+        self._camera = self._next = None if camera is None else Pose.read(camera)
+
+    def _put(self, left: dict[str, Any], name: str) -> None:
+        value = left.pop(name)
+        with contextlib.suppress(ValueError):  # another control, of a script that has changed since
+            self._values[name] = self.controls[name].settled(value)
+
+
+def _same(a: Any, b: Any) -> bool:
+    return type(a) is type(b) and bool(a == b)

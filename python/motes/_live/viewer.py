@@ -1,0 +1,129 @@
+"""One viewer: what it gets, and what it says."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+from collections.abc import Callable
+from typing import Any
+
+from .. import _extras
+from .orders import Orders
+from .pictures import Encoded
+
+__all__ = ["MOST_BYTES", "Viewer"]
+
+MOST_BYTES = 64 * 1024  # of a message of a viewer
+MOST_IN_FLIGHT = 2  # pictures that it has not acknowledged
+
+
+class Viewer:
+    """A browser, or a program, that looks at the run. Lives in the server's thread."""
+
+    def __init__(self, socket: Any, orders: Orders, wake: Callable[[], None]) -> None:
+        """Take its socket; `wake` is called when it can take another picture."""
+        self._socket = socket
+        self._orders = orders
+        self._wake = wake
+        self._something = asyncio.Event()
+        self._offered: Encoded | None = None
+        self._state: dict[str, Any] = {}
+        self._version = -1
+        self._told = -1
+        self._sent = 0  # the number of the last picture
+        self._exact = False  # it was without loss
+        self._flying: list[int] = []
+        self._refusal = ""
+        self._idle = asyncio.Event()
+
+    # --- what the server calls
+
+    def wants(self, number: int) -> bool:
+        """Whether it can take this picture, which it has not got yet."""
+        offered = 0 if self._offered is None else self._offered.number
+        return len(self._flying) < MOST_IN_FLIGHT and max(self._sent, offered) < number
+
+    def offer(self, picture: Encoded) -> None:
+        """Replace what has not left yet."""
+        self._offered = picture
+        self._something.set()
+
+    def offer_state(self, version: int, state: dict[str, Any]) -> None:
+        """Replace what has not left yet."""
+        self._version, self._state = version, state
+        self._something.set()
+
+    async def finish(self) -> None:
+        """Wait until it has got what there is."""
+        self._idle.clear()
+        self._something.set()
+        await self._idle.wait()
+
+    async def attend(self) -> None:
+        """Talk with it until it goes."""
+        closed: type[Exception] = _extras.websockets("exceptions").ConnectionClosed
+        sending = asyncio.create_task(self._send())
+        try:
+            with contextlib.suppress(closed):
+                async for message in self._socket:
+                    self._hear(message)
+        finally:
+            sending.cancel()
+            self._idle.set()
+            with contextlib.suppress(asyncio.CancelledError, closed):
+                await sending
+
+    # --- the connection
+
+    async def _send(self) -> None:
+        try:
+            while True:
+                await self._something.wait()
+                self._something.clear()
+                if self._refusal:
+                    refusal, self._refusal = self._refusal, ""
+                    await self._socket.send(json.dumps({"refused": refusal}))
+                if self._told < self._version:
+                    self._told = self._version
+                    await self._socket.send(json.dumps(self._state))
+                if self._is_news():
+                    await self._send_picture()
+                if not self._something.is_set():
+                    self._idle.set()
+        finally:
+            self._idle.set()
+
+    def _is_news(self) -> bool:
+        offered = self._offered
+        if offered is None or len(self._flying) >= MOST_IN_FLIGHT:
+            return False
+        return offered.number > self._sent or (
+            offered.number == self._sent and offered.exact and not self._exact
+        )
+
+    async def _send_picture(self) -> None:
+        offered = self._offered
+        assert offered is not None
+        self._offered = None
+        self._sent, self._exact = offered.number, offered.exact
+        self._flying.append(offered.number)
+        await self._socket.send(offered.message)
+        self._wake()
+
+    def _hear(self, message: str | bytes) -> None:
+        try:
+            said = json.loads(message)
+            if isinstance(said, dict) and set(said) == {"ack"}:
+                self._acknowledge(said["ack"])
+            else:
+                self._orders.put(said)
+        except (ValueError, RecursionError) as error:
+            self._refusal = str(error)[:300]
+            self._something.set()
+
+    def _acknowledge(self, number: Any) -> None:
+        if number in self._flying:
+            self._flying.remove(number)
+            self._something.set()
+            self._wake()

@@ -1,0 +1,83 @@
+"""The image generator's side of a live run: its server, and what the frames tell it and hear from it."""
+
+from __future__ import annotations
+
+import socket
+import time
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from .. import _core
+from .._run.output import tell
+from ..controls import Control
+from ..frame import Frame
+from ..live import Live
+from . import access
+from .orders import Orders
+from .pose import Pose
+from .server import Server
+from .steering import Steering
+
+__all__ = ["Viewing"]
+
+_LOOK_S = 0.05
+
+
+class Viewing:
+    """Viewers, as the thread of a run's frames sees them. Nothing here waits for a viewer, but `wait`."""
+
+    def __init__(self, live: Live, about: dict[str, Any], repeats: str | None) -> None:
+        """Serve, and print where. Raises MotesError where that cannot be."""
+        self._orders = Orders(repeats)
+        self._server = Server(live, self._orders, about)
+        self._taken = 0  # orders that all ranks have heard, or are about to
+        self._heard = 0
+        self.url = self._server.url
+        tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
+
+    def know(self, controls: Mapping[str, Control]) -> None:
+        """Viewers can set these."""
+        self._orders.know(controls)
+
+    def take(self, pose: Callable[[], Pose | None], near: float) -> str:
+        """Return what viewers have asked for since the last time, for all ranks."""
+        text, self._taken = self._orders.take(pose, near)
+        return text
+
+    def begin_picture(self) -> None:
+        """What was taken so far is in the pictures from here on."""
+        self._heard = self._taken
+
+    def show(self, frame: Frame) -> None:
+        """Give viewers a new picture."""
+        if frame:
+            self._server.show(frame.pixels, frame=frame.index, orders=self._heard)
+
+    def tell(self, steering: Steering, **facts: Any) -> None:
+        """Tell viewers where the run is."""
+        controls = {
+            name: {**control.definition, "value": steering.wished(name)}
+            for name, control in steering.controls.items()
+        }
+        turned = steering.camera is not None
+        self._server.tell({**facts, "paused": steering.paused, "turned": turned, "controls": controls})
+
+    def wait(self, seconds: float) -> None:
+        """Wait for an order, but no longer than so many seconds, or a signal."""
+        end = time.monotonic() + seconds
+        while time.monotonic() < end and _core.stop_signal() == 0:
+            if self._orders.wait(_LOOK_S):
+                return
+
+    def close(self) -> None:
+        """Tell viewers that this is the end."""
+        self._server.close()
+
+
+def _from_afar(host: str, port: int) -> str:
+    """Say how a browser on another machine gets here."""
+    machine = socket.gethostname()
+    if access.is_local(host):
+        shown = f"[{host}]" if ":" in host else host
+        return f"from afar: ssh -L {port}:{shown}:{port} {machine}"
+    return f"from afar: the same, or ssh -L {port}:{machine}:{port} {machine}"

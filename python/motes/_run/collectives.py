@@ -1,0 +1,46 @@
+"""Conversations of all ranks beside the core's: each waits with patience, and lets signals through."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from .waiting import Wait, poll
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["broadcast", "first_text", "wait_for"]
+
+_TEXT_BYTES = 1024
+
+
+def wait_for(request: MPI.Request, stall_s: float | None, what: str) -> None:
+    """Wait until a request is done; `what`: "other ranks to ..."."""
+    poll(request.Test, Wait(stall_s, what))
+
+
+def broadcast(comm: MPI.Intracomm, data: bytes, root: int, stall_s: float | None, what: str) -> bytes:
+    """Return on all ranks what `root` has; others give b"". Collective."""
+    from mpi4py import MPI
+
+    head = bytearray(len(data).to_bytes(8, "little"))
+    wait_for(comm.Ibcast([head, MPI.BYTE], root), stall_s, what)
+    buffer = bytearray(data if comm.rank == root else int.from_bytes(head, "little"))
+    wait_for(comm.Ibcast([buffer, MPI.BYTE], root), stall_s, what)
+    return bytes(buffer)
+
+
+def first_text(comm: MPI.Intracomm, text: str, stall_s: float | None, what: str) -> tuple[int, str]:
+    """Return the first rank's text that is not empty, with the rank, or (-1, ""). Collective."""
+    from mpi4py import MPI
+
+    own = text.encode()[:_TEXT_BYTES].ljust(_TEXT_BYTES, b"\0")
+    said, told = bytearray([1 if text else 0]), bytearray(1)
+    wait_for(comm.Iallreduce([said, MPI.BYTE], [told, MPI.BYTE], MPI.MAX), stall_s, what)
+    if not told[0]:
+        return -1, ""
+    every = bytearray(_TEXT_BYTES * comm.size)
+    wait_for(comm.Iallgather([own, MPI.BYTE], [every, MPI.BYTE]), stall_s, what)
+    texts = [bytes(every[i : i + _TEXT_BYTES]) for i in range(0, len(every), _TEXT_BYTES)]
+    rank = next(rank for rank, one in enumerate(texts) if one.strip(b"\0"))
+    return rank, texts[rank].rstrip(b"\0").decode(errors="replace")

@@ -1,0 +1,90 @@
+"""What a run that goes on after another one knows of it, and the movies that its checkpoints must name.
+
+The world calls `continued.begin` when it has read a checkpoint, before the script's first frame, and
+`continued.end` when it ends. A checkpoint holds what `frames_of_movies()` says.
+"""
+
+from __future__ import annotations
+
+import os
+import weakref
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from ..movie import Movie
+
+__all__ = [
+    "Continued",
+    "continued",
+    "forget_movie",
+    "frames_of_movies",
+    "hold_movie",
+    "note_movie",
+    "open_movies",
+    "place_of",
+]
+
+
+@dataclass
+class Continued:
+    """What the run in this process continues."""
+
+    frame: int = 0
+    """The first frame that is still to do; 0: nothing is continued."""
+    movies: dict[str, int] = field(default_factory=dict)
+    """How many frames each movie had at the checkpoint, by its place; others begin anew."""
+    draws: bool = False
+    """Whether this rank is the image generator: it closes a movie to which nothing is added any more."""
+
+    def begin(self, frame: int, movies: Mapping[str, int], *, draws: bool) -> None:
+        """Note that the run goes on with `frame`, and movies behind so many frames."""
+        self.frame, self.movies, self.draws = frame, dict(movies), draws
+
+    def end(self) -> None:
+        """Forget it: a later world of this process continues nothing."""
+        self.begin(0, {}, draws=False)
+
+
+continued = Continued()
+
+_movies: dict[int, weakref.ref[Movie]] = {}
+_held: dict[int, Movie] = {}
+
+
+def place_of(path: str | os.PathLike[str]) -> str:
+    """Return the name of a film that is the same for every run: absolute, its directory without links."""
+    given = Path(path).absolute()
+    try:
+        return str(given.parent.resolve() / given.name)
+    except (OSError, RuntimeError):  # RuntimeError: symbolic links in a circle
+        return str(given)
+
+
+def note_movie(movie: Movie) -> None:
+    """Note a new movie. It is forgotten with its last reference, as long as nothing was written."""
+    key = id(movie)
+    _movies[key] = weakref.ref(movie, lambda _: _movies.pop(key, None))
+
+
+def hold_movie(movie: Movie) -> None:
+    """Keep a movie until it is closed, on all ranks alike, whether the script still refers to it or not."""
+    _held[id(movie)] = movie
+
+
+def forget_movie(movie: Movie) -> None:
+    """Note that a movie is closed."""
+    _movies.pop(id(movie), None)
+    _held.pop(id(movie), None)
+
+
+def open_movies() -> list[Movie]:
+    """List the movies that are not closed, in the order of their creation; also those without a frame yet."""
+    return [movie for movie in (reference() for reference in list(_movies.values())) if movie is not None]
+
+
+def frames_of_movies() -> dict[str, int]:
+    """Return how many frames each open movie has, by its place: the same on every rank."""
+    return {movie.place: movie.written for movie in open_movies()}

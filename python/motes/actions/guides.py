@@ -1,0 +1,201 @@
+"""Actions that lead particles: along the vectors of a grid, or along a path. Part of `motes.actions`."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core, arguments
+from ..conditions import Columns, condition_of
+from ..curves import Number, Vector
+from ..errors import ArgumentError
+from ..values import value
+from .base import Action, as_where, at_least_0
+
+__all__ = ["Field", "FollowPath"]
+
+MOST_NODES = 2**25
+MOST_POINTS = 4096
+PIECES = 16  # of a smooth path from point to point
+GRID = "finite numbers of shape (nx, ny, nz, 3)"
+POINTS = f"finite numbers of shape (n, 3), 2 <= n <= {MOST_POINTS}"
+
+
+@value(kw_only=True)
+class Field(Action):
+    """Accelerates particles by the vectors of a grid, or drags them along as air with these velocities.
+
+    The array holds a vector for each node of a regular grid; the first nodes are at `low`, the last ones at
+    `high`, and vectors are trilinear between them. Outside nothing happens. Along an axis with one node the
+    field is constant. The engine keeps each array until the process ends: make an action once, and record it
+    in each frame by `apply`.
+
+    Formula: within low..high, with F the field at x: v += strength F dt; with `drag`, v += (strength F - v)
+    (1 - exp(-drag dt)), as `wind`
+
+    Attributes:
+        grid: float32 (nx, ny, nz, 3), m/s^2, or m/s with `drag`; it is copied.
+        low: the corner of node [0, 0, 0], m.
+        high: the corner of node [-1, -1, -1], above `low` in each component, m.
+        strength: what the vectors are multiplied by.
+        drag: None, or how fast particles take on the field's velocity, 1/s.
+
+    Source: D. McAllister's list of what his API still lacked; common in effects editors.
+    """
+
+    grid: ArrayLike
+    low: Vector
+    high: Vector
+    strength: Number = 1
+    drag: Number | None = None
+
+    def __post_init__(self) -> None:
+        """Check the fields and let the engine keep the array."""
+        low = arguments.triple("low", self.low)
+        high = arguments.triple("high", self.high)
+        if not all(np.float32(a) < np.float32(b) for a, b in zip(low, high, strict=True)):
+            raise ArgumentError("high", high, f"above low = {low} in each component")
+        grid = _grid(self.grid)
+        drag = None if self.drag is None else arguments.number("drag", self.drag, low=0)
+        strength = arguments.number("strength", self.strength)
+        numbers = [*low, *high, strength, -1.0 if drag is None else drag]
+        _make(self, "field", numbers, grid, (grid.shape[0], grid.shape[1], grid.shape[2]))
+        self.__dict__.update(grid=grid, low=low, high=high, strength=strength, drag=drag)
+
+    def _key(self) -> tuple[Any, ...]:
+        return _key_of(self, "grid")
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        return _compiled(self, columns)
+
+
+@value(kw_only=True)
+class FollowPath(Action):
+    """Steers particles along a path, toward a point some way ahead of the nearest one.
+
+    Particles slow down toward the end of the path, and where a bend brings the point ahead nearer than
+    `look_ahead`. Where a path is equally near in two places, the first one counts.
+
+    Formula: v += (w - v) min(strength dt, 1) where the nearest point is within `radius`, with w = speed d /
+    max(|d|, a), d the way from x to the point a = look_ahead (at most the path's length) farther along the
+    path than the nearest one; not beyond the end, or, with `loop`, on from the start
+
+    Attributes:
+        points: the way points, (n, 3), m; equal ones in a row count once.
+        speed: m/s.
+        strength: how fast velocities change, 1/s.
+        look_ahead: m; larger cuts corners, smaller follows more closely.
+        radius: particles farther from the path are left alone, m.
+        loop: whether the path goes on from the last point to the first one.
+        smooth: whether it is a Catmull-Rom spline through the points instead of straight lines; the spline
+            is drawn with 16 straight pieces from point to point.
+
+    Source: Reynolds (1999), "Steering behaviors for autonomous characters": path following and arrival.
+    """
+
+    points: ArrayLike
+    speed: Number
+    strength: Number = 2
+    look_ahead: Number = 0.5
+    radius: Number = math.inf
+    loop: bool = False
+    smooth: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the fields and let the engine keep the path."""
+        loop, smooth = arguments.flag("loop", self.loop), arguments.flag("smooth", self.smooth)
+        points = _points(self.points)
+        speed = arguments.number("speed", self.speed, low=0)
+        strength = arguments.number("strength", self.strength, low=0)
+        look_ahead = arguments.number("look_ahead", self.look_ahead, low=1e-6)
+        radius = at_least_0("radius", self.radius)
+        segments = _segments(_spline(points, loop) if smooth else points, loop)
+        numbers = [speed, strength, look_ahead, radius, float(loop)]
+        _make(self, "follow_path", numbers, segments, (len(segments), 1, 1))
+        self.__dict__.update(points=tuple(map(tuple, points.tolist())), speed=speed, strength=strength)
+        self.__dict__.update(look_ahead=look_ahead, radius=radius, loop=loop, smooth=smooth)
+
+    def compiled(self, columns: Columns) -> _core.Action:
+        """Return the engine's value for a system with these columns."""
+        return _compiled(self, columns)
+
+
+def _make(
+    action: Action, name: str, numbers: list[float], table: NDArray[np.float32], size: tuple[int, int, int]
+) -> None:
+    """Let the engine keep the table and check the action."""
+    key = _core.keep_table(table, size)
+    _core.Action(name, numbers, [], table=key)
+    action.__dict__.update(_call=(name, numbers), _table=key, where=as_where(action.where))
+
+
+def _compiled(action: Action, columns: Columns) -> _core.Action:
+    name, numbers = action.__dict__["_call"]
+    shapes: list[_core.Shape] = []
+    where = condition_of(action.where, columns, shapes)
+    return _core.Action(name, numbers, shapes, where, table=action.__dict__["_table"])
+
+
+def _key_of(action: Action, array: str) -> tuple[Any, ...]:
+    """Return what is compared and hashed: the array by the engine's name for it."""
+    return tuple(action.__dict__["_table"] if name == array else v for name, v in action._items().items())
+
+
+def _grid(given: Any) -> NDArray[np.float32]:
+    array = arguments.floats("grid", given, np.float32, GRID)
+    if array.ndim != 4 or array.shape[3] != 3 or 0 in array.shape:
+        raise ArgumentError("grid", f"{array.dtype} {array.shape}", GRID)
+    if array.size // 3 > MOST_NODES:
+        raise ArgumentError("grid", array.shape, f"of at most {MOST_NODES} nodes")
+    wrong = np.argwhere(~np.isfinite(array))
+    if len(wrong):
+        raise ArgumentError(f"grid{wrong[0].tolist()}", float(array[tuple(wrong[0])]), "finite")
+    copy = np.array(array, order="C")
+    copy.flags.writeable = False
+    return copy
+
+
+def _points(given: Any) -> NDArray[np.float64]:
+    array = arguments.floats("points", given, np.float64, POINTS)
+    if array.ndim == 2 and array.shape[1] == 2:
+        array = arguments.with_z(array)
+    if array.ndim != 2 or array.shape[1] != 3 or not 2 <= len(array) <= MOST_POINTS:
+        raise ArgumentError("points", given, POINTS)
+    if not (np.abs(array) < 1e15).all():
+        raise ArgumentError("points", given, "finite numbers within 1e15")
+    return array
+
+
+def _spline(points: NDArray[np.float64], loop: bool) -> NDArray[np.float64]:
+    """Return points of the Catmull-Rom spline through the given ones; its ends continue straight on."""
+    if loop:
+        around = np.concatenate([points[-1:], points, points[:2]])
+    else:
+        around = np.concatenate([[2 * points[0] - points[1]], points, [2 * points[-1] - points[-2]]])
+    t = (np.arange(PIECES) / PIECES)[:, None]
+    spans = []
+    for a, b, c, d in zip(around[:-3], around[1:-2], around[2:-1], around[3:], strict=True):
+        spans.append(
+            b + t * ((c - a) / 2 + t * ((2 * a - 5 * b + 4 * c - d) / 2 + t * (3 * (b - c) + d - a) / 2))
+        )
+    return np.concatenate(spans if loop else [*spans, points[-1:]])
+
+
+def _segments(points: NDArray[np.float64], loop: bool) -> NDArray[np.float32]:
+    """Return the path's segments as the engine has them: start, direction, way so far, length."""
+    ends = np.concatenate([points, points[:1]]) if loop else points
+    ways = np.diff(ends, axis=0)
+    lengths = np.sqrt(ways[:, 0] ** 2 + ways[:, 1] ** 2 + ways[:, 2] ** 2).astype(np.float32)
+    kept = lengths > 0
+    if not kept.any():
+        raise ArgumentError("points", points[0].tolist(), "at least two different points")
+    directions = ways[kept] / lengths[kept, None]
+    starts = np.zeros(int(kept.sum()), np.float32)
+    for i, length in enumerate(lengths[kept][:-1]):  # one after the other, as float32 adds them everywhere
+        starts[i + 1] = starts[i] + length
+    columns = (ends[:-1][kept], directions, starts[:, None], lengths[kept, None])
+    return np.ascontiguousarray(np.concatenate(columns, axis=1), np.float32)

@@ -1,0 +1,99 @@
+"""What checkpoints cost: what a frame waits for, and what a thread writes meanwhile."""
+
+from __future__ import annotations
+
+import os
+import statistics
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+from .._checkpoint import folder
+from ..checkpoint import Checkpoint
+from ..rendering import Camera, Renderer
+from ..shapes import Box, Plane
+from ..system import System
+from ..world import World
+
+__all__ = ["checkpoint"]
+
+
+def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dict[str, Any]:
+    """Run frames of falling particles with pictures, a checkpoint every so many; medians of wall time.
+
+    Ordinary frames are those during which nothing is written.
+    """
+    with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
+        directory = Path(place) / "checkpoints"
+        waited, plain, beside, written = _run(directory, particles, systems, every, repeats)
+        size = sum(file.stat().st_size for file in folder.whole(directory)[0][1].iterdir())
+        copied = _plain_write(Path(place) / "plain", size)
+    frame_s, wait_s = statistics.median(plain), statistics.median(waited)
+    longer_s = sum(beside) - frame_s * len(beside)
+    each_s = wait_s + max(0.0, longer_s) / repeats
+    return {
+        "particles": particles * systems,
+        "every": every,
+        "frame_ms": 1e3 * frame_s,
+        "wait_ms": 1e3 * wait_s,
+        "write_ms": 1e3 * statistics.median(written),
+        "plain_write_ms": 1e3 * copied,
+        "megabytes": size / 1e6,
+        "percent_of_frames": 100 * wait_s / (every * frame_s),
+        "percent_with_writing": 100 * each_s / (every * frame_s),
+    }
+
+
+def _run(
+    directory: Path, particles: int, systems: int, every: int, repeats: int
+) -> tuple[list[float], list[float], list[float], list[float]]:
+    """Return seconds of: waits at borders, ordinary frames, frames beside a writer, whole writes."""
+    renderer = Renderer(1920, 1080, camera=Camera((0, 4, 40), (0, 4, 0)))
+    where = Checkpoint(directory, every=every)
+    world = World(seed=1, space=(-20, 20), renderer=renderer, progress="off", checkpoint=where)
+    layers = [world.system(f"layer {i}") for i in range(systems)]
+    waited: list[float] = []
+    plain: list[float] = []
+    beside: list[float] = []
+    written: list[float] = []
+    with world:
+        border = time.perf_counter()
+        begun = 0.0
+        for frame in world.frames((repeats + 1) * every):
+            start = time.perf_counter()
+            due = frame > 0 and frame % every == 0
+            if due:
+                waited.append(start - border)
+                begun = start
+            for layer in layers:
+                _fall(layer, frame, particles)
+            world.render()
+            border = time.perf_counter()
+            busy = world._engine_for("bench").part_outcome()[0]
+            if begun and not busy:
+                written.append(border - begun)
+                begun = 0.0
+            if frame > 0:
+                (beside if due or busy else plain).append(border - start)
+    return waited, plain, beside, written
+
+
+def _fall(layer: System, frame: int, particles: int) -> None:
+    if frame == 0:
+        layer.burst(Box((-20, 0, -5), (20, 12, 5)), count=particles)
+    layer.gravity((0, -2, 0))
+    layer.random_acceleration(Box((-1, -1, -1), (1, 1, 1)))
+    layer.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.6)
+    layer.move()
+
+
+def _plain_write(path: Path, size: int) -> float:
+    """Return the seconds in which as many bytes go to the disk in one piece."""
+    content = bytes(size)
+    start = time.perf_counter()
+    with path.open("wb") as file:
+        file.write(content)
+        file.flush()
+        os.fsync(file.fileno())
+    return time.perf_counter() - start

@@ -1,0 +1,158 @@
+"""Join the numbered PNG pictures of a directory to a film.
+
+  python -m motes movie out/frames
+  python -m motes movie out/frames -o film.mp4 --fps 30
+  python -m motes movie out --series snow. --gaps hold
+
+The pictures are called frame.0000.png or snow12.png: what stands before the number is their series. They
+follow each other by number, have one size, and none is missing, unless --gaps says what to show in its place:
+`hold`, the one before; `skip`, nothing. An alpha channel is left out.
+"""
+
+from __future__ import annotations
+
+import argparse
+import re
+import struct
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._io.text import printable
+from ..errors import MotesError
+from .parser import add_json, nearest, print_figures
+
+__all__ = ["configure", "join", "run"]
+
+_NUMBERED = re.compile(r"(.*?)(\d+)\.png", re.IGNORECASE | re.DOTALL)
+_SIGNATURE = b"\x89PNG\r\n\x1a\n"
+_MOST_NAMED = 5
+
+
+def configure(parser: argparse.ArgumentParser) -> None:
+    """Add the arguments of `movie`."""
+    parser.add_argument("directory", metavar="DIR", help="where the pictures are")
+    parser.add_argument("-o", "--output", metavar="FILE", help="the film: .mp4, .mkv or .mov (DIR.mp4)")
+    parser.add_argument("--fps", type=float, default=24, help="pictures per second (24)")
+    parser.add_argument(
+        "--series", metavar="NAME", help="the pictures whose names start so, up to the number"
+    )
+    parser.add_argument(
+        "--gaps", choices=("refuse", "hold", "skip"), default="refuse", help="missing numbers"
+    )
+    add_json(parser)
+
+
+def run(args: argparse.Namespace) -> int:
+    """Write the film and say what is in it."""
+    folder = Path(args.directory)
+    named = folder if folder.name not in ("", "..") else folder.resolve()
+    target = Path(args.output) if args.output else named.with_name(f"{named.name}.mp4")
+    figures = join(folder, target, fps=args.fps, series=args.series, gaps=args.gaps)
+    print_figures(
+        args, figures, "{film}: {pictures} pictures of {width}x{height}, {seconds:.2f} s".format(**figures)
+    )
+    return 0
+
+
+def join(
+    folder: Path, target: Path, *, fps: float = 24, series: str | None = None, gaps: str = "refuse"
+) -> dict[str, Any]:
+    """Write a film of a directory's pictures; returns what is in it.
+
+    Raises MotesError, before a file is written, where pictures are missing or their sizes differ.
+    """
+    from ..movie import Movie
+
+    numbered = _numbered(folder, series)
+    width, height = _one_size([numbered[number] for number in sorted(numbered)])
+    order = list(_in_order(numbered, gaps))
+    with Movie(target, fps=fps) as movie:
+        for path in order:
+            movie.write(_pixels(path))
+    facts = {"film": str(target), "pictures": len(order), "width": width, "height": height, "fps": fps}
+    return {**facts, "seconds": len(order) / fps}
+
+
+def _numbered(folder: Path, series: str | None) -> dict[int, Path]:
+    """Find the pictures of a series, or of the only one, by number."""
+    if not folder.is_dir():
+        raise MotesError(f"{folder} is no directory")
+    found: dict[str, dict[int, Path]] = {}
+    for path in sorted(folder.iterdir()):
+        match = _NUMBERED.fullmatch(path.name)
+        if match is None or not path.is_file():
+            continue
+        pictures = found.setdefault(match[1], {})
+        other = pictures.setdefault(int(match[2]), path)
+        if other is not path:
+            raise MotesError(f"{_name(other)} and {_name(path)} have the same number")
+    if series is not None and series not in found:
+        raise MotesError(
+            f"no picture in {folder} is called {series!r} and a number{nearest(series, list(found))}"
+        )
+    if not found:
+        raise MotesError(f"{folder} has no numbered pictures, such as frame.0000.png")
+    if series is None and len(found) > 1:
+        named = ", ".join(f"{name!r} ({len(pictures)})" for name, pictures in sorted(found.items()))
+        raise MotesError(f"{folder} has several series of pictures: {named}; choose one with --series")
+    return found[next(iter(found)) if series is None else series]
+
+
+def _in_order(numbered: dict[int, Path], gaps: str) -> Iterator[Path]:
+    """Return the picture for each number from the first to the last."""
+    numbers = sorted(numbered)
+    missing = [(a + 1, b - 1) for a, b in zip(numbers, numbers[1:], strict=False) if b > a + 1]
+    if missing and gaps == "refuse":
+        named = [str(a) if a == b else f"{a} to {b}" for a, b in missing]
+        text = ", ".join(named[:_MOST_NAMED])
+        if len(named) > _MOST_NAMED:
+            text += f" and {len(named) - _MOST_NAMED} more gaps"
+        raise MotesError(
+            f"pictures are missing between {numbers[0]} and {numbers[-1]}: {text}; "
+            "--gaps hold shows the one before in their place, --gaps skip nothing"
+        )
+    for k, number in enumerate(numbers):
+        shown = numbers[k + 1] - number if gaps == "hold" and k + 1 < len(numbers) else 1
+        yield from [numbered[number]] * shown
+
+
+def _one_size(paths: list[Path]) -> tuple[int, int]:
+    """Return the size of all, from their heads."""
+    first = paths[0]
+    size = _size(first)
+    for path in paths[1:]:
+        if (other := _size(path)) != size:
+            raise MotesError(
+                f"the pictures differ in size: {_name(first)} has {size[0]}x{size[1]} pixels, "
+                f"{_name(path)} {other[0]}x{other[1]}"
+            )
+    return size
+
+
+def _size(path: Path) -> tuple[int, int]:
+    with path.open("rb") as file:
+        head = file.read(24)
+    if len(head) < 24 or head[:8] != _SIGNATURE or head[12:16] != b"IHDR":
+        raise MotesError(f"{_name(path)} is no PNG picture")
+    width, height = struct.unpack(">II", head[16:24])
+    return width, height
+
+
+def _pixels(path: Path) -> NDArray[np.uint8]:
+    from .. import _extras
+
+    av = _extras.av("motes movie")
+    try:
+        with av.open(str(path)) as picture:
+            pixels: NDArray[np.uint8] = next(picture.decode(video=0)).to_ndarray(format="rgb24")
+    except (av.error.FFmpegError, StopIteration) as error:
+        raise MotesError(f"{_name(path)} cannot be read: {error or 'it holds no picture'}") from None
+    return pixels
+
+
+def _name(path: Path) -> str:
+    return printable(str(path))

@@ -1,0 +1,160 @@
+"""An export has its place for itself: it replaces an earlier one, and touches nothing else.
+
+While it writes it holds a lock, which the system releases when its process ends, however it ends.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import errno
+import os
+import re
+from pathlib import Path
+from typing import Self
+
+from ..errors import ArgumentError, MotesError
+from .formats import Place
+from .manifest import FORMAT, NAME
+
+try:
+    import fcntl
+except ImportError:  # not a Unix system: two exports at once are not noticed
+    fcntl = None  # type: ignore[assignment]
+
+__all__ = ["Claim", "check_free"]
+
+LOCK = ".lock"
+_OWNER = b"particles of motes, process "
+_PART = r"[A-Za-z][A-Za-z0-9_]*(\.\d{6,}(\.r\d{4,})?\.(npz|vtp|usdc)|\.clips\.usda)"
+# USD writes a draft of the draft, whose name ends in six letters of its own.
+_DRAFT = rf"\.({re.escape(NAME)}|{_PART})\.[0-9a-f]{{16}}\.(tmp|\w{{6}})"
+_OWN = re.compile(rf"{re.escape(NAME)}|{_PART}|{_DRAFT}")
+_MARK_WITHIN = 400
+
+
+class Claim:
+    """The place of an export, empty, until `release` or the end of the process."""
+
+    def __init__(self, place: Place, lock: int) -> None:
+        """Hold the lock, an open file; `Claim.make` makes one."""
+        self.place = place
+        self._lock = lock
+
+    @classmethod
+    def make(cls, argument: str, place: Place) -> Self:
+        """Remove an earlier export, and nothing else.
+
+        Raises ArgumentError, before anything is changed, if there are other things or if another export is
+        being written there; MotesError if the folder cannot be made.
+        """
+        try:
+            return cls._make(argument, place)
+        except OSError as error:
+            reason = error.strerror or str(error)
+            raise MotesError(f"particles cannot be written to {place.path}: {reason}") from error
+
+    @classmethod
+    def _make(cls, argument: str, place: Place) -> Self:
+        folder = place.folder
+        check_free(argument, place)
+        folder.mkdir(parents=True, exist_ok=True)
+        lock = _lock(argument, place)
+        while not _same(lock, folder / LOCK):  # another export has just left
+            os.close(lock)
+            lock = _lock(argument, place)
+        try:
+            # The manifest goes first: what is left of an interrupted removal is no export.
+            with contextlib.suppress(FileNotFoundError):
+                (folder / NAME).unlink()
+            if place.format.index:
+                with contextlib.suppress(FileNotFoundError):
+                    place.path.unlink()
+            for name in os.listdir(folder):
+                if _OWN.fullmatch(name):
+                    (folder / name).unlink()
+        except BaseException:
+            os.close(lock)
+            raise
+        return cls(place, lock)
+
+    def release(self) -> None:
+        """Let another export have the place. Calling it again does nothing."""
+        lock, self._lock = self._lock, -1
+        if lock >= 0:
+            with contextlib.suppress(OSError):
+                (self.place.folder / LOCK).unlink()
+            os.close(lock)
+
+    def __del__(self) -> None:
+        """Let another export have the place."""
+        lock, self._lock = self._lock, -1
+        if lock >= 0:
+            os.close(lock)
+
+
+def check_free(argument: str, place: Place) -> None:
+    """Raise ArgumentError where there are other things than an earlier export. Changes nothing."""
+    _check_index(argument, place)
+    if place.folder.is_dir():
+        _check_content(argument, place)
+    elif os.path.lexists(place.folder):
+        raise ArgumentError(
+            argument, str(place.path), f"a path where {place.folder} is a directory or nothing"
+        )
+
+
+def _check_index(argument: str, place: Place) -> None:
+    """Raise ArgumentError where a file of that name is not an earlier export's."""
+    if not place.format.index or not os.path.lexists(place.path):
+        return
+    beginning = b""
+    if place.path.is_file():
+        with open(place.path, "rb") as file:
+            beginning = file.read(_MARK_WITHIN)
+    if place.format.mark.encode() not in beginning:
+        raise ArgumentError(argument, str(place.path), "a new name, or that of an earlier export")
+
+
+def _check_content(argument: str, place: Place) -> None:
+    """Raise ArgumentError if a folder is neither empty nor an export's."""
+    names = [name for name in os.listdir(place.folder) if name != LOCK]
+    if not names or _is_export(place.folder):
+        return
+    allowed = f"a new or empty directory, or an earlier export (this one holds {min(names)!r})"
+    raise ArgumentError(argument, str(place.folder), allowed)
+
+
+def _is_export(folder: Path) -> bool:
+    """Tell whether an export has had this folder; it may have been killed before its first whole frame."""
+    for name, wanted in ((NAME, FORMAT.encode()), (LOCK, _OWNER)):
+        with contextlib.suppress(OSError), open(folder / name, "rb") as file:
+            if wanted in file.read(_MARK_WITHIN):
+                return True
+    return False
+
+
+def _same(file: int, path: Path) -> bool:
+    """Tell whether an open file still has its name."""
+    try:
+        return os.path.samestat(os.fstat(file), os.stat(path))
+    except FileNotFoundError:
+        return False
+
+
+def _lock(argument: str, place: Place) -> int:
+    flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+    file = os.open(place.folder / LOCK, flags, 0o666)
+    try:
+        if fcntl is not None:
+            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError as error:
+        if error.errno in (errno.EWOULDBLOCK, errno.EACCES):
+            owner = os.pread(file, 200, 0).decode(errors="replace").strip() or "another process"
+            os.close(file)
+            allowed = f"a place that no other export is writing to ({owner} is)"
+            raise ArgumentError(argument, str(place.path), allowed) from None
+        # A file system without locks: another export at the same time is not noticed.
+    with contextlib.suppress(OSError):  # a full disk: the export itself will say so
+        os.ftruncate(file, 0)
+        os.pwrite(file, _OWNER + f"{os.getpid()}\n".encode(), 0)
+    return file

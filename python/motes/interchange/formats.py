@@ -1,0 +1,110 @@
+"""The formats of exports: how a part is written and read, and what file shows all parts to other programs."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from numpy.typing import NDArray
+
+from .. import _extras
+from .._io import files
+from ..errors import ArgumentError
+from . import npz, usd, vtp
+from .manifest import Manifest
+
+__all__ = ["ALLOWED", "FORMATS", "Format", "Place", "place_of"]
+
+ALLOWED = "a name ending in .usd or .pvd, or a directory's name without suffix, for .npz files"
+
+
+@dataclass(frozen=True)
+class Format:
+    """A way to write particles."""
+
+    kind: str
+    """Its name, and the suffix of its parts."""
+    index: str
+    """The suffix of the file that shows all parts; empty: there is none, and the path is the folder."""
+    write: Callable[..., None]
+    """`write(path, columns, frame=, time=)`."""
+    read: Callable[..., dict[str, NDArray[Any]]]
+    """`read(path, names, frame=)`."""
+    show: Callable[[Manifest, str], bytes] | None = None
+    """The content of the index, whose parts are in a folder of this name."""
+    mark: str = ""
+    """What each index holds near its beginning: others are not ours to replace."""
+
+    def require(self) -> None:
+        """Raise MissingExtra where a package that it needs is not installed."""
+        if self.kind == "usdc":
+            _extras.require_usd("an export to .usd")
+
+
+FORMATS = {
+    "npz": Format("npz", "", npz.write, npz.read),
+    "vtp": Format("vtp", ".pvd", vtp.write, vtp.read, vtp.pvd, vtp.MARK),
+    "usdc": Format("usdc", ".usd", usd.write, usd.read, usd.stage, usd.MARK),
+}
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where an export lies."""
+
+    path: Path
+    """What the user names."""
+    format: Format
+
+    @property
+    def folder(self) -> Path:
+        """The folder of its parts and its manifest."""
+        return self.path.with_name(f"{self.path.name}.parts") if self.format.index else self.path
+
+    def file(self, stem: str, frame: int, rank: int | None) -> str:
+        """Return the name of a part."""
+        return f"{stem}.{frame:06d}{'' if rank is None else f'.r{rank:04d}'}.{self.format.kind}"
+
+    def write_part(self, file: str, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> int:
+        """Write a part, whole or not at all; return its bytes."""
+        path = self.folder / file
+        with files.whole_path(path) as draft:
+            self.format.write(draft, columns, frame=frame, time=time)
+            return draft.stat().st_size
+
+    def publish(self, manifest: Manifest) -> None:
+        """Show what is whole: first to other programs, then to `open_particles`."""
+        if self.format.kind == "usdc":
+            for system in manifest.systems:
+                _write_changed(self.folder / f"{system.stem}{usd.CLIPS}", usd.clips(system))
+        if self.format.show is not None:
+            # The first time, remove what killed runs have left; it lists the directory.
+            with files.whole_path(self.path, remove_abandoned=not manifest.frames) as draft:
+                draft.write_bytes(self.format.show(manifest, self.folder.name))
+        manifest.write(self.folder)
+
+
+def place_of(argument: str, path: Path) -> Place:
+    """Return where an export of this name lies. Raises ArgumentError for another suffix."""
+    suffix = path.suffix.lower()
+    for format in FORMATS.values():
+        if suffix == format.index:
+            if not path.name:
+                raise ArgumentError(argument, str(path), "a directory's name")
+            return Place(path, format)
+    if suffix[1:].isdigit():  # today.1
+        return Place(path, FORMATS["npz"])
+    hints = {".usda": ".usd", ".usdc": ".usd", ".vtp": ".pvd", ".npz": "a directory"}
+    hint = f"did you mean {hints[suffix]}?" if suffix in hints else ""
+    raise ArgumentError(argument, str(path), ALLOWED, hint=hint)
+
+
+def _write_changed(path: Path, content: bytes) -> None:
+    try:
+        if path.read_bytes() == content:
+            return
+    except OSError:
+        pass
+    files.write_whole(path, content)

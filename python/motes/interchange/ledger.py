@@ -1,0 +1,83 @@
+"""What the manager knows of an export: which parts exist, and so which frames are whole."""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import json
+import os
+from collections.abc import Iterable, Sequence
+
+from ..errors import MotesError
+from .formats import Place
+from .manifest import UNKNOWN, FrameParts, Manifest, Part, SystemColumns
+
+__all__ = ["Ledger", "note_of"]
+
+
+def note_of(written: Iterable[tuple[int, Part]]) -> bytes:
+    """Return what a rank tells of the parts that it has written."""
+    return json.dumps([[frame, *dataclasses.astuple(part)] for frame, part in written]).encode()
+
+
+class Ledger:
+    """Collects parts until frames are whole, in the order of the frames."""
+
+    def __init__(self, place: Place, manifest: Manifest) -> None:
+        """Start with an empty manifest."""
+        self._place = place
+        self._manifest = manifest
+        self._told: dict[int, dict[tuple[int, int | None], Part]] = {}
+
+    def announce(
+        self, frame: int, time: float, systems: Sequence[SystemColumns], calculators: Sequence[int]
+    ) -> None:
+        """Wait for a frame's parts: one per system and calculator."""
+        self._manifest.systems = list(systems)
+        parts = tuple(
+            Part(number, rank, self._place.file(system.stem, frame, rank), UNKNOWN, UNKNOWN)
+            for number, system in enumerate(systems)
+            for rank in calculators
+        )
+        self._manifest.announced.append(FrameParts(frame, time, parts))
+        self._told[frame] = {}
+
+    def hear(self, notes: Iterable[bytes]) -> None:
+        """Take the notes of all ranks."""
+        for note in notes:
+            for frame, *fields in json.loads(note):
+                part = Part(*fields)
+                self._told[frame][part.system, part.rank] = part
+        waiting = self._manifest.announced
+        while waiting and len(self._told[waiting[0].frame]) == len(waiting[0].parts):
+            whole = waiting.pop(0)
+            told = self._told.pop(whole.frame)
+            parts = tuple(told[part.system, part.rank] for part in whole.parts)
+            self._manifest.frames.append(FrameParts(whole.frame, whole.time, parts))
+
+    def snapshot(self, *, finished: bool = False) -> Manifest:
+        """Return the manifest as it is now, for another thread."""
+        made = copy.copy(self._manifest)
+        made.systems = copy.deepcopy(made.systems)
+        made.frames, made.announced = list(made.frames), list(made.announced)
+        made.finished = finished
+        return made
+
+    def publish(self, manifest: Manifest, *, seen: int) -> None:
+        """Show a snapshot to readers. Its first `seen` frames were looked for before.
+
+        Raises MotesError if this rank cannot see what another has written.
+        """
+        for frame in manifest.frames[seen:]:
+            for part in frame.parts:
+                path = self._place.folder / part.file
+                try:
+                    size = os.stat(path).st_size
+                except FileNotFoundError:
+                    size = None
+                if size != part.bytes:
+                    raise MotesError(
+                        f"rank {part.rank} has written {part.file}, but {path} is not what it wrote: "
+                        "all ranks must see the same directory"
+                    )
+        self._place.publish(manifest)

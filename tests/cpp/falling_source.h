@@ -1,0 +1,21 @@
+// Births for scenes on simulated ranks.
+#pragma once
+
+#include "recording/births.h"
+
+namespace test {
+
+/// Particles that fall on the ground at y = 0 and spread along x: so many per frame of a 24th of a second.
+inline motes::recording::Birth falling_source(double per_frame) {
+  motes::recording::Birth birth;
+  birth.kind = motes::recording::Birth::Kind::source;
+  birth.shape = {motes::shapes::Kind::box, {-3, 0.2f, -1, 0.5f, 2, 1}};
+  birth.rate = 24 * per_frame;
+  motes::actions::Distribution velocity;
+  velocity.kind = motes::actions::Distribution::Kind::shape;
+  velocity.shape = {motes::shapes::Kind::sphere, {1, -4, 0, 6}};
+  birth.state = {{motes::particles::velocity, velocity}};
+  return birth;
+}
+
+}  // namespace test

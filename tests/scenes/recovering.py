@@ -1,0 +1,74 @@
+"""Sparks that bounce, on ranks that kill themselves: `recovering.py OUT FRAMES [RANK@FRAME[.SECONDS] ...]`.
+
+What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`, `--film`.
+"""
+
+import os
+import signal
+import sys
+import threading
+import time
+
+from mpi4py import MPI
+
+import motes
+from motes.shapes import Disc, Plane, Sphere
+
+out, frames = sys.argv[1], int(sys.argv[2])
+options = {argument for argument in sys.argv[3:] if argument.startswith("--")}
+deaths: dict[int, list[tuple[int, float]]] = {}
+for argument in sys.argv[3:]:
+    if argument not in options:
+        rank, _, moment = argument.partition("@")
+        frame, _, milliseconds = moment.partition(".")
+        deaths.setdefault(int(rank), []).append((int(frame), int(milliseconds or 0) / 1000))
+
+
+def die(after_s: float) -> None:
+    """Kill this process, now or a little later."""
+    time.sleep(after_s)
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+ground = Plane((0, 0, 0), (0, 1, 0))
+camera = motes.Camera((0, 2, 9), (0, 1.5, 0))
+world = motes.World(
+    seed=7,
+    space=(-3, 3),
+    on_loss="recover",
+    balancer=motes.balance.Pairwise(),
+    log=f"{out}/log",
+    digest=True,
+    progress="off",
+    checkpoint=motes.Checkpoint(f"{out}/checkpoints", every=16) if "--checkpoint" in options else None,
+    renderer=motes.Renderer(
+        96, 64, camera=camera, shutter=0.5, objects=[motes.Solid(ground, (0.05, 0.06, 0.08))]
+    ),
+)
+sparks = world.system("sparks", capacity=20_000, sprite=motes.Sprite("disc", pixels=3))
+sparks.configure(velocity=Sphere((0, 6, 0), 1.5), color=(1, 0.5, 0.15), alpha=0.3)
+export = motes.Export(f"{out}/points") if "--export" in options else None
+own = deaths.get(MPI.COMM_WORLD.rank, [])
+
+with world, motes.Movie(f"{out}/film.mp4") as movie:
+    for frame in world.frames(frames):
+        for _, after_s in [death for death in own if death[0] == frame]:
+            threading.Thread(target=die, args=(after_s,), daemon=True).start()
+        camera.position = (0.02 * frame, 2, 9)
+        sparks.source(Disc((0, 0, 0), (0, 1, 0), 0.2), rate=2000)
+        sparks.gravity((0, -9.81, 0))
+        sparks.bounce(ground, restitution=0.5, friction=0.1)
+        if "--callback" in options:
+            sparks.callback(lambda particles: None)
+        if "--write" in options:
+            with sparks.local() as particles:
+                particles.velocity[:] *= 0.99
+        sparks.kill_old(1)
+        sparks.move()
+        picture = world.render()
+        movie.write(picture)
+        if frame % 5 == 0:
+            picture.save(f"{out}/{frame:04}.png")
+        if export is not None:
+            export.write(world)
+    world.say(f"{world.digest()} on {world.size}")

@@ -1,0 +1,154 @@
+"""A person at the page of a live run: turns the camera, moves a slider, pauses, steps, ends the run."""
+
+from __future__ import annotations
+
+import asyncio
+import json
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from browser import Page, chromium
+from launching import mpirun
+from viewers import Beside, url_of
+
+from motes import Live
+from motes._live.orders import Orders
+from motes._live.server import Server
+
+pytest.importorskip("PIL")
+SCENE = Path(__file__).parent / "scenes" / "steered.py"
+FRAME = "Number(document.querySelector('#frame').textContent)"
+PICTURE = "document.querySelector('#picture').dataset"
+EXACT = f"{PICTURE}.exact === 'true'"
+
+
+def brightness(screen: np.ndarray) -> float:
+    """Of the picture's part of the page."""
+    return float(screen[:, :700].mean())
+
+
+def test_the_page_connects_again(tmp_path):
+    chromium()
+    orders = Orders()
+    server = Server(Live(0), orders, {"title": "again"})
+
+    async def person() -> None:
+        async with Page.of(server.url) as page:
+            for frame in (1, 2, 3):
+                server.show(np.full((48, 64, 3), 60 * frame, np.uint8), frame=frame, orders=0)
+                await page.until(f"{PICTURE}.frame === '{frame}'")
+                assert await page.value("document.querySelector('#notice').hidden")
+                (viewer,) = server._viewers
+                server._loop.call_soon_threadsafe(viewer._socket.transport.abort)
+                await page.until("!document.querySelector('#notice').hidden")
+                assert (await page.value("document.querySelector('#notice').textContent")).startswith(
+                    "no conn"
+                )
+            await page.until("socket !== null && socket.readyState === 1")
+            await page.press(" ")
+            limit = time.monotonic() + 20
+            while not orders._said:
+                assert time.monotonic() < limit
+                await asyncio.sleep(0.05)
+
+    try:
+        asyncio.run(person())
+    finally:
+        server.close()
+
+
+@pytest.mark.timeout(240)
+def test_a_person_steers_a_run_in_a_browser(tmp_path):
+    chromium()
+
+    async def person() -> None:
+        async with Page.of(await url_of(tmp_path)) as page:
+            await page.until(f"{PICTURE}.frame > 20")
+            assert await page.value("document.querySelector('#title').textContent") == "steered.py"
+            assert await page.value("document.querySelector('#notice').hidden")
+
+            await page.click("#pause")
+            await page.until("document.querySelector('#pause').textContent === 'Go on'")
+            await page.until(EXACT)
+            held = await page.value(FRAME)
+            first = await page.screenshot(tmp_path / "first.png")
+            assert first.shape[:2] == (640, 1000) and brightness(first) > 0.5
+
+            # Paused: the camera turns, the frame stays.
+            number = await page.value(f"{PICTURE}.number")
+            await page.drag("#picture", 120, -40)
+            await page.until(f"{PICTURE}.number > {number} + 1 && {EXACT}")
+            turned = await page.screenshot(tmp_path / "turned.png")
+            assert (turned[:, :700] != first[:, :700]).any(axis=2).mean() > 0.005
+            assert await page.value(FRAME) == held
+            x, y = await page.middle("#picture")
+            await page.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-300)
+            number = await page.value(f"{PICTURE}.number")
+            await page.until(f"{PICTURE}.number > {number} && {EXACT}")
+
+            # Back to the script's camera: what was there before.
+            await page.click("#reset")
+            await page.until("document.querySelector('#reset').disabled")
+            await page.until(EXACT)
+            back = await page.screenshot(tmp_path / "back.png")
+            assert (back[:, :700] == first[:, :700]).all()
+
+            for step in (1, 2):
+                await page.click("#step")
+                await page.until(f"{FRAME} === {held + step}")
+            await page.press("s")
+            await page.until(f"{FRAME} === {held + 3}")
+
+            # A slider, a choice and a check box.
+            await page.drag("input[data-control=wind]", 60, 0)
+            await page.until("state.controls.wind.value > 1")
+            await page.click("input[data-control=still]")
+            await page.until("state.controls.still.value === true")
+            choose = "(s => { s.value = 1; s.dispatchEvent(new Event('change')) })"
+            await page.value(f"{choose}(document.querySelector('select'))")
+            await page.until("state.controls.shape.value === 'narrow'")
+            await page.screenshot(tmp_path / "controls.png")
+            await page.value("document.activeElement.blur()")
+            await page.press(" ")
+            await page.until(f"{FRAME} > {held + 10}")
+            await page.drag("#picture", -80, 20)
+            await page.until("state.turned")
+            await page.screenshot(tmp_path / "running.png")
+
+            await page.click("#stop")
+            await page.until("document.querySelector('#notice').textContent === 'the run has ended'")
+            await page.screenshot(tmp_path / "ended.png")
+            assert page.complaints == []
+
+    camera = "motes.Camera((0, 2, 12), (0, 2, 0))"
+    options = f"shutter=0, pause_s=0.02, renderer=motes.Renderer(640, 360, camera={camera})"
+    with Beside(person) as beside:
+        result = mpirun(
+            3,
+            SCENE,
+            tmp_path,
+            100_000,
+            f"dict(live=motes.Live(0), {options})",
+            timeout=200,
+            watch=beside.check,
+        )
+    assert result.code == 0, result.text
+    rows = [json.loads(line) for line in (tmp_path / "log" / "steer.jsonl").read_text().splitlines()][1:]
+    sets = {name: value for row in rows for name, value in row.get("set", {}).items()}
+    assert sets["wind"] > 1 and sets["still"] is True and sets["shape"] == "narrow"
+    assert rows[-1]["stop"] and rows[-2]["camera"]["look_at"] == [0.0, 2.0, 0.0]
+    film = (tmp_path / "log" / "frames.jsonl").read_text().splitlines()
+
+    # And the same film again, without a browser.
+    again = tmp_path / "again"
+    again.mkdir()
+    more = f"dict(steering={str(tmp_path / 'log' / 'steer.jsonl')!r}, {options})"
+    assert mpirun(2, SCENE, again, 100_000, more, timeout=100).code == 0
+    fingerprints = ("frame", "particles_digest", "image_sha256")
+    one, two = (
+        [[json.loads(line)[name] for name in fingerprints] for line in lines]
+        for lines in (film, (again / "log" / "frames.jsonl").read_text().splitlines())
+    )
+    assert one == two

@@ -1,0 +1,154 @@
+"""Ranks that are killed: with `on_loss="recover"` the others bring the run to the same end."""
+
+from __future__ import annotations
+
+import json
+import random
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("av")
+
+from films import packets  # noqa: E402
+from launching import Result, command, said  # noqa: E402
+
+import motes  # noqa: E402
+from motes import launch  # noqa: E402
+
+SCENE = Path(__file__).parent / "scenes" / "recovering.py"
+FRAMES = 30
+
+survives = pytest.mark.skipif(launch.cannot_survive() is not None, reason=str(launch.cannot_survive()))
+
+
+def run(
+    out: Path, n: int, *arguments: object, frames: int = FRAMES, flags: tuple[str, ...] = ("--survive",)
+) -> Result:
+    """Run the scene on ranks of which some die."""
+    return command(
+        [sys.executable, "-m", "motes", "run", *flags, "-n", n, SCENE, out, frames, *arguments], timeout=90
+    )
+
+
+def digests(out: Path) -> list[tuple[int, str, str]]:
+    rows = map(json.loads, (out / "log" / "frames.jsonl").read_text().splitlines())
+    return [(row["frame"], row["particles_digest"], row["image_sha256"]) for row in rows]
+
+
+def check_same(out: Path, model: Path) -> None:
+    assert packets(out / "film.mp4") == packets(model / "film.mp4")
+    assert digests(out) == digests(model)
+    pictures = sorted(path.name for path in model.glob("*.png"))
+    assert pictures == sorted(path.name for path in out.glob("*.png"))
+    assert all((out / name).read_bytes() == (model / name).read_bytes() for name in pictures)
+    assert not (out / "film.partial.mp4").exists()
+
+
+@pytest.fixture(scope="module")
+def model(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What comes out where nothing happens, without any copies."""
+    out = tmp_path_factory.mktemp("model")
+    result = run(out, 1)
+    assert result.code == 0, result.text
+    return out
+
+
+@survives
+@pytest.mark.parametrize(
+    ("n", "death", "role"),
+    [
+        (5, "0@26", "image generator"),
+        (5, "1@20.7", "manager"),
+        (5, "3@7.3", "calculator 1"),
+        (2, "1@17", "calculator 0"),
+        pytest.param(2, "0@29", "image generator, manager", marks=pytest.mark.slow),
+        pytest.param(3, "2@13", "calculator 0", marks=pytest.mark.slow),
+        pytest.param(5, "0@0", "image generator", marks=pytest.mark.slow),
+        pytest.param(5, "4@28.2", "calculator 2", marks=pytest.mark.slow),
+    ],
+)
+def test_the_others_go_on_without_a_lost_rank(tmp_path, model, n, death, role):
+    result = run(tmp_path, n, death)
+    assert result.code == 0, result.text
+    assert result.lines[0].endswith(f" on {n - 1}"), result.text
+    check_same(tmp_path, model)
+    (told,) = said(result.err, "motes: lost ")
+    left = "1 rank goes" if n == 2 else f"{n - 1} ranks go"
+    assert re.fullmatch(rf"rank {death[0]} \({role}\); {left} on, from copies of frame \d+", told), told
+    events = [json.loads(row) for row in (tmp_path / "log" / "events.jsonl").read_text().splitlines()]
+    assert [event["kind"] for event in events][-2:] == ["recovered", "end"]
+    motes.open_run(tmp_path / "log").summary()
+
+
+@survives
+@pytest.mark.parametrize("deaths", [["4@10", "0@22"], pytest.param(["2@16", "0@16"], marks=pytest.mark.slow)])
+def test_several_ranks_may_be_lost(tmp_path, model, deaths):
+    result = run(tmp_path, 5, *deaths)
+    assert result.code == 0, result.text
+    assert result.lines[0].endswith(" on 3"), result.text
+    check_same(tmp_path, model)
+
+
+@survives
+@pytest.mark.parametrize(
+    ("option", "why"),
+    [
+        ("--callback", "cannot run again without the script"),
+        ("--write", "cannot run again without the script|wrote to particles in frame"),
+        ("--export", "lack the lost ranks' particles"),
+    ],
+)
+def test_what_cannot_be_done_again_ends_the_run_with_a_sentence(tmp_path, option, why):
+    result = run(tmp_path, 5, "3@17", option)
+    assert result.code == 1, result.text
+    (report,) = said(result.err, "*** motes: ")
+    assert re.search(f"rank 3 was lost, and .*({why})", report), result.text
+
+
+@survives
+def test_a_checkpoint_goes_on_behind_a_loss(tmp_path, model):
+    """It is made by those that are left, and another job goes on from it."""
+    first = run(tmp_path, 4, "2@11", "--checkpoint", frames=24)
+    assert first.code == 0, first.text
+    second = run(tmp_path, 3, "--checkpoint", flags=("--survive", "--anyway"))
+    assert second.code == 0, second.text
+    assert "goes on with frame 24" in second.err, second.text
+    assert digests(tmp_path) == digests(model)
+
+
+def test_a_job_that_ends_with_a_lost_rank_is_refused(tmp_path):
+    result = run(tmp_path, 2, flags=())
+    assert result.code == 1, result.text
+    assert "python -m motes run --survive" in result.err
+    assert not (tmp_path / "log").exists()
+
+
+def test_on_one_rank_there_is_nothing_to_recover(tmp_path):
+    world = motes.World(on_loss="recover", progress="off")
+    sparks = world.system("sparks")
+    with world:
+        sparks.burst(motes.shapes.Point((0, 0, 0)), count=3)
+        world.step()
+    with pytest.raises(motes.errors.ArgumentError, match="on_loss"):
+        motes.World(on_loss="wait")
+
+
+@survives
+@pytest.mark.slow
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_random_kills(tmp_path, model, ranks):
+    """Any rank at any moment: the same film, or for several at once a sentence; never a hang."""
+    for seed in range(15):
+        moment = random.Random(100 * ranks + seed)
+        frame = moment.randrange(FRAMES)
+        deaths = [f"{rank}@{frame}.{moment.randrange(40)}" for rank in moment.sample(range(5), ranks)]
+        out = tmp_path / str(seed)
+        result = run(out, 5, *deaths)
+        if result.code == 0:
+            check_same(out, model)
+            continue
+        assert ranks > 1, f"{deaths}: {result.text}"
+        assert "lost together with the next one" in result.err, f"{deaths}: {result.text}"

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <exception>
 #include <memory>
-#include <ranges>
 #include <utility>
 
 #include "image/sha256.h"
@@ -44,10 +43,9 @@ Saved copied(const Saved& saved) {
 
 // What a run goes on from: the newest checkpoint that is whole.
 const Saved* newest(const Disk& disk) {
-  for (const auto& [frame, saved] : std::views::reverse(disk.checkpoints)) {
-    if (whole(saved)) return &saved;
-  }
-  return nullptr;
+  const auto& all = disk.checkpoints;
+  const auto found = std::find_if(all.rbegin(), all.rend(), [](const auto& each) { return whole(each.second); });
+  return found == all.rend() ? nullptr : &found->second;
 }
 
 // The script's side of one rank.

@@ -12,7 +12,7 @@
 
 namespace motes::soak {
 
-/// What comes out: a line per frame, whoever has it.
+/// What comes out: a line per frame, from any of the ranks.
 struct Film {
   std::map<std::uint64_t, std::string> particles, pictures;
 };

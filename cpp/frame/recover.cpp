@@ -9,6 +9,7 @@
 #include "comm/clock.h"
 #include "frame/engine.h"
 #include "frame/replay.h"
+#include "frame/tell_all.h"
 #include "particles/fields.h"
 
 namespace motes::frame {
@@ -28,38 +29,19 @@ constexpr void fields(Visitor& visit, Samples& samples) {
   visit(samples.systems);
 }
 
-void append(Samples& all, const Samples& more) {
-  for (std::size_t system = 0; system < all.systems.size(); ++system) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const std::vector<float>& from = more.systems.at(system)[axis];
-      all.systems[system][axis].insert(all.systems[system][axis].end(), from.begin(), from.end());
+// Collective: those of all ranks, in their order, on every rank.
+Samples exchange_samples(Rank& rank, const Samples& own) {
+  Samples all;
+  all.systems.resize(own.systems.size());
+  for (const Samples& its : tell_all(rank, rank.talk.stamp(), own)) {
+    for (std::size_t system = 0; system < all.systems.size(); ++system) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::vector<float>& from = its.systems.at(system)[axis];
+        all.systems[system][axis].insert(all.systems[system][axis].end(), from.begin(), from.end());
+      }
     }
   }
-}
-
-// Collective: those of all ranks, in their order, on every rank.
-Samples exchange_samples(Rank& rank, Samples own) {
-  Conversation& talk = rank.talk;
-  comm::Message message;
-  if (talk.rank() > 0) {
-    particles::write_fields(own, message.bytes());
-    talk.comm().post(0, comm::Phase::recovery, talk.stamp(), std::move(message));
-    const comm::Message told = talk.comm().expect(0, comm::Phase::recovery, talk.stamp());
-    particles::Reader in = told.reader();
-    particles::read_fields(in, own);
-    return own;
-  }
-  for (int from = 1; from < talk.size(); ++from) {
-    const comm::Message said = talk.comm().expect(from, comm::Phase::recovery, talk.stamp());
-    particles::Reader in = said.reader();
-    Samples its;
-    particles::read_fields(in, its);
-    append(own, its);
-  }
-  particles::write_fields(own, message.bytes());
-  const auto told = comm::Communicator::sealed(comm::Phase::recovery, talk.stamp(), std::move(message));
-  for (int to = 1; to < talk.size(); ++to) talk.comm().post(to, told);
-  return own;
+  return all;
 }
 
 std::string listed(const std::vector<int>& ranks) {
@@ -125,7 +107,7 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
       take_sample(copy.description, copy.planes, i, most, samples.systems[i]);
     }
   }
-  samples = exchange_samples(p.rank, std::move(samples));
+  samples = exchange_samples(p.rank, samples);
   restore_state(p.rank, p.script, p.calculator, state, samples.systems);
   for (const OpenedCopy& copy : copies) {
     for (std::size_t i = 0; i < from.systems; ++i) {
@@ -237,7 +219,7 @@ void Engine::recover() {
   } recovering(recovering_);
   regroup();
   const Standing own = standing();
-  const WayBack way = way_back(exchange_standings(parts_->rank, own, copies_.losses));
+  const WayBack way = way_back(tell_all(parts_->rank, {0, copies_.losses}, own));
   if (!way.refusal.empty()) throw Unrecoverable(listed(loss_.lost) + ", and " + way.refusal);
   go_back(way);
   run_again(way, own.call > way.call);

@@ -4,22 +4,8 @@
 #include <optional>
 #include <utility>
 
-#include "particles/fields.h"
-
 namespace motes::frame {
 namespace {
-
-using comm::Message;
-using comm::Phase;
-
-struct Standings {
-  std::vector<Standing> ranks;
-};
-
-template <class Visitor>
-constexpr void fields(Visitor& visit, Standings& all) {
-  visit(all.ranks);
-}
 
 // The rank that has each calculator's particles of a generation; nothing where some are lost, or where a rank does not
 // have it.
@@ -67,32 +53,6 @@ void check_lists(const std::vector<Standing>& standings, WayBack& way) {
 }
 
 }  // namespace
-
-std::vector<Standing> exchange_standings(Rank& rank, const Standing& own, std::uint32_t losses) {
-  Conversation& talk = rank.talk;
-  const comm::Stamp stamp{0, losses};
-  Standings all;
-  Message message;
-  if (talk.rank() > 0) {
-    particles::write_fields(own, message.bytes());
-    talk.comm().post(0, Phase::recovery, stamp, std::move(message));
-    const Message told = talk.comm().expect(0, Phase::recovery, stamp);
-    particles::Reader in = told.reader();
-    particles::read_fields(in, all);
-    return std::move(all.ranks);
-  }
-  all.ranks.push_back(own);
-  for (int from = 1; from < talk.size(); ++from) {
-    const Message said = talk.comm().expect(from, Phase::recovery, stamp);
-    particles::Reader in = said.reader();
-    all.ranks.emplace_back();
-    particles::read_fields(in, all.ranks.back());
-  }
-  particles::write_fields(all, message.bytes());
-  const auto told = comm::Communicator::sealed(Phase::recovery, stamp, std::move(message));
-  for (int to = 1; to < talk.size(); ++to) talk.comm().post(to, told);
-  return std::move(all.ranks);
-}
 
 WayBack way_back(const std::vector<Standing>& standings) {
   WayBack way;

@@ -6,7 +6,6 @@
 #include <vector>
 
 #include "frame/copies.h"
-#include "frame/rank.h"
 
 namespace motes::frame {
 
@@ -41,9 +40,6 @@ constexpr void fields(Visitor& visit, Standing& standing) {
   visit(standing.call, standing.frame, standing.stop, standing.unsaved_from, standing.holdings, standing.needs_script,
         standing.wrote, standing.repeatable, standing.refusal);
 }
-
-/// Collective: what every rank says, in the order of the ranks.
-std::vector<Standing> exchange_standings(Rank& rank, const Standing& own, std::uint32_t losses);
 
 /// What all ranks do.
 struct WayBack {

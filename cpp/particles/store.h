@@ -21,7 +21,8 @@ namespace motes::particles {
 /// meaning. What particles remember of their touches goes with them, where any do.
 class Store {
  public:
-  explicit Store(const Schema& schema);
+  explicit Store(const Schema& schema);  // which must outlive it
+  explicit Store(const Schema&& schema) = delete;
 
   const Schema& schema() const { return *schema_; }
   std::size_t size() const { return size_; }

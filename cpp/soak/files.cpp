@@ -143,8 +143,9 @@ void read_scene(Random& random, DamagedFile& file) {
 
 void append_all(const snapshots::Opened& part) {
   threads::Pool pool(1, 16);
+  const particles::Schema schema;
   for (std::size_t i = 0; i < part.description.systems.size(); ++i) {
-    particles::Store store{particles::Schema()};
+    particles::Store store(schema);
     snapshots::append(part.description, part.planes, i, 0, part.description.systems[i].rows, store, pool);
   }
 }

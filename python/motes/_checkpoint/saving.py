@@ -6,7 +6,7 @@ import contextlib
 import shutil
 import threading
 from array import array
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,8 +16,8 @@ from .._io import files
 from .._run.busy import Busy
 from .._run.collectives import wait_for
 from .._run.continuing import frames_of_movies, open_movies
+from .._run.losses import unless_lost
 from .._run.output import tell
-from .._run.process import process
 from ..checkpoint import Checkpoint
 from . import folder
 from .manifest import Manifest, PartEntry
@@ -80,7 +80,7 @@ class Saver:
         if pending is None:
             return
         busy, _, _ = self._engine.part_outcome()
-        with self._losses():
+        with unless_lost(self._give_up):
             if pending.request is None and not busy:
                 self._tell_outcome(pending)
             if pending.request is not None and pending.request.Test():
@@ -126,7 +126,7 @@ class Saver:
                     threading.Event().wait(_LOOK_S)
                     busy.look()
             self._engine.wait_for_part()
-        with self._losses():
+        with unless_lost(self._give_up):
             if pending.request is None:
                 self._tell_outcome(pending)
             assert pending.request is not None
@@ -155,18 +155,6 @@ class Saver:
             shutil.rmtree(pending.place, ignore_errors=True)
         else:
             pending.finishing.join()  # all parts are on disk
-
-    @contextlib.contextmanager
-    def _losses(self) -> Iterator[None]:
-        """Give up the checkpoint under way where a loss has made it impossible; the core hears of it soon."""
-        from mpi4py import MPI
-
-        try:
-            yield
-        except MPI.Exception:
-            if not process.survives:
-                raise
-            self._give_up()
 
     def _tell_outcome(self, pending: _Pending) -> None:
         _, written, error = self._engine.part_outcome()

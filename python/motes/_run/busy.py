@@ -6,15 +6,14 @@ up, and tells them again when it is done. In between, their waits do not count.
 
 from __future__ import annotations
 
-import contextlib
 import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
 from .ending import report_lost
-from .losses import lost_ranks
+from .losses import lost_ranks, unless_lost
 from .output import tell
 from .process import OpenRun, process
 
@@ -60,7 +59,7 @@ class Busy:
         for run in self._runs:
             assert run.comm is not None
             lost = {run.comm.rank, *lost_ranks(run.comm)}
-            with _losses():
+            with unless_lost():
                 others = (rank for rank in range(run.comm.size) if rank not in lost)
                 _sent.extend(run.comm.Isend([note, MPI.BYTE], rank, _TAG) for rank in others)
         _sent[:] = [request for request in _sent if not _has_left(request)]
@@ -124,7 +123,7 @@ def take_notes(run: OpenRun) -> None:
     from mpi4py import MPI
 
     status = MPI.Status()
-    with _losses():
+    with unless_lost():
         if lost_ranks(run.comm):
             run.comm.Ack_failed()  # before that, MPI refuses to receive from any rank
         while run.comm.Iprobe(MPI.ANY_SOURCE, _TAG, status):
@@ -136,19 +135,7 @@ def take_notes(run: OpenRun) -> None:
                 run.busy.pop(rank, None)
 
 
-@contextlib.contextmanager
-def _losses() -> Iterator[None]:
-    """Do without the notes that a loss has made impossible."""
-    from mpi4py import MPI
-
-    try:
-        yield
-    except MPI.Exception:
-        if not process.survives:
-            raise
-
-
 def _has_left(request: MPI.Request) -> bool:
-    with _losses():
+    with unless_lost():
         return request.Test()
     return True

@@ -6,6 +6,7 @@ import contextlib
 import os
 import signal
 import time
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NoReturn
 
 from . import open_worlds
@@ -15,7 +16,7 @@ from .process import process
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-__all__ = ["END", "ENVIRONMENT", "end_job", "lost_ranks", "survived"]
+__all__ = ["END", "ENVIRONMENT", "end_job", "lost_ranks", "survived", "unless_lost"]
 
 ENVIRONMENT = {"OMPI_MCA_ompi_async_mpi_finalize": "1"}
 """For a launcher. Left alone, MPI_Finalize waits for the lost ranks, too, in about one run of ten."""
@@ -41,6 +42,19 @@ def lost_ranks(comm: MPI.Comm) -> list[int]:
     lost = comm.Get_failed()
     ranks = lost.Translate_ranks(None, comm.Get_group()) if lost.size > 0 else []
     return sorted(ranks)
+
+
+@contextlib.contextmanager
+def unless_lost(give_up: Callable[[], object] = lambda: None) -> Iterator[None]:
+    """Do MPI's work inside, or give it up where a loss that is survived has made it impossible."""
+    from mpi4py import MPI
+
+    try:
+        yield
+    except MPI.Exception:
+        if not process.survives:
+            raise
+        give_up()
 
 
 def end_job(code: int) -> NoReturn:

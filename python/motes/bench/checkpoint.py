@@ -11,10 +11,8 @@ from typing import Any
 
 from .._checkpoint import folder
 from ..checkpoint import Checkpoint
-from ..rendering import Camera, Renderer
-from ..shapes import Box, Plane
-from ..system import System
 from ..world import World
+from . import falling
 
 __all__ = ["checkpoint"]
 
@@ -49,9 +47,8 @@ def _run(
     directory: Path, particles: int, systems: int, every: int, repeats: int
 ) -> tuple[list[float], list[float], list[float], list[float]]:
     """Return seconds of: waits at borders, ordinary frames, frames beside a writer, whole writes."""
-    renderer = Renderer(1920, 1080, camera=Camera((0, 4, 40), (0, 4, 0)))
     where = Checkpoint(directory, every=every)
-    world = World(seed=1, space=(-20, 20), renderer=renderer, progress="off", checkpoint=where)
+    world = World(seed=1, space=falling.SPACE, renderer=falling.renderer(), progress="off", checkpoint=where)
     layers = [world.system(f"layer {i}") for i in range(systems)]
     waited: list[float] = []
     plain: list[float] = []
@@ -67,7 +64,7 @@ def _run(
                 waited.append(start - border)
                 begun = start
             for layer in layers:
-                _fall(layer, frame, particles)
+                falling.fall(layer, frame, particles)
             world.render()
             border = time.perf_counter()
             busy = world._engine_for("bench").part_outcome()[0]
@@ -77,15 +74,6 @@ def _run(
             if frame > 0:
                 (beside if due or busy else plain).append(border - start)
     return waited, plain, beside, written
-
-
-def _fall(layer: System, frame: int, particles: int) -> None:
-    if frame == 0:
-        layer.burst(Box((-20, 0, -5), (20, 12, 5)), count=particles)
-    layer.gravity((0, -2, 0))
-    layer.random_acceleration(Box((-1, -1, -1), (1, 1, 1)))
-    layer.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.6)
-    layer.move()
 
 
 def _plain_write(path: Path, size: int) -> float:

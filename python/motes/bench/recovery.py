@@ -11,9 +11,8 @@ import time
 from typing import Any
 
 from .._run.recovering import EVERY
-from ..rendering import Camera, Renderer
-from ..shapes import Box, Plane
 from ..world import World
+from . import falling
 
 __all__ = ["recovery"]
 
@@ -49,10 +48,10 @@ def _figures(border_s: list[float], lost_s: float, particles: int, ranks: int) -
 
 
 def _run(particles: int, systems: int, repeats: int) -> None:
-    renderer = Renderer(1920, 1080, camera=Camera((0, 4, 40), (0, 4, 0)))
     world = World(
-        seed=1, space=(-20, 20), roles="shared", renderer=renderer, progress="off", on_loss="recover"
-    )
+        seed=1, space=falling.SPACE, roles="shared", renderer=falling.renderer(), progress="off",
+        on_loss="recover",
+    )  # fmt: skip
     layers = [world.system(f"layer {i}") for i in range(systems)]
     border_s: list[float] = []
     with world:
@@ -60,12 +59,7 @@ def _run(particles: int, systems: int, repeats: int) -> None:
         frames = (repeats + 1) * EVERY + EVERY // 2
         for frame in world.frames(frames + 1):
             for layer in layers:
-                if frame == 0:
-                    layer.burst(Box((-20, 0, -5), (20, 12, 5)), count=particles)
-                layer.gravity((0, -2, 0))
-                layer.random_acceleration(Box((-1, -1, -1), (1, 1, 1)))
-                layer.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.6)
-                layer.move()
+                falling.fall(layer, frame, particles)
             if frame == frames and last and ranks > 1:
                 os.kill(os.getpid(), signal.SIGKILL)
             start = time.perf_counter()

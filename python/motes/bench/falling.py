@@ -1,0 +1,26 @@
+"""What jobs measure that need a world at work: layers of particles that fall and bounce, in big pictures."""
+
+from __future__ import annotations
+
+from ..rendering import Camera, Renderer
+from ..shapes import Box, Plane
+from ..system import System
+
+__all__ = ["SPACE", "fall", "renderer"]
+
+SPACE = (-20, 20)
+
+
+def renderer() -> Renderer:
+    """See all of them at 1920x1080."""
+    return Renderer(1920, 1080, camera=Camera((0, 4, 40), (0, 4, 0)))
+
+
+def fall(layer: System, frame: int, particles: int) -> None:
+    """Record a frame; the particles of a layer are born in its first one."""
+    if frame == 0:
+        layer.burst(Box((-20, 0, -5), (20, 12, 5)), count=particles)
+    layer.gravity((0, -2, 0))
+    layer.random_acceleration(Box((-1, -1, -1), (1, 1, 1)))
+    layer.bounce(Plane((0, 0, 0), (0, 1, 0)), restitution=0.6)
+    layer.move()

@@ -224,7 +224,7 @@ def test_another_rank_takes_a_film_over(tmp_path):
             lost._secure()
     shutil.copy(partial(lost.path), partial(film))  # as a killed process leaves it
     lost._abandon()
-    assert other._unsecured == [26, 27, 28, 29]
+    assert list(other._unsecured) == [26, 27, 28, 29]
     missing = other._take_over()
     assert missing == [26, 27, 28, 29]
     assert (other.written, other._first_unsaved()) == (30, 26)

@@ -2,6 +2,7 @@
 // can be made once more when a script first names a *_b attribute.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -22,7 +23,10 @@ class BirthHistory {
 
   /// Whether the history has grown so much that forgetting the dead is worth a look at all ids. `limit`: bytes that it
   /// may take.
-  bool wants_pruning(std::size_t limit) const { return bytes() > limit / 4 && bytes() > 2 * pruned_bytes_; }
+  bool wants_pruning(std::size_t limit) const {
+    constexpr std::size_t kWorthALook = std::size_t{64} << 10;
+    return bytes() > std::min(limit / 4, kWorthALook) && bytes() > 2 * pruned_bytes_;
+  }
 
   /// Forgets the particles with ids below `oldest`, the lowest id that lives on any rank.
   void forget_before(std::uint64_t oldest);

@@ -9,6 +9,7 @@ import queue
 import sys
 import threading
 import weakref
+from array import array
 from collections import deque
 from fractions import Fraction
 from functools import partial
@@ -35,6 +36,7 @@ __all__ = ["Movie"]
 _PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow")
 _QUEUE_FRAMES = 4  # enough to smooth over a slow frame; more would only hold memory
 _LOOK_S = 0.1
+_NO_FRAME = -1  # what is written is an array of the script's, not a frame of the world
 _ABANDON_S = 1.0  # how long leaving by an exception waits for the frames that are queued
 
 
@@ -66,7 +68,7 @@ class Movie:
         self.place = continuing.place_of(self.path)
         """The same for every run and rank that writes this film."""
         self._written: int | None = None  # before the first frame
-        self._unsecured: list[int | None] = []
+        self._unsecured = array("q")  # the world's number of each frame since `_secure`, or _NO_FRAME
         self._again: deque[int] = deque()  # frames that a lost rank was to write
         self._film: GrowingFilm | None = None
         self._shape: tuple[int, ...] | None = None
@@ -114,7 +116,7 @@ class Movie:
             self._written = self.written
         continuing.hold_movie(self)
         self._written += 1
-        self._unsecured.append(index)
+        self._unsecured.append(_NO_FRAME if index is None else index)
 
     def close(self) -> None:
         """Encode what is queued and give the file its name. Calling it again does nothing.
@@ -187,7 +189,7 @@ class Movie:
                 while not mark.wait(_LOOK_S) and self._thread.is_alive():
                     busy.look()
             self._raise_error()
-        self._unsecured.clear()
+        del self._unsecured[:]
         return self.written
 
     def _continue_at(self, count: int) -> None:
@@ -205,7 +207,7 @@ class Movie:
             copy = partial(GrowingFilm.continued, where, self._rate, count)
             self._film = busy_with(f"reading {self.path.name}", copy)
         self.frames = self._written = count
-        self._unsecured.clear()
+        del self._unsecured[:]
         if not self._closed:
             continuing.hold_movie(self)
 
@@ -213,7 +215,7 @@ class Movie:
         """Return the first frame of the world that is in no segment of the file yet; None: there is none."""
         behind = self.written - len(self._unsecured)
         waiting = self._unsecured[max(0, (self._film.frames if self._film else 0) - behind) :]
-        return min((index for index in waiting if index is not None), default=None)
+        return min((index for index in waiting if index != _NO_FRAME), default=None)
 
     def _take_over(self) -> list[int]:
         """Write the film from here on: the rank that wrote it is gone.
@@ -221,7 +223,7 @@ class Movie:
         Returns the frames of the world that it may not have written, which `_write_again` expects. Raises
         CheckpointError where the file lacks more than those.
         """
-        count, unsecured = self.written, list(self._unsecured)
+        count, unsecured = self.written, self._unsecured[:]
         if self._thread is not None or self._closed or count == 0:
             return []
         behind = count - len(unsecured)
@@ -229,9 +231,9 @@ class Movie:
         self._continue_at(max(held, behind))
         self._unsecured, self._written = unsecured, count
         missing = unsecured[self.frames - behind :]
-        if None in missing:
+        if _NO_FRAME in missing:
             raise MotesError(f"the movie {self.path} lacks pictures that were no frames of the world")
-        self._again = deque(index for index in missing if index is not None)
+        self._again = deque(missing)
         return list(self._again)
 
     def _write_again(self, index: int, frame: Frame) -> None:

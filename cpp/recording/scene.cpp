@@ -89,6 +89,7 @@ Head read_head(std::span<const std::byte> bytes) {
     throw std::runtime_error("is a scene of schema " + std::to_string(head.schema) + "; this version reads schema " +
                              std::to_string(kSchema));
   }
+  if (head.reserved != 0) throw std::runtime_error("is damaged: its header has a value where none belongs");
   if (head.bytes > bytes.size()) {
     throw std::runtime_error("is cut off: " + std::to_string(bytes.size()) + " of " + std::to_string(head.bytes) +
                              " bytes are present");

@@ -152,6 +152,11 @@ Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
   return message;
 }
 
+void Communicator::reuse(Message message) {
+  const Phase phase = message.header().phase;
+  transport_->reuse(phase, std::move(message.bytes()));
+}
+
 void Communicator::flush() {
   wait("to take its messages", 1, [&] { return transport_->unsent().value_or(kNobody); });
 }

@@ -47,6 +47,9 @@ class Communicator {
   /// Watch::while_waiting throws. `hops`: how many ranks further on the silent one may be; waits so much longer.
   Message expect(int from, Phase phase, Stamp stamp, int hops = 0);
 
+  /// Memory of a message that is no longer needed, for a later one of its phase that arrives here.
+  void reuse(Message message);
+
   /// Waits until all posted messages have left: their receivers must take part.
   void flush();
 

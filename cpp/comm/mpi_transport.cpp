@@ -195,6 +195,11 @@ class MpiTransport : public Transport {
     return left;
   }
 
+  void reuse(Phase phase, particles::Bytes memory) override {
+    memory.clear();
+    spare_[phase] = std::move(memory);
+  }
+
   int handle() const override { return entered_ && way_->comm != MPI_COMM_NULL ? MPI_Comm_c2f(way_->comm) : -1; }
 
  private:
@@ -270,8 +275,12 @@ class MpiTransport : public Transport {
     if (here == 0) return false;
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
-    checked(MPI_Imrecv(next.bytes.extend(static_cast<std::size_t>(length)), length, MPI_BYTE, &arriving, &next.request),
-            "receiving a message");
+    const auto size = static_cast<std::size_t>(length);
+    if (const auto spare = spare_.find(phase); spare != spare_.end() && next.bytes.empty()) {
+      if (size <= spare->second.capacity()) next.bytes = std::move(spare->second);
+      spare_.erase(spare);
+    }
+    checked(MPI_Imrecv(next.bytes.extend(size), length, MPI_BYTE, &arriving, &next.request), "receiving a message");
     return true;
   }
 
@@ -291,6 +300,7 @@ class MpiTransport : public Transport {
   bool entered_ = false;
   bool finishing_ = false;
   bool lost_ = false;     // a rank: every call throws
+  std::map<Phase, particles::Bytes> spare_;  // see reuse()
   bool decided_ = false;  // whether all have finished
   bool coming_ = false;   // to shrink()
   std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left

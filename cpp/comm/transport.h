@@ -65,6 +65,9 @@ class Transport {
 
   virtual void weigh(Weights) {}
 
+  /// Memory for a later message of this phase that arrives here: fresh memory costs more than what is copied into it.
+  virtual void reuse(Phase, particles::Bytes) {}
+
   /// Whether those that are left can go on when a rank is lost.
   virtual bool survives() const { return false; }
 

@@ -85,7 +85,7 @@ void Copies::at_border(Rank& rank, const Script& script, const Calculator& calcu
     if (!generation.arrived) take(rank, generation);
     generation.counts = true;
   }
-  forget(unsaved_from, now);
+  forget(rank, unsaved_from, now);
   if (now % every_ == 0) make(rank, script, calculator, false, false);
 }
 
@@ -138,7 +138,7 @@ void Copies::take(Rank& rank, Generation& generation) {
 }
 
 // Behind a generation that all ranks have, earlier ones are needed for pictures alone: then the newest that does.
-void Copies::forget(std::uint64_t unsaved_from, std::uint64_t now) {
+void Copies::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
   std::optional<std::size_t> whole, wanted;
   for (std::size_t i = 0; i < generations_.size(); ++i) {
     if (generations_[i].of.frame + kLag >= now && generations_[i].of.frame > 0) continue;
@@ -154,7 +154,9 @@ void Copies::forget(std::uint64_t unsaved_from, std::uint64_t now) {
       kept.push_back(std::move(generation));
     } else {
       used_.push_back(std::move(generation.own.message));
-      used_.push_back(std::move(generation.other.message));
+      if (const auto other = std::move(generation.other.message); other && other.use_count() == 1) {
+        rank.talk.comm().reuse(std::move(*std::const_pointer_cast<comm::Message>(other)));
+      }
     }
   }
   generations_ = std::move(kept);

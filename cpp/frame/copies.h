@@ -83,7 +83,7 @@ class Copies {
 
  private:
   void take(Rank& rank, Generation& generation);
-  void forget(std::uint64_t unsaved_from, std::uint64_t now);
+  void forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now);
   particles::Bytes spare();
 
   std::uint64_t every_ = 0;

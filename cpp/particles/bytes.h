@@ -13,6 +13,8 @@
 #include <type_traits>
 #include <utility>
 
+#include "particles/memory.h"
+
 namespace motes::particles {
 
 static_assert(std::endian::native == std::endian::little, "messages are little-endian");
@@ -65,6 +67,7 @@ class Bytes {
   void reserve(std::size_t size) {
     if (size > capacity_) grow(size);
   }
+  std::size_t capacity() const { return capacity_; }
   void clear() { size_ = 0; }
   void resize(std::size_t size) {
     if (size > capacity_) grow(size);
@@ -86,10 +89,17 @@ class Bytes {
   void grow(std::size_t least) {
     std::size_t target = least > 2 * capacity_ ? least : 2 * capacity_;
     if (target < kLeast) target = kLeast;
+    if (target >= kLargeMemory) return grow_large(target);
     void* wider = std::realloc(data_.get(), target);
     if (wider == nullptr) throw std::bad_alloc();
     (void)data_.release();
     data_.reset(static_cast<std::byte*>(wider));
+    capacity_ = target;
+  }
+  void grow_large(std::size_t target) {
+    std::unique_ptr<std::byte[], Free> wider(static_cast<std::byte*>(allocate(target)));
+    if (size_ != 0) std::memcpy(wider.get(), data_.get(), size_);
+    data_ = std::move(wider);
     capacity_ = target;
   }
 

@@ -1,19 +1,16 @@
 #include "particles/store.h"
 
-#include <sys/mman.h>
-
 #include <algorithm>
 #include <cstdlib>
 #include <cstring>
-#include <new>
 #include <stdexcept>
 #include <string>
 #include <type_traits>
 
+#include "particles/memory.h"
+
 namespace motes::particles {
 namespace {
-
-constexpr std::size_t kHugePage = std::size_t{2} << 20;
 
 bool same_bits(std::array<float, 3> a, std::array<float, 3> b, int width) {
   return std::memcmp(a.data(), b.data(), sizeof(float) * static_cast<std::size_t>(width)) == 0;
@@ -53,17 +50,9 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
 
 template <class T>
 std::shared_ptr<T[]> allocate_plane(std::size_t count) {
-  const std::size_t bytes = count * sizeof(T);
-  const bool large = bytes >= 2 * kHugePage;
-  const std::size_t align = large ? kHugePage : 64;
-  const std::size_t rounded = (bytes + align - 1) / align * align;
-  void* memory = std::aligned_alloc(align, rounded == 0 ? align : rounded);
-  if (memory == nullptr) throw std::bad_alloc();
-  if (large) {
-    madvise(memory, rounded, MADV_HUGEPAGE);  // a hint: a kernel without huge pages ignores it
-  } else {
-    std::memset(memory, 0, rounded);
-  }
+  std::size_t bytes = count * sizeof(T);
+  void* memory = allocate(bytes);
+  if (bytes < kLargeMemory) std::memset(memory, 0, bytes);
   return std::shared_ptr<T[]>(static_cast<T*>(memory), [](T* p) { std::free(p); });
 }
 template std::shared_ptr<float[]> allocate_plane<float>(std::size_t);

@@ -13,9 +13,11 @@
 namespace motes::snapshots {
 namespace {
 
-// A signal or a full disk is noticed between two of these.
-constexpr std::size_t kPiece = std::size_t{8} << 20;
+// What is written at once; a full disk is noticed between two of these.
+constexpr std::size_t kPiece = particles::kLargeMemory;
 
+// Goes past the kernel's cache where the file system lets it, in whole pieces: filling the cache with what nobody will
+// read costs a core several times what the writing does, and drives out what others need.
 class File {
  public:
   explicit File(std::string path)
@@ -30,15 +32,17 @@ class File {
   File& operator=(const File&) = delete;
 
   void write(std::span<const std::byte> bytes) {
+    piece_.reserve(kPiece);  // aligned, because it is large
     while (!bytes.empty()) {
-      const ssize_t count = ::write(file_, bytes.data(), std::min(bytes.size(), kPiece));
-      if (count < 0 && errno == EINTR) continue;
-      if (count < 0) fail("write");
-      bytes = bytes.subspan(static_cast<std::size_t>(count));
+      const std::size_t count = std::min(bytes.size(), kPiece - piece_.size());
+      piece_.put_raw(bytes.data(), count);
+      bytes = bytes.subspan(count);
+      if (piece_.size() == kPiece) write_piece(true);
     }
   }
 
   void become(const std::string& path) {
+    write_piece(false);
     if (::fsync(file_) != 0) fail("bring to disk");
     if (::close(std::exchange(file_, -1)) != 0) fail("close");
     if (std::rename(path_.c_str(), path.c_str()) != 0) fail("rename");
@@ -46,6 +50,30 @@ class File {
   }
 
  private:
+  void write_piece(bool whole) {
+    bool direct = whole && go_direct(true);
+    for (std::span<const std::byte> rest = piece_.view(); !rest.empty();) {
+      const ssize_t count = ::write(file_, rest.data(), rest.size());
+      if (count < 0 && errno == EINTR) continue;
+      if (count < 0 && !(direct && errno == EINVAL)) fail("write");
+      if (count > 0) rest = rest.subspan(static_cast<std::size_t>(count));
+      if (!rest.empty()) direct = go_direct(false);  // what is left is no whole page, or the file system refuses
+    }
+    if (direct) go_direct(false);
+    piece_.clear();
+  }
+
+  // Returns whether it does so.
+  bool go_direct([[maybe_unused]] bool on) const {
+#ifdef O_DIRECT
+    const int flags = ::fcntl(file_, F_GETFL);
+    const int wanted = on ? flags | O_DIRECT : flags & ~O_DIRECT;
+    return flags >= 0 && ::fcntl(file_, F_SETFL, wanted) == 0 && on;
+#else
+    return false;
+#endif
+  }
+
   [[noreturn]] void fail(const char* what) const {
     throw std::runtime_error(std::string("cannot ") + what + " " + path_ + ": " + std::strerror(errno));
   }
@@ -53,6 +81,7 @@ class File {
   std::string path_;
   int file_;
   bool kept_ = false;
+  particles::Bytes piece_;
 };
 
 }  // namespace

@@ -7,9 +7,9 @@ from importlib.resources import files
 __all__ = ["page", "read"]
 
 
-def read(name: str) -> str:
-    """Return the text of a file beside this one."""
-    return files(__package__).joinpath(name).read_text(encoding="utf-8")
+def read(name: str, package: str = __package__) -> str:
+    """Return the text of a file of this package, or another."""
+    return files(package).joinpath(name).read_text(encoding="utf-8")
 
 
 def page(nonce: str) -> str:

@@ -104,7 +104,7 @@ class View {
 
   show() {
     const { state, canvas } = this, on = this.isOnline && !state.ended;
-    const notice = this.refusal || state.error || this.trouble || (state.ended ? state.ending || "the run has ended" : "");
+    const notice = this.refusal || state.error || this.trouble || state.notice || (state.ended ? "the run has ended" : "");
     this.part("notice").textContent = notice;
     this.part("notice").hidden = !notice;
     this.part("notice").classList.toggle("error", Boolean(this.refusal || state.error));
@@ -120,6 +120,8 @@ class View {
     for (const name of ["pause", "step"]) this.part(name).disabled = !on;
     for (const name of ["reset", "stop"]) this.part(name).disabled = !on || Boolean(state.repeats);
     this.part("reset").disabled ||= !state.turned;
+    this.part("stop").disabled ||= Boolean(state.stopping);
+    this.part("stop").textContent = state.stop || "End run";
     for (const [name, control] of Object.entries(state.controls || {})) this.showControl(name, control, on && !state.repeats);
     this.showOutput(state.output || []);
   }

@@ -320,6 +320,23 @@ def test_the_second_stop_terminates(notebook: Kernel, tmp_path: Path):
     assert widget.shown["notice"] == "terminated" and not list(tmp_path.iterdir())
 
 
+# --- the page
+
+
+PAGE = Path(__file__).resolve().parents[1] / "docs" / "notebooks.md"
+
+
+@pytest.mark.skipif(not PAGE.is_file(), reason="the page stands in the source tree")
+def test_the_pages_cells_run(notebook: Kernel, tmp_path: Path):
+    notebook.run(f"os.chdir({str(tmp_path)!r})")
+    cells = re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL)
+    assert len(cells) == 6
+    for code in cells:
+        assert notebook.run(code).text == ""
+    assert notebook.run("still, world.frame").result == "(<Frame 200 640x360>, 201)"
+    assert notebook.widget.shown["notice"] == "ended"
+
+
 # --- elsewhere
 
 
@@ -389,15 +406,15 @@ def test_what_is_not_installed_is_named(monkeypatch: pytest.MonkeyPatch):
 
 def test_pictures_for_a_notebook_are_small(monkeypatch: pytest.MonkeyPatch):
     noise = np.random.default_rng(1).integers(0, 255, (1080, 1920, 3), np.uint8)
-    kind, data = still(noise)
-    assert kind == "image/jpeg" and len(data) < 120_000
+    width, kind, data = still(noise)
+    assert (width, kind) == (960, "image/jpeg") and len(data) < 120_000
     assert PIL_IMAGE.open(io.BytesIO(data)).size == (960, 540)
     grey = np.full((90, 160, 3), 90, np.uint8)
     sizes = []
     for missing in ((), ("simplejpeg",), ("simplejpeg", "PIL.Image")):
         for name in missing:
             monkeypatch.setitem(sys.modules, name, None)
-        kind, data = still(grey)
+        _, kind, data = still(grey)
         sizes.append(kind)
         if kind == "image/png":
             break

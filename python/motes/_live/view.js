@@ -112,7 +112,7 @@ class View {
     canvas.hidden = state.width === 0;
     this.part("blank").hidden = !canvas.hidden;
     if (state.width && !canvas.dataset.number) this.resize(state.width, state.height);
-    const of = state.total ? ` of ${state.total}` : "", paused = state.paused ? ", paused" : "";
+    const of = state.total ? ` of ${state.total}` : "", paused = state.paused && !state.ended ? ", paused" : "";
     const frame = Object.assign(document.createElement("b"), { textContent: state.frame ?? "-" });
     frame.dataset.part = "frame";
     this.part("frames").replaceChildren("frame ", frame, of + paused);
@@ -138,7 +138,8 @@ class View {
     const now = performance.now(), recent = this.times.filter(t => now - t < 2000), { state } = this;
     const fps = recent.length > 1 ? (recent.length - 1) / (recent[recent.length - 1] - recent[0]) * 1000 : 0;
     const viewers = state.viewers > 1 ? `, ${state.viewers} viewers` : "";
-    this.part("rate").textContent = (state.paused || state.ended ? "" : `${fps.toFixed(0)} pictures per second`) + viewers;
+    const rate = state.paused || state.ended ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
+    this.part("rate").textContent = rate + viewers;
   }
 
   showControl(name, control, on) {

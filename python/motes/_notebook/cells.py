@@ -20,6 +20,7 @@ from .stills import still
 __all__ = ["CellProgress"]
 
 EVERY_S = 0.5
+LEAST_WIDTH = 480  # of the bar
 
 
 class CellProgress:
@@ -55,12 +56,14 @@ class CellProgress:
         text = reached(done, total=self._total, fps=fps, particles=particles)
         bar = f'<progress value="{done}" max="{self._total}" style="width: 100%"></progress>'
         line = f'<div style="font-variant-numeric: tabular-nums">{html.escape(text)}</div>'
-        page = f'<div style="max-width: 960px">{bar}{line}{self._image()}</div>'
+        width, image = self._image()
+        page = f'<div style="max-width: {max(width, LEAST_WIDTH)}px">{bar}{line}{image}</div>'
         return {"text/html": page, "text/plain": text}
 
-    def _image(self) -> str:
+    def _image(self) -> tuple[int, str]:
+        """Return the picture's width and the element that shows it."""
         if self._pixels is None:
-            return ""
-        kind, data = still(self._pixels)
+            return 0, ""
+        small, kind, data = still(self._pixels)
         source = f"data:{kind};base64,{base64.b64encode(data).decode()}"
-        return f'<img alt="frame {self._frame}" style="max-width: 100%" src="{source}">'
+        return small, f'<img alt="frame {self._frame}" style="max-width: 100%" src="{source}">'

@@ -26,6 +26,9 @@ class Face(Protocol):
     def show(self, picture: bytes) -> None:
         """Show a picture: see `_live.pictures.Encoded`."""
 
+    def leave(self) -> None:
+        """Show nothing any more: the notebook's process ends."""
+
 
 class NoFace:
     """Shows nothing."""
@@ -37,6 +40,9 @@ class NoFace:
         """Do nothing."""
 
     def show(self, picture: bytes) -> None:
+        """Do nothing."""
+
+    def leave(self) -> None:
         """Do nothing."""
 
 
@@ -94,7 +100,7 @@ class Play(ABC):
         self.ending, self._error = ending, error
         told = None if error is None else f"{type(error).__name__}: {error}"
         with contextlib.suppress(Exception):  # the notebook may be gone; who waits must hear of it anyway
-            self.face.tell(ended=True, notice=ending, error=told)
+            self.face.tell(ended=True, notice=ending, error=told, stop="Stop")
         _going_on.discard(self)
         self._ended.set()
 
@@ -107,5 +113,6 @@ def _leave() -> None:
     """Stop what goes on when the notebook's process ends: log and film are whole then."""
     for play in list(_going_on):
         with contextlib.suppress(Exception):  # the others must be stopped, too
+            play.face.leave()
             play.stop()
             play.wait(LEAVE_S)

@@ -21,17 +21,18 @@ MOST_BYTES = 120_000
 QUALITIES = (85, 65, 40, 20)  # the first that is small enough
 
 
-def still(pixels: NDArray[np.uint8]) -> tuple[str, bytes]:
-    """Return a picture's kind and a file of it, of about 0.1 MB at most."""
+def still(pixels: NDArray[np.uint8]) -> tuple[int, str, bytes]:
+    """Return the width of a smaller picture, its kind, and a file of it: of about 0.1 MB as JPEG."""
     encode = _encoder()
     if encode is None:
-        return "image/png", png.encode(_smaller(pixels, MOST_WIDTH_PNG), level=6)
+        small = _smaller(pixels, MOST_WIDTH_PNG)
+        return small.shape[1], "image/png", png.encode(small, level=6)
     small = _smaller(pixels, MOST_WIDTH)
     for quality in QUALITIES:
         data = encode(small, quality)
         if len(data) <= MOST_BYTES:
             break
-    return "image/jpeg", data
+    return small.shape[1], "image/jpeg", data
 
 
 def _smaller(pixels: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:

@@ -32,6 +32,7 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
         self._said: dict[str, Any] = {}  # by the run
         self._facts: dict[str, Any] = {"title": play.title}  # that come before what the run says
         self._newest = b""
+        self._left = False
         anywidget.AnyWidget.__init__(self, state=dict(self._facts))
         Player.__init__(self, play)
         self.on_msg(self._hear_page)
@@ -41,6 +42,8 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
 
     def tell(self, **facts: Any) -> None:
         """Show these facts; None takes one back."""
+        if self._left:
+            return
         with self._lock:
             merged = {**self._facts, **facts}
             self._facts = {name: fact for name, fact in merged.items() if fact is not None}
@@ -50,6 +53,8 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
 
     def hear(self, message: dict[str, Any]) -> None:
         """Show what the run says."""
+        if self._left:
+            return
         if "refused" in message:
             self.send(message)
             return
@@ -60,7 +65,12 @@ class WidgetPlayer(Player, anywidget.AnyWidget):
     def show(self, picture: bytes) -> None:
         """Send a picture to the page."""
         self._newest = picture
-        self.send({"picture": True}, buffers=[picture])
+        if not self._left:
+            self.send({"picture": True}, buffers=[picture])
+
+    def leave(self) -> None:
+        """Send nothing any more: what carries messages is gone."""
+        self._left = True
 
     def _update(self) -> None:
         self.state = {**self._said, **self._facts}

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import importlib.util
 import io
+import json
 import re
 import sys
 import textwrap
@@ -125,8 +126,8 @@ def test_without_a_renderer_there_is_a_bar_and_a_line(notebook: Kernel):
 # --- motes.show
 
 
-def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel):
-    notebook.run("scene(); world.open(); player = motes.show(world, loop)")
+def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel, tmp_path: Path):
+    notebook.run(f"scene(log={str(tmp_path)!r}); world.open(); player = motes.show(world, loop)")
     widget = notebook.widget
     notebook.until(lambda: widget.shown.get("frame", 0) > 3)
     assert widget.pictures == [] and widget.shown["title"] == "loop"  # nobody looks
@@ -155,12 +156,16 @@ def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel):
     assert notebook.run("player.result() == world.frame").result == "True"
     frames = int(notebook.run("world.frame").result)
     assert widget.shown["notice"] == f"stopped after {frames} frames" and "error" not in widget.shown
+    assert widget.shown["frame"] == frames
     assert widget.pictures[-1][1] == frames - 1
     notebook.until(lambda: bytes(widget.state["last"])[20:] == widget.last)
     # The cells have the world again, with the script's own camera.
     notebook.run(f"again = [frame for frame in world.frames({frames + 1}) if one_frame()]")
     assert notebook.run("again, world._steering.camera, wind.value").result == f"([{frames}], None, 5.0)"
     notebook.run("world.close()")
+    rows = [json.loads(line) for line in (tmp_path / "steer.jsonl").read_text().splitlines()][1:]
+    assert {"frame": frames, "camera": None} in rows and any(row.get("set") == {"wind": 5.0} for row in rows)
+    assert not any("stop" in row for row in rows), "the run went on"
 
 
 def test_only_the_loops_thread_may_use_the_world(notebook: Kernel):
@@ -290,7 +295,7 @@ def test_a_script_on_two_ranks_is_seen_steered_and_stopped(notebook: Kernel, tmp
     notebook.until(lambda: widget.shown["ended"])
     assert widget.shown["notice"] == "stopped" and "error" not in widget.shown
     ends = [int((tmp_path / f"ended-{rank}").read_text()) for rank in (0, 1)]
-    assert ends[0] == ends[1] == widget.pictures[-1][1] + 1
+    assert ends[0] == ends[1] == widget.pictures[-1][1] + 1 == widget.shown["frame"]
     assert notebook.run("player.result(), player.running").result == "(None, False)"
     assert "begins: runs" in notebook.run("player.output").result
     assert not any("?k=" in line for line in widget.shown["output"]), "the token is not for saved notebooks"
@@ -342,11 +347,12 @@ def test_the_pages_cells_run(notebook: Kernel, tmp_path: Path):
 
 def test_the_end_of_the_kernel_ends_what_goes_on(tmp_path: Path):
     with kernel() as notebook:
-        notebook.run(
-            SCENE + f"scene(log={str(tmp_path / 'log')!r}); world.open(); player = motes.show(world, loop)"
-        )
+        notebook.run(SCENE + "scene(); world.open()")
+        notebook.run(f"def ends(): loop(); open({str(tmp_path / 'ended')!r}, 'w').close()")
+        notebook.run("motes.show(world, ends)")
         launch(notebook, tmp_path, "runs")
         notebook.until(lambda: notebook.widget.shown.get("frame", 0) > 3)
+    assert (tmp_path / "ended").exists()
     limit = time.monotonic() + 20
     while not (tmp_path / "ended-1").exists():
         assert time.monotonic() < limit

@@ -191,6 +191,7 @@ class Steered(Facts):
         if self._settings.live is None:
             self._live = False
             if self._viewing is not None:
+                self._tell_viewers()
                 self._viewing.close()
                 self._viewing = None
         self._steering.release()
@@ -229,6 +230,7 @@ class Steered(Facts):
 
     def _close_steering(self) -> None:
         if self._viewing is not None:
+            self._tell_viewers()
             self._viewing.close()
             self._viewing = None
         if self._steer_file is not None:

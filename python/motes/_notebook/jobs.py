@@ -81,7 +81,7 @@ class JobPlay(Play):
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             env={**os.environ, "MOTES_LIVE": live, "PYTHONUNBUFFERED": "1"},
-            start_new_session=True,  # an interrupt of a cell goes to all processes of the kernel's group
+            start_new_session=True,  # signals to the kernel's group are not for the ranks
             preexec_fn=start_of_child(),
         )
         threading.Thread(target=self._read, name="motes.launch", daemon=True).start()

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from motes import _core, launch
+from motes import _core
+from motes._run import starting
 from motes.bench import overhead
 from motes.cli import main
 
@@ -217,7 +218,7 @@ def test_checkpoints_are_measured_beside_frames(capsys):
     assert found["percent_of_frames"] <= found["percent_with_writing"]
 
 
-@pytest.mark.skipif(launch.cannot_survive() is not None, reason=str(launch.cannot_survive()))
+@pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))
 def test_losses_are_measured_beside_frames(capsys):
     found = figures(
         capsys, "recovery", "--particles", "500", "--systems", "2", "--repeats", "1", "--ranks", "3"

@@ -17,8 +17,7 @@ from pathlib import Path
 import pytest
 from launching import command, said
 
-from motes import launch
-from motes._run import ending, peers, speaking
+from motes._run import ending, peers, speaking, starting
 from motes._run.peers import Peer, PeerWatch
 from motes.errors import RankError
 
@@ -140,7 +139,7 @@ def job(tmp_path: Path):
     def run(script: str, *arguments: str) -> Job:
         path = tmp_path / "script.py"
         path.write_text(script)
-        argv = launch.command(4, [sys.executable, str(path), *arguments])
+        argv = starting.command(4, [sys.executable, str(path), *arguments])
         answer = command(argv, timeout=60, env={"MOTES_STALL_S": "600"})
         return Job(answer.code, answer.out + answer.err)
 

@@ -12,12 +12,12 @@ from pathlib import Path
 import pytest
 from launching import NO_LAUNCHER
 
-from motes import launch
+from motes._run import starting
+from motes._run.starting import Mpirun, Version
 from motes.cli import doctor, main
 from motes.cli import run as run_command
 from motes.cli.parser import Parser
 from motes.errors import ArgumentError, MotesError
-from motes.launch import Mpirun, Version
 
 FIVE = Mpirun("/opt/five/mpirun", Version("Open MPI", "5.0.11"))
 FOUR = Mpirun("/opt/four/mpirun", Version("Open MPI", "4.1.4"))
@@ -63,7 +63,7 @@ def toy_launcher(folder: Path, *, says: str) -> str:
     ],
 )
 def test_versions_are_read_from_libraries_and_launchers(text, version):
-    assert launch._version(text) == version
+    assert starting._version(text) == version
 
 
 def test_a_launcher_fits_its_own_library_only():
@@ -75,30 +75,30 @@ def test_a_launcher_fits_its_own_library_only():
 
 def test_versions_are_compared_as_numbers():
     ten = Mpirun("/opt/ten/mpirun", Version("Open MPI", "10.0.1"))
-    argv = launch.command(4, [], mpirun=ten, hosts="a,b:2")
+    argv = starting.command(4, [], mpirun=ten, hosts="a,b:2")
     assert argv[-2:] == ["--map-by", "node:OVERSUBSCRIBE"], "10 comes after 5"
     assert Version("Open MPI", "5.0rc1").fits(Version("Open MPI", "5.00.2"))
 
 
 def test_the_launcher_found_is_of_the_library_in_use(monkeypatch):
     monkeypatch.delenv("MOTES_MPIRUN", raising=False)
-    assert launch.find_mpirun().version.fits(launch.library())
+    assert starting.find_mpirun().version.fits(starting.library())
 
 
 def test_a_launcher_can_be_named(monkeypatch, tmp_path):
     monkeypatch.setenv("MOTES_MPIRUN", toy_launcher(tmp_path, says="HYDRA build details: Version: 4.0.2"))
-    assert launch.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
+    assert starting.find_mpirun() == (str(tmp_path / "mpirun"), ("MPICH", "4.0.2"))
     monkeypatch.setenv("MOTES_MPIRUN", "no/such/mpirun")
     with pytest.raises(MotesError, match="MOTES_MPIRUN=no/such/mpirun"):
-        launch.find_mpirun()
+        starting.find_mpirun()
 
 
 def test_launchers_of_another_mpi_are_named(monkeypatch, tmp_path):
     monkeypatch.delenv("MOTES_MPIRUN", raising=False)
     path = toy_launcher(tmp_path, says="mpirun (Open MPI) 2.0.1")
-    monkeypatch.setattr(launch, "_launchers", lambda: [path])
+    monkeypatch.setattr(starting, "_launchers", lambda: [path])
     with pytest.raises(MotesError, match=r"no mpirun of that MPI was found; found: .*\(Open MPI 2.0.1\)"):
-        launch.find_mpirun()
+        starting.find_mpirun()
 
 
 # --- which flags
@@ -129,7 +129,7 @@ YIELD = "--mca mpi_yield_when_idle 1"
     ],
 )
 def test_flags(two_cores, mpirun, ranks, place, flags):
-    argv = launch.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
+    argv = starting.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
     assert argv == [mpirun.path, "-n", str(ranks), *flags.split(), "--bind-to", "none", "python", "x.py"]
 
 
@@ -144,7 +144,7 @@ def test_flags(two_cores, mpirun, ranks, place, flags):
 def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
     hosts = tmp_path / "hosts"
     hosts.write_text(lines)
-    argv = launch.command(4, [], mpirun=FIVE, hostfile=str(hosts))
+    argv = starting.command(4, [], mpirun=FIVE, hostfile=str(hosts))
     assert argv[3:] == ["--hostfile", str(hosts), *flags.split()]
 
 
@@ -153,17 +153,17 @@ def test_a_scheduler_knows_the_places(two_cores, monkeypatch, tmp_path, ranks, f
     with monkeypatch.context() as slurm:
         slurm.setenv("SLURM_JOB_ID", "7")
         slurm.setenv("SLURM_NTASKS", "6")
-        assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
-        argv = launch.command(2, [], mpirun=FIVE, hosts="a,b")
+        assert starting.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
+        argv = starting.command(2, [], mpirun=FIVE, hosts="a,b")
         assert argv[3:] == ["--host", "a:1,b:1"], "what is asked for counts"
     (tmp_path / "nodes").write_text("a\na\na\nb\nb\nb\n")
     monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "nodes"))
-    assert launch.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
+    assert starting.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
 
 
 def test_root_is_allowed_only_when_it_is_root(two_cores, monkeypatch):
     monkeypatch.setattr(os, "geteuid", lambda: 0)
-    assert "--allow-run-as-root" in launch.command(2, [], mpirun=FIVE)
+    assert "--allow-run-as-root" in starting.command(2, [], mpirun=FIVE)
 
 
 # --- the command line
@@ -209,7 +209,7 @@ def test_wrong_arguments_are_answered_in_a_sentence(capsys, line, message):
 
 def test_too_few_ranks_are_an_argument_error():
     with pytest.raises(ArgumentError):
-        launch.command(0, [], mpirun=FIVE)
+        starting.command(0, [], mpirun=FIVE)
 
 
 HELLO = "from mpi4py import MPI; import sys; print(MPI.COMM_WORLD.size, sys.argv[1:]); sys.exit(7)"

@@ -347,6 +347,22 @@ def test_viewers_hear_of_the_end():
         play(conversation)
 
 
+def test_the_last_picture_arrives_however_fast_the_run_was():
+    async def conversation() -> None:
+        async with Client.of(server.url) as viewer:
+            viewer.acknowledges = False
+            await viewer.until(lambda: bool(viewer.state))
+            for frame in range(1, 100):
+                server.show(GREY, frame=frame, orders=0)
+                await asyncio.sleep(0.002)
+            threading.Thread(target=server.close).start()
+            await viewer.until(lambda: bool(viewer.state.get("closed")))
+            assert viewer.pictures[-1][1] == 99 and len(viewer.pictures) <= 3
+
+    with served(Live(0)) as (server, _):
+        play(conversation)
+
+
 def test_the_line_that_is_printed_says_how_to_get_there(capfd):
     for host, tunnel in (("127.0.0.1", "127.0.0.1"), ("::1", "[::1]"), ("localhost", "localhost")):
         viewing = Viewing(Live(0, host=host), {}, None)

@@ -19,8 +19,9 @@ from motes._live.server import Server
 
 pytest.importorskip("PIL")
 SCENE = Path(__file__).parent / "scenes" / "steered.py"
-FRAME = "Number(document.querySelector('#frame').textContent)"
-PICTURE = "document.querySelector('#picture').dataset"
+FRAME = "Number(document.querySelector('[data-part=frame]').textContent)"
+PICTURE = "document.querySelector('[data-part=picture]').dataset"
+NOTICE = "document.querySelector('[data-part=notice]')"
 EXACT = f"{PICTURE}.exact === 'true'"
 
 
@@ -39,13 +40,13 @@ def test_the_page_connects_again(tmp_path):
             for frame in (1, 2, 3):
                 server.show(np.full((48, 64, 3), 60 * frame, np.uint8), frame=frame, orders=0)
                 await page.until(f"{PICTURE}.frame === '{frame}'")
-                assert await page.value("document.querySelector('#notice').hidden")
+                assert await page.value(f"{NOTICE}.hidden")
                 (viewer,) = server._viewers
                 server._loop.call_soon_threadsafe(viewer._socket.transport.abort)
-                await page.until("!document.querySelector('#notice').hidden")
-                assert (await page.value("document.querySelector('#notice').textContent")).startswith(
-                    "no conn"
-                )
+                await page.until(f"!{NOTICE}.hidden")
+                assert (
+                    await page.value("document.querySelector('[data-part=notice]').textContent")
+                ).startswith("no conn")
             await page.until("socket !== null && socket.readyState === 1")
             await page.press(" ")
             limit = time.monotonic() + 20
@@ -66,11 +67,11 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
     async def person() -> None:
         async with Page.of(await url_of(tmp_path)) as page:
             await page.until(f"{PICTURE}.frame > 20")
-            assert await page.value("document.querySelector('#title').textContent") == "steered.py"
-            assert await page.value("document.querySelector('#notice').hidden")
+            assert await page.value("document.querySelector('[data-part=title]').textContent") == "steered.py"
+            assert await page.value(f"{NOTICE}.hidden")
 
-            await page.click("#pause")
-            await page.until("document.querySelector('#pause').textContent === 'Go on'")
+            await page.click("[data-part=pause]")
+            await page.until("document.querySelector('[data-part=pause]').textContent === 'Go on'")
             await page.until(EXACT)
             held = await page.value(FRAME)
             first = await page.screenshot(tmp_path / "first.png")
@@ -78,47 +79,47 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
 
             # Paused: the camera turns, the frame stays.
             number = await page.value(f"{PICTURE}.number")
-            await page.drag("#picture", 120, -40)
+            await page.drag("[data-part=picture]", 120, -40)
             await page.until(f"{PICTURE}.number > {number} + 1 && {EXACT}")
             turned = await page.screenshot(tmp_path / "turned.png")
             assert (turned[:, :700] != first[:, :700]).any(axis=2).mean() > 0.005
             assert await page.value(FRAME) == held
-            x, y = await page.middle("#picture")
+            x, y = await page.middle("[data-part=picture]")
             await page.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-300)
             number = await page.value(f"{PICTURE}.number")
             await page.until(f"{PICTURE}.number > {number} && {EXACT}")
 
             # Back to the script's camera: what was there before.
-            await page.click("#reset")
-            await page.until("document.querySelector('#reset').disabled")
+            await page.click("[data-part=reset]")
+            await page.until("document.querySelector('[data-part=reset]').disabled")
             await page.until(EXACT)
             back = await page.screenshot(tmp_path / "back.png")
             assert (back[:, :700] == first[:, :700]).all()
 
             for step in (1, 2):
-                await page.click("#step")
+                await page.click("[data-part=step]")
                 await page.until(f"{FRAME} === {held + step}")
             await page.press("s")
             await page.until(f"{FRAME} === {held + 3}")
 
             # A slider, a choice and a check box.
             await page.drag("input[data-control=wind]", 60, 0)
-            await page.until("state.controls.wind.value > 1")
+            await page.until("view.state.controls.wind.value > 1")
             await page.click("input[data-control=still]")
-            await page.until("state.controls.still.value === true")
+            await page.until("view.state.controls.still.value === true")
             choose = "(s => { s.value = 1; s.dispatchEvent(new Event('change')) })"
             await page.value(f"{choose}(document.querySelector('select'))")
-            await page.until("state.controls.shape.value === 'narrow'")
+            await page.until("view.state.controls.shape.value === 'narrow'")
             await page.screenshot(tmp_path / "controls.png")
             await page.value("document.activeElement.blur()")
             await page.press(" ")
             await page.until(f"{FRAME} > {held + 10}")
-            await page.drag("#picture", -80, 20)
-            await page.until("state.turned")
+            await page.drag("[data-part=picture]", -80, 20)
+            await page.until("view.state.turned")
             await page.screenshot(tmp_path / "running.png")
 
-            await page.click("#stop")
-            await page.until("document.querySelector('#notice').textContent === 'the run has ended'")
+            await page.click("[data-part=stop]")
+            await page.until(f"{NOTICE}.textContent === 'the run has ended'")
             await page.screenshot(tmp_path / "ended.png")
             assert page.complaints == []
 

@@ -10,12 +10,11 @@ import pytest
 from launching import Result, command, said
 from test_launch import FIVE, FOUR, HYDRA
 
-from motes import launch
-from motes._run import losses, supervisor
+from motes._run import losses, starting, supervisor
 from motes.cli import main
 from motes.errors import MotesError
 
-pytestmark = pytest.mark.skipif(launch.cannot_survive() is not None, reason=str(launch.cannot_survive()))
+pytestmark = pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))
 
 # Survives without a world: talks in rounds; after a loss, the others start again without the lost rank.
 SURVIVOR = """
@@ -97,7 +96,7 @@ def survive(
     ],
 )
 def test_the_core_goes_on_whatever_the_others_wait_in(losing_program, meanwhile, victims):
-    argv = launch.command(4, [str(losing_program), meanwhile, victims, "0.2"], survive=True)
+    argv = starting.command(4, [str(losing_program), meanwhile, victims, "0.2"], survive=True)
     result = command(argv, env=losses.ENVIRONMENT, timeout=60)
     left = [rank for rank in range(4) if str(rank) not in victims.split(",")]
     with_whom = " ".join(map(str, left))
@@ -186,7 +185,7 @@ with motes.World(roles="shared"):
 
 
 def test_a_loss_is_survived_only_where_it_was_asked_for(losing_program):
-    result = command(launch.command(4, [str(losing_program), "receive", "2", "0.2"]), timeout=60)
+    result = command(starting.command(4, [str(losing_program), "receive", "2", "0.2"]), timeout=60)
     assert result.code == 137, result.text
 
 
@@ -194,19 +193,19 @@ def test_a_loss_is_survived_only_where_it_was_asked_for(losing_program):
 
 
 def test_flags():
-    argv = launch.command(3, ["python", "x.py"], mpirun=FIVE, survive=True)
+    argv = starting.command(3, ["python", "x.py"], mpirun=FIVE, survive=True)
     assert argv[:5] == [FIVE.path, "-n", "3", "--with-ft", "ulfm"]
     for mpirun in (FOUR, HYDRA):
         with pytest.raises(
             MotesError, match=f"Open MPI 5 or later, built with ULFM; this is {mpirun.version}"
         ):
-            launch.command(3, ["python", "x.py"], mpirun=mpirun, survive=True)
+            starting.command(3, ["python", "x.py"], mpirun=mpirun, survive=True)
 
 
 @pytest.mark.parametrize("ranks", ["1", "3"])
 def test_where_the_mpi_cannot_the_run_does_not_start(monkeypatch, capsys, tmp_path, ranks):
-    monkeypatch.setattr(launch, "library", lambda: FOUR.version)
-    monkeypatch.setattr(launch, "find_mpirun", lambda: FOUR)
+    monkeypatch.setattr(starting, "library", lambda: FOUR.version)
+    monkeypatch.setattr(starting, "find_mpirun", lambda: FOUR)
     script = tmp_path / "script.py"
     script.write_text("raise SystemExit('started')")
     assert main(["run", "--survive", "-n", ranks, str(script)]) == 2

@@ -17,7 +17,8 @@ from launching import command, mpirun, python
 from made_meshes import block, globe, torus
 
 import motes
-from motes import _core, actions, launch, shapes
+from motes import _core, actions, shapes
+from motes._run import starting
 from motes.errors import ArgumentError
 
 pytestmark = pytest.mark.usefixtures("children_import_tests")
@@ -372,7 +373,7 @@ def test_a_recorded_scene_brings_its_meshes(ranks: int, alone: list[str], motes_
     scene = tmp_path / "x.motes"
     command([sys.executable, "-m", "motes", "record", "-o", scene, SCENE], timeout=60)
     argv = [str(motes_replay), str(scene), "--digest"]
-    assert command(argv if ranks == 1 else launch.command(ranks, argv)).lines == alone
+    assert command(argv if ranks == 1 else starting.command(ranks, argv)).lines == alone
     assert scene.stat().st_size < 400_000, "each mesh is there once"
 
 

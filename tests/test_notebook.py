@@ -63,7 +63,15 @@ assert {path for path in chosen["near"].frames["render_path"]} == {"tiles"}
 assert chosen["far"].frames["render_path"].tolist()[3:] == ["composite"] * 7
 """
 
-NOTEBOOKS = {"balancing": (BALANCING, 10), "pictures": (PICTURES, 2)}
+FIRST_STEPS = """
+assert run.frames["frame"].tolist() == list(range(240))
+assert (run.frames["particles"].tail(100) == 96 * 40).all() and run.frames["particles"][94] < 96 * 40
+assert os.path.getsize("snow.mp4") > 10_000 and "<video" in film._repr_html_()
+assert 3.9 < flakes["age"].max() < 4.1 and -0.5 < flakes["position_y"].min() < 0.5
+assert not player.running and player.result() is None
+"""
+
+NOTEBOOKS = {"balancing": (BALANCING, 10), "first_steps": (FIRST_STEPS, 3), "pictures": (PICTURES, 2)}
 """What each says, and how many figures it has."""
 
 

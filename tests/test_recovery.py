@@ -16,12 +16,12 @@ from films import packets  # noqa: E402
 from launching import Result, command, said  # noqa: E402
 
 import motes  # noqa: E402
-from motes import launch  # noqa: E402
+from motes._run import starting  # noqa: E402
 
 SCENE = Path(__file__).parent / "scenes" / "recovering.py"
 FRAMES = 30
 
-survives = pytest.mark.skipif(launch.cannot_survive() is not None, reason=str(launch.cannot_survive()))
+survives = pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))
 
 
 def run(

@@ -17,7 +17,7 @@ import pytest
 from launching import Result, command, python, said
 
 import motes
-from motes import launch
+from motes._run import starting
 
 ROOT = Path(__file__).parents[1]
 SAYINGS = Path(__file__).parent / "scenes" / "sayings.py"
@@ -76,7 +76,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
 def replay(program: Path, ranks: int, *arguments: object, env: dict[str, str] | None = None) -> Result:
     """Run `motes_replay`, under mpirun where there are several ranks."""
     argv = [str(program), *map(str, arguments)]
-    return command(argv if ranks == 1 else launch.command(ranks, argv), timeout=60, env=env)
+    return command(argv if ranks == 1 else starting.command(ranks, argv), timeout=60, env=env)
 
 
 def complaints(result: Result) -> list[str]:
@@ -108,7 +108,7 @@ def test_no_python_in_it(motes_replay: Path):
 
 def test_recording_on_any_number_of_ranks_gives_the_same_file(recorded: dict[str, Recorded], tmp_path: Path):
     argv = ["-m", "motes", "record", "--json", str(SAYINGS), "--read", "-o", str(tmp_path / "s.motes")]
-    made = command(launch.command(3, [sys.executable, *argv]))
+    made = command(starting.command(3, [sys.executable, *argv]))
     wanted = recorded["sayings that read"].scene.read_bytes()
     said = json.loads(made.lines[-1])
     assert (said["frames"], said["systems"], said["bytes"]) == (7, 3, len(wanted))
@@ -368,7 +368,7 @@ def test_record_needs_a_script_and_a_name(tmp_path: Path):
 def test_a_program_of_ones_own(native_example: Path):
     alone = command([native_example]).lines
     assert len(alone) == 24 and len(set(line.split()[-1] for line in alone)) == 24
-    assert command(launch.command(3, [str(native_example)])).lines == alone
+    assert command(starting.command(3, [str(native_example)])).lines == alone
 
 
 CLUSTER = """<?xml version='1.0'?>

@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 from launching import Result, command, mpirun, python, said
 
-from motes import launch
+from motes._run import starting
 
 av = pytest.importorskip("av")
 
@@ -137,14 +137,14 @@ def test_a_signal_to_ranks_that_insist_ends_at_once(tmp_path):
 
 
 def test_plain_mpirun_passes_sigusr1_on(tmp_path):
-    argv = launch.command(3, [sys.executable, str(SCENE), "loop", str(tmp_path)])
+    argv = starting.command(3, [sys.executable, str(SCENE), "loop", str(tmp_path)])
     sender = Sender(tmp_path, "run", [USR1], ranks=3)
     result = command(argv, timeout=LIMIT_S, env=PATIENT, watch=sender)
     assert stopped_after(result, tmp_path, 3, USR1) >= 3
 
 
 def test_plain_mpirun_leaves_ranks_half_a_second_after_sigterm(tmp_path):
-    argv = launch.command(2, [sys.executable, str(SCENE), "loop", str(tmp_path)])
+    argv = starting.command(2, [sys.executable, str(SCENE), "loop", str(tmp_path)])
     result = command(argv, timeout=LIMIT_S, watch=Sender(tmp_path, "run", [TERM], ranks=2))
     assert result.code != 0, result.text
     assert "Traceback" not in result.err, result.text

@@ -50,6 +50,7 @@ if TYPE_CHECKING:
     from .live import Live
     from .meshes import Mesh
     from .movie import Movie
+    from .notebook import Player, launch, show
     from .particles import Particles
     from .rendering import Camera, Renderer
     from .roles import Roles
@@ -90,6 +91,7 @@ _MODULES = {
     "live": ("Live",),
     "meshes": ("Mesh",),
     "movie": ("Movie",),
+    "notebook": ("Player", "launch", "show"),
     "particles": ("Particles",),
     "rendering": ("Camera", "Renderer"),
     "roles": ("Roles",),
@@ -131,6 +133,7 @@ __all__ = [
     "Orders",
     "Pairwise",
     "Particles",
+    "Player",
     "PrefixCuts",
     "Proportional",
     "RankError",
@@ -154,6 +157,7 @@ __all__ = [
     "column",
     "errors",
     "expressions",
+    "launch",
     "maximum",
     "minimum",
     "open_particles",
@@ -162,6 +166,7 @@ __all__ = [
     "replay",
     "script",
     "shapes",
+    "show",
     "time",
 ]
 

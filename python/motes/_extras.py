@@ -10,7 +10,7 @@ from .errors import MissingExtra
 
 __all__ = [
     *("av", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live", "require_openexr"),
-    *("require_usd", "simplejpeg", "trimesh", "usd", "websockets"),
+    *("require_anywidget", "require_usd", "simplejpeg", "trimesh", "usd", "websockets"),
 ]
 
 _EXR = "a picture saved as .exr"
@@ -54,11 +54,17 @@ def pillow() -> Any:
     return _import("PIL.Image", "a sprite's image that is a path", "image", package="Pillow")
 
 
-def require_live() -> None:
+def require_live(need: str = _LIVE) -> None:
     """Raise MissingExtra if what serves a live run is not installed; does not import it."""
     for package in ("websockets", "simplejpeg"):
         if importlib.util.find_spec(package) is None:
-            raise MissingExtra(_LIVE, extra="live", package=package)
+            raise MissingExtra(need, extra="live" if need == _LIVE else "notebook", package=package)
+
+
+def require_anywidget() -> None:
+    """Raise MissingExtra if what a widget is made with is not installed; does not import it."""
+    if importlib.util.find_spec("anywidget") is None:
+        raise MissingExtra("the widget of a run", extra="notebook", package="anywidget")
 
 
 def simplejpeg() -> Any:

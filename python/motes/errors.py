@@ -130,6 +130,7 @@ EXTRAS = {
     "image": ("Pillow>=10",),
     "live": ("websockets>=13", "simplejpeg>=1.8"),
     "mesh": ("trimesh>=4.6",),
+    "notebook": ("websockets>=13", "simplejpeg>=1.8", "anywidget>=0.9"),
     "usd": ("usd-core>=24.11",),
 }
 """The optional packages of `pip install ".[EXTRA]"`, as in pyproject.toml."""

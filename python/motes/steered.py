@@ -21,6 +21,7 @@ from ._run.settings import RunSettings
 from .controls import Choice, Control
 from .errors import ArgumentError, MotesError
 from .frame import Frame
+from .live import Live
 from .rendering import Renderer
 from .usage import Usage, Weakly
 from .values import at, says_near_names
@@ -64,6 +65,7 @@ class Steered(Facts):
         self._live = False  # there may be viewers: the same on all ranks
         self._writes_steering = False
         self._looping = False  # inside the loop of `frames`
+        self._attached = False  # to a notebook, which looks on and steers
 
     @says_near_names
     def control(
@@ -151,19 +153,48 @@ class Steered(Facts):
             self._steering.rows = run.repeats.rows
         if self._recording is not None and not self._recording.full:
             return
-        self._live = settings.live is not None
+        self._live = self._live or settings.live is not None
         earlier = settings.continued_from > 0 and os.path.exists(os.path.join(settings.log or "", NAME))
         wanted = self._live or settings.steering is not None or earlier
         self._writes_steering = wanted and settings.log is not None and self.rank == self._cast[0]
-        if self._live and settings.log is None and self.rank == self._cast[0]:
+        if settings.live is not None and settings.log is None and self.rank == self._cast[0]:
             tell("motes: what viewers do is not kept: the run has no log")
         if self._live and self.rank == self._cast[1]:
-            from ._live.viewing import Viewing
-
-            assert settings.live is not None
-            self._viewing = Viewing(settings.live, self._about(), settings.steering)
-            self._viewing.know(self._steering.controls)
+            if self._viewing is None:
+                self._serve(settings.live)
             engine.on_orders(Weakly(self._take_orders))
+
+    def _serve(self, live: Live | None, **about: Any) -> Viewing:
+        """Serve viewers from now on; `about` is said of the run beside what it says itself."""
+        from ._live.viewing import Viewing
+
+        assert live is not None
+        told = self._attached and stopping.interactive()  # a widget shows the page
+        viewing = Viewing(live, self._about() | about, self._settings.steering, quiet=told)
+        viewing.know(self._steering.controls)
+        self._viewing = viewing
+        return viewing
+
+    def _attach(self, title: str) -> Viewing:
+        """Let a notebook look on and steer a world of one rank, from its next border on."""
+        self._attached = self._live = True
+        settings = self._settings
+        viewing = self._viewing or self._serve(settings.live or Live(0), title=title)
+        if self._engine is not None:
+            self._writes_steering = settings.log is not None
+            self._engine.on_orders(Weakly(self._take_orders))
+        return viewing
+
+    def _detach(self) -> None:
+        """Take the world back from the notebook: no pause, no stop and no camera of a viewer is left."""
+        self._attached = False
+        if self._settings.live is None:
+            self._live = False
+            if self._viewing is not None:
+                self._tell_viewers()
+                self._viewing.close()
+                self._viewing = None
+        self._steering.release()
 
     def _about(self) -> dict[str, Any]:
         import sys
@@ -174,7 +205,8 @@ class Steered(Facts):
 
     def _take_orders(self) -> str:
         """Return what viewers ask for, when the engine can carry it to all ranks."""
-        assert self._viewing is not None
+        if self._viewing is None:
+            return ""
         near = 0.0 if self.renderer is None else at(self.renderer.camera.near, self.time)
         return self._viewing.take(self._pose, near)
 
@@ -198,6 +230,7 @@ class Steered(Facts):
 
     def _close_steering(self) -> None:
         if self._viewing is not None:
+            self._tell_viewers()
             self._viewing.close()
             self._viewing = None
         if self._steer_file is not None:
@@ -289,6 +322,8 @@ class Steered(Facts):
 
     def _note_stop(self, who: str | None) -> None:
         """Write that the run ends before this frame, and say why, where no signal did it."""
+        if self._attached:  # a notebook says it by itself, and its next cell may go on
+            return
         self._write_row({"stop": True})
         if who is not None and self.rank == self._cast[0]:
             of = f" of {self._total}" if self._total else ""

@@ -21,7 +21,7 @@ __all__ = ["Usage", "Weakly", "Describing"]
 class Usage:
     """Lets one call at a time use the engine; every other call raises at once and says why."""
 
-    __slots__ = ("_call", "_callback", "_lock", "_thread")
+    __slots__ = ("_call", "_callback", "_lock", "_owner", "_thread")
 
     def __init__(self) -> None:
         """Start with no call in progress."""
@@ -29,9 +29,11 @@ class Usage:
         self._call = ""
         self._thread = 0
         self._callback: str | None = None
+        self._owner: threading.Thread | None = None
 
     def begin(self, call: str) -> None:
         """Start a call, which `end` ends. Raises MotesError while another one runs."""
+        self.check(call)
         if not self._lock.acquire(blocking=False):
             raise MotesError(self._refusal(call))
         self._call = call
@@ -40,6 +42,24 @@ class Usage:
     def end(self) -> None:
         """End the call."""
         self._lock.release()
+
+    def check(self, call: str) -> None:
+        """Raise MotesError where the world is in the hands of another thread, also between its calls."""
+        if self._owner is not None and self._owner is not threading.current_thread():
+            raise MotesError(
+                f"{call} while motes.show runs this world's loop in a thread, which alone may use it: "
+                "call wait() or stop() of what motes.show returned first"
+            )
+
+    def give_to(self, owner: threading.Thread | None) -> None:
+        """Let only this thread use the engine from now on; None: any, one at a time.
+
+        Raises MotesError while a call runs in another thread.
+        """
+        if owner is not None:
+            self.begin("motes.show")
+            self._lock.release()
+        self._owner = owner
 
     @contextmanager
     def during(self, call: str) -> Iterator[None]:

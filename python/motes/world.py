@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import warnings
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from types import TracebackType
 from typing import Any
 
@@ -17,6 +17,7 @@ from . import roles as _roles
 from . import world_arguments as checks
 from ._checkpoint.course import EARLIER, Course
 from ._live import repeating
+from ._notebook import kernel
 from ._run import busy, ending, handshake, recovering, run_file, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
@@ -32,9 +33,9 @@ from .first_frame import remarks_on
 from .frame import Frame
 from .live import Live
 from .live import checked as live_of
+from .looping import Looping
 from .rendering import Renderer
 from .sprites import Sprite
-from .steered import Steered
 from .system import System
 from .usage import Describing, Usage, Weakly
 from .values import Settings, says_near_names
@@ -43,7 +44,7 @@ from .world_facts import Facts
 __all__ = ["World"]
 
 
-class World(Steered, Facts, Settings):
+class World(Looping, Facts, Settings):
     """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
 
     Every rank makes the same calls; the engine gives each its role. A frame goes
@@ -85,7 +86,7 @@ class World(Steered, Facts, Settings):
         on_loss: str = "stop",
         live: Live | int | None = None,
         steering: str | os.PathLike[str] | None = None,
-        progress: str | Callable[[dict[str, Any]], None] = "lines",
+        progress: str | Callable[[dict[str, Any]], None] = "auto",
         comm: MPI.Intracomm | None = None,
     ) -> None:
         """Take the run's settings; nothing is started before `with world:`.
@@ -111,7 +112,8 @@ class World(Steered, Facts, Settings):
         with "recover", under `motes run --survive`, the others take over its work and go on with the same
         bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
         the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", "bar",
-        "off" or a function of a row. `comm`: an mpi4py communicator.
+        "off" or a function of a row; "auto": lines, but in a notebook a bar and the last picture, below the
+        cell (docs/notebooks.md). `comm`: an mpi4py communicator.
         """
         self._comm = checks.communicator(comm)
         self._settings = RunSettings(
@@ -221,6 +223,7 @@ class World(Steered, Facts, Settings):
 
     def __enter__(self) -> World:
         """Start the run: communicator, roles, log. Collective."""
+        self._usage.check("open()")
         if self._engine is not None or self._ended:
             raise MotesError("a world runs once; make a new one")
         stopping.check_stopped()
@@ -259,7 +262,9 @@ class World(Steered, Facts, Settings):
             self._define(system)
         self._engine.on_callback(Weakly(self._call_back))
         self._recording = scenefile.claim(self._engine)
-        self._progress = Progress(self._progress_way, hosts)
+        in_cell = self._progress_way == "auto" and self.size == 1 and kernel.running()
+        self._progress = Progress("off" if in_cell else self._progress_way, hosts)
+        self._shows_in_cell = in_cell
         self._engine.start()
         if settings.on_loss == "recover" and self.size > 1:
             self._recovery = recovering.Recovery(self, self._engine, run)
@@ -290,6 +295,7 @@ class World(Steered, Facts, Settings):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the run. Collective; after an exception the whole job ends."""
+        self._usage.check("close()")
         well = False
         try:
             if error is not None and not isinstance(error, Stopped):
@@ -330,53 +336,6 @@ class World(Steered, Facts, Settings):
         """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
         if not self._ended:
             self.__exit__(None, None, None)
-
-    def frames(self, n: int) -> Iterator[int]:
-        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
-
-        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
-        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
-        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
-        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
-        `frames(n)` goes on later.
-        """
-        self._total = arguments.integer("n", n)
-        if self.frame >= self._total and self._ran:
-            self._warn(
-                f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame", 3
-            )
-        return self._frames(self._total)
-
-    def _frames(self, n: int) -> Iterator[int]:
-        try:
-            while True:
-                if self._course is not None:
-                    self._course.at_border(self.frame, self._systems)
-                if self.frame >= n or self._at_border():
-                    return
-                frame = self.frame
-                self._looping = True
-                stopping.arm()  # a notebook takes Ctrl-C back for each cell
-                yield frame
-                if self.frame != frame + 1:
-                    raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
-                self._looping = False
-        finally:
-            self._looping = False
-            stopping.disarm()
-
-    def _stops(self) -> bool:
-        """Tell whether the run stops at this border, as all ranks have agreed. Collective where it does."""
-        if self._engine is not None and self._stop.due(self._engine.stop_asked, self.frame):
-            self._before_stopping()
-            self._stop.take(self._engine.stop_asked)
-        return self._stop.signal > 0
-
-    def _before_stopping(self) -> None:
-        """Do what must be done at the border where a signal stops the run. Collective."""
-        self._note_stop(None)
-        if self._course is not None:
-            self._course.save_now(self.frame, self._systems)
 
     def render(self) -> Frame:
         """End the frame with a picture. Collective. Off the image generator the result is falsy."""
@@ -471,7 +430,7 @@ class World(Steered, Facts, Settings):
 
     def _engine_for(self, call: str) -> _core.Engine:
         if self._engine is None or self._ended:
-            raise MotesError(f"{call} works inside `with world:` only")
+            raise MotesError(f"{call} works inside `with world:` only, or after world.open()")
         return self._engine
 
     def _end_call(self, engine: _core.Engine) -> None:

@@ -17,7 +17,6 @@ import time
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from http import HTTPStatus
-from importlib.resources import files
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -28,7 +27,7 @@ from .. import _extras
 from .._run.output import tell
 from ..errors import MotesError
 from ..live import MOST_PORT, Live
-from . import access
+from . import access, files
 from .orders import Orders
 from .pictures import Encoded, Picture, jpeg, lossless
 from .viewer import MOST_BYTES, Viewer
@@ -142,6 +141,7 @@ class Server:
         await self._closing.wait()
         encoding.cancel()
         self._state = {**self._state, "ended": True}
+        await self._offer_last()
         self._tell_all()
         with contextlib.suppress(TimeoutError):
             await asyncio.wait_for(asyncio.gather(*(v.finish() for v in list(self._viewers))), CLOSE_S / 2)
@@ -193,8 +193,7 @@ class Server:
 
     def _page(self, connection: Any) -> Any:
         nonce = secrets.token_urlsafe(12)
-        text = files(__package__).joinpath("page.html").read_text(encoding="utf-8")
-        response = connection.respond(HTTPStatus.OK, text.replace("NONCE", nonce))
+        response = connection.respond(HTTPStatus.OK, files.page(nonce))
         allowed = (
             f"default-src 'none'; script-src 'nonce-{nonce}'; style-src 'nonce-{nonce}'; "
             "img-src blob: data:; connect-src 'self' ws: wss:; base-uri 'none'; form-action 'none'; "
@@ -262,6 +261,17 @@ class Server:
             for viewer in self._viewers:
                 viewer.offer(self._encoded)
             await asyncio.sleep(max(0.0, pause - (time.monotonic() - began)))
+
+    async def _offer_last(self) -> None:
+        """Let viewers have the last picture, which `max_fps` may have kept from them."""
+        newest = self._newest
+        if newest is None or not self._viewers:
+            return
+        if not self._is_encoded(newest):
+            self._encoded = await self._in_thread(jpeg, newest, self._live.quality)
+        assert self._encoded is not None
+        for viewer in self._viewers:
+            viewer.offer_last(self._encoded)
 
     async def _rest(self, picture: Picture | None) -> None:
         """Wait for something to do; a picture that stands still follows without loss."""

@@ -76,6 +76,16 @@ class Steering:
         for line in text.splitlines():
             self._obey(json.loads(line))
 
+    def hold(self) -> None:
+        """Pause before the next frame."""
+        self.paused, self._steps = True, 0
+
+    def release(self) -> None:
+        """Viewers are gone for good, and what they held up or turned with them; controls stay as they are."""
+        self.paused = self._waiting = self.stopped = False
+        self._steps = 0
+        self._next = None
+
     def _obey(self, said: Mapping[str, Any]) -> None:
         self._asked.update(said.get("set", {}))
         if "camera" in said:

@@ -34,6 +34,7 @@ class Viewer:
         self._sent = 0  # the number of the last picture
         self._exact = False  # it was without loss
         self._flying: list[int] = []
+        self._most_in_flight = MOST_IN_FLIGHT
         self._refusal = ""
         self._idle = asyncio.Event()
 
@@ -48,6 +49,11 @@ class Viewer:
         """Replace what has not left yet."""
         self._offered = picture
         self._something.set()
+
+    def offer_last(self, picture: Encoded) -> None:
+        """The same for the run's last picture, which does not wait for acknowledgements."""
+        self._most_in_flight = MOST_IN_FLIGHT + 1
+        self.offer(picture)
 
     def offer_state(self, version: int, state: dict[str, Any]) -> None:
         """Replace what has not left yet."""
@@ -96,7 +102,7 @@ class Viewer:
 
     def _is_news(self) -> bool:
         offered = self._offered
-        if offered is None or len(self._flying) >= MOST_IN_FLIGHT:
+        if offered is None or len(self._flying) >= self._most_in_flight:
             return False
         return offered.number > self._sent or (
             offered.number == self._sent and offered.exact and not self._exact

@@ -26,14 +26,21 @@ _LOOK_S = 0.05
 class Viewing:
     """Viewers, as the thread of a run's frames sees them. Nothing here waits for a viewer, but `wait`."""
 
-    def __init__(self, live: Live, about: dict[str, Any], repeats: str | None) -> None:
-        """Serve, and print where. Raises MotesError where that cannot be."""
+    def __init__(
+        self, live: Live, about: dict[str, Any], repeats: str | None, *, quiet: bool = False
+    ) -> None:
+        """Serve, and print where, unless `quiet`. Raises MotesError where that cannot be."""
         self._orders = Orders(repeats)
         self._server = Server(live, self._orders, about)
         self._taken = 0  # orders that all ranks have heard, or are about to
         self._heard = 0
         self.url = self._server.url
-        tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
+        if not quiet:
+            tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
+
+    def ask(self, order: dict[str, Any]) -> None:
+        """Give an order as a viewer does, from any thread."""
+        self._orders.put(order)
 
     def know(self, controls: Mapping[str, Control]) -> None:
         """Viewers can set these."""

@@ -13,10 +13,11 @@ from .. import environment
 from ..errors import ArgumentError
 from .output import tell
 
-__all__ = ["Progress", "line"]
+__all__ = ["AUTO", "Progress", "line", "reached"]
 
 EVERY_S = 1.0
 CHOICES = environment.PROGRESS
+AUTO = "auto"  # lines, where nothing better shows the run
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
@@ -25,14 +26,7 @@ def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> s
     `frame 120/300  40%  2.1 fps  eta 1:25  1.93 M particles  LB 0.93  slowest r5  moved 4 012`
     """
     done = row["frame"] + 1
-    parts = [f"frame {done}/{total}" if total else f"frame {done}"]
-    if total:
-        parts.append(f"{100 * done // total}%")
-    parts.append(f"{fps:.1f} fps")
-    if total and fps > 0:
-        left = round((total - done) / fps)
-        parts.append(f"eta {left // 60}:{left % 60:02d}")
-    parts.append(f"{_count(row['particles'])} particles")
+    parts = [reached(done, total=total, fps=fps, particles=row["particles"])]
     parts.append(f"LB {1 / row['imbalance']:.2f}")
     parts.append(f"slowest r{row['slowest_rank']}" + (f"({host})" if host else ""))
     parts.append("moved " + f"{row['exchanged']:,}".replace(",", " "))
@@ -41,12 +35,21 @@ def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> s
     return "  ".join(parts)
 
 
-def _count(n: int) -> str:
-    return f"{n / 1e6:.2f} M" if n >= 1_000_000 else str(n)
+def reached(done: int, *, total: int, fps: float, particles: int) -> str:
+    """Say how far a run is, and with how many particles: the part of a line that any run has."""
+    parts = [f"frame {done}/{total}" if total else f"frame {done}"]
+    if total:
+        parts.append(f"{100 * done // total}%")
+    parts.append(f"{fps:.1f} fps")
+    if total and fps > 0:
+        left = round((total - done) / fps)
+        parts.append(f"eta {left // 60}:{left % 60:02d}")
+    count = f"{particles / 1e6:.2f} M" if particles >= 1_000_000 else str(particles)
+    return "  ".join([*parts, f"{count} particles"])
 
 
 class Progress:
-    """Shows the manager's rows by the chosen way: "lines", "bar", "off" or the user's function(row)."""
+    """Shows the manager's rows: as "lines" ("auto"), as a "bar", by the user's function(row), or "off"."""
 
     def __init__(self, way: str | Callable[[dict[str, Any]], None], hosts: Sequence[str] = ()) -> None:
         """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a way given by name."""
@@ -86,9 +89,9 @@ def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
     wish: str | None = environment.read("MOTES_PROGRESS")
     if wish is not None:
         return wish
-    if isinstance(way, str) and way in CHOICES:
+    if isinstance(way, str) and way in (AUTO, *CHOICES):
         return way
     if callable(way):
         told: Callable[[dict[str, Any]], None] = way
         return told
-    raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row")
+    raise ArgumentError("progress", way, "'auto', 'lines', 'bar', 'off' or a function of a row")

@@ -39,8 +39,11 @@ def arm() -> None:
 def disarm() -> None:
     """Let signals do what they did before, once no run is open.
 
-    After a stop they stay as they are: the same signal may reach this rank late.
+    After a stop they stay as they are: the same signal may reach this rank late. In a notebook a loop that
+    runs in a thread leaves them to the cells.
     """
+    if interactive() and threading.current_thread() is not threading.main_thread():
+        return
     if interactive() or (not process.runs and _core.stop_signal() == 0 and process.stopped == 0):
         _core.release_stop_signals()
 

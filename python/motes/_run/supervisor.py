@@ -24,7 +24,7 @@ from . import open_worlds
 from .losses import END
 from .output import tell, write_all
 
-__all__ = ["Ended", "Relay", "supervise"]
+__all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
 _HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
 _ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # the run to stop at the end of a frame
@@ -56,7 +56,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals(folder) as signals:
         environment = {**(variables or {}), **os.environ, open_worlds.FOLDER: folder}
         process = subprocess.Popen(
-            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=_start_of_child(), bufsize=0
+            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=start_of_child(), bufsize=0
         )
         assert process.stderr is not None
         reader = None
@@ -131,7 +131,7 @@ class _Signals:
 
     def _pass_on(self, number: int) -> None:
         assert self._process is not None
-        # The launcher blocks SIGINT (`_start_of_child`); it does the same with SIGTERM.
+        # The launcher blocks SIGINT (`start_of_child`); it does the same with SIGTERM.
         self._process.send_signal(signal.SIGTERM if number == signal.SIGINT else number)
 
     def __enter__(self) -> Self:
@@ -146,7 +146,7 @@ class _Signals:
             signal.signal(number, signal.SIG_DFL if handler is None else handler)
 
 
-def _start_of_child() -> Callable[[], None]:
+def start_of_child() -> Callable[[], None]:
     """Return what a child calls between fork and exec.
 
     A terminal's Ctrl-C must not reach the launcher, which would kill its ranks: it starts with SIGINT

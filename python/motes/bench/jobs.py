@@ -9,8 +9,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from .. import launch
-from .._run import losses
+from .._run import losses, starting
 from ..errors import MotesError
 
 __all__ = ["figures_of"]
@@ -23,7 +22,7 @@ def figures_of(module: str, ranks: int, options: Sequence[str], *, survive: bool
 
     Raises MotesError with the job's errors if it fails or prints none.
     """
-    argv = launch.command(ranks, [sys.executable, "-m", module, *options], survive=survive)
+    argv = starting.command(ranks, [sys.executable, "-m", module, *options], survive=survive)
     variables = {**os.environ, **(losses.ENVIRONMENT if survive else {})}
     job = subprocess.run(argv, check=False, capture_output=True, text=True, env=variables)
     lines = [line for line in job.stdout.splitlines() if line.startswith("{")]

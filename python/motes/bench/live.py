@@ -15,7 +15,8 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
-from .. import _extras, launch
+from .. import _extras
+from .._run import starting
 from ..errors import MotesError
 
 __all__ = ["live"]
@@ -58,7 +59,7 @@ def live(*, particles: int, size: tuple[int, int], ranks: int, orders: int) -> d
         script = folder / "scene.py"
         script.write_text(_SCENE)
         arguments = [str(particles), str(size[0]), str(size[1]), place]
-        argv = launch.command(ranks, [sys.executable, str(script), *arguments])
+        argv = starting.command(ranks, [sys.executable, str(script), *arguments])
         with (folder / "err").open("wb") as err:
             job = subprocess.Popen(argv, stdout=err, stderr=err, stdin=subprocess.DEVNULL)
         try:

@@ -16,7 +16,7 @@ import argparse
 import ast
 from pathlib import Path
 
-from .. import launch
+from .._run import starting
 from .._run.output import tell
 from ..errors import MotesError
 from .parser import Parser, add_json, nearest, positive, print_figures
@@ -48,7 +48,7 @@ def run(args: argparse.Namespace) -> int:
     args, options = own.parse_known_args(args.options, argparse.Namespace(name=args.name))
     program = [str(script(args.name)), *options]
     tell(f"motes demo: {about(args.name)}")
-    return _run_live(args.ranks, program) if args.live else launch.run(args.ranks, program)
+    return _run_live(args.ranks, program) if args.live else starting.run(args.ranks, program)
 
 
 def names() -> list[str]:

@@ -19,8 +19,9 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from .. import environment, launch
+from .. import environment
 from .._io.text import printable
+from .._run import starting
 from ..errors import EXTRAS, ArgumentError, MotesError
 from .parser import add_json, print_figures
 
@@ -132,21 +133,21 @@ def _package(report: Report, name: str, *, needed: bool) -> None:
 def _mpi(report: Report) -> None:
     """Look for the launcher and start two ranks."""
     try:
-        report.figures["mpi_library"] = str(launch.library())
+        report.figures["mpi_library"] = str(starting.library())
     except (ImportError, RuntimeError) as error:
         report.problems.append(f"mpi4py finds no MPI library: {error}")
         return
     try:
-        mpirun = launch.find_mpirun()
+        mpirun = starting.find_mpirun()
     except MotesError as error:
         report.problems.append(str(error))
         return
     report.figures["mpirun"] = f"{mpirun.path} ({mpirun.version})"
-    if not mpirun.version.fits(launch.library()):
-        report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {launch.library()}")
-    reason = launch.cannot_survive(mpirun.version)
+    if not mpirun.version.fits(starting.library()):
+        report.problems.append(f"{mpirun.path} is {mpirun.version}, but mpi4py uses {starting.library()}")
+    reason = starting.cannot_survive(mpirun.version)
     report.figures["survives losses"] = "yes: motes run --survive" if reason is None else f"no: {reason}"
-    argv = launch.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
+    argv = starting.command(2, [sys.executable, "-c", _HELLO], mpirun=mpirun)
     output, problem = _output(argv)
     hello = sorted(re.findall(r"motes-hello (rank \d+ of \d+)", output))
     report.figures["hello"] = hello

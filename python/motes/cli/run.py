@@ -22,7 +22,7 @@ import argparse
 import os
 from pathlib import Path
 
-from .. import launch
+from .._run import starting
 from ..errors import ArgumentError
 
 __all__ = ["configure", "run"]
@@ -67,7 +67,7 @@ def run(args: argparse.Namespace) -> int:
         if not Path(args.steering).is_file():
             raise ArgumentError("--steering", args.steering, "the steer.jsonl of an earlier run")
         os.environ.update(MOTES_STEERING=str(Path(args.steering).absolute()))
-    return launch.run(
+    return starting.run(
         args.ranks,
         program,
         hosts=args.hosts,

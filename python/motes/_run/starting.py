@@ -16,12 +16,12 @@ from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
-from . import environment
-from ._run import losses
-from ._run.hosts import reachable
-from ._run.output import tell
-from ._run.supervisor import supervise
-from .errors import ArgumentError, MotesError
+from .. import environment
+from ..errors import ArgumentError, MotesError
+from . import losses
+from .hosts import reachable
+from .output import tell
+from .supervisor import supervise
 
 __all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
 
@@ -189,7 +189,7 @@ def cannot_survive(launcher: Version | None = None) -> str | None:
 
     if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
         return f"{wanted}; this {version} was built without"
-    _core = importlib.import_module(f"{__package__}._core")  # without starting MPI
+    _core = importlib.import_module("motes._core")  # without starting MPI
     if not _core.mpi_can_survive():
         return f"{wanted}; motes itself was built for another MPI"
     return None

@@ -1,0 +1,291 @@
+// The view of a run: its picture, buttons and controls. The live page and the notebook's widget bring the connection:
+// `say(order)` sends what a viewer asks for; `heard(state)` and `pictured(message)` take what comes.
+
+const HALF_TURN = Math.PI, REFUSED_MS = 4000, RATE_MS = 500, MOST_TIMES = 30;
+const PARTS = `
+  <main>
+    <canvas data-part="picture" width="16" height="9" tabindex="0"
+            aria-label="The animation. Drag to orbit, arrow keys turn it too."></canvas>
+    <p data-part="blank" hidden>This run makes no pictures.</p>
+    <div data-part="notice" role="status" hidden></div>
+  </main>
+  <aside>
+    <h1 data-part="title">motes</h1>
+    <p class="facts"><span data-part="frames">no frame yet</span><br><span data-part="rate"></span></p>
+    <div class="buttons">
+      <button data-part="pause" disabled>Pause</button>
+      <button data-part="step" disabled>Step</button>
+      <button data-part="reset" disabled>Reset view</button>
+      <button data-part="stop" disabled>End run</button>
+    </div>
+    <div data-part="controls"></div>
+    <p class="help">Drag: orbit. Right button or Shift: move. Wheel: nearer, farther. Two fingers do both.<br>
+      Keys: space pauses, S steps, R resets the view, arrows orbit, + and - zoom.</p>
+  </aside>
+  <pre data-part="output" hidden></pre>`;
+
+class View {
+  // `keys`: where keys are pressed. `embedded`: the view is a part of somebody's page, which keeps its wheel and its
+  // keys unless the picture was clicked, and may not show dialogs.
+  constructor(root, say, { keys = root, embedded = false } = {}) {
+    this.root = root;
+    this.say = say;
+    this.embedded = embedded;
+    this.state = {};
+    this.isOnline = true;
+    this.trouble = "";           // of the connection
+    this.refusal = "";
+    this.times = [];             // when the last pictures came
+    this.decoding = Promise.resolve();
+    this.rows = new Map();       // name of a control -> what shows it
+    this.wishes = {};            // values that have not been sent yet
+    this.moves = { orbit: [0, 0], pan: [0, 0], zoom: 0 };
+    this.due = false;
+    this.fingers = new Map();
+    root.classList.add("motes-view");
+    root.innerHTML = PARTS;
+    this.canvas = this.part("picture");
+    this.context = this.canvas.getContext("2d", { alpha: false });
+    this.listenToButtons();
+    this.listenToPointer();
+    this.onKey = event => this.pressed(event);
+    keys.addEventListener("keydown", this.onKey);
+    this.keys = keys;
+    this.timer = setInterval(() => this.showRate(), RATE_MS);
+    this.show();
+  }
+
+  part(name) { return this.root.querySelector(`[data-part=${name}]`); }
+
+  close() {
+    clearInterval(this.timer);
+    this.keys.removeEventListener("keydown", this.onKey);
+  }
+
+  // --- what comes
+
+  online(is, trouble = "") {
+    this.isOnline = is;
+    this.trouble = trouble;
+    this.show();
+  }
+
+  heard(said) {
+    if ("refused" in said) {
+      this.refusal = said.refused;
+      clearTimeout(this.refusalTimer);
+      this.refusalTimer = setTimeout(() => { this.refusal = ""; this.show(); }, REFUSED_MS);
+    } else {
+      this.state = said;
+    }
+    this.show();
+  }
+
+  // 20 bytes, then JPEG or PNG; decoded one after the other.
+  pictured(message) {
+    const number = message.getUint32(4, true), frame = message.getUint32(8, true), exact = message.getUint32(16, true) === 1;
+    const bytes = new Uint8Array(message.buffer, message.byteOffset + 20, message.byteLength - 20);
+    const file = new Blob([bytes], { type: exact ? "image/png" : "image/jpeg" });
+    this.decoding = this.decoding.then(() => createImageBitmap(file)).then(bitmap => {
+      this.resize(bitmap.width, bitmap.height);
+      this.context.drawImage(bitmap, 0, 0);
+      bitmap.close();
+      Object.assign(this.canvas.dataset, { number, frame, exact });
+      if (!exact) this.times.push(performance.now());
+      if (this.times.length > MOST_TIMES) this.times.shift();
+    }).catch(() => this.heard({ refused: "a picture could not be read" })).then(() => this.say({ ack: number }));
+  }
+
+  resize(width, height) {
+    if (this.canvas.width !== width || this.canvas.height !== height) Object.assign(this.canvas, { width, height });
+  }
+
+  // --- what is shown beside the picture
+
+  show() {
+    const { state, canvas } = this, on = this.isOnline && !state.ended;
+    const notice = this.refusal || state.error || this.trouble || state.notice || (state.ended ? "the run has ended" : "");
+    this.part("notice").textContent = notice;
+    this.part("notice").hidden = !notice;
+    this.part("notice").classList.toggle("error", Boolean(this.refusal || state.error));
+    this.part("title").textContent = state.title || "motes";
+    canvas.hidden = state.width === 0;
+    this.part("blank").hidden = !canvas.hidden;
+    if (state.width && !canvas.dataset.number) this.resize(state.width, state.height);
+    const of = state.total ? ` of ${state.total}` : "", paused = state.paused && !state.ended ? ", paused" : "";
+    const frame = Object.assign(document.createElement("b"), { textContent: state.frame ?? "-" });
+    frame.dataset.part = "frame";
+    this.part("frames").replaceChildren("frame ", frame, of + paused);
+    this.part("pause").textContent = state.paused ? "Go on" : "Pause";
+    for (const name of ["pause", "step"]) this.part(name).disabled = !on;
+    for (const name of ["reset", "stop"]) this.part(name).disabled = !on || Boolean(state.repeats);
+    this.part("reset").disabled ||= !state.turned;
+    this.part("stop").disabled ||= Boolean(state.stopping);
+    this.part("stop").textContent = state.stop || "End run";
+    for (const [name, control] of Object.entries(state.controls || {})) this.showControl(name, control, on && !state.repeats);
+    this.showOutput(state.output || []);
+  }
+
+  showOutput(lines) {
+    const output = this.part("output"), text = lines.join("\n");
+    output.hidden = !text;
+    if (output.textContent === text) return;
+    output.textContent = text;
+    output.scrollTop = output.scrollHeight;
+  }
+
+  showRate() {
+    const now = performance.now(), recent = this.times.filter(t => now - t < 2000), { state } = this;
+    const fps = recent.length > 1 ? (recent.length - 1) / (recent[recent.length - 1] - recent[0]) * 1000 : 0;
+    const viewers = state.viewers > 1 ? `, ${state.viewers} viewers` : "";
+    const rate = state.paused || state.ended ? "no new pictures" : `${fps.toFixed(0)} pictures per second`;
+    this.part("rate").textContent = rate + viewers;
+  }
+
+  showControl(name, control, on) {
+    const kind = JSON.stringify({ ...control, value: typeof control.value });
+    let row = this.rows.get(name);
+    if (!row || row.kind !== kind) {
+      const made = { ...this.makeControl(name, control), kind };
+      if (row) row.label.replaceWith(made.label); else this.part("controls").append(made.label);
+      this.rows.set(name, row = made);
+    }
+    row.input.disabled = !on;
+    if (!row.input.moving) row.put(control.value);
+  }
+
+  makeControl(name, control) {
+    const label = document.createElement("label"), head = document.createElement("span");
+    const output = document.createElement("output");
+    head.className = "name";
+    head.append(name, output);
+    const wish = value => { this.wishes[name] = value; this.later(); };
+    const row = control.choices ? choice(control, wish)
+      : typeof control.value === "boolean" ? checkBox(wish) : slider(control, output, wish);
+    row.input.setAttribute("aria-label", name);
+    row.input.dataset.control = name;
+    label.append(head, row.input);
+    return { ...row, label };
+  }
+
+  // --- orders: what the mouse does is added up, and sent once per picture of the screen
+
+  later() {
+    if (this.due) return;
+    this.due = true;
+    requestAnimationFrame(() => this.sendAll());
+  }
+
+  sendAll() {
+    this.due = false;
+    for (const kind of ["orbit", "pan"]) {
+      if (this.moves[kind][0] || this.moves[kind][1]) this.say({ [kind]: this.moves[kind] });
+      this.moves[kind] = [0, 0];
+    }
+    if (this.moves.zoom) this.say({ zoom: this.moves.zoom });
+    this.moves.zoom = 0;
+    const set = this.wishes;
+    this.wishes = {};
+    if (Object.keys(set).length) this.say({ set });
+  }
+
+  orbit(right, up) { this.moves.orbit[0] += right; this.moves.orbit[1] += up; this.later(); }
+  pan(right, up) { this.moves.pan[0] += right; this.moves.pan[1] += up; this.later(); }
+  zoom(closer) { this.moves.zoom += closer; this.later(); }
+  pause() { this.say({ pause: !this.state.paused }); }
+  step() { this.say({ step: 1 }); }
+  reset() { this.say({ camera: null }); }
+
+  listenToButtons() {
+    this.part("pause").onclick = () => this.pause();
+    this.part("step").onclick = () => this.step();
+    this.part("reset").onclick = () => this.reset();
+    this.part("stop").onclick = () => {
+      if (this.embedded || confirm("End the run after this frame? Film and log stay whole.")) this.say({ stop: true });
+    };
+  }
+
+  listenToPointer() {
+    const { canvas, fingers } = this;
+    canvas.onpointerdown = event => {
+      canvas.setPointerCapture(event.pointerId);
+      canvas.focus();
+      fingers.set(event.pointerId, { x: event.clientX, y: event.clientY });
+      canvas.classList.add("turning");
+      event.preventDefault();
+    };
+    canvas.onpointermove = event => this.dragged(event);
+    canvas.onpointerup = canvas.onpointercancel = event => {
+      fingers.delete(event.pointerId);
+      if (!fingers.size) canvas.classList.remove("turning");
+    };
+    canvas.oncontextmenu = event => event.preventDefault();
+    canvas.addEventListener("wheel", event => {
+      if (this.embedded && canvas.getRootNode().activeElement !== canvas) return;
+      const lines = event.deltaMode === 1 ? event.deltaY * 16 : event.deltaY;
+      this.zoom(-Math.max(-100, Math.min(100, lines)) * 0.0015);
+      event.preventDefault();
+    }, { passive: false });
+  }
+
+  dragged(event) {
+    const before = this.fingers.get(event.pointerId), height = this.canvas.clientHeight;
+    if (!before) return;
+    const now = { x: event.clientX, y: event.clientY };
+    const dx = (now.x - before.x) / height, dy = (now.y - before.y) / height;
+    if (this.fingers.size === 2) {
+      const [other] = [...this.fingers.entries()].filter(([id]) => id !== event.pointerId).map(([, at]) => at);
+      const far = at => Math.hypot(at.x - other.x, at.y - other.y) + 1;
+      this.zoom(Math.log(far(now) / far(before)));
+      this.pan(-dx / 2, dy / 2);
+    } else if (event.shiftKey || event.buttons & 6) {
+      this.pan(-dx, dy);
+    } else {
+      this.orbit(-dx * HALF_TURN, dy * HALF_TURN);
+    }
+    this.fingers.set(event.pointerId, now);
+  }
+
+  pressed(event) {
+    if (event.ctrlKey || event.metaKey || event.altKey) return;
+    const typing = ["INPUT", "SELECT", "BUTTON"].includes(event.composedPath()[0].tagName);
+    const turn = 0.08;
+    const acts = { " ": () => this.pause(), s: () => this.step(), r: () => this.reset(),
+                   "+": () => this.zoom(0.1), "-": () => this.zoom(-0.1),
+                   ArrowLeft: () => this.orbit(-turn, 0), ArrowRight: () => this.orbit(turn, 0),
+                   ArrowUp: () => this.orbit(0, turn), ArrowDown: () => this.orbit(0, -turn) };
+    const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
+    if (!acts[key] || (typing && key !== "s" && key !== "r")) return;
+    acts[key]();
+    event.preventDefault();
+    event.stopPropagation();
+  }
+}
+
+// --- what shows a control: its input, and how a value is put into it
+
+function choice(control, wish) {
+  const input = document.createElement("select");
+  control.choices.forEach((one, i) => input.add(new Option(String(one), i)));
+  input.onchange = () => wish(control.choices[input.value]);
+  return { input, put: value => { input.value = control.choices.indexOf(value); } };
+}
+
+function checkBox(wish) {
+  const input = Object.assign(document.createElement("input"), { type: "checkbox" });
+  input.onchange = () => wish(input.checked);
+  return { input, put: value => { input.checked = value; } };
+}
+
+function slider(control, output, wish) {
+  const { low: min, high: max, step } = control;
+  const input = Object.assign(document.createElement("input"), { type: "range", min, max, step: step ?? "any" });
+  const tell = value => { output.textContent = +Number(value).toPrecision(5); };
+  input.oninput = () => {
+    input.moving = true;  // what the run says meanwhile is older than the hand
+    tell(input.value);
+    wish(Number(input.value));
+  };
+  input.onchange = () => { input.moving = false; };
+  return { input, put: value => { input.value = value; tell(value); } };
+}

@@ -1,0 +1,229 @@
+"""Between a run's live server and what shows the run in a notebook: a viewer, in a thread of its own.
+
+The page of a notebook is reached through the kernel, which may be busy with a cell for minutes, and whose
+server keeps what nobody fetches. So pictures wait for the page, and ever fewer are sent to a silent one.
+"""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import inspect
+import json
+import struct
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+from urllib.parse import urlsplit
+
+from .. import _extras
+from .._live.viewer import MOST_BYTES
+from .plays import Face
+
+__all__ = ["Bridge", "Flow"]
+
+CLOSE_S = 3.0
+STATE_S = 0.1  # between two messages about the run's state,
+SLOW_STATE_S = 1.0  # and where the page does not answer
+_NUMBER = struct.Struct("<4sI")
+
+
+class Flow:
+    """When the next picture may be sent to a page that answers, or does not."""
+
+    MOST_IN_FLIGHT = 2
+    PATIENCE_S, GROWTH, LONGEST_S = 0.5, 1.2, 10.0
+    MOST_BYTES = 64_000_000
+
+    def __init__(self) -> None:
+        """Nobody looks yet."""
+        self.watched = False
+        self._flying: dict[int, int] = {}  # number of a picture -> bytes
+        self._last_s = 0.0
+
+    @property
+    def answers(self) -> bool:
+        """Whether the page keeps up."""
+        return self.watched and len(self._flying) <= self.MOST_IN_FLIGHT
+
+    def sent(self, number: int, size: int, now_s: float) -> None:
+        """Note a picture."""
+        self._flying[number] = size
+        self._last_s = now_s
+
+    def seen(self, number: int) -> None:
+        """Note that a picture, and so all before it, has arrived."""
+        self._flying = {one: size for one, size in self._flying.items() if one > number}
+
+    def wait_s(self, now_s: float) -> float | None:
+        """Return the seconds until the next picture may go; None: not before the page is heard of."""
+        if not self.watched or sum(self._flying.values()) > self.MOST_BYTES:
+            return None
+        more = len(self._flying) - self.MOST_IN_FLIGHT
+        if more < 0:
+            return 0.0
+        return max(0.0, self._last_s + min(self.PATIENCE_S * self.GROWTH**more, self.LONGEST_S) - now_s)
+
+
+class Bridge:
+    """A viewer of one live server after the other, which passes on what it gets and what it is told."""
+
+    def __init__(self, face: Face, *, joined: Callable[[], object] = lambda: None) -> None:
+        """Start the thread; `joined` is called in it when a server has let it in."""
+        self._face = face
+        self._joined = joined
+        self._flow = Flow()
+        self._socket: Any = None
+        self._waiting: bytes | None = None  # the newest picture that has not been passed on
+        self._unanswered: list[int] = []  # pictures of which the server has not heard
+        self._last: bytes | None = None  # the picture that was passed on last
+        self._state: dict[str, Any] | None = None
+        self._told_s = 0.0
+        self._timers: dict[str, asyncio.TimerHandle] = {}
+        self._tasks: set[asyncio.Task[None]] = set()
+        self._loop = asyncio.new_event_loop()
+        self._thread = threading.Thread(target=self._run, name="motes-notebook", daemon=True)
+        self._thread.start()
+
+    # --- what any thread may call
+
+    def join(self, url: str) -> None:
+        """Look at this run from now on."""
+        self._call(lambda: self._begin(self._attend(url)))
+
+    def say(self, order: dict[str, Any]) -> None:
+        """Send an order; one that is too long is none."""
+        with contextlib.suppress(TypeError, ValueError):
+            text = json.dumps(order)
+            if len(text) <= MOST_BYTES:
+                self._call(lambda: self._begin(self._send(text)))
+
+    def looks(self) -> None:
+        """Note that a page is there, which has no picture yet."""
+        self._call(self._look)
+
+    def seen(self, number: Any) -> None:
+        """Note that the page has shown a picture."""
+        if type(number) is int:
+            self._call(lambda: self._answered(number))
+
+    def close(self) -> None:
+        """Pass on what there is once the server has closed, and end the thread."""
+        self._call(lambda: self._begin(self._end()))
+        if threading.current_thread() is not self._thread:
+            self._thread.join(CLOSE_S + 1)
+
+    def _call(self, function: Callable[[], object]) -> None:
+        with contextlib.suppress(RuntimeError):  # the loop has ended
+            self._loop.call_soon_threadsafe(function)
+
+    # --- the thread
+
+    def _run(self) -> None:
+        asyncio.set_event_loop(self._loop)
+        try:
+            self._loop.run_forever()
+        finally:
+            self._loop.close()
+
+    def _begin(self, work: Any) -> None:
+        task = self._loop.create_task(work)
+        self._tasks.add(task)
+        task.add_done_callback(self._tasks.discard)
+
+    async def _end(self) -> None:
+        others = self._tasks - {asyncio.current_task(self._loop)}
+        if others:  # the server's last words
+            await asyncio.wait(others, timeout=CLOSE_S)
+        for task in others:
+            task.cancel()
+        await asyncio.gather(*others, return_exceptions=True)
+        self._tell_state()
+        self._loop.stop()
+
+    async def _attend(self, url: str) -> None:
+        connect = _extras.websockets("asyncio.client").connect
+        options = {"max_size": None, "compression": None}
+        if "proxy" in inspect.signature(connect).parameters:
+            options["proxy"] = None  # not to this machine itself
+        closed = _extras.websockets("exceptions").ConnectionClosed
+        parts = urlsplit(url)
+        with contextlib.suppress(OSError, closed):
+            async with connect(f"ws://{parts.netloc}/live?{parts.query}", **options) as socket:
+                self._socket = socket
+                self._unanswered.clear()
+                self._joined()
+                async for message in socket:
+                    self._hear(message)
+        self._pass_on(at_once=True)
+
+    async def _send(self, text: str) -> None:
+        closed = _extras.websockets("exceptions").ConnectionClosed
+        if self._socket is not None:
+            with contextlib.suppress(closed):
+                await self._socket.send(text)
+
+    def _hear(self, message: str | bytes) -> None:
+        if isinstance(message, bytes):
+            self._unanswered.append(_number(message))
+            self._waiting = message
+            self._pass_on()
+            return
+        said = json.loads(message)
+        if "refused" in said:
+            self._face.hear(said)
+            return
+        self._state = said
+        now_s = time.monotonic()
+        pause_s = STATE_S if self._flow.answers else SLOW_STATE_S
+        self._later("state", self._told_s + pause_s - now_s, self._tell_state)
+
+    def _tell_state(self) -> None:
+        state, self._state = self._state, None
+        if state is not None:
+            self._told_s = time.monotonic()
+            self._face.hear(state)
+
+    def _answered(self, number: int) -> None:
+        self._flow.seen(number)
+        self._pass_on()
+
+    def _look(self) -> None:
+        """Give a new page the last picture."""
+        if not self._flow.watched or self._waiting is None:
+            self._waiting = self._waiting or self._last
+        self._flow.watched = True
+        self._pass_on(at_once=True)
+
+    def _pass_on(self, *, at_once: bool = False) -> None:
+        """Pass on the newest picture when its time has come, and let the server send another one."""
+        if self._waiting is None or not self._flow.watched:
+            return
+        now_s = time.monotonic()
+        wait_s = 0.0 if at_once else self._flow.wait_s(now_s)
+        if wait_s is None:
+            return
+        if wait_s > 0:
+            self._later("picture", wait_s, self._pass_on)
+            return
+        picture, self._waiting, self._last = self._waiting, None, self._waiting
+        self._flow.sent(_number(picture), len(picture), now_s)
+        self._face.show(picture)
+        heard, self._unanswered = self._unanswered, []
+        for number in heard:
+            self._begin(self._send(json.dumps({"ack": number})))
+
+    def _later(self, name: str, seconds: float, function: Callable[[], object]) -> None:
+        """Call it in so many seconds, once, however often it is asked for."""
+        if name not in self._timers:
+
+            def call() -> None:
+                del self._timers[name]
+                function()
+
+            self._timers[name] = self._loop.call_later(max(0.0, seconds), call)
+
+
+def _number(picture: bytes) -> int:
+    return int(_NUMBER.unpack_from(picture)[1])

@@ -1,0 +1,69 @@
+"""Pictures for a notebook, which is saved with them: small files, encoded by what is installed."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _extras
+from .._io import png
+from ..errors import MissingExtra
+
+__all__ = ["still"]
+
+MOST_WIDTH = 960  # of a picture; larger ones are halved, divided by three, ...
+MOST_WIDTH_PNG = 480  # without an encoder of JPEG
+MOST_BYTES = 120_000
+QUALITIES = (85, 65, 40, 20)  # the first that is small enough
+
+
+def still(pixels: NDArray[np.uint8]) -> tuple[int, str, bytes]:
+    """Return the width of a smaller picture, its kind, and a file of it: of about 0.1 MB as JPEG."""
+    encode = _encoder()
+    if encode is None:
+        small = _smaller(pixels, MOST_WIDTH_PNG)
+        return small.shape[1], "image/png", png.encode(small, level=6)
+    small = _smaller(pixels, MOST_WIDTH)
+    for quality in QUALITIES:
+        data = encode(small, quality)
+        if len(data) <= MOST_BYTES:
+            break
+    return small.shape[1], "image/jpeg", data
+
+
+def _smaller(pixels: NDArray[np.uint8], most: int) -> NDArray[np.uint8]:
+    """Average squares of pixels, so that a picture is at most this wide."""
+    height, width, _ = pixels.shape
+    n = min(-(-width // most), height)
+    if n <= 1:
+        return np.ascontiguousarray(pixels)
+    whole = pixels[: height // n * n, : width // n * n]
+    squares = whole.reshape(height // n, n, width // n, n, 3)
+    mean: NDArray[np.uint8] = (squares.sum(axis=(1, 3), dtype=np.uint32) // (n * n)).astype(np.uint8)
+    return mean
+
+
+def _encoder() -> Any:
+    """Return a function of pixels and quality that makes a JPEG file; None where nothing can."""
+    for package, encode in ((_extras.simplejpeg, _by_simplejpeg), (_extras.pillow, _by_pillow)):
+        with contextlib.suppress(MissingExtra):
+            package()
+            return encode
+    return None
+
+
+def _by_simplejpeg(pixels: NDArray[np.uint8], quality: int) -> bytes:
+    data: bytes = _extras.simplejpeg().encode_jpeg(
+        pixels, quality=quality, colorspace="RGB", colorsubsampling="420"
+    )
+    return data
+
+
+def _by_pillow(pixels: NDArray[np.uint8], quality: int) -> bytes:
+    file = io.BytesIO()
+    _extras.pillow().fromarray(pixels).save(file, "JPEG", quality=quality)
+    return file.getvalue()

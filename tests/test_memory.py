@@ -11,7 +11,7 @@ pytest.importorskip("av")
 
 from launching import command  # noqa: E402
 
-from motes.launch import cannot_survive  # noqa: E402
+from motes._run.starting import cannot_survive  # noqa: E402
 
 SCENE = Path(__file__).parent / "scenes" / "long_run.py"
 

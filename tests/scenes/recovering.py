@@ -1,6 +1,7 @@
 """Sparks that bounce, on ranks that kill themselves: `recovering.py OUT FRAMES [RANK@FRAME[.SECONDS] ...]`.
 
-What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`, `--film`.
+What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`. `--once`: nobody
+is killed when the run starts again.
 """
 
 import os
@@ -49,6 +50,8 @@ sparks = world.system("sparks", capacity=20_000, sprite=motes.Sprite("disc", pix
 sparks.configure(velocity=Sphere((0, 6, 0), 1.5), color=(1, 0.5, 0.15), alpha=0.3)
 export = motes.Export(f"{out}/points") if "--export" in options else None
 own = deaths.get(MPI.COMM_WORLD.rank, [])
+if "--once" in options and os.path.exists(f"{out}/checkpoints"):
+    own = []
 
 with world, motes.Movie(f"{out}/film.mp4") as movie:
     for frame in world.frames(frames):

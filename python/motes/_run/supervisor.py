@@ -32,7 +32,8 @@ _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
 _IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
 _DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
 _PR_SET_PDEATHSIG = 1
-_GONE = "its process is gone"  # as ending.report_lost says
+_LOST = re.compile(r"its process is gone|ranks? [\d, and]+ (was|were) lost, and ")
+"""As ending.report_lost says, and the core where a loss is more than `on_loss="recover"` can mend."""
 
 
 class Ended(NamedTuple):
@@ -87,7 +88,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     if code != 0 and relay.message:
         tell(f"motes run: exit code {code}: {relay.message}")
     stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
-    return Ended(code, lost=(code > 128 and not stopped) or _GONE in relay.message)
+    return Ended(code, lost=(code > 128 and not stopped) or bool(_LOST.search(relay.message)))
 
 
 class _Signals:

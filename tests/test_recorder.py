@@ -19,8 +19,8 @@ ROOT = Path(__file__).resolve().parents[1]
 def recorders() -> list[str]:
     return [
         name
-        for name, call in vars(Recorder).items()
-        if inspect.isfunction(call) and name not in ("apply", "_record")
+        for name, call in inspect.getmembers(Recorder, inspect.isfunction)
+        if name not in ("apply", "_record")
     ]
 
 
@@ -40,12 +40,13 @@ def test_parameters_of_a_call_are_the_actions_fields_in_order_with_their_default
     assert parameters[-1].kind is parameters[-1].KEYWORD_ONLY
 
 
-def test_the_file_of_the_calls_is_written_from_the_actions():
+def test_the_files_of_the_calls_are_written_from_the_actions():
     script = ROOT / ".ci" / "recorder"
     if not script.is_file():
         pytest.skip("the script stands in the source tree")
     writer = runpy.run_path(str(script))
-    assert writer["FILE"].read_text() == writer["page"](), "run `python .ci/recorder`"
+    for file, text in writer["pages"]().items():
+        assert file.read_text() == text, "run `python .ci/recorder`"
 
 
 def test_a_misspelt_argument_is_reported_with_the_near_name():

@@ -1,97 +1,15 @@
-// Sprites of any size, streaks and images.
+// Sprites of any size, and images.
 #include <algorithm>
 #include <cmath>
-#include <numeric>
-#include <tuple>
 
 #include "check.h"
-#include "image/camera.h"
-#include "test_image_painter_scene.h"
+#include "test_image_wide_scene.h"
 
 using namespace image_test;
-using Blend = Sprite::Blend;
-using Kind = Sprite::Kind;
 
 namespace {
 
 constexpr double kPi = 3.14159265358979323846;
-
-Sprite wide_sprite(Kind kind, Blend blend, AssetKey picture = 0) {
-  Sprite s;
-  s.kind = kind;
-  s.blend = blend;
-  s.pixels = kind == Kind::point ? 1 : 0;
-  s.picture = picture;
-  return s;
-}
-
-// At (x, y) pixels from the centre of the image.
-WideRecord wide_record(double x, double y, double diameter, double depth = 10) {
-  WideRecord r{};
-  r.x = static_cast<std::int32_t>(std::lround(x * 256));
-  r.y = static_cast<std::int32_t>(std::lround(y * 256));
-  for (auto& c : r.color) c = 255;
-  r.alpha = 255;
-  const auto z = static_cast<float>(depth);
-  std::memcpy(&r.depth, &z, 4);
-  r.size = static_cast<std::uint16_t>(std::lround(diameter * 64));
-  r.light = kAllLight;
-  return r;
-}
-
-View wide_view(int width, int height) {
-  View view = small_view(width, height);
-  view.background = {0, 0, 0};
-  return view;
-}
-
-// All tiles of a picture, rows from top to bottom.
-std::vector<float> whole_picture(const View& view, const std::vector<Piece>& pieces) {
-  const auto row = static_cast<std::size_t>(3 * view.width);
-  std::vector<std::uint32_t> light(row * static_cast<std::size_t>(view.height));
-  PreparedScene scene;
-  scene.prepare(view);
-  scene.render_all();
-  TilePainter painter;
-  painter.begin(scene);
-  for (int tile = 0; tile < scene.grid().tiles(); ++tile) {
-    const Area area = scene.grid().area(tile);
-    painter.start(area);
-    painter.paint(pieces);
-    painter.sums(light.data() + 3 * (area.y * view.width + area.x), row);
-  }
-  return linear_of(light);
-}
-
-std::vector<float> picture_of(const View& view, const Sprite& sprite, const WideRecord& record) {
-  Batch one(sprite, Layout::wide, view);
-  one.put(record);
-  return whole_picture(view, {one.piece()});
-}
-
-double sum(const std::vector<float>& light) { return std::accumulate(light.begin(), light.end(), 0.0); }
-
-// Opaque, 16x8: the upper half red, the lower half green, half transparent.
-AssetKey two_colors() {
-  Picture p;
-  p.width = 16;
-  p.height = 8;
-  for (int i = 0; i < 128; ++i) {
-    const bool upper = i < 64;
-    for (const int c : {upper ? 255 : 0, upper ? 0 : 255, 0, upper ? 255 : 128}) {
-      p.rgba.push_back(static_cast<std::uint8_t>(c));
-    }
-  }
-  return keep(p);
-}
-
-std::vector<const WideLanes*> usable_wide_lanes() {
-  std::vector<const WideLanes*> all{&motes::sse2::wide_lanes};
-  const std::size_t builds = usable_splat_lanes().size();
-  if (builds > 1) all.push_back(&motes::avx2::wide_lanes);
-  if (builds > 2) all.push_back(&motes::avx512::wide_lanes);
-  return all;
-}
 
 Batch random_wide(const Sprite& sprite, const View& view, std::size_t count, std::uint64_t seed, bool streaks) {
   Batch batch(sprite, Layout::wide, view);
@@ -114,20 +32,6 @@ Batch random_wide(const Sprite& sprite, const View& view, std::size_t count, std
     batch.put(r);
   }
   return batch;
-}
-
-// A streak of a sprite of one size, which may have a stamp. Places and half ways are in 1/16 px.
-void put_streak(Batch& batch, int x, int y, int half_x, int half_y) {
-  const Sprite& sprite = batch.brush.sprite();
-  const std::int16_t place[] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
-  const std::int16_t way[] = {static_cast<std::int16_t>(half_x), static_cast<std::int16_t>(half_y)};
-  const std::uint16_t size[] = {static_cast<std::uint16_t>(64 * (sprite.pixels == 1 ? 2 : sprite.pixels)), kAllLight};
-  std::byte bytes[16];
-  std::memset(bytes, 0xff, sizeof bytes);
-  std::memcpy(bytes, place, 4);
-  std::memcpy(bytes + 8, size, 4);
-  std::memcpy(bytes + 12, way, 4);
-  batch.bytes.insert(batch.bytes.end(), bytes, bytes + sizeof bytes);
 }
 
 std::vector<Batch> every_kind(const View& view, std::uint64_t seed) {
@@ -165,177 +69,6 @@ TEST(image_wide_discs_look_like_footprints) {
       for (std::size_t i = 0; i < light.size(); ++i) CHECK_NEAR(light[i], expected[i], 0.07);
     }
   }
-}
-
-TEST(image_a_streak_has_the_light_of_the_still_sprite) {
-  const View view = wide_view(200, 200);
-  for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere, Kind::image}) {
-    const Sprite sprite = wide_sprite(kind, Blend::add, kind == Kind::image ? two_colors() : 0);
-    for (const double diameter : {2.0, 2.5, 3.3, 5.0, 9.0, 30.0}) {
-      if (kind == Kind::point && diameter > 2) continue;
-      double still = 0;
-      for (int i = 0; i < 16; ++i) {
-        still += sum(picture_of(view, sprite, wide_record(0.25 * (i % 4), 0.25 * (i / 4), diameter))) / 16;
-      }
-      for (const auto& [dx, dy] :
-           {std::pair{0.02, 0.01}, {1.0, 0.0}, {0.0, 3.0}, {10.0, 0.0}, {7.0, -7.0}, {3.0, 40.0}, {-60.0, 25.0}}) {
-        for (const double shift : {0.0, 0.37, 0.5}) {
-          WideRecord r = wide_record(shift, 1.3 * shift, diameter);
-          r.dx = static_cast<std::int32_t>(dx * 256);
-          r.dy = static_cast<std::int32_t>(dy * 256);
-          const double moving = sum(picture_of(view, sprite, r));
-          CHECK_NEAR(moving / still, 1, 0.01);
-        }
-      }
-    }
-  }
-}
-
-// The same particle in the layout that has a size or a way, with or without depth.
-TEST(image_short_records_look_like_wide_ones) {
-  const View view = painter_view(true);
-  test::Dice dice(77);
-  const Grid grid{view.width, view.height};
-  const int unit = 1 << (8 - grid.far_bits());
-  for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere}) {
-    for (const Blend blend : {Blend::add, Blend::alpha, Blend::opaque}) {
-      for (const Layout layout : {Layout::sized, Layout::deep_sized, Layout::moving, Layout::deep_moving}) {
-        const RecordForm f = form(layout);
-        if (kind == Kind::point && f.way != 0) continue;  // points are of one size: see the next test
-        const Sprite sprite = wide_sprite(kind, blend);
-        Batch wide(sprite, Layout::wide, view), narrow(sprite, layout, view);
-        for (int i = 0; i < 30; ++i) {
-          WideRecord r = wide_record(0, 0, dice.between(2, 40), dice.between(5, 15));
-          r.x = unit * (static_cast<int>(dice.below(400)) - 200) * 8;
-          r.y = unit * (static_cast<int>(dice.below(400)) - 200) * 8;
-          r.light = static_cast<std::uint16_t>(1 + dice.below(kAllLight));
-          if (f.depth == 0) r.depth = 0;
-          if (f.way != 0) r.dx = 2 * unit * (static_cast<int>(dice.below(300)) - 150);
-          if (f.way != 0) r.dy = 2 * unit * (static_cast<int>(dice.below(300)) - 150);
-          wide.put(r);
-          std::byte bytes[20];
-          const auto pair = [&](int at, int x, int y) {
-            const std::int16_t both[] = {static_cast<std::int16_t>(x), static_cast<std::int16_t>(y)};
-            std::memcpy(bytes + at, both, 4);
-          };
-          pair(0, r.x / unit, r.y / unit);
-          std::memcpy(bytes + 4, r.color, 4);
-          if (f.depth != 0) std::memcpy(bytes + f.depth, &r.depth, 4);
-          std::memcpy(bytes + f.size, &r.size, 4);
-          if (f.way != 0) pair(f.way, r.dx / unit / 2, r.dy / unit / 2);
-          narrow.bytes.insert(narrow.bytes.end(), bytes, bytes + f.bytes);
-        }
-        const auto light = whole_picture(view, {wide.piece()});
-        CHECK(*std::max_element(light.begin(), light.end()) > 0.01);
-        // Without a depth, records are in the order of other bytes.
-        if (f.depth != 0 || blend != Blend::alpha) CHECK(whole_picture(view, {narrow.piece()}) == light);
-      }
-    }
-  }
-}
-
-// Their places and lengths are rounded, and their weights are kept from record to record.
-TEST(image_streaks_of_one_size_keep_their_light_in_any_order) {
-  const View view = painter_view();
-  for (const int pixels : {1, 2, 3, 5, 9, 15}) {
-    Sprite sprite;
-    sprite.pixels = pixels;
-    Batch still(sprite, Layout::plain, view);
-    still.put(PlainRecord{3, 5, {255, 255, 255}, 255});
-    const double expected = sum(whole_picture(view, {still.piece()}));
-    Batch all(sprite, Layout::moving, view);
-    test::Dice dice(static_cast<std::uint64_t>(pixels));
-    for (int i = 0; i < 60; ++i) {
-      const int reach = i % 4 == 0 ? 40 : 12;  // px, half of the way; the long ones have no stamps
-      const auto way = [&] { return (static_cast<int>(dice.below(33)) - 16) * reach; };
-      const auto place = [&] { return static_cast<int>(dice.below(400)) - 200; };
-      const int numbers[] = {place(), place(), way(), way()};
-      Batch one(sprite, Layout::moving, view);
-      put_streak(one, numbers[0], numbers[1], numbers[2], numbers[3]);
-      CHECK_NEAR(sum(whole_picture(view, {one.piece()})) / expected, 1, 0.01);
-      put_streak(all, numbers[0], numbers[1], numbers[2], numbers[3]);
-    }
-    const auto splats = usable_splat_lanes();
-    const auto wides = usable_wide_lanes();
-    for (int tile = 0; tile < 4; ++tile) {
-      PaintedTile painted(view, tile);
-      const auto reference = painted.paint({all.piece()});
-      test::Dice order(9);
-      for (std::size_t isa = 0; isa < splats.size(); ++isa) {
-        all.shuffle(order);
-        PaintedTile other(view, tile, *splats[isa], *wides[isa]);
-        CHECK(other.paint({all.piece(20), all.piece(0, 20)}) == reference);
-      }
-    }
-  }
-}
-
-// Stamps are for 16 places in a pixel, in the middle of its quarters: there they are what is drawn without them.
-TEST(image_a_stamp_is_the_streak_at_its_place) {
-  const View view = wide_view(64, 64);
-  for (const int pixels : {2, 3, 5, 9}) {
-    Sprite sprite;
-    sprite.pixels = pixels;
-    for (int quarter = 0; quarter < 16; ++quarter) {
-      const int x = 16 * (quarter - 8) + 4 * (quarter % 4) + 2, y = 16 * (5 - quarter) + 4 * (quarter / 4) + 2;
-      for (const auto& [dx, dy] : {std::pair{4, 0}, {0, 6}, {5, -3}, {-8, 2}, {1, 1}}) {  // px
-        Batch stamped(sprite, Layout::moving, view);
-        put_streak(stamped, x, y, 8 * dx, 8 * dy);
-        const auto light = whole_picture(view, {stamped.piece()});
-        WideRecord r = wide_record(x / 16.0, y / 16.0, pixels);
-        r.dx = 256 * dx;
-        r.dy = 256 * dy;
-        const auto expected = picture_of(view, wide_sprite(Kind::disc, Blend::add), r);
-        const double most = *std::max_element(expected.begin(), expected.end());
-        double off = 0;
-        for (std::size_t i = 0; i < light.size(); ++i) off = std::max(off, std::fabs(double{light[i]} - expected[i]));
-        CHECK(most > 0);
-        CHECK_NEAR(off / most, 0, 0.01);
-      }
-    }
-  }
-}
-
-// Ways of (8, 2) and (-8, 18) px share a place among the stamps: each replaces the other's while records of both are
-// drawn.
-TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {
-  const View view = wide_view(64, 64);
-  Sprite sprite;
-  sprite.pixels = 5;
-  Batch both(sprite, Layout::moving, view), first(sprite, Layout::moving, view), second(sprite, Layout::moving, view);
-  for (int i = 0; i < 30; ++i) {
-    const bool odd = i % 2 != 0;
-    for (Batch* batch : {&both, odd ? &second : &first}) {
-      put_streak(*batch, 64 * (i % 6) - 160, 16 * i - 240, odd ? -64 : 64, odd ? 144 : 16);
-    }
-  }
-  const auto together = whole_picture(view, {both.piece()});
-  const auto one = whole_picture(view, {first.piece()}), other = whole_picture(view, {second.piece()});
-  for (std::size_t i = 0; i < together.size(); ++i) CHECK_NEAR(together[i], one[i] + other[i], 1e-5);
-}
-
-TEST(image_points_keep_their_light_when_they_move) {
-  const View view = wide_view(64, 64);
-  Sprite point;
-  point.kind = Kind::point;
-  Batch fixed(point, Layout::plain, view);
-  fixed.put(PlainRecord{3, 5, {255, 255, 255}, 255});
-  const double still = sum(whole_picture(view, {fixed.piece()}));
-  WideRecord r = wide_record(0.2, 0.3, 2);
-  r.dx = 2000;
-  r.dy = 700;
-  CHECK_NEAR(sum(picture_of(view, wide_sprite(Kind::point, Blend::add), r)) / still, 1, 0.01);
-}
-
-TEST(image_a_streak_is_as_long_and_wide_as_it_should_be) {
-  const View view = wide_view(100, 60);
-  WideRecord r = wide_record(0, 0, 6);
-  r.dx = 40 * 256;
-  const auto light = picture_of(view, wide_sprite(Kind::disc, Blend::add), r);
-  const auto at = [&](int x, int y) { return light[static_cast<std::size_t>(3 * (y * view.width + x))]; };
-  CHECK(at(50, 30) > 0 && at(72, 29) > 0 && at(27, 30) > 0);
-  CHECK(at(74, 30) == 0 && at(25, 30) == 0 && at(50, 34) == 0 && at(50, 25) == 0);
-  CHECK_NEAR(at(50, 30), at(40, 29), 1e-5);  // even along its way
 }
 
 TEST(image_opaque_sprites_keep_their_size) {

@@ -47,7 +47,7 @@ std::string fresh(const std::string& folder) {
 
 TEST(a_part_has_its_bytes_whatever_the_file_system_can_do) {
   const std::vector<std::byte> head = numbers(129);
-  for (const std::string folder : {std::filesystem::temp_directory_path().string(), std::string("/dev/shm")}) {
+  for (const std::string& folder : {std::filesystem::temp_directory_path().string(), std::string("/dev/shm")}) {
     if (!std::filesystem::is_directory(folder)) continue;
     const std::string directory = fresh(folder), path = directory + "/part";
     for (const std::size_t size : {std::size_t{0}, std::size_t{5}, kPiece - 129, kPiece, 2 * kPiece + 4099}) {

@@ -52,7 +52,7 @@ def test_the_scene_lives():
     assert sparks == 400, "the capacity is reached"
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 5])
+@pytest.mark.parametrize("size", [1, pytest.param(2, marks=pytest.mark.slow), 3, 5])
 def test_any_ranks_and_roles(size: int):
     variants: list[dict[str, Any]] = [
         {"roles": wish, "space": space} for wish in roles(size) for space in ([-2, 2], THIN)
@@ -182,8 +182,8 @@ with world:
     ("meeting", "read"),
     [
         ("s.collide(0.1)", "s.local().__enter__()"),
-        ("s.gravitate()", "s.gather()"),
-        ("s.match_velocity(max_radius=0.2)", "world.digest()"),
+        pytest.param("s.gravitate()", "s.gather()", marks=pytest.mark.slow),
+        pytest.param("s.match_velocity(max_radius=0.2)", "world.digest()", marks=pytest.mark.slow),
         ("other.collide(0.1, other=s, other_radius=0.1)", "s.local().__enter__()"),
     ],
 )
@@ -269,10 +269,10 @@ with world:
     [
         ("s.collide(radius=1e30)", 1),
         ("s.collide()", 0),
-        ("s.collide()", 3),
-        ("s.collide(radius=1e-30)", 1),
+        pytest.param("s.collide()", 3, marks=pytest.mark.slow),
+        pytest.param("s.collide(radius=1e-30)", 1, marks=pytest.mark.slow),
         ("s.collide(0.1, other=none)", 1),
-        ("s.gravitate(max_radius=0)", 1),
+        pytest.param("s.gravitate(max_radius=0)", 1, marks=pytest.mark.slow),
         ("s.gravitate(max_radius=1e38)", 1),
     ],
 )
@@ -304,7 +304,10 @@ with world:
 """
 
 
-@pytest.mark.parametrize(("rank", "call"), [(0, 3), (2, 8), pytest.param(3, 12, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    ("rank", "call"),
+    [pytest.param(0, 3, marks=pytest.mark.slow), (2, 8), pytest.param(3, 12, marks=pytest.mark.slow)],
+)
 def test_a_callback_that_fails_between_meetings_stops_all(rank: int, call: int):
     result = mpirun(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
     assert result.code == 1

@@ -30,7 +30,7 @@ def without_reads(substeps: int) -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 3])
 @pytest.mark.parametrize("way", WAYS)
 def test_reads_change_no_bit(way, ranks):
     assert mpirun(ranks, SCENE, way).lines == without_reads(1)
@@ -42,7 +42,7 @@ def test_reads_change_no_bit_with_substeps(ranks, way):
 
 
 @pytest.mark.parametrize("settings", SETTINGS, ids=" ".join)
-@pytest.mark.parametrize("ranks", [2, 5])
+@pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 5])
 def test_reads_change_no_bit_however_ranks_share_the_work(ranks, settings):
     assert mpirun(ranks, SCENE, "l0123,d3,g4", *settings).lines == without_reads(1)
 
@@ -78,7 +78,9 @@ WRITTEN = [
 ]
 
 
-@pytest.mark.parametrize("write", WRITTEN)
+@pytest.mark.parametrize(
+    "write", [*WRITTEN[:2], *(pytest.param(each, marks=pytest.mark.slow) for each in WRITTEN[2:])]
+)
 def test_what_is_written_between_substeps_counts_on_any_number_of_ranks(write):
     one = mpirun(1, WRITES.replace("WRITE", write)).lines
     assert one != mpirun(1, WRITES.replace("WRITE", "p.velocity")).lines

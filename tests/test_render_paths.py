@@ -57,7 +57,9 @@ def pictures(log: Path, size: int, path: str, wish: str, distance: float = 11, l
     return [json.loads(line) for line in lines]
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, pytest.param(5, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "size", [1, pytest.param(2, marks=pytest.mark.slow), 3, pytest.param(5, marks=pytest.mark.slow)]
+)
 def test_any_path_ranks_and_roles(size: int):
     variants = [{"roles": wish, "space": [-3, 3], "path": path} for wish in roles(size) for path in PATHS]
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=200).lines), variants)
@@ -71,13 +73,13 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
 
 
 @pytest.mark.parametrize("path", PATHS[1:])
-@pytest.mark.parametrize(("size", "wish"), [(2, "shared"), (3, "auto")])
+@pytest.mark.parametrize(("size", "wish"), [pytest.param(2, "shared", marks=pytest.mark.slow), (3, "auto")])
 def test_the_light_is_the_same(size: int, wish: str, path: str, alone: list[Any], tmp_path: Path):
     assert pictures(tmp_path / "log", size, path, wish, linear=1) == alone
 
 
 @pytest.mark.parametrize("path", PATHS[1:])
-@pytest.mark.parametrize(("size", "wish"), [(2, "shared"), (4, "auto")])
+@pytest.mark.parametrize(("size", "wish"), [(2, "shared"), pytest.param(4, "auto", marks=pytest.mark.slow)])
 def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
     pictures(tmp_path / "log", size, path, wish)
     for row in frames_of(tmp_path / "log"):

@@ -77,14 +77,16 @@ def test_another_seed_substeps_or_axis():
     assert frames[2, last] == expected()[last], "the axis of the domains changes nothing"
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 5])
+@pytest.mark.parametrize("size", [1, pytest.param(2, marks=pytest.mark.slow), 3, 5])
 def test_any_ranks_roles_and_cuts(size: int):
     variants = [{"roles": wish, "space": space} for wish in roles(size) for space in SPACES]
     variants.append({"roles": "shared", "space": [-1, 2], "axis": "y"})
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
-@pytest.mark.parametrize("size", [1, 2, 3, 5])
+@pytest.mark.parametrize(
+    "size", [pytest.param(1, marks=pytest.mark.slow), 2, pytest.param(3, marks=pytest.mark.slow), 5]
+)
 def test_bricks_and_parts_of_the_ids(size: int):
     variants = [
         {"roles": wish, "space": space, "axis": axis, "balance": True, "births": births}
@@ -100,7 +102,9 @@ def test_bricks_and_parts_of_the_ids(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
-@pytest.mark.parametrize("size", [3, 5, pytest.param(9, marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "size", [pytest.param(3, marks=pytest.mark.slow), 5, pytest.param(9, marks=pytest.mark.slow)]
+)
 def test_any_way_of_talking(size: int):
     ways = [("manager", 1, None), ("calculators", 2, "fit"), ("calculators", 8, [-1, 2])]
     variants = [
@@ -111,7 +115,16 @@ def test_any_way_of_talking(size: int):
     assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
 
 
-@pytest.mark.parametrize(("size", "threads"), [(1, 2), (1, 7), (2, 3), (3, 2), (5, 3)])
+@pytest.mark.parametrize(
+    ("size", "threads"),
+    [
+        (1, 7),
+        (3, 2),
+        pytest.param(1, 2, marks=pytest.mark.slow),
+        pytest.param(2, 3, marks=pytest.mark.slow),
+        pytest.param(5, 3, marks=pytest.mark.slow),
+    ],
+)
 def test_any_threads(size: int, threads: int):
     variants = [{"roles": wish, "space": [-3, 3]} for wish in ("auto", "shared")]
     env = {"MOTES_THREADS": str(threads), "MOTES_GRAIN": "64"}

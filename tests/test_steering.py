@@ -120,7 +120,9 @@ def test_the_log_tells_what_viewers_did(steered):
     assert any("camera" in row and row["camera"] is None for row in told)
 
 
-@pytest.mark.parametrize("ranks", [1, 2, 3, 5])
+@pytest.mark.parametrize(
+    "ranks", [1, pytest.param(2, marks=pytest.mark.slow), pytest.param(3, marks=pytest.mark.slow), 5]
+)
 def test_a_steered_run_happens_again_on_any_number_of_ranks(steered, tmp_path, ranks):
     more = ", roles='shared'" if ranks == 5 else ""
     result = repeat(ranks, tmp_path, steered, 200, more)

@@ -75,11 +75,11 @@ def whole(result: Result, folder: Path, frames: int, number: int, total: str) ->
     [
         (1, "run", INT),
         pytest.param(1, "run", USR1, marks=pytest.mark.slow),
-        (2, "run", INT),
+        pytest.param(2, "run", INT, marks=pytest.mark.slow),
         pytest.param(2, 1, TERM, marks=pytest.mark.slow),
         pytest.param(3, "run", TERM, marks=pytest.mark.slow),
         (3, "all", INT),
-        (3, 0, USR1),
+        pytest.param(3, 0, USR1, marks=pytest.mark.slow),
         pytest.param(5, "run", USR1, marks=pytest.mark.slow),
         pytest.param(5, 3, INT, marks=pytest.mark.slow),
         (5, "all", TERM),
@@ -97,7 +97,8 @@ def test_all_ranks_stop_after_the_same_frame(tmp_path, ranks, to, number):
     [
         ("first", 3, "run", 8),
         ("callback", 3, 2, 3),  # the frame that is under way is the last
-        ("wait", 3, 0, 4),  # rank 0 has reported on its frame before
+        # rank 0 has reported on its frame before
+        pytest.param("wait", 3, 0, 4, marks=pytest.mark.slow),
         ("gather", 3, 0, 3),
         pytest.param("gather", 1, "run", 8, marks=pytest.mark.slow),
     ],
@@ -109,7 +110,7 @@ def test_a_signal_comes_at_any_moment(tmp_path, kind, ranks, to, most):
     assert 1 <= stopped_after(result, tmp_path, ranks, TERM) <= most, result.text
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 3])
 def test_a_loop_of_ones_own_ends_by_system_exit(tmp_path, ranks):
     sender = Sender(tmp_path, "run", [INT], ranks=ranks)
     result = mpirun(ranks, SCENE, "own", tmp_path, timeout=LIMIT_S, env=PATIENT, watch=sender)
@@ -118,7 +119,7 @@ def test_a_loop_of_ones_own_ends_by_system_exit(tmp_path, ranks):
     whole(result, tmp_path, frames, INT, total="")
 
 
-@pytest.mark.parametrize("ranks", [1, 3])
+@pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 3])
 @pytest.mark.parametrize("number", [INT, TERM], ids=["INT", "TERM"])
 def test_a_second_signal_ends_at_once(tmp_path, ranks, number):
     sender = Sender(tmp_path, "run", [number, number], ranks=ranks)

@@ -6,10 +6,9 @@ import os
 import warnings
 from collections.abc import Callable, Mapping
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 
 from . import _core, _extras, arguments, environment, scenefile
@@ -40,6 +39,9 @@ from .system import System
 from .usage import Describing, Usage, Weakly
 from .values import Settings, says_near_names
 from .world_facts import Facts
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 __all__ = ["World"]
 

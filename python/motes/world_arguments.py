@@ -8,7 +8,6 @@ from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from mpi4py import MPI
 
 from . import _core, arguments
 from .balance import BALANCERS, Balancer, Static
@@ -17,6 +16,8 @@ from .rendering import Renderer
 from .sprites import Sprite
 
 if TYPE_CHECKING:
+    from mpi4py import MPI
+
     from .system import System
 
 __all__ = [
@@ -85,6 +86,8 @@ def balancer(value: Any, axes: str) -> Balancer:
 
 def communicator(comm: Any) -> MPI.Intracomm:
     """Return `comm`, or that of all ranks for None."""
+    from mpi4py import MPI
+
     if comm is None:
         return MPI.COMM_WORLD
     if not isinstance(comm, MPI.Intracomm):

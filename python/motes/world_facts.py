@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
-from mpi4py import MPI
-
 from ._run import script_lines
 from ._run.settings import RunSettings
 
 if TYPE_CHECKING:
+    from mpi4py import MPI
+
     from . import _core
     from ._checkpoint.course import Course
     from .system import System

@@ -1,9 +1,10 @@
 // Files of parts: what is written past the kernel's cache, in whole pieces, and what is left of it.
+#include <algorithm>
 #include <csignal>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,8 +33,9 @@ std::string content_of(const std::string& path) {
 // Whether the file has these bytes, one after the other.
 bool holds(const std::string& path, const std::vector<std::byte>& head, const std::vector<std::byte>& rest) {
   const std::string content = content_of(path);
-  return content.size() == head.size() + rest.size() && std::memcmp(content.data(), head.data(), head.size()) == 0 &&
-         std::memcmp(content.data() + head.size(), rest.data(), rest.size()) == 0;
+  const std::span<const std::byte> bytes = std::as_bytes(std::span(content));
+  return bytes.size() == head.size() + rest.size() && std::ranges::equal(bytes.first(head.size()), head) &&
+         std::ranges::equal(bytes.subspan(head.size()), rest);
 }
 
 std::string fresh(const std::string& folder) {

@@ -83,10 +83,10 @@ def test_mpi_starts_before_the_core_is_loaded(code):
     assert {"mpi4py.MPI", "motes._core"} <= found
 
 
-@pytest.mark.parametrize("name", ["World", "Frame", "Mesh", "Particles", "show", "shapes", "actions", "replay"])
+@pytest.mark.parametrize("name", ["World", "Frame", "Mesh", "Particles", "show", "shapes", "replay"])
 def test_settings_are_made_before_mpi_starts(name):
-    # Modules stand in sys.modules in the order of their first import. Settings made later cost each script that
-    # runs without a launcher a second.
+    # Modules stand in sys.modules in the order of their first import. Settings made later cost each script
+    # that runs without a launcher a second.
     made = alone(f"import motes, sys; motes.{name}; print(*sys.modules)")
     assert made.returncode == 0, made.stderr
     modules = made.stdout.split()

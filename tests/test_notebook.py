@@ -104,7 +104,8 @@ def test_what_is_committed_was_executed(name):
 
 @pytest.mark.timeout(900)
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name == "pictures" else []) for name in NOTEBOOKS]
+    "name",
+    [pytest.param(name, marks=[] if name == "first_steps" else [pytest.mark.slow]) for name in NOTEBOOKS],
 )
 def test_the_notebook_runs_and_its_claims_hold(name, monkeypatch):
     monkeypatch.setenv("MOTES_PROGRESS", "")

@@ -64,14 +64,14 @@ def test_a_job_that_was_stopped_for_long_goes_on(tmp_path: Path):
     assert "waited" not in result.err, result.text
 
 
-# Warnings come each half second here instead of each minute.
+# Warnings come four times a second here instead of once a minute.
 LONG = """
 import os, sys, time
 from pathlib import Path
 from motes._run import waiting
 import motes
 
-waiting.WARN_S = 0.5
+waiting.WARN_S = 0.25
 world = motes.World(progress="off", space=(-10, 10), births=sys.argv[2])
 system = world.system("only")
 
@@ -79,7 +79,7 @@ def slow(particles):
     if world.frame == 2 and world.rank == world.size - 1:
         Path(sys.argv[1], "part").write_text(str(os.getpid()))
         Path(sys.argv[1], "part").rename(Path(sys.argv[1], "pid"))
-        time.sleep(7)
+        time.sleep(3.5)
 
 with world:
     for frame in world.frames(4):
@@ -128,7 +128,7 @@ def test_a_stopped_rank_is_waited_for_and_its_state_is_said(tmp_path: Path):
         if not stopped:
             os.kill(pid, signal.SIGSTOP)
             stopped.append(time.monotonic())
-        elif time.monotonic() > stopped[0] + 6:  # ten warnings and more
+        elif time.monotonic() > stopped[0] + 3:  # ten warnings and more
             os.kill(pid, signal.SIGCONT)
             stopped.append(time.monotonic())
 
@@ -143,7 +143,7 @@ def test_a_stopped_rank_is_waited_for_and_its_state_is_said(tmp_path: Path):
 
 @pytest.mark.slow
 def test_a_callback_of_more_than_a_minute_ends_nothing(tmp_path: Path):
-    script = LONG.replace("waiting.WARN_S = 0.5", "").replace("sleep(7)", "sleep(65)")
+    script = LONG.replace("waiting.WARN_S = 0.25", "").replace("sleep(3.5)", "sleep(65)")
     result = mpirun(3, script, tmp_path, "manager", timeout=120)
     assert result.lines == ["all frames"], result.text
     assert "waited 60 s for rank 2" in result.err

@@ -50,7 +50,7 @@ struct Film {
 
 std::uint64_t orders() {
   const char* text = std::getenv("MOTES_TEST_ORDERS");
-  return text == nullptr ? 300 : std::strtoull(text, nullptr, 10);
+  return text == nullptr ? 200 : std::strtoull(text, nullptr, 10);
 }
 
 void record(frame::Engine& engine, int parents, int children, bool reads) {

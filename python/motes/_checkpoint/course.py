@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import pickle
 from collections.abc import Callable, Sequence
-from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
@@ -174,6 +173,8 @@ class Course:
 
 
 def _version() -> str:
+    from importlib.metadata import PackageNotFoundError, version  # takes 14 ms
+
     try:
         return version("motes")
     except PackageNotFoundError:

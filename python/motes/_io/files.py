@@ -5,7 +5,6 @@ from __future__ import annotations
 import errno
 import os
 import re
-import secrets
 import stat
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
@@ -91,7 +90,7 @@ def make_draft(path: Path) -> tuple[Path, int]:
     Returns its name and the open file, which holds the lock.
     """
     while True:
-        draft = path.with_name(f".{path.name}.{secrets.token_hex(8)}{_SUFFIX}")
+        draft = path.with_name(f".{path.name}.{os.urandom(8).hex()}{_SUFFIX}")
         lock = os.open(draft, os.O_RDWR | os.O_CREAT | os.O_EXCL | _NO_FOLLOW, 0o666)
         _try_lock(lock)
         try:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import hashlib
 import json
 import os
-import secrets
 import struct
 from collections.abc import Sequence
 from dataclasses import replace
@@ -67,7 +66,7 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
         own = comm.Get_group()
         run.ranks = own.Translate_ranks(list(range(comm.size)), MPI.COMM_WORLD.Get_group())
-    wish = secrets.randbits(64) if settings.seed is None else settings.seed
+    wish = int.from_bytes(os.urandom(8), "big") if settings.seed is None else settings.seed
     text = json.dumps(settings.compared()).encode()
     cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
     run.peers = [card.peer for card in cards]

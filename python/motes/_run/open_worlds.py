@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import secrets
 from pathlib import Path
 
 from .. import environment
@@ -25,7 +24,7 @@ def enter(rank: int) -> Path | None:
     folder = environment.read(FOLDER)
     if not folder or not Path(folder).is_dir():
         return None
-    file = Path(folder) / f"{rank}-{secrets.token_hex(4)}"
+    file = Path(folder) / f"{rank}-{os.urandom(4).hex()}"
     with contextlib.suppress(OSError):
         here = Peer.here(rank=rank, role="")
         file.write_text(f"{here.pid} {here.started} {here.space}")

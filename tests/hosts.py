@@ -29,8 +29,9 @@ def missing() -> str:
         if shutil.which(tool) is None:
             return f"network namespaces need {tool}"
     with contextlib.suppress(subprocess.CalledProcessError):
-        _ip("netns", "add", "motes-probe")
-        _ip("netns", "del", "motes-probe")
+        probe = f"motes-probe-{os.getpid()}"  # two sessions may ask at once
+        _ip("netns", "add", probe)
+        _ip("netns", "del", probe)
         return ""
     return "no network namespaces here"
 

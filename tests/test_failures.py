@@ -81,8 +81,19 @@ def assert_told(kind: Kind, rank: int, env: dict[str, str] | None = None) -> flo
     return seconds
 
 
-@pytest.mark.parametrize("rank", range(RANKS))
-@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.name)
+# Each kind of fault on one rank, and each rank with some kind; the slow suite has them all.
+FAULTS = [
+    pytest.param(
+        *(kind, rank),
+        id=f"{kind.name}-{rank}",
+        marks=[] if rank == number % RANKS else [pytest.mark.slow],
+    )
+    for number, kind in enumerate(KINDS)
+    for rank in range(RANKS)
+]
+
+
+@pytest.mark.parametrize(("kind", "rank"), FAULTS)
 def test_a_fault_on_one_rank(kind: Kind, rank: int):
     assert_told(kind, rank)
 

@@ -71,8 +71,8 @@ def test_a_killed_writer_leaves_the_old_file(tmp_path):
 def test_no_symbolic_link_is_followed(tmp_path, monkeypatch):
     victim = tmp_path / "victim"
     victim.write_bytes(b"precious")
-    monkeypatch.setattr(files.secrets, "token_hex", lambda _: "00")
-    (tmp_path / ".a.00.tmp").symlink_to(victim)
+    monkeypatch.setattr(files.os, "urandom", lambda count: bytes(count))
+    (tmp_path / f".a.{bytes(8).hex()}.tmp").symlink_to(victim)
     with pytest.raises(FileExistsError):
         files.write_whole(tmp_path / "a", b"new")
     assert victim.read_bytes() == b"precious"

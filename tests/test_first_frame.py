@@ -243,9 +243,14 @@ with world:
 
 
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem != "heterogeneous")  # it starts jobs
+SOME = {"dam", "fireworks", "flame", "flock", "fountain", "rain", "snow"}
+"""Those that run each time; the slow suite has them all."""
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize(
+    "name",
+    [name if name in SOME else pytest.param(name, marks=pytest.mark.slow) for name in NAMES],
+)
 def test_no_example_gets_a_warning(name: str):
     argv = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
     result = python(EXAMPLES / f"{name}.py", *argv, timeout=60)

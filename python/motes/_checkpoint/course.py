@@ -10,6 +10,7 @@ from .. import _core
 from .._run.continuing import continued
 from .._run.output import tell
 from .._run.process import OpenRun, process
+from .._run.run_file import motes_version
 from .._run.settings import RunSettings
 from . import same_script
 from .finding import Found
@@ -142,7 +143,7 @@ class Course:
             seed=settings.seed,
             dt_s=settings.dt,
             substeps=settings.substeps,
-            motes=_version(),
+            motes=motes_version(),
             script=self._script,
             systems=[system.name for system in systems],
             parts=[],
@@ -170,12 +171,3 @@ class Course:
                     f"which cannot be pickled: {error}"
                 )
             return None
-
-
-def _version() -> str:
-    from importlib.metadata import PackageNotFoundError, version  # takes 14 ms
-
-    try:
-        return version("motes")
-    except PackageNotFoundError:
-        return "unknown"

@@ -19,7 +19,7 @@ from .. import _core
 from .._io import files
 from ..errors import LogError
 
-__all__ = ["earlier_run", "write_run"]
+__all__ = ["earlier_run", "motes_version", "write_run"]
 
 SCHEMA = 1
 
@@ -56,7 +56,7 @@ def _of_this_process(facts: dict[str, Any], hosts: Sequence[str], threads: Seque
         "script_sha256": hashlib.sha256(text.encode()).hexdigest(),
         **facts,
         "ranks": [{"rank": rank, "host": host, "threads": threads[rank]} for rank, host in enumerate(hosts)],
-        "motes": _version("motes"),
+        "motes": motes_version(),
         "mpi": _core.mpi_version(),
         "mpi4py": mpi4py.__version__,
         "python": platform.python_version(),
@@ -92,10 +92,11 @@ def earlier_run(path: Path) -> dict[str, Any] | None:
     return run
 
 
-def _version(package: str) -> str:
+def motes_version() -> str:
+    """Return the version of the installed package; "unknown" where there is none."""
     from importlib.metadata import PackageNotFoundError, version  # takes 14 ms
 
     try:
-        return version(package)
+        return version("motes")
     except PackageNotFoundError:
         return "unknown"

@@ -65,6 +65,45 @@ def killed(tmp_path_factory):
     return place
 
 
+MANAGED = """
+import os, sys
+import numpy as np, motes
+
+class Counts(motes.Balancer):
+    def decide(self, load):
+        print("evaluation", load.evaluation, "of frame", load.frame, flush=True)
+        return motes.balance.Orders([])
+
+world = motes.World(seed=1, space=(-1, 1), progress="off", roles="shared", balancer=Counts(),
+                    checkpoint=motes.Checkpoint(sys.argv[1], every=3))
+dust = world.system("dust")
+with world:
+    for frame in world.frames(8):
+        if frame == 0:
+            dust.emit(position=np.random.default_rng(1).uniform(0.5, 0.51, (1500, 3)))
+        if frame == 7 and "KILLED" in os.environ:
+            world.digest()
+            os._exit(9)
+        dust.gravitate(1e-6, max_radius=1)
+        dust.move()
+        world.step()
+"""
+
+
+def test_the_manager_goes_on_where_it_was(tmp_path):
+    """No warning is said twice, and a balancer hears which evaluation it is since the first frame."""
+    script = tmp_path / "managed.py"
+    script.write_text(MANAGED)
+    first = mpirun(3, script, tmp_path / "checkpoints", env={"KILLED": "yes"})
+    assert first.code != 0 and first.err.count("1500 particles are in one cell") == 1
+    newest = folder.whole(tmp_path / "checkpoints")[0][0]
+    assert newest in (3, 6)
+    then = mpirun(3, script, tmp_path / "checkpoints")
+    assert then.code == 0, then.text
+    assert "particles are in one cell" not in then.err
+    assert [f"evaluation {i} of frame {i}" in then.out for i in range(8)] == [i >= newest for i in range(8)]
+
+
 @pytest.fixture
 def copied(killed):
     """The same once more: arguments and films have the names that the killed run knew."""
@@ -328,9 +367,11 @@ def test_a_manifest_says_when_it_has_changed(tmp_path):
         except CheckpointError:
             continue
         assert read == manifest_of().with_kept({"configured": {}})  # white space
-    newer = text.replace(b'"version": 1', b'"version": 2')
-    with pytest.raises(CheckpointError, match="version 2"):
-        Manifest.from_bytes(newer, tmp_path)
+    for other in (1, 3):
+        text = text.replace(b'"version": 2', b'"version": %d' % other)
+        with pytest.raises(CheckpointError, match=f"version {other}"):
+            Manifest.from_bytes(text, tmp_path)
+        text = text.replace(b'"version": %d' % other, b'"version": 2')
 
 
 def test_a_directory_belongs_to_one_run(tmp_path):

@@ -79,9 +79,9 @@ struct Around {
   static MOTES_INLINE Float3 of3(const float* v) { return {v[0], v[1], v[2]}; }
 };
 
-/// The next hit of a path: as Hit, but in the mesh's coordinates.
-MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats start, Mask outside) {
-  const Passage passage = mesh.follow(from, to, start, outside);
+/// The next hit of a path, for the lanes of `among`: as Hit, but in the mesh's coordinates.
+MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats start, Mask outside, Mask among) {
+  const Passage passage = mesh.follow(from, to, start, outside, among);
   if (!any(passage.mask)) return {passage.mask, passage.part, Floats3{}};
   const Floats3 way = to - from;
   return {passage.mask, passage.part, mesh.normal_at(from + way * passage.part, way, outside)};
@@ -98,8 +98,7 @@ MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, f
   Mask bounced{}, going = ~Mask{};
   for (int hits = 1;; ++hits) {
     const Floats3 to = moving.end.to_body(x + v * dt);  // where the move will take it
-    Hit hit = meet(mesh, from, to, start, outside);
-    hit.mask &= going;
+    const Hit hit = meet(mesh, from, to, start, outside, going);
     if (!any(hit.mask)) return bounced;
     bounced |= hit.mask;
     going = hit.mask;

@@ -46,12 +46,12 @@ OpenedCopy open(const Copy& copy) {
   return opened;
 }
 
-void Copies::begin(const Rank& rank, const Script& script, std::uint64_t every) {
+void Copies::begin(const Parts& parts, std::uint64_t every) {
   every_ = std::max(every, kLag + 2);
   Generation none;  // before the first frame there are no particles
-  none.of.frame = rank.talk.frame;
-  none.systems = script.systems.size();
-  particles::write_fields(shared_state(rank, script), none.state);
+  none.of.frame = parts.rank.talk.frame;
+  none.systems = parts.script.systems.size();
+  particles::write_fields(shared_state(parts), none.state);
   none.arrived = none.counts = true;
   generations_.push_back(std::move(none));
 }
@@ -78,7 +78,8 @@ void Copies::forget_behind(CopiesOf of) {
   for (Generation& generation : generations_) generation.arrived = true;  // what has not come will not come
 }
 
-void Copies::at_border(Rank& rank, const Script& script, const Calculator& calculator, std::uint64_t unsaved_from) {
+void Copies::at_border(Parts& parts, std::uint64_t unsaved_from) {
+  Rank& rank = parts.rank;
   const std::uint64_t now = rank.talk.frame;
   for (Generation& generation : generations_) {
     if (generation.counts || generation.of.frame + kLag > now) continue;
@@ -86,26 +87,27 @@ void Copies::at_border(Rank& rank, const Script& script, const Calculator& calcu
     generation.counts = true;
   }
   forget(rank, unsaved_from, now);
-  if (now % every_ == 0) make(rank, script, calculator, false, false);
+  if (now % every_ == 0) make(parts, false, false);
 }
 
-void Copies::make(Rank& rank, const Script& script, const Calculator& calculator, bool alone, bool wait) {
+void Copies::make(Parts& parts, bool alone, bool wait) {
   if (alone) {
     generations_.clear();
     lists_.clear();
   }
+  Rank& rank = parts.rank;
   Conversation& talk = rank.talk;
   Generation made;
   made.of = {talk.frame, losses};
   made.parts = static_cast<std::uint32_t>(talk.calculators());
-  made.systems = script.systems.size();
-  particles::write_fields(shared_state(rank, script), made.state);
+  made.systems = parts.script.systems.size();
+  particles::write_fields(shared_state(parts), made.state);
   if (talk.calculates()) {
     comm::Message message;
     message.bytes() = spare();
     message.bytes().put(comm::Header{});
     particles::Bytes& bytes = message.bytes();
-    const snapshots::Description description = copy_part(rank, script, calculator, bytes);
+    const snapshots::Description description = copy_part(rank, parts.script, parts.calculator, bytes);
     const std::size_t before = bytes.size();
     particles::write_fields(description, bytes);
     bytes.put(static_cast<std::uint64_t>(bytes.size() - before));

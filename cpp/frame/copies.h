@@ -57,19 +57,19 @@ struct KeptList {
 class Copies {
  public:
   /// Copies are made before each frame whose number is a multiple of `every`, which is at least kLag + 2.
-  void begin(const Rank& rank, const Script& script, std::uint64_t every);
+  void begin(const Parts& parts, std::uint64_t every);
   bool on() const { return every_ > 0; }
 
   /// The frame under way has this list.
   void note_list(std::uint64_t frame, const particles::Bytes& record, bool needs_script);
   /// Collective, between two frames: sends and takes what is due, and forgets what is no longer needed. `unsaved_from`:
   /// the first frame whose picture may have to be made again.
-  void at_border(Rank& rank, const Script& script, const Calculator& calculator, std::uint64_t unsaved_from);
+  void at_border(Parts& parts, std::uint64_t unsaved_from);
   /// Collective: takes what is under way, which its sender must be rid of before the end.
   void take_rest(Rank& rank);
   /// Collective: makes a generation here and now, in place of all earlier ones where `alone` says so. `wait`: until
   /// this rank has what is sent to it.
-  void make(Rank& rank, const Script& script, const Calculator& calculator, bool alone, bool wait);
+  void make(Parts& parts, bool alone, bool wait);
 
   const std::deque<Generation>& generations() const { return generations_; }
   const Generation* find(CopiesOf of) const;

@@ -97,7 +97,7 @@ void Engine::keep_lists(bool compute) {
 
 particles::Bytes Engine::shared_state() const {
   particles::Bytes bytes;
-  particles::write_fields(frame::shared_state(parts_->rank, parts_->script), bytes);
+  particles::write_fields(frame::shared_state(*parts_), bytes);
   return bytes;
 }
 
@@ -112,7 +112,7 @@ void Engine::restore_state(std::span<const std::byte> state, const std::vector<S
   particles::Reader in(state);
   particles::read_fields(in, shared);
   if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples: one per system");
-  frame::restore_state(parts_->rank, parts_->script, parts_->calculator, shared, samples);
+  frame::restore_state(*parts_, shared, samples);
 }
 
 void Engine::Kept::keep(Script& script) {

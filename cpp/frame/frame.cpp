@@ -165,7 +165,7 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
   }
   end(p);
   wrote_ = false;
-  if (copies_.on()) copies_.at_border(p.rank, p.script, p.calculator, p.rank.talk.all_unsaved_from);
+  if (copies_.on()) copies_.at_border(p, p.rank.talk.all_unsaved_from);
 }
 
 void Engine::redraw_now(const image::View& view, const std::string& argument) {

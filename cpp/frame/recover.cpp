@@ -108,7 +108,7 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
     }
   }
   samples = exchange_samples(p.rank, samples);
-  restore_state(p.rank, p.script, p.calculator, state, samples.systems);
+  restore_state(p, state, samples.systems);
   for (const OpenedCopy& copy : copies) {
     for (std::size_t i = 0; i < from.systems; ++i) {
       const std::uint64_t rows = copy.description.systems[i].rows;
@@ -196,11 +196,11 @@ Notes Engine::prepare_write(const std::string& what, bool reads, const std::func
 void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
   bystander_ = std::move(bystander);
   if (!parts_->rank.talk.comm().survives() || kept_.only) return;
-  copies_.begin(parts_->rank, parts_->script, every);
+  copies_.begin(*parts_, every);
 }
 
 void Engine::copy_restored() {
-  if (copies_.on()) copies_.make(parts_->rank, parts_->script, parts_->calculator, true, false);
+  if (copies_.on()) copies_.make(*parts_, true, false);
 }
 
 std::vector<std::size_t> Engine::lengths() const {
@@ -303,7 +303,7 @@ void Engine::go_back(const WayBack& way) {
   start_again(from);
   Parts& p = *parts_;
   restore(p, from, way.holders);
-  copies_.make(p.rank, p.script, p.calculator, false, true);
+  copies_.make(p, false, true);
   p.rank.talk.work("movie", [&] {
     if (bystander_.resumed) bystander_.resumed(way.from.frame);
   });

@@ -56,13 +56,24 @@ const snapshots::SavedPlane* plane_of_position(const snapshots::Description& des
 
 }  // namespace
 
-SharedState shared_state(const Rank& rank, const Script& script) {
-  const Settings& run = rank.settings;
-  SharedState state{rank.talk.frame, run.seed, run.dt, run.substeps, {}, script.camera, script.camera_frame};
+SharedState shared_state(const Parts& parts) {
+  const Settings& run = parts.rank.settings;
+  const Script& script = parts.script;
+  SharedState state;
+  state.frame = parts.rank.talk.frame;
+  state.seed = run.seed;
+  state.dt = run.dt;
+  state.substeps = run.substeps;
+  state.camera = script.camera;
+  state.camera_frame = script.camera_frame;
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
                              system->keeps_copies, system->history, definition.axes, system->domains.tree()});
+  }
+  if (parts.rank.talk.manages()) {
+    for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
+    state.manager.alarms = parts.manager.alarms;
   }
   return state;
 }
@@ -100,8 +111,10 @@ void take_sample(const snapshots::Description& description, std::span<const std:
   }
 }
 
-void restore_state(Rank& rank, Script& script, const Calculator& calculator, const SharedState& state,
-                   const std::vector<Sample>& samples) {
+void restore_state(Parts& parts, const SharedState& state, const std::vector<Sample>& samples) {
+  Rank& rank = parts.rank;
+  Script& script = parts.script;
+  const Calculator& calculator = parts.calculator;
   check(rank.settings, script, state);
   const int calculators = static_cast<int>(rank.talk.calculators());
   for (std::size_t i = 0; i < script.systems.size(); ++i) {
@@ -120,6 +133,12 @@ void restore_state(Rank& rank, Script& script, const Calculator& calculator, con
   script.camera = state.camera;
   script.camera_frame = state.camera_frame;
   rank.talk.frame = state.frame;
+  if (!rank.talk.manages()) return;
+  std::vector<Balancing>& balancing = parts.manager.systems;
+  for (std::size_t i = 0; i < std::min(balancing.size(), state.manager.evaluations.size()); ++i) {
+    balancing[i].evaluations = state.manager.evaluations[i];
+  }
+  parts.manager.alarms = state.manager.alarms;
 }
 
 void restore_rows(const Rank& rank, const Calculator& calculator, const snapshots::Description& description,

@@ -1,6 +1,6 @@
 // What a world is between two frames, as bytes: what all ranks know of it, and each calculator's particles
 // (snapshots/part.h). From these, the world goes on with the same bits on any number of ranks, in any roles, with any
-// cuts. Clocks and balancing start anew there; where the domains are as many as before, they stay where they were.
+// cuts. Clocks start anew there; where the domains are as many as before, they stay where they were.
 #pragma once
 
 #include <cstdint>
@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "frame/alarms.h"
 #include "frame/parts.h"
 #include "snapshots/part.h"
 
@@ -32,6 +33,17 @@ constexpr void fields(Visitor& visit, SharedSystem& system) {
         system.axes, system.cuts);
 }
 
+/// What the manager alone knows, and goes on with where it is still there: balancing in its turn, no warning twice.
+struct ManagerState {
+  std::vector<std::uint64_t> evaluations;  // of each system, as of Balancing
+  Alarms alarms;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, ManagerState& state) {
+  visit(state.evaluations, state.alarms);
+}
+
 struct SharedState {
   std::uint64_t frame = 0;  // the next one to run
   std::uint64_t seed = 0;
@@ -40,17 +52,19 @@ struct SharedState {
   std::vector<SharedSystem> systems;
   std::optional<image::Camera> camera;  // of the last picture
   std::uint64_t camera_frame = 0;
+  ManagerState manager;  // empty where another rank describes the world
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedState& state) {
-  visit(state.frame, state.seed, state.dt, state.substeps, state.systems, state.camera, state.camera_frame);
+  visit(state.frame, state.seed, state.dt, state.substeps, state.systems, state.camera, state.camera_frame,
+        state.manager);
 }
 
 /// Some of a system's positions, from which new domains are made: x, y and z, each of the same length.
 using Sample = std::array<std::vector<float>, 3>;
 
-SharedState shared_state(const Rank& rank, const Script& script);
+SharedState shared_state(const Parts& parts);
 
 /// Describes this calculator's particles, and what is known of its speeds; appends the planes to `out`.
 snapshots::Description copy_part(const Rank& rank, const Script& script, const Calculator& calculator,
@@ -61,9 +75,9 @@ void take_sample(const snapshots::Description& description, std::span<const std:
                  std::size_t most, Sample& sample);
 
 /// The systems, defined as they were then, continue from this state; their particles follow by restore_rows(). Equal on
-/// all ranks. Throws std::runtime_error where the state is not of these systems, this seed or this step of time.
-void restore_state(Rank& rank, Script& script, const Calculator& calculator, const SharedState& state,
-                   const std::vector<Sample>& samples);
+/// all ranks but for what the manager alone uses. Throws std::runtime_error where the state is not of these systems,
+/// this seed or this step of time.
+void restore_state(Parts& parts, const SharedState& state, const std::vector<Sample>& samples);
 
 /// Particles first .. last - 1 that a part holds of a system are this calculator's from now on; those that belong to
 /// others go there in the next frame's exchange.

@@ -17,7 +17,7 @@ from .folder import MANIFEST
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
 FORMAT = "motes checkpoint"
-VERSION = 1
+VERSION = 2
 
 
 @dataclass
@@ -78,14 +78,14 @@ class Manifest:
 
     @classmethod
     def from_bytes(cls, text: bytes, path: Path) -> Self:
-        """Read it. Raises CheckpointError, naming the file, where it is damaged or of a newer version."""
+        """Read it. Raises CheckpointError, naming the file, where it is damaged or of another version."""
         try:
             content = json.loads(text)
             expected = content.pop("sha256")
             if content.pop("format") != FORMAT:
                 raise CheckpointError(f"{path} is no manifest of a checkpoint")
             version = content.pop("version")
-            if version > VERSION:
+            if version != VERSION:
                 raise CheckpointError(
                     f"{path} is of version {version}, made by motes {content.get('motes')}; this one reads "
                     f"version {VERSION}"

@@ -11,6 +11,7 @@ import subprocess
 import sys
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 import pytest
 from launching import launches
@@ -46,6 +47,20 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
             )
 
 
+def pytest_sessionfinish(session: pytest.Session) -> None:
+    """Tell what this process's jobs cost, if it is one of several (pytest -n)."""
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["jobs"] = (launches.jobs, launches.seconds)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node: Any) -> None:
+    """Add what another process's jobs cost."""
+    jobs, seconds = getattr(node, "workeroutput", {}).get("jobs", (0, 0.0))
+    launches.jobs += jobs
+    launches.seconds += seconds
+
+
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print what the jobs cost."""
     if launches.jobs:
@@ -78,7 +93,8 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     cmake, ninja = _tool("cmake"), _tool("ninja")
     configure = [
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
-        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON", f"-DMOTES_MPI={mpi}"),
+        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_ASSERTIONS=ON", "-DMOTES_UNITY=ON"),
+        f"-DMOTES_MPI={mpi}",
     ]
     steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
     folder.mkdir(parents=True, exist_ok=True)

@@ -96,13 +96,19 @@ def test_an_interrupt_ends_the_frame_and_the_next_cell_goes_on(notebook: Kernel)
     notebook.run("world.close()")
 
 
-WAYS = {"lines": "frame 3/3  100%", "bar": "\x1b[Kframe 3/3", "off": ""}
+WAYS = {"bar": "\x1b[Kframe 3/3", "off": ""}
 
 
 @pytest.mark.parametrize("way", WAYS)
 def test_a_way_that_is_named_keeps_its_meaning(notebook: Kernel, way: str):
     text, cell = WAYS[way], notebook.run(f"scene(progress={way!r})\nwith world: loop(3)")
     assert cell.displays == {} and text in cell.text and bool(text) == bool(cell.text)
+
+
+def test_the_environment_asks_for_plain_lines(notebook: Kernel):
+    notebook.run("os.environ['MOTES_PROGRESS'] = 'lines'; scene(); del os.environ['MOTES_PROGRESS']")
+    cell = notebook.run("with world: loop(3)")
+    assert cell.displays == {} and "frame 3/3  100%" in cell.text
 
 
 def test_a_function_gets_the_rows_and_nothing_is_shown(notebook: Kernel):

@@ -20,7 +20,7 @@ from ._notebook import kernel
 from ._run import busy, ending, handshake, recovering, run_file, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
-from ._run.progress import Progress
+from ._run.progress import LINES, Progress
 from ._run.progress import check as check_progress
 from ._run.settings import RunSettings
 from ._run.speaking import mark
@@ -88,7 +88,7 @@ class World(Looping, Facts, Settings):
         on_loss: str = "stop",
         live: Live | int | None = None,
         steering: str | os.PathLike[str] | None = None,
-        progress: str | Callable[[dict[str, Any]], None] = "auto",
+        progress: str | Callable[[dict[str, Any]], None] = LINES,
         comm: MPI.Intracomm | None = None,
     ) -> None:
         """Take the run's settings; nothing is started before `with world:`.
@@ -113,9 +113,9 @@ class World(Looping, Facts, Settings):
         whole one (docs/checkpoints.md). `on_loss`: what follows when a rank is killed: "stop" ends the job;
         with "recover", under `motes run --survive`, the others take over its work and go on with the same
         bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
-        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", "bar",
-        "off" or a function of a row; "auto": lines, but in a notebook a bar and the last picture, below the
-        cell (docs/notebooks.md). `comm`: an mpi4py communicator.
+        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", in a
+        notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
+        a row. `comm`: an mpi4py communicator.
         """
         self._comm = checks.communicator(comm)
         self._settings = RunSettings(
@@ -147,6 +147,7 @@ class World(Looping, Facts, Settings):
         self._describe = Describing(self._cast)
         self.renderer = renderer
         self._progress_way = check_progress(progress)
+        self._progress_in_cell = progress == LINES and environment.read("MOTES_PROGRESS") is None
         self._systems: list[System] = []
         self._names: set[str] = set()
         self._unseen: list[System] = []  # whose first list has not run yet
@@ -264,7 +265,7 @@ class World(Looping, Facts, Settings):
             self._define(system)
         self._engine.on_callback(Weakly(self._call_back))
         self._recording = scenefile.claim(self._engine)
-        in_cell = self._progress_way == "auto" and self.size == 1 and kernel.running()
+        in_cell = self._progress_in_cell and self.size == 1 and kernel.running()
         self._progress = Progress("off" if in_cell else self._progress_way, hosts)
         self._shows_in_cell = in_cell
         self._engine.start()

@@ -13,11 +13,11 @@ from .. import environment
 from ..errors import ArgumentError
 from .output import tell
 
-__all__ = ["AUTO", "Progress", "line", "reached"]
+__all__ = ["LINES", "Progress", "line", "reached"]
 
 EVERY_S = 1.0
 CHOICES = environment.PROGRESS
-AUTO = "auto"  # lines, where nothing better shows the run
+LINES = "lines"
 
 
 def line(row: Mapping[str, Any], *, total: int, fps: float, host: str = "") -> str:
@@ -49,7 +49,7 @@ def reached(done: int, *, total: int, fps: float, particles: int) -> str:
 
 
 class Progress:
-    """Shows the manager's rows: as "lines" ("auto"), as a "bar", by the user's function(row), or "off"."""
+    """Shows the manager's rows: as "lines", as a "bar", by the user's function(row), or "off"."""
 
     def __init__(self, way: str | Callable[[dict[str, Any]], None], hosts: Sequence[str] = ()) -> None:
         """Take the way and the ranks' hosts; MOTES_PROGRESS overrides a way given by name."""
@@ -89,9 +89,9 @@ def check(way: Any) -> str | Callable[[dict[str, Any]], None]:
     wish: str | None = environment.read("MOTES_PROGRESS")
     if wish is not None:
         return wish
-    if isinstance(way, str) and way in (AUTO, *CHOICES):
+    if isinstance(way, str) and way in CHOICES:
         return way
     if callable(way):
         told: Callable[[dict[str, Any]], None] = way
         return told
-    raise ArgumentError("progress", way, "'auto', 'lines', 'bar', 'off' or a function of a row")
+    raise ArgumentError("progress", way, "'lines', 'bar', 'off' or a function of a row")

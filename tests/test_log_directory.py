@@ -184,6 +184,23 @@ def test_only_one_of_many_simultaneous_runs_gets_it(tmp_path):
         won[0].release()
 
 
+def test_a_directory_that_is_moved_while_it_is_looked_at_is_made_again(tmp_path, monkeypatch):
+    today = earlier_log(tmp_path / "today")
+    mkdir = os.mkdir
+
+    def too_late(path, mode=0o777):
+        try:
+            mkdir(path, mode)
+        except FileExistsError:
+            if not (tmp_path / "moved").exists():
+                today.rename(tmp_path / "moved")
+            raise
+
+    monkeypatch.setattr(os, "mkdir", too_late)
+    LogDirectory.claim(today).release()
+    assert names(today) == set() and "run.json" in names(tmp_path / "moved")
+
+
 def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch, capsys):
     def no_locks(*_):
         raise OSError(37, "No locks available")

@@ -13,6 +13,7 @@ import json
 import os
 import re
 import socket
+import stat
 from pathlib import Path
 from typing import Self
 
@@ -71,8 +72,8 @@ class LogDirectory:
     def _claim(cls, path: Path, given: str, continued: bool) -> Self:
         moved: Path | None = None
         for _ in range(_ATTEMPTS):
-            path.mkdir(parents=True, exist_ok=True)
             try:
+                _make(path)
                 _check_content(path, given)  # before anything is changed here
                 lock = _lock(path, given)
             except FileNotFoundError:
@@ -106,6 +107,15 @@ class LogDirectory:
         """Let another run have the directory."""
         with contextlib.suppress(Exception):
             self.release()
+
+
+def _make(path: Path) -> None:
+    """Make a directory where there is none. Raises FileNotFoundError where there was one a moment ago."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except FileExistsError:
+        if not stat.S_ISDIR(os.lstat(path).st_mode):
+            raise
 
 
 def _check_content(path: Path, given: str) -> None:

@@ -70,8 +70,7 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
     visible &= gives_light(color, t.dark);
     if (!any(visible)) continue;
     const Kept k = kept(visible);
-    store_kept(out.position + n, k, p.position);
-    store_kept(out.color + n, k, color);
+    store_kept(out.head + 2 * n, k, p.position, color);
     store_kept(out.tile + n, k, p.tile);
     if (kDepth) store_kept(out.depth + n, k, p.depth);
     if (kDepth && out.velocity != nullptr) store_velocity(t, i, out, n, k);

@@ -44,8 +44,7 @@ struct ProjectTask : SeenTask {
 /// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as
 /// are projected, plus one vector.
 struct ProjectedBatch {
-  std::uint32_t* position;  // i16 x | i16 y << 16
-  std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24
+  std::uint32_t* head;      // two of each, as in records: i16 x | i16 y << 16, r | g << 8 | b << 16 | alpha << 24
   std::uint32_t* depth;     // bits of the float view depth
   std::uint32_t* tile;      // number of the first tile touched, and flags
   std::uint32_t*

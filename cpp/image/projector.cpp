@@ -7,7 +7,6 @@
 
 #include "image/camera.h"
 #include "image/footprint.h"
-#include "image/sort_tiles.h"
 
 namespace motes::image {
 namespace {
@@ -157,19 +156,16 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
     std::uint32_t* projected = projected_.data();
-    const ProjectedBatch batch{projected,
-                               projected + stride,
-                               with_depth ? projected + 2 * stride : nullptr,
-                               projected + 3 * stride,
-                               with_velocity ? projected + 5 * stride : nullptr,
-                               stride};
+    const ProjectedBatch batch{projected, with_depth ? projected + 2 * stride : nullptr, projected + 3 * stride,
+                               with_velocity ? projected + 5 * stride : nullptr, stride};
     std::uint32_t* several = projected + 4 * stride;
     const std::size_t visible = lanes_->project(task, first, last, batch);
     if (visible == 0) continue;
     cursor_.assign(cursors(tiles, columns), 0);
-    const std::size_t listed = count_fixed(batch, visible, columns, cursor_.data(), several);
+    further_.resize(kFurtherTiles * (visible + 1));
+    const std::size_t listed = count_fixed(batch, visible, columns, cursor_.data(), several, further_.data());
     std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
-    scatter_fixed(batch, visible, columns, cursor_.data(), several, listed, to);
+    scatter_fixed(batch, visible, cursor_.data(), further_.data(), listed, to);
   }
 }
 

@@ -11,6 +11,7 @@
 #include "image/records.h"
 #include "image/scene.h"
 #include "image/slots.h"
+#include "image/sort_tiles.h"
 
 namespace motes::image {
 
@@ -42,6 +43,7 @@ class Projector {
   const ProjectLanes* lanes_;
   const ProjectWideLanes* wide_lanes_;
   BufferOf<std::uint32_t> projected_;
+  BufferOf<FurtherTile> further_;
   std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then where the next one goes
   std::vector<std::uint32_t> offsets_;  // by slot
   Sprite sprite_;

@@ -96,6 +96,33 @@ MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
 }
 #endif
 
+#if MOTES_WIDTH == 512
+/// Two words of each lane that is kept, behind one another.
+MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints a, Uints b) {
+  const __m512i first = _mm512_maskz_compress_epi32(k, (__m512i)a), second = _mm512_maskz_compress_epi32(k, (__m512i)b);
+  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+  _mm512_storeu_si512(to, _mm512_permutex2var_epi32(first, low, second));
+  _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32(first, _mm512_add_epi32(low, _mm512_set1_epi32(8)), second));
+}
+#else
+/// Two words of each lane that is kept, behind one another.
+MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints a, Uints b) {
+#if MOTES_WIDTH != 0
+  // Part p of these has two words of lanes 4 * p and 4 * p + 1, and of the two after them.
+  const Uints rows[] = {interleave_low(a, b), interleave_high(a, b)};
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const std::size_t word = lane / 4 * 4 + lane % 2 * 2;
+    __builtin_memcpy(to + 2 * k.offset[lane], reinterpret_cast<const std::uint32_t*>(&rows[lane % 4 / 2]) + word, 8);
+  }
+#else
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    to[2 * k.offset[lane]] = a[lane];
+    to[2 * k.offset[lane] + 1] = b[lane];
+  }
+#endif
+}
+#endif
+
 /// Four words of each lane, behind one another.
 struct Quads {
   std::uint32_t word[kLanes][4];

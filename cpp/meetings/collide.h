@@ -31,7 +31,7 @@ struct Collision {
     Floats busy, own_radius, own_inverse;
     Ints touching{}, zeros{};
 
-    MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, meetings::at_x, i)),
           velocity(load_column(task.targets.column, meetings::value_x, i)),
           busy(load(task.targets.column[meetings::contacts] + i)) {

@@ -98,7 +98,7 @@ struct Contact {
     Ints touching{};
     Mask softened{};
 
-    MOTES_INLINE Sums(const Contact&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Contact&, const Task& task, std::uint32_t i, std::uint32_t last)
         : first(i), at(load_column(task.targets.column, meetings::at_x, i)),
           velocity(load_column(task.targets.column, meetings::value_x, i)),
           spin(load_column(task.targets.column, meetings::spin_x, i)),
@@ -106,7 +106,7 @@ struct Contact {
       for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
         before[lane] = nullptr;
         after[lane].count = 0;
-        if (i + lane >= count_of(task.targets)) {  // nobody: touches nobody
+        if (i + lane >= last) {  // of another row, whose touches another thread may be writing; or nobody
           own.radius[lane] = 0;
           continue;
         }

@@ -75,7 +75,7 @@ struct Pressure {
     Floats mass, density{}, slopes2{};
     Floats parts{};  // kg/(m3 s): how fast the density falls
 
-    MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, meetings::at_x, i)),
           velocity(load_column(task.targets.column, meetings::value_x, i)),
           mass(load(task.targets.column[meetings::mass] + i)) {}
@@ -114,7 +114,7 @@ struct Fluid {
     Floats mass, pressure;
     Ints pairs{};
 
-    MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i, std::uint32_t)
         : first(i), at(load_column(task.targets.column, meetings::at_x, i)),
           velocity(load_column(task.targets.column, meetings::value_x, i)),
           mass(load(task.targets.column[meetings::mass] + i)),

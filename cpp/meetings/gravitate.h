@@ -12,7 +12,7 @@ struct Gravitation {
     Floats3 at, sum{};
     Ints pairs{};
 
-    MOTES_INLINE Sums(const Gravitation&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Gravitation&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, meetings::at_x, i)) {}
 
     MOTES_INLINE void add(const Gravitation& law, const Task& task, std::uint32_t j) {

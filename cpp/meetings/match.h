@@ -15,7 +15,7 @@ struct Matching {
     Floats weight{};
     Ints pairs{};
 
-    MOTES_INLINE Sums(const Matching&, const Task& task, std::uint32_t i)
+    MOTES_INLINE Sums(const Matching&, const Task& task, std::uint32_t i, std::uint32_t)
         : at(load_column(task.targets.column, meetings::at_x, i)),
           value(load_column(task.targets.column, meetings::value_x, i)) {}
 

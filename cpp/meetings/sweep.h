@@ -105,8 +105,8 @@ MOTES_INLINE void store_lanes3(float* const* to, std::uint32_t i, const Floats3&
   store_lanes(to[2] + i, v.z, lanes);
 }
 
-/// Runs a law over the task's rows. A law has a type Sums, which is made for the targets from `first` on and has
-/// add(source) and finish(out, first, lanes).
+/// Runs a law over the task's rows. A law has a type Sums, which is made for the targets first .. last - 1, at most a
+/// vector of them, and has add(source) and finish(around, first, last).
 template <class Law>
 MOTES_INLINE void sweep(const Task& task, const Law& law) {
   const CellsView& targets = task.targets.cells;
@@ -122,7 +122,7 @@ MOTES_INLINE void sweep(const Task& task, const Law& law) {
       if (!any_own(targets, i, last)) continue;
       if (!found) around = cursor.around(sources, row.x, row.y);
       found = true;
-      typename Law::Sums sums(law, task, i);
+      typename Law::Sums sums(law, task, i, last);
       const std::int32_t low = targets.z[i] - 1;
       const std::int32_t high = targets.z[last - 1] + 1;
       for (int n = 0; n < around.count; ++n) {

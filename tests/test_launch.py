@@ -274,11 +274,13 @@ def test_doctor_waits_for_no_launcher_forever(monkeypatch, tmp_path):
 @pytest.mark.parametrize(
     ("rank", "code"),
     [
-        ("open_worlds.enter(0)", 1),
-        ("open_worlds.leave(open_worlds.enter(0))", 0),
-        ("open_worlds.enter(0); open_worlds.leave(open_worlds.enter(0))", 1),
-        ("open_worlds.enter(0); sys.exit(3)", 3),
-        ("open_worlds.enter(0); os.kill(os.getpid(), 9)", 137),
+        ("open_worlds.enter(0, '1.1')", 1),
+        ("open_worlds.leave(open_worlds.enter(0, '1.1'))", 0),
+        ("open_worlds.enter(0, '1.1'); open_worlds.leave(open_worlds.enter(0, '1.1'))", 1),
+        ("open_worlds.enter(0, '1.1'); sys.exit(3)", 3),
+        ("open_worlds.enter(4, '1.1'); open_worlds.end(open_worlds.enter(0, '1.1'))", 0),
+        ("open_worlds.enter(0, '1.2'); open_worlds.end(open_worlds.enter(4, '1.1'))", 1),
+        ("open_worlds.enter(0, '1.1'); os.kill(os.getpid(), 9)", 137),
     ],
 )
 def test_exit_code_0_of_a_launcher_is_checked_against_open_worlds(rank, code):

@@ -10,6 +10,7 @@ import pytest
 from launching import Result, command, said
 from test_launch import FIVE, FOUR, HYDRA
 
+from motes import _core  # noqa: F401  (MPI starts, before it is asked without a start what it can do)
 from motes._run import losses, starting, supervisor
 from motes.cli import main
 from motes.errors import MotesError
@@ -136,7 +137,7 @@ def test_an_exit_code_after_a_loss_is_the_jobs(tmp_path):
 @pytest.mark.parametrize(("last", "code"), [("handshake.forget_lost()", 0), ("pass", 1)])
 def test_the_note_of_a_lost_rank_is_taken_back_by_those_that_end_well(tmp_path, last, code):
     notes = "from motes._run import handshake, open_worlds\nimport os\n"
-    enters = "noted = open_worlds.enter(int(os.environ['OMPI_COMM_WORLD_RANK']))\n"
+    enters = "noted = open_worlds.enter(int(os.environ['OMPI_COMM_WORLD_RANK']), '1.1')\n"
     result = survive(3, notes + enters + SURVIVOR + f"open_worlds.leave(noted)\n{last}\n", tmp_path, 1, 2)
     assert result.code == code, result.text
 

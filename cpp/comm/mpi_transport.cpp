@@ -231,11 +231,14 @@ class MpiTransport : public Transport {
   }
 
   void checked(int code, const char* what) {
-    // A duplication in which a rank dies may call that an internal error.
-    const bool lost =
-        code != MPI_SUCCESS && survives_ && (losses::is_loss(code) || (!entered_ && losses::lost_rank(users_) >= 0));
-    if (lost) lose();
+    if (code != MPI_SUCCESS && survives_ && (losses::is_loss(code) || someone_is_lost())) lose();
     check(code, what);
+  }
+
+  // A duplication, or a barrier, in which a rank dies may call that an internal error.
+  bool someone_is_lost() const {
+    const MPI_Comm comm = entered_ ? way_->comm : users_;
+    return losses::lost_rank(comm) >= 0 || losses::revoked(comm);
   }
 
   [[noreturn]] void lose() {

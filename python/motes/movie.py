@@ -128,29 +128,32 @@ class Movie:
         self._end()
         try:
             if self._thread is None:
-                return self._finish_earlier()
-            self._put(None)
-            busy_with(f"closing {self.path.name}", self._thread.join)
+                self._find_earlier()
+            self._finish()
         except BaseException:
             self._abandon()
             raise
-        self._raise_error()
 
-    def _finish_earlier(self) -> None:
-        """Close a film to which this process added nothing: it was killed behind the last frame."""
-        film, count = self._film, self.written
+    def _find_earlier(self) -> None:
+        """Find a film to which this process adds nothing: an earlier one was killed behind the last frame."""
+        count = self.written
         earlier = continuing.continued.draws and self._written is None and count > 0
-        if film is None and earlier and partial_path(Path(self.place)).exists():
+        if self._film is None and earlier and partial_path(Path(self.place)).exists():
             self._continue_at(count)
-            film = self._film
-        if film is None:
-            return
-        try:
-            with contextlib.closing(film):
-                busy_with(f"closing {self.path.name}", film.finish)
-        except Exception as error:
-            self._error = error
-            self._raise_error()
+
+    def _finish(self) -> None:
+        """Write what is queued, and give the film its name."""
+        told = f"closing {self.path.name}"
+        if self._thread is not None:
+            self._put(None)
+            busy_with(told, self._thread.join)
+        elif self._film is not None:
+            try:
+                with contextlib.closing(self._film):
+                    busy_with(told, self._film.finish)
+            except Exception as error:
+                self._error = error
+        self._raise_error()
 
     def __enter__(self) -> Self:
         """Return the movie itself."""
@@ -224,8 +227,10 @@ class Movie:
         CheckpointError where the file lacks more than those.
         """
         count, unsecured = self.written, self._unsecured[:]
-        if self._thread is not None or self._closed or count == 0:
+        if self._thread is not None or self._abandoned or count == 0:
             return []
+        if self._closed and not partial_path(Path(self.place)).exists():
+            return []  # that rank has closed it, too
         behind = count - len(unsecured)
         held = GrowingFilm.frames_in(Path(self.place), self._rate, most=count)
         self._continue_at(max(held, behind))
@@ -234,13 +239,26 @@ class Movie:
         if _NO_FRAME in missing:
             raise MotesError(f"the movie {self.path} lacks pictures that were no frames of the world")
         self._again = deque(missing)
+        if self._closed and not missing:
+            self._finish_taken_over()
         return list(self._again)
 
     def _write_again(self, index: int, frame: Frame) -> None:
         """Write a frame that the lost rank was to write, as often as it stood in the film."""
+        if not self._again:
+            return
         while self._again and self._again[0] == index:
             self._again.popleft()
             self._add(frame)
+        if self._closed and not self._again:
+            self._finish_taken_over()
+
+    def _finish_taken_over(self) -> None:
+        """Close a film that the script has closed: the rank that was about to is gone."""
+        try:
+            self._finish()
+        finally:
+            self._end()
 
     # --- the background thread
 

@@ -329,6 +329,8 @@ class World(Looping, Facts, Settings):
             self._ended = True
             if self._course is not None:
                 self._course.end()
+            if self._recovery is not None:
+                self._recovery.end()
             self._leave(well=well)
 
     def open(self) -> World:

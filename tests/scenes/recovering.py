@@ -1,7 +1,7 @@
 """Sparks that bounce, on ranks that kill themselves: `recovering.py OUT FRAMES [RANK@FRAME[.SECONDS] ...]`.
 
 What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`. `--once`: nobody
-is killed when the run starts again.
+is killed when the run starts again. `--closing`: rank 0 is killed where it closes the film.
 """
 
 import os
@@ -13,6 +13,7 @@ import time
 from mpi4py import MPI
 
 import motes
+from motes._film.growing import GrowingFilm
 from motes.shapes import Disc, Plane, Sphere
 
 out, frames = sys.argv[1], int(sys.argv[2])
@@ -48,6 +49,8 @@ world = motes.World(
 )
 sparks = world.system("sparks", capacity=20_000, sprite=motes.Sprite("disc", pixels=3))
 sparks.configure(velocity=Sphere((0, 6, 0), 1.5), color=(1, 0.5, 0.15), alpha=0.3)
+if "--closing" in options and MPI.COMM_WORLD.rank == 0:
+    GrowingFilm.finish = lambda film: die(0)
 export = motes.Export(f"{out}/points") if "--export" in options else None
 own = deaths.get(MPI.COMM_WORLD.rank, [])
 if "--once" in options and os.path.exists(f"{out}/checkpoints"):

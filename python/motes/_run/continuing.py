@@ -22,6 +22,8 @@ __all__ = [
     "forget_movie",
     "frames_of_movies",
     "hold_movie",
+    "keep_closed_movies",
+    "movies_to_take_over",
     "note_movie",
     "open_movies",
     "place_of",
@@ -52,6 +54,7 @@ continued = Continued()
 
 _movies: dict[int, weakref.ref[Movie]] = {}
 _held: dict[int, Movie] = {}
+_closed: dict[int, Movie] | None = None  # None: no run survives losses
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
@@ -78,6 +81,19 @@ def forget_movie(movie: Movie) -> None:
     """Note that a movie is closed."""
     _movies.pop(id(movie), None)
     _held.pop(id(movie), None)
+    if _closed is not None:
+        _closed[id(movie)] = movie
+
+
+def keep_closed_movies(keep: bool) -> None:
+    """Keep movies that are closed here: the rank that writes them may be lost before it has closed them."""
+    global _closed
+    _closed = {} if keep else None
+
+
+def movies_to_take_over() -> list[Movie]:
+    """List the movies that are open, and those that another rank may not have closed."""
+    return [*open_movies(), *(_closed or {}).values()]
 
 
 def open_movies() -> list[Movie]:

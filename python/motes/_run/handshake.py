@@ -84,7 +84,8 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
         continued_from=settings.continued_from if found is None else found.frame,
     )
     _claim_log(run, settings)
-    run.noted = open_worlds.enter(process.rank)
+    process.entered += 1
+    run.noted = open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
     return settings
 
 
@@ -140,9 +141,10 @@ def close(run: OpenRun, *, well: bool) -> None:
     from . import busy
 
     process.close(run)
-    open_worlds.leave(run.noted)
     if well and process.survives:
+        open_worlds.end(run.noted)
         forget_lost()
+    open_worlds.leave(run.noted)
     if run.log is not None:
         run.log.release()
     if run.watch is not None:

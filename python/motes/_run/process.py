@@ -65,6 +65,8 @@ class Process:
     """The launcher lets the other ranks go on when one is lost (`motes run --survive`)."""
     runs: list[OpenRun] = field(default_factory=list)
     """The open ones, in the order of their start; any number may be open at once."""
+    entered: int = 0
+    """How many runs it has taken part in."""
     stopped: int = 0
     """The signal because of which a run of this process was stopped, or 0."""
 

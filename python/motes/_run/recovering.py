@@ -53,7 +53,12 @@ class Recovery:
         self._picture: weakref.ref[Frame] | None = None
         self._saves: deque[tuple[int, Path, int]] = deque(maxlen=_SAVES)
         self._lost: list[str] = []
+        continuing.keep_closed_movies(True)
         engine.survive_losses(EVERY, self)
+
+    def end(self) -> None:
+        """Forget what is kept: the run is over."""
+        continuing.keep_closed_movies(False)
 
     # --- what is kept
 
@@ -139,7 +144,7 @@ class Recovery:
         picture = None if self._picture is None else self._picture()
         if picture is not None:
             wanted.append(picture.index)
-        for movie in continuing.open_movies():
+        for movie in continuing.movies_to_take_over():
             wanted += movie._take_over()
         return min(wanted, default=None)
 
@@ -172,5 +177,5 @@ class Recovery:
             engine.set_image_sha256(picture.digest())
         for _, path, bits in [save for save in self._saves if save[0] == index]:
             picture.save(path, bits=bits)
-        for movie in continuing.open_movies():
+        for movie in continuing.movies_to_take_over():
             movie._write_again(index, picture)

@@ -175,6 +175,6 @@ def test_random_kills(tmp_path, model, ranks, block):
             check_same(out, model)
             continue
         assert ranks > 1, f"{deaths}: {result.text}"
-        # Open MPI 5.0 crashes where a rank dies while the others make their communicator of those that are left.
+        # Open MPI 5.0 crashes where a rank dies while the others make the communicator of those left.
         ends = "lost together with the next one" in result.err or "segmentation fault" in result.err
         assert ends, f"{deaths}: {result.text}"

@@ -54,7 +54,7 @@ continued = Continued()
 
 _movies: dict[int, weakref.ref[Movie]] = {}
 _held: dict[int, Movie] = {}
-_closed: dict[int, Movie] | None = None  # None: no run survives losses
+_closed: dict[str, Movie] | None = None  # the last one at each place; None: no run survives losses
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
@@ -82,7 +82,7 @@ def forget_movie(movie: Movie) -> None:
     _movies.pop(id(movie), None)
     _held.pop(id(movie), None)
     if _closed is not None:
-        _closed[id(movie)] = movie
+        _closed[movie.place] = movie
 
 
 def keep_closed_movies(keep: bool) -> None:
@@ -93,7 +93,8 @@ def keep_closed_movies(keep: bool) -> None:
 
 def movies_to_take_over() -> list[Movie]:
     """List the movies that are open, and those that another rank may not have closed."""
-    return [*open_movies(), *(_closed or {}).values()]
+    movies = {movie.place: movie for movie in open_movies()}
+    return [*movies.values(), *(movie for place, movie in (_closed or {}).items() if place not in movies)]
 
 
 def open_movies() -> list[Movie]:

@@ -93,8 +93,9 @@ def keep_closed_movies(keep: bool) -> None:
 
 def movies_to_take_over() -> list[Movie]:
     """List the movies that are open, and those that another rank may not have closed."""
-    movies = {movie.place: movie for movie in open_movies()}
-    return [*movies.values(), *(movie for place, movie in (_closed or {}).items() if place not in movies)]
+    still_open = open_movies()
+    places = {movie.place for movie in still_open}
+    return [*still_open, *(movie for place, movie in (_closed or {}).items() if place not in places)]
 
 
 def open_movies() -> list[Movie]:

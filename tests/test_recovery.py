@@ -160,6 +160,19 @@ def test_a_loss_that_copies_do_not_cover_falls_back_on_the_checkpoint(tmp_path):
 
 
 @survives
+def test_a_crash_while_others_are_lost_counts_as_a_loss(tmp_path):
+    model, out = tmp_path / "model", tmp_path / "out"
+    assert run(model, 1, "--checkpoint").code == 0
+    flags = ("--survive", "--restarts", "1")
+    result = run(out, 5, "2@20", "--checkpoint", "--once", "--crashing", flags=flags)
+    assert result.code == 0, result.text
+    told = r"\*\*\* motes: rank .*, while ranks were lost: segmentation fault"
+    assert re.search(told, result.err), result.text
+    assert said(result.err, "motes run: starts again; 0 more starts are allowed")
+    check_same(out, model)
+
+
+@survives
 @pytest.mark.slow
 @pytest.mark.parametrize("block", range(4))
 @pytest.mark.parametrize("ranks", [1, 2])

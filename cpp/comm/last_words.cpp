@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <atomic>
 #include <cerrno>
 #include <cstdint>
 #include <cstring>
@@ -17,6 +18,7 @@ namespace {
 
 std::array<char, 256> place{};
 std::array<char, 4096> mark{};
+std::atomic<const char*> meanwhile{nullptr};
 constexpr std::array<int, 5> kSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, 64> before{};
 
@@ -78,6 +80,10 @@ void on_crash(int signal, siginfo_t* facts, void* context) {
   if (may_speak()) {
     say("\n*** motes: ");
     say(place.data());
+    if (const char* what = meanwhile.load(); what != nullptr) {
+      say(", ");
+      say(what);
+    }
     say(": ");
     say(meaning(signal, facts, context));
     say("\n");
@@ -116,5 +122,8 @@ void name_crashes(const std::string& mark_path) {
 }
 
 void set_place(const std::string& text) { keep(text, place); }
+
+Meanwhile::Meanwhile(const char* what) : before_(meanwhile.exchange(what)) {}
+Meanwhile::~Meanwhile() { meanwhile = before_; }
 
 }  // namespace motes::comm

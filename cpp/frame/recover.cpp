@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "comm/clock.h"
+#include "comm/last_words.h"
 #include "frame/engine.h"
 #include "frame/replay.h"
 #include "frame/tell_all.h"
@@ -217,6 +218,9 @@ void Engine::recover() {
     ~Recovering() { on_ = false; }
     bool& on_;
   } recovering(recovering_);
+  // Open MPI 5.0 itself may crash where one more rank dies while the others make their communicator. The launcher
+  // knows the words (supervisor.py).
+  const comm::Meanwhile meanwhile("while ranks were lost");
   regroup();
   const Standing own = standing();
   const WayBack way = way_back(tell_all(parts_->rank, {0, copies_.losses}, own));

@@ -69,6 +69,18 @@ TEST(a_crash_says_who_and_where) {
   CHECK(ended.signal == SIGSEGV || ended.signal == 0);  // a sanitizer's handler ends the process its own way
 }
 
+TEST(a_crash_says_what_was_going_on) {
+  const Ended ended = child([] {
+    prepare();
+    {
+      const motes::comm::Meanwhile over("while it rained");
+    }
+    const motes::comm::Meanwhile meanwhile("while ranks were lost");
+    raise(SIGSEGV);
+  });
+  CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n"));
+}
+
 TEST(a_stack_overflow_has_last_words) {
   const Ended ended = child([] {
     prepare();

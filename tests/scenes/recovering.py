@@ -1,7 +1,8 @@
 """Sparks that bounce, on ranks that kill themselves: `recovering.py OUT FRAMES [RANK@FRAME[.SECONDS] ...]`.
 
 What else happens is said by options: `--callback`, `--write`, `--export`, `--checkpoint`. `--once`: nobody
-is killed when the run starts again. `--closing`: rank 0 is killed where it closes the film.
+is killed when the run starts again. `--closing`: rank 0 is killed where it closes the film. `--crashing`: all
+ranks crash where they recover, as Open MPI does where one more is lost meanwhile.
 """
 
 import os
@@ -14,6 +15,7 @@ from mpi4py import MPI
 
 import motes
 from motes._film.growing import GrowingFilm
+from motes._run import recovering
 from motes.shapes import Disc, Plane, Sphere
 
 out, frames = sys.argv[1], int(sys.argv[2])
@@ -49,12 +51,16 @@ world = motes.World(
 )
 sparks = world.system("sparks", capacity=20_000, sprite=motes.Sprite("disc", pixels=3))
 sparks.configure(velocity=Sphere((0, 6, 0), 1.5), color=(1, 0.5, 0.15), alpha=0.3)
-if "--closing" in options and MPI.COMM_WORLD.rank == 0:
-    GrowingFilm.finish = lambda film: die(0)
 export = motes.Export(f"{out}/points") if "--export" in options else None
 own = deaths.get(MPI.COMM_WORLD.rank, [])
-if "--once" in options and os.path.exists(f"{out}/checkpoints"):
+again = "--once" in options and os.path.exists(f"{out}/checkpoints")
+if again:
     own = []
+
+if "--crashing" in options and not again:
+    recovering.Recovery.regroup = lambda recovery, loss: os.kill(os.getpid(), signal.SIGSEGV)
+if "--closing" in options and MPI.COMM_WORLD.rank == 0:
+    GrowingFilm.finish = lambda film: die(0)
 
 with world, motes.Movie(f"{out}/film.mp4") as movie:
     for frame in world.frames(frames):

@@ -32,7 +32,7 @@ _GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
 _IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
 _DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
 _PR_SET_PDEATHSIG = 1
-_LOST = re.compile(r"its process is gone|ranks? [\d, and]+ (was|were) lost, and ")
+_LOST = re.compile(r"its process is gone|ranks? [\d, and]+ (was|were) lost, and |, while ranks were lost: ")
 """As ending.report_lost says, and the core where a loss is more than `on_loss="recover"` can mend."""
 
 

@@ -54,7 +54,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
 
     order = _order(columns["id"])
     for name, given in columns.items():
-        column = given if order is None else np.take(given, order, axis=0, mode="clip")  # the fastest mode
+        column = given if order is None else _in_order(given, order)
         put(
             _name_of(name),
             _type_of(name, column.ndim == 2),
@@ -172,6 +172,16 @@ def _attributes(columns: list[Column]) -> list[str]:
 def _order(ids: NDArray[Any]) -> NDArray[Any] | None:
     """Return the order of ids; None where they are in it. USD stores other orders twenty times as slowly."""
     return None if bool((ids[1:] > ids[:-1]).all()) else np.argsort(ids)
+
+
+def _in_order(column: NDArray[Any], order: NDArray[Any]) -> NDArray[Any]:
+    """Return the rows in this order. Of vectors, component by component, which takes half as long."""
+    if column.ndim == 1:
+        return np.take(column, order, mode="clip")  # the fastest mode
+    rows = np.empty_like(column)
+    for c in range(column.shape[1]):
+        rows[:, c] = np.take(np.ascontiguousarray(column[:, c]), order, mode="clip")
+    return rows
 
 
 def _extent(position: NDArray[Any]) -> NDArray[Any]:

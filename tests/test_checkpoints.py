@@ -224,7 +224,7 @@ def test_a_run_without_a_whole_checkpoint_ends_clearly(copied):
 
 
 def test_a_disk_that_is_full_costs_a_checkpoint_and_not_the_run(tmp_path, undisturbed):
-    result = run(2, tmp_path, full_at=8, room_at=10)
+    result = run(2, tmp_path, full_at=8)
     assert said(result.err, "motes: rank 1")
     assert "the checkpoint of frame 8 could not be written" in result.text
     assert "the newest whole one is of frame 4" in result.text

@@ -44,7 +44,7 @@ world = motes.World(
     log=f"{out}/log",
     digest=True,
     progress="off",
-    checkpoint=motes.Checkpoint(f"{out}/checkpoints", every=16) if "--checkpoint" in options else None,
+    checkpoint=motes.Checkpoint(f"{out}/checkpoints", every=8) if "--checkpoint" in options else None,
     renderer=motes.Renderer(
         96, 64, camera=camera, shutter=0.5, objects=[motes.Solid(ground, (0.05, 0.06, 0.08))]
     ),

@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "particles/random.h"
 #include "particles/store.h"
+#include "particles/streams.h"
 #include "recording/births.h"
 
 namespace motes::frame {

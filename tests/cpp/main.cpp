@@ -1,3 +1,4 @@
+#include <cstdlib>
 #include <cstring>
 #include <exception>
 
@@ -7,9 +8,10 @@ namespace {
 
 // "2/3": every third test, from the second one on. Any other word: those whose name contains it.
 bool wanted(const char* word, int number, const char* name) {
-  int part = 0, parts = 0;
-  if (std::sscanf(word, "%d/%d", &part, &parts) == 2 && parts > 0) return number % parts == part - 1;
-  return std::strstr(name, word) != nullptr;
+  char* slash = nullptr;
+  const long part = std::strtol(word, &slash, 10);
+  const long parts = *slash == '/' ? std::strtol(slash + 1, nullptr, 10) : 0;
+  return parts > 0 ? number % parts == part - 1 : std::strstr(name, word) != nullptr;
 }
 
 }  // namespace

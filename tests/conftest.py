@@ -29,12 +29,17 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Declare the marker; let jobs receive Ctrl-C, which a shell makes its background jobs ignore."""
+    """Declare the marker; give jobs what a user's terminal would give them.
+
+    A shell makes its background jobs ignore Ctrl-C. Python, told to write unbuffered, writes each line in
+    pieces, and Open MPI 5.0.8 mixes those of several ranks.
+    """
     # tests of single actions leave out what an animation needs
     config.addinivalue_line("filterwarnings", "ignore::motes.errors.MotesWarning")
     config.addinivalue_line("markers", "slow: takes long; runs with --slow only")
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
+    os.environ.pop("PYTHONUNBUFFERED", None)
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:

@@ -28,7 +28,12 @@ from .parser import add_json, print_figures
 __all__ = ["Report", "configure", "examine", "run"]
 
 HELLO_LIMIT_S = 30
-_HELLO = "from mpi4py import MPI; print(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.size}')"
+# Each line in one piece, which print() would not do in an unbuffered Python: ranks' pieces may mix.
+_HELLO = r"""
+import sys
+from mpi4py import MPI
+sys.stdout.write(f'motes-hello rank {MPI.COMM_WORLD.rank} of {MPI.COMM_WORLD.size}\n')
+"""
 
 # In a process of its own: starting MPI or loading a broken core must not end the examination.
 _CORE = """

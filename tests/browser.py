@@ -20,6 +20,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from launching import kill_session
 from viewers import connect
 
 START_S = 60
@@ -51,11 +52,14 @@ class Page:
     async def of(cls, url: str) -> AsyncIterator[Page]:
         """Start a browser with this page."""
         program = chromium()
-        with tempfile.TemporaryDirectory(prefix="motes-chromium-") as home:
+        with tempfile.TemporaryDirectory(prefix="motes-chromium-", ignore_cleanup_errors=True) as home:
             options = ["--headless=new", "--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"]
             options += ["--no-first-run", f"--user-data-dir={home}", "--remote-debugging-port=0"]
             process = subprocess.Popen(
-                [program, *options, "about:blank"], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
+                [program, *options, "about:blank"],
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.DEVNULL,
+                start_new_session=True,
             )
             try:
                 target = await _target(Path(home))
@@ -75,6 +79,7 @@ class Page:
             finally:
                 process.terminate()
                 process.wait(20)
+                kill_session(process.pid)  # its helpers go on writing below `home` for a moment
 
     async def call(self, method: str, **parameters: Any) -> Any:
         """Call the protocol, and return the result."""

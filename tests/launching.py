@@ -140,7 +140,7 @@ def _once(
             try:
                 ended = _wait(process, start + timeout, watch)
             finally:
-                _kill_session(process.pid)
+                kill_session(process.pid)
                 process.wait()
         seconds = time.monotonic() - start
         launches.jobs += 1
@@ -166,7 +166,7 @@ def _wait(process: subprocess.Popen[bytes], limit: float, watch: Callable[[int],
     return True
 
 
-def _kill_session(session: int) -> None:
+def kill_session(session: int) -> None:
     """End what is left of a job: the launcher gives ranks process groups of their own, but not sessions."""
     for _ in range(3):
         left = [pid for pid, its in _sessions() if its == session]

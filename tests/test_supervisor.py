@@ -12,7 +12,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import pytest
-from launching import _kill_session, command, mpirun
+from launching import command, kill_session, mpirun
 
 from motes._run.supervisor import Relay
 
@@ -108,7 +108,7 @@ def job(*options: str) -> Iterator[subprocess.Popen[str]]:
     try:
         yield process
     finally:
-        _kill_session(process.pid)
+        kill_session(process.pid)
         process.communicate(timeout=10)
 
 

@@ -35,6 +35,9 @@ class Brush {
   Splat splat_at(int x, int y) const;
   WideSplat wide_at(const Area& area) const;
 
+  /// Whether its streaks are drawn from stamps: see Stamp.
+  bool has_stamps() const { return wide_.one_size; }
+
   /// Whether records of both are drawn in the same way.
   bool same(const Sprite& sprite, Layout layout) const { return sprite == sprite_ && layout == layout_; }
 

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/cover_lanes.h"
 #include "image/disc_lanes.h"
 #include "image/stamps.h"
 
@@ -22,7 +23,7 @@ struct StampUses {
   alignas(64) std::uint32_t key[kWidth];
 
   /// Of stamps that have one strip and stand within the tile's margin: what is drawn of them.
-  alignas(64) std::int32_t begin[kWidth], rows[kWidth], light[kWidth];
+  alignas(64) std::int32_t begin[kWidth], rows[kWidth], light[kWidth], pixel[kWidth];
   bool simple;  // all of them are
   bool narrow;  // all of their stamps are
 };
@@ -110,6 +111,23 @@ MOTES_INLINE void find_stamps(const image::WideSplat& task, StampUses& uses, int
   store_mask(uses.begin, begin);
   store_mask(uses.rows, max_ints(min_ints(byte_of(1), task.rows - first) - begin, Ints{}));
   store_mask(uses.light, row * image::kLightStride + 3 * column);
+  store_mask(uses.pixel, row * image::kPixelStride + column);
+}
+
+/// The weights of light in a footprint's steps.
+MOTES_INLINE void round_weights(const DiscGroup& g, int rows, int stride, image::Stamp& stamp) {
+  const float scale = g.unit[0] * 255;
+  for (int row = 0; row < rows; ++row) {
+    for (int strip = 0; strip < stamp.strips; ++strip) {
+      for (int i = 0; i < kStrip; ++i) {
+        const std::uint16_t weight = g.weights[0][(strip * stride + row) * kStrip + i];
+        const int rounded = static_cast<int>(static_cast<float>(weight) * scale + 0.5f);
+        const int kept = rounded > 255 ? 255 : rounded;
+        stamp.weights[(strip * rows + row) * kStrip + i] = static_cast<std::uint8_t>(kept);
+        if (i >= image::Stamp::kNarrow && kept != 0) stamp.narrow = 0;
+      }
+    }
+  }
 }
 
 /// Computes a stamp, with the streak's middle in the first pixel of a large tile.
@@ -147,27 +165,7 @@ inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::ui
     if (column < stamp.left) stamp.left = static_cast<std::int8_t>(column);
     if (end > stamp.right) stamp.right = static_cast<std::int8_t>(end);
   }
-  const float scale = g.unit[0] * (255 << image::kStampShift);
-  for (int strip = 0; strip < stamp.strips; ++strip) {
-    for (int i = 0; i < rows * kStrip; ++i) {
-      const float weight = static_cast<float>(g.weights[0][strip * stride * kStrip + i]) * scale;
-      stamp.weights[strip * rows * kStrip + i] = static_cast<std::uint16_t>(weight + 0.5f);
-      if (i % kStrip >= image::Stamp::kNarrow && weight >= 0.5f) stamp.narrow = 0;
-    }
-  }
-}
-
-/// A record's colour for the weights of stamps: see splat_lanes.cpp for the light of footprints.
-MOTES_INLINE Tint stamp_tint(const Channels& channels, std::uint32_t color, std::uint32_t light) {
-  Tint tint;
-  tint.shift = image::kStampShift;
-  for (int j = 0; j < (kParts < 3 ? kParts : 3); ++j) {
-    const Uints products = products_of(channels, color, j);
-    tint.part[j] = light == image::kAllLight ? (products + 8u) >> 4 : (products * light + (1u << 18)) >> 19;
-  }
-  // 65536 / 16 for an opaque one's weight of 255.
-  tint.alpha = ((color >> 24) * (66053u * light >> 15)) >> 12;
-  return tint;
+  round_weights(g, rows, stride, stamp);
 }
 
 /// The rows of stamps that are to be drawn, in the order of their records: drawn in one loop, whose length does not
@@ -187,11 +185,11 @@ struct RowQueue {
 template <bool kOver, bool kSaturating, bool kTest, bool kOneTint, int kUsed = kParts>
 MOTES_INLINE void draw_rows(const image::TilePlanes& tile, const image::WideSplat& task, const RowQueue& queue,
                             const StampUses& uses) {
-  const auto* weights = reinterpret_cast<const std::uint16_t*>(task.stamps);
+  const auto* weights = reinterpret_cast<const std::uint8_t*>(task.stamps);
   Tint tint = queue.tints[0];
   tint.shift = image::kStampShift;  // the compiler knows this one
   for (int i = 0; i < queue.count; ++i) {
-    Eight cover = load_eight(weights + queue.weights[i]);
+    Eight cover = load_weights(weights + queue.weights[i]) << image::kStampShift;
     if (!kOneTint) {
       const Tint& here = queue.tints[queue.record[i]];
       for (int j = 0; j < (kParts < 3 ? kParts : 3); ++j) tint.part[j] = here.part[j];
@@ -239,7 +237,7 @@ MOTES_INLINE void queue_stamp(const image::WideSplat& task, const image::Stamp& 
   const int begin = first > 0 ? 0 : -first;
   const int end = first + stamp.rows <= task.rows ? stamp.rows : task.rows - first;
   int light = row * image::kLightStride + 3 * column, pixel = row * image::kPixelStride + column;
-  auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint16_t*>(task.stamps));
+  auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint8_t*>(task.stamps));
   const bool inside = column + stamp.left >= -kReach && column + stamp.right <= image::kTile + kReach;
   for (int strip = 0; strip < stamp.strips; ++strip) {
     if (inside) {
@@ -278,6 +276,17 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
   draw_queue<kOver, kSaturating>(tile, task, queue, uses);
 }
 
+/// Whether records of this colour are added up first: see Cover.
+MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color, std::uint32_t light) {
+  return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
+}
+
+MOTES_INLINE void cover_queue(const image::WideSplat& task, const RowQueue& queue) {
+  const auto* weights = reinterpret_cast<const std::uint8_t*>(task.stamps);
+  std::uint32_t* to = task.cover->weights;
+  for (int i = 0; i < queue.count; ++i) add_cover(to + queue.pixel[i], load_weights(weights + queue.weights[i]));
+}
+
 /// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.
 template <bool kOver, bool kSaturating, class DrawAlone>
 MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, StampUses& uses, int count,
@@ -295,21 +304,25 @@ MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideS
     return draw_one_by_one<kOver, kSaturating>(tile, task, uses, count, queue, g, draw_alone);
   }
   queue.narrow = uses.narrow;
+  const bool covers = !kOver && covers_tile(task, uses.color[0], uses.size[0] >> 16);
+  const std::int32_t* middle = covers ? uses.pixel : uses.light;
+  std::int32_t* queued = covers ? queue.pixel : queue.light;
   const Ints weights_of_rows = steps_of(kStrip);
   for (int k = 0; k < count; ++k) {
     const image::Stamp& stamp = task.stamps[uses.place[k]];
+    const std::int16_t* row = covers ? stamp.pixel : stamp.lane;
     const int begin = uses.begin[k], rows = uses.rows[k];
-    const auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint16_t*>(task.stamps));
+    const auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint8_t*>(task.stamps));
     int done = 0;
     do {
       const int to = queue.count + done, from = begin + done;
-      store_mask(queue.light + to, load_sixteens(stamp.lane + from) + uses.light[k]);
+      store_mask(queued + to, load_sixteens(row + from) + middle[k]);
       store_mask(queue.weights + to, weights_of_rows + (weights + kStrip * from));
       done += kWidth;
     } while (done < rows);
     queue.count += rows;
   }
-  draw_queue<kOver, kSaturating>(tile, task, queue, uses);
+  covers ? cover_queue(task, queue) : draw_queue<kOver, kSaturating>(tile, task, queue, uses);
 }
 
 }  // namespace motes::MOTES_ISA

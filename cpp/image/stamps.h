@@ -18,13 +18,13 @@ struct alignas(64) Stamp {
   std::uint8_t strips = 0;                        // 0: too large to be kept
   std::uint8_t narrow = 0;                        // 1: no row has more than kNarrow pixels
   std::int16_t lane[kRows + kMoreRows] = {};      // of light, from the middle's pixel to each row's first one
-  std::uint16_t weights[(kRows + kMoreRows) * 8] = {};  // see kStampShift; a strip's rows follow one another
   std::int16_t pixel[kRows + kMoreRows] = {};     // as `lane`
+  std::uint8_t weights[(kRows + kMoreRows) * 8] = {};  // as a footprint's; a strip's rows follow one another
 
   bool usable() const { return strips != 0; }
 };
 
-/// Weights are of light, 1/64 of a Footprint's: their sum is the light of the sprite at rest.
+/// Where something hides a part of a streak its weights are multiplied by 2^6 first, and what they shine is divided.
 inline constexpr int kStampShift = 6;
 
 /// A painter gets so many when it first draws such streaks: 10 MB.

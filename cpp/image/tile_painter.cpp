@@ -25,6 +25,23 @@ void prefetch(const Piece& piece) {
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
 }
 
+// With fewer records of one colour than this, a pass over the tile costs more than their light.
+constexpr std::size_t kWorthCovering = 256;
+
+// The colour and the light of a piece's first record.
+struct Paint {
+  std::uint32_t color;
+  std::uint16_t light;
+  bool operator==(const Paint&) const = default;
+};
+Paint paint_of(const Piece& piece) {
+  const RecordForm f = form(piece.brush->layout());
+  Paint paint;
+  std::memcpy(&paint.color, piece.records + f.color, sizeof paint.color);
+  std::memcpy(&paint.light, piece.records + f.size + 2, sizeof paint.light);
+  return paint;
+}
+
 const unsigned char* raw(const std::byte* bytes) { return reinterpret_cast<const unsigned char*>(bytes); }
 
 bool any(std::span<const Piece> pieces, Sprite::Blend blend) {
@@ -120,10 +137,7 @@ void TilePainter::paint(std::span<const Piece> pieces) {
     for (const Piece& run : ordered_.runs()) blend(run);
     return;
   }
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    if (i + 1 < pieces.size()) prefetch(pieces[i + 1]);
-    if (pieces[i].brush->blends(Sprite::Blend::add)) blend(pieces[i]);
-  }
+  add(pieces);
 }
 
 void TilePainter::paint_bare(std::span<const Piece> pieces) {
@@ -132,7 +146,47 @@ void TilePainter::paint_bare(std::span<const Piece> pieces) {
     throw std::logic_error("TilePainter: a partial tile has either opaque records or additive ones");
   }
   if (opaque) paint_surfaces(pieces);
-  if (added) std::for_each(pieces.begin(), pieces.end(), [this](const Piece& piece) { blend(piece); });
+  if (added) add(pieces);
+}
+
+void TilePainter::add(std::span<const Piece> pieces) {
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (i + 1 < pieces.size()) prefetch(pieces[i + 1]);
+    if (!pieces[i].brush->blends(Sprite::Blend::add)) continue;
+    start_cover(pieces.subspan(i));
+    blend(pieces[i]);
+  }
+  end_cover();
+}
+
+// Chooses where the light of the first piece's streaks is added up: those behind it that are alike count, too.
+void TilePainter::start_cover(std::span<const Piece> pieces) {
+  const Brush* brush = pieces.front().brush;
+  if (!brush->has_stamps()) return end_cover();
+  const Paint paint = paint_of(pieces.front());
+  if (covering_ == brush && paint == Paint{cover_.color, static_cast<std::uint16_t>(cover_.light)}) return;
+  end_cover();
+  std::size_t alike = 0;
+  for (const Piece& piece : pieces) {
+    if (piece.brush != brush || !(paint_of(piece) == paint)) return;
+    alike += piece.count;
+    if (alike >= kWorthCovering) break;
+  }
+  if (alike < kWorthCovering) return;
+  if (cover_.weights == nullptr) cover_.weights = cleared(cover_plane_, kPixelNumbers, kFirstPixel);
+  cover_.color = paint.color;
+  cover_.light = paint.light;
+  covering_ = brush;
+}
+
+void TilePainter::show_cover() {
+  if (cover_.records != 0) wide_lanes_->show_cover(planes_, cover_, area_.height);
+  cover_.records = 0;
+}
+
+void TilePainter::end_cover() {
+  show_cover();
+  covering_ = nullptr;
 }
 
 void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
@@ -159,6 +213,7 @@ void TilePainter::blend(const Piece& piece) {
     WideSplat task = brush.wide_at(area_);
     if (task.one_size && stamps_.empty()) stamps_.resize(kStamps);
     task.stamps = stamps_.data();
+    task.cover = covering_ == nullptr ? nullptr : &cover_;
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       task.saturating = saturating_;
@@ -180,11 +235,17 @@ void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
   const unsigned char* records = raw(piece.records);
   std::size_t count = piece.count;
   while (count != 0) {
+    if (covering_ != nullptr && cover_.records >= Cover::kMost) show_cover();
     if (room_ < kWorthCounting && !saturating_) {
+      show_cover();
       room_ = room(lanes_->brightest(planes_.light, area_.height, 3 * area_.width));
       saturating_ = room_ < kWorthCounting;
     }
-    const std::size_t part = saturating_ ? count : std::min<std::size_t>(count, room_);
+    std::size_t part = saturating_ ? count : std::min<std::size_t>(count, room_);
+    if (covering_ != nullptr) {
+      part = std::min<std::size_t>(part, Cover::kMost - cover_.records);
+      cover_.records += static_cast<std::uint32_t>(part);
+    }
     draw(records, part);
     records += part * piece.brush->record_bytes();
     count -= part;

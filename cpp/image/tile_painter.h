@@ -70,6 +70,10 @@ class TilePainter {
   void paint_surfaces(std::span<const Piece> pieces);
   void draw_opaque(const Piece& piece, const TilePlanes& planes) const;
   void paint_bare(std::span<const Piece> pieces);
+  void add(std::span<const Piece> pieces);
+  void start_cover(std::span<const Piece> pieces);
+  void show_cover();
+  void end_cover();
   void blend(const Piece& piece);
   template <class Draw>
   void in_parts(const Piece& piece, const Draw& draw);
@@ -90,6 +94,11 @@ class TilePainter {
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
   std::vector<Stamp> stamps_;
+
+  // Where streaks are added up, while it is in use by records of this brush.
+  BufferOf<std::uint32_t> cover_plane_;
+  Cover cover_;
+  const Brush* covering_ = nullptr;
   Ordered ordered_;
 };
 

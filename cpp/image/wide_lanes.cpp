@@ -284,6 +284,7 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
 extern const image::WideLanes wide_lanes = {{
 #define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, opaque_wide<Name>},
 #include "image/kinds/list.inc"
-}};
+                                            },
+                                            show_cover};
 
 }  // namespace motes::MOTES_ISA

@@ -167,21 +167,31 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
   std::uint32_t* const first = planes.light;
   const Channels channel = channels();
   constexpr std::size_t kBytes = sizeof(image::PlainRecord);
-  std::size_t done = 0;
-  for (; done + kLanes <= count; done += kLanes, records += kLanes * kBytes) {
+  alignas(64) unsigned char rest[kLanes * kBytes];
+  for (std::size_t done = 0; done < count; done += kLanes, records += kLanes * kBytes) {
+    const int number = static_cast<int>(count - done < kLanes ? count - done : kLanes);
+    const unsigned char* from = records;
+    if (number < kWidth) {  // the last ones, and the first of them in the place of those beyond
+      for (int k = 0; k < kWidth; ++k)
+        __builtin_memcpy(rest + k * kBytes, from + (k < number ? k * kBytes : 0), kBytes);
+      from = rest;
+    }
     Uints positions, colors;
-    split(records, positions, colors);
+    split(from, positions, colors);
     Places at;
-    if (!places(s, positions, at)) break;
-    const std::uint32_t color = word_at(records + 4);
+    if (!places(s, positions, at)) {
+      add_records <
+          2 * kWidth<24 ? 2 : 1, kSaturating, false, false>(planes, task, records, static_cast<std::size_t>(number));
+      continue;
+    }
+    const std::uint32_t color = word_at(from + 4);
     const bool alike = !any((Mask)(colors != color));
     Light light = light_of(channel, color);
-    for (int k = 0; k < kWidth; ++k) {
-      if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kBytes + 4));
+    for (int k = 0; k < number; ++k) {
+      if (!alike) light = light_of(channel, word_at(from + static_cast<std::size_t>(k) * kBytes + 4));
       add_point<kSaturating>(s, light, s.weights + at.row[k] * 16, first + at.light[k]);
     }
   }
-  add_records < 2 * kWidth<24 ? 2 : 1, kSaturating, false, false>(planes, task, records, count - done);
 }
 
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>

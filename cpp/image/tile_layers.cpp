@@ -55,7 +55,7 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
   }
 }
 
-void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats) const {
+void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats) {
   for (int y = 0; y < area_.height; ++y)
     std::fill_n(velocities + static_cast<std::size_t>(y) * row_floats, 3 * area_.width, 0.0f);
   if (!surfaces_) return;

@@ -67,6 +67,7 @@ void TilePainter::begin(const PreparedScene& scene) { scene_ = &scene; }
 
 void TilePainter::clear(const Area& area, std::uint32_t brightest) {
   area_ = area;
+  brush_ = nullptr;
   surfaces_ = false;
   room_ = room(brightest);
   saturating_ = false;
@@ -198,33 +199,43 @@ void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
   }
 }
 
-void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) const {
+void TilePainter::take_up(const Brush& brush) {
+  if (brush_ == &brush) return;
+  brush_ = &brush;
+  if (of_fixed_size(brush.layout())) {
+    splat_ = brush.splat_at(area_.x, area_.y);
+    return;
+  }
+  wide_splat_ = brush.wide_at(area_);
+  if (wide_splat_.one_size && stamps_.empty()) stamps_.resize(kStamps);
+  wide_splat_.stamps = stamps_.data();
+}
+
+void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) {
+  take_up(*piece.brush);
   if (!of_fixed_size(piece.brush->layout())) {
-    kernels(*piece.brush).opaque(planes, piece.brush->wide_at(area_), raw(piece.records), piece.count);
+    kernels(*piece.brush).opaque(planes, wide_splat_, raw(piece.records), piece.count);
   } else {
-    lanes_->opaque(planes, piece.brush->splat_at(area_.x, area_.y), raw(piece.records), piece.count);
+    lanes_->opaque(planes, splat_, raw(piece.records), piece.count);
   }
 }
 
 void TilePainter::blend(const Piece& piece) {
   const Brush& brush = *piece.brush;
+  take_up(brush);
   const bool over = brush.blends(Sprite::Blend::alpha);
   if (!of_fixed_size(brush.layout())) {
-    WideSplat task = brush.wide_at(area_);
-    if (task.one_size && stamps_.empty()) stamps_.resize(kStamps);
-    task.stamps = stamps_.data();
-    task.cover = covering_ == nullptr ? nullptr : &cover_;
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;
+    wide_splat_.cover = covering_ == nullptr ? nullptr : &cover_;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
-      task.saturating = saturating_;
-      kernel(planes_, task, records, count);
+      wide_splat_.saturating = saturating_;
+      kernel(planes_, wide_splat_, records, count);
     });
   } else {
-    Splat splat = brush.splat_at(area_.x, area_.y);
     SplatKernel* kernel = over ? lanes_->over : lanes_->add;
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
-      splat.saturating = saturating_;
-      kernel(planes_, splat, records, count);
+      splat_.saturating = saturating_;
+      kernel(planes_, splat_, records, count);
     });
   }
 }

@@ -62,13 +62,13 @@ class TilePainter {
 
   /// Writes the velocity of the nearest opaque particle of the painted `pieces`, m/s, three floats per pixel; 0 where
   /// something else is nearer.
-  void velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats) const;
+  void velocity(std::span<const Piece> pieces, float* velocities, std::size_t row_floats);
 
  private:
   void clear(const Area& area, std::uint32_t brightest);
   void start_surfaces();
   void paint_surfaces(std::span<const Piece> pieces);
-  void draw_opaque(const Piece& piece, const TilePlanes& planes) const;
+  void draw_opaque(const Piece& piece, const TilePlanes& planes);
   void paint_bare(std::span<const Piece> pieces);
   void add(std::span<const Piece> pieces);
   void start_cover(std::span<const Piece> pieces);
@@ -78,6 +78,7 @@ class TilePainter {
   template <class Draw>
   void in_parts(const Piece& piece, const Draw& draw);
   const WideKernels& kernels(const Brush& brush) const;
+  void take_up(const Brush& brush);
 
   const SplatLanes* lanes_;
   const WideLanes* wide_lanes_;
@@ -85,6 +86,11 @@ class TilePainter {
   Area area_;
   bool bare_ = false;
   bool surfaces_ = false;  // planes_.surfaces is in use
+
+  // The brush in use, for the tile: most pieces need the same one as the piece before them.
+  const Brush* brush_ = nullptr;
+  Splat splat_{};
+  WideSplat wide_splat_{};
 
   // How many more records of full light can be added before a sum may overflow; and whether sums may have.
   std::uint32_t room_ = 0;

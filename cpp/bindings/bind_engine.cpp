@@ -327,6 +327,7 @@ void bind_facts(py::module_& m) {
   m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
+  m.def("take_rows", &take_rows, py::arg("rows"), py::arg("order"), py::arg("into"));
   m.def("mpi_version", &comm::library_version);
   m.def("mpi_can_survive", &comm::mpi_can_survive,
         "Whether the core was built for an MPI that lets the others go on when a rank is lost.");

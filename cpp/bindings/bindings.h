@@ -64,6 +64,10 @@ py::array column_copy(const particles::Store& store, int attribute);
 py::list column_copies(const particles::Store& store, const std::vector<int>& attributes, std::size_t count,
                        threads::Pool& pool);
 
+/// Copies rows of an array, (n, 3) or (n,) of 4 or 8 bytes each, into one of the same form: row k is row order[k].
+/// Throws std::out_of_range for a row that there is not.
+void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py::array& into);
+
 /// For each attribute of the schema, whether any of the first `count` particles has another value than the initial one.
 std::vector<bool> used_attributes(const particles::Store& store, std::size_t count);
 

@@ -2,6 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cstddef>
+#include <cstring>
+#include <stdexcept>
 
 #include "bindings/bindings.h"
 
@@ -95,6 +98,44 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
     });
   });
   return arrays;
+}
+
+namespace {
+
+// The order of ids jumps: without fetching ahead each jump waits for memory.
+constexpr std::size_t kRowsAhead = 32;
+
+template <std::size_t kBytes>
+void take(const std::byte* rows, const std::int64_t* order, std::size_t count, std::byte* into) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t next = std::min(k + kRowsAhead, count - 1);
+    __builtin_prefetch(rows + kBytes * static_cast<std::size_t>(order[next]));
+    std::memcpy(into + kBytes * k, rows + kBytes * static_cast<std::size_t>(order[k]), kBytes);
+  }
+}
+
+}  // namespace
+
+void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py::array& into) {
+  const auto count = static_cast<std::size_t>(order.size());
+  if (count == 0) return;
+  const auto there = static_cast<std::uint64_t>(rows.ndim() == 0 ? 0 : rows.shape(0));
+  const auto bytes = static_cast<std::size_t>(there == 0 ? 0 : rows.nbytes()) / std::max<std::size_t>(there, 1);
+  const bool fits = into.nbytes() == static_cast<py::ssize_t>(count * bytes) && (rows.flags() & py::array::c_style) &&
+                    (into.flags() & py::array::c_style) && (order.flags() & py::array::c_style);
+  if (!fits) throw std::invalid_argument("take_rows: arrays in C order, as many rows as the order has");
+  const std::int64_t* first = order.data();
+  const auto* from = static_cast<const std::byte*>(rows.data());
+  auto* to = static_cast<std::byte*>(into.mutable_data());
+  released([&] {
+    const bool known =
+        std::all_of(first, first + count, [&](std::int64_t row) { return static_cast<std::uint64_t>(row) < there; });
+    if (!known) throw std::out_of_range("take_rows: the order names a row that there is not");
+    if (bytes == 4) return take<4>(from, first, count, to);
+    if (bytes == 8) return take<8>(from, first, count, to);
+    if (bytes == 12) return take<12>(from, first, count, to);
+    throw std::invalid_argument("take_rows: rows of 4, 8 or 12 bytes");
+  });
 }
 
 std::vector<bool> used_attributes(const particles::Store& store, std::size_t count) {

@@ -153,7 +153,7 @@ void TilePainter::paint_bare(std::span<const Piece> pieces) {
 void TilePainter::add(std::span<const Piece> pieces) {
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i + 1 < pieces.size()) prefetch(pieces[i + 1]);
-    if (!pieces[i].brush->blends(Sprite::Blend::add)) continue;
+    if (pieces[i].count == 0 || !pieces[i].brush->blends(Sprite::Blend::add)) continue;
     start_cover(pieces.subspan(i));
     blend(pieces[i]);
   }
@@ -169,6 +169,7 @@ void TilePainter::start_cover(std::span<const Piece> pieces) {
   end_cover();
   std::size_t alike = 0;
   for (const Piece& piece : pieces) {
+    if (piece.count == 0) continue;
     if (piece.brush != brush || !(paint_of(piece) == paint)) return;
     alike += piece.count;
     if (alike >= kWorthCovering) break;

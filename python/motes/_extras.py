@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib
 import importlib.util
+import os
+from collections.abc import Iterator
 from typing import Any
 
 from .errors import MissingExtra
 
 __all__ = [
     *("av", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live", "require_openexr"),
-    *("require_anywidget", "require_usd", "simplejpeg", "trimesh", "usd", "websockets"),
+    *("require_anywidget", "require_usd", "simplejpeg", "trimesh", "usd", "usd_writer", "websockets"),
 ]
 
 _EXR = "a picture saved as .exr"
@@ -84,9 +87,29 @@ def trimesh() -> Any:
 
 def usd(need: str) -> Any:
     """Import the parts of USD that write and read layers. Raises MissingExtra if it is not installed."""
-    for part in ("Sdf", "Tf", "Vt"):
+    for part in ("Sdf", "Tf", "Vt", "Work"):
         _import(f"pxr.{part}", need, "usd", package="usd-core")
     return importlib.import_module("pxr")
+
+
+def usd_writer(need: str) -> Any:
+    """Import the same to write, without threads: USD's wait in a loop, on cores that others need."""
+    with _environment(
+        PXR_WORK_THREAD_LIMIT="1", TF_ENV_SETTING_ALERTS_ENABLED="0"
+    ):  # read at the first import
+        return usd(need)
+
+
+@contextlib.contextmanager
+def _environment(**wishes: str) -> Iterator[None]:
+    """Set what is not set, for a while."""
+    own = {name: value for name, value in wishes.items() if name not in os.environ}
+    os.environ.update(own)
+    try:
+        yield
+    finally:
+        for name in own:
+            os.environ.pop(name, None)
 
 
 def require_usd(need: str) -> None:

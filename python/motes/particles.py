@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _extras
+from . import _extras, by_id
 from .errors import ArgumentError, MotesError, NotAssignable, NotHere, near
 from .written_views import noticing
 
@@ -173,8 +173,13 @@ class Particles:
         self._here = columns is not None
         self._columns: dict[str, NDArray[Any]] = {}
         if columns is not None:
-            order = np.argsort(columns["id"], kind="stable")
-            self._columns = {name: column[order] for name, column in columns.items()}
+            order = by_id.order(columns["id"])
+            self._columns = {
+                name: np.require(column, requirements=("C", "W"))
+                if order is None
+                else column.take(order, axis=0)
+                for name, column in columns.items()
+            }
 
     def __bool__(self) -> bool:
         """Whether this rank got the particles, even if there are none."""

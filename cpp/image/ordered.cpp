@@ -2,43 +2,52 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
+#include <numeric>
 
 namespace motes::image {
 namespace {
 
-// Below this, passes over counters cost more than comparing.
-constexpr std::size_t kWorthCounting = 64;
-constexpr int kDigitBits = 11;
-constexpr std::size_t kDigits = std::size_t{1} << kDigitBits;
+// With fewer keys, passes over counters cost more than comparing.
+constexpr std::size_t kWorthCounting = 256;
+constexpr int kMostDigitBits = 12;
 
-std::uint32_t depth_of(const Brush& brush, const std::byte* record) {
-  if (!has_depth(brush.layout())) return 0;
-  std::uint32_t bits;
-  std::memcpy(&bits, record + form(brush.layout()).depth, sizeof bits);
-  return bits;
-}
+constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
 
 }  // namespace
 
 void Ordered::sort(std::span<const Piece> pieces) {
   keys_.clear();
   entries_.clear();
+  bytes_ = 0;
+  most_alpha_ = 0;
   for (const Piece& piece : pieces) {
-    if (piece.brush->blends(Sprite::Blend::opaque)) continue;
-    const std::byte* record = piece.records;
-    for (std::size_t i = 0; i < piece.count; ++i, record += piece.brush->record_bytes()) {
-      const std::uint64_t nearness = ~depth_of(*piece.brush, record);
-      keys_.push_back(nearness << 32 | entries_.size());
-      entries_.push_back({record, piece.brush});
-    }
+    if (!piece.brush->blends(Sprite::Blend::opaque)) list(piece);
   }
   sort_keys();
   order_equals();
   gather();
 }
 
-// By the upper half only. Depths of a tile differ in few leading bits, so most sorts need two passes of three.
+void Ordered::list(const Piece& piece) {
+  const std::size_t size = piece.brush->record_bytes(), before = keys_.size();
+  const bool deep = has_depth(piece.brush->layout());
+  const std::size_t depth = deep ? static_cast<std::size_t>(form(piece.brush->layout()).depth) : 0;
+  keys_.resize(before + piece.count);
+  entries_.resize(before + piece.count);
+  bytes_ += piece.count * size;
+  most_alpha_ = std::max(most_alpha_, piece.most_alpha);
+  const std::byte* record = piece.records;
+  for (std::size_t i = before; i < keys_.size(); ++i, record += size) {
+    std::uint32_t bits = 0;
+    if (deep) std::memcpy(&bits, record + depth, sizeof bits);
+    keys_[i] = std::uint64_t{~bits} << 32 | i;
+    entries_[i] = {record, piece.brush};
+  }
+}
+
+// By the upper half only, in as few passes as the range of the depths needs: two for most tiles.
 void Ordered::sort_keys() {
   if (keys_.size() < kWorthCounting) {
     std::sort(keys_.begin(), keys_.end());
@@ -50,17 +59,18 @@ void Ordered::sort_keys() {
     greatest = std::max(greatest, key);
   }
   least &= ~std::uint64_t{0xffffffffu};
+  const int bits = std::bit_width((greatest - least) >> 32);
+  const int passes = (bits + kMostDigitBits - 1) / kMostDigitBits;
+  if (passes == 0) return;
+  const int digit_bits = (bits + passes - 1) / passes;
+  const std::uint64_t mask = (std::uint64_t{1} << digit_bits) - 1;
   other_keys_.resize(keys_.size());
-  for (int shift = 32; shift < 64 && (greatest - least) >> shift != 0; shift += kDigitBits) {
-    std::array<std::uint32_t, kDigits> count{};
-    for (const std::uint64_t key : keys_) ++count[(key - least) >> shift & (kDigits - 1)];
-    std::uint32_t before = 0;
-    for (std::uint32_t& c : count) {
-      const std::uint32_t here = c;
-      c = before;
-      before += here;
-    }
-    for (const std::uint64_t key : keys_) other_keys_[count[(key - least) >> shift & (kDigits - 1)]++] = key;
+  for (int pass = 0, shift = 32; pass < passes; ++pass, shift += digit_bits) {
+    std::array<std::uint32_t, std::size_t{1} << kMostDigitBits> count;
+    std::fill_n(count.begin(), mask + 1, 0u);
+    for (const std::uint64_t key : keys_) ++count[(key - least) >> shift & mask];
+    std::exclusive_scan(count.begin(), count.begin() + static_cast<std::ptrdiff_t>(mask + 1), count.begin(), 0u);
+    for (const std::uint64_t key : keys_) other_keys_[count[(key - least) >> shift & mask]++] = key;
     keys_.swap(other_keys_);
   }
 }
@@ -86,16 +96,15 @@ void Ordered::order_equals() {
 
 void Ordered::gather() {
   runs_.clear();
-  std::size_t bytes = 0;
-  for (const Entry& entry : entries_) bytes += entry.brush->record_bytes();
-  records_.resize(bytes);
+  records_.resize(bytes_);
   std::byte* to = records_.data();
   for (const std::uint64_t key : keys_) {
     const Entry& entry = entries_[key & 0xffffffffu];
     const std::size_t size = entry.brush->record_bytes();
-    if (runs_.empty() || runs_.back().brush != entry.brush) runs_.push_back({entry.brush, to, 0});
+    if (runs_.empty() || runs_.back().brush != entry.brush) runs_.push_back({entry.brush, to, 0, most_alpha_});
     ++runs_.back().count;
-    std::memcpy(to, entry.record, size);
+    // Most records are of this size, and a copy of a known one is no call.
+    size == kDeepBytes ? std::memcpy(to, entry.record, kDeepBytes) : std::memcpy(to, entry.record, size);
     to += size;
   }
 }

@@ -27,6 +27,7 @@ class Ordered {
     const Brush* brush;
   };
 
+  void list(const Piece& piece);
   void sort_keys();
   void order_equals();
   void gather();
@@ -34,6 +35,8 @@ class Ordered {
   // A key is the complement of the depth, then the number of the entry.
   std::vector<std::uint64_t> keys_, other_keys_;
   std::vector<Entry> entries_;
+  std::size_t bytes_ = 0;  // of all records
+  std::uint8_t most_alpha_ = 0;
   std::vector<Piece> runs_;
   Buffer records_;
 };

@@ -38,7 +38,7 @@ std::size_t Pieces::collect(int tile, std::vector<Piece>& pieces) const {
     for (const RecordsView::Batch& batch : part.records.batches()) {
       const RecordsView::Piece piece = part.records.piece(batch, slot);
       if (piece.count == 0) continue;
-      pieces.push_back({part.brush, piece.records, piece.count});
+      pieces.push_back({part.brush, piece.records, piece.count, part.records.most_alpha()});
       count += piece.count;
     }
   }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <deque>
 #include <span>
 #include <vector>
@@ -17,6 +18,7 @@ struct Piece {
   const Brush* brush;
   const std::byte* records;  // any alignment
   std::size_t count;
+  std::uint8_t most_alpha = 255;  // no record has more
 };
 
 /// All messages of a frame, from any number of ranks.

@@ -21,6 +21,13 @@ MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
 #endif
 }
 
+// The first lanes of a vector.
+MOTES_INLINE Mask first_lanes(int number) {
+  Ints lane{};
+  for (int l = 0; l < kWidth; ++l) lane[l] = l;
+  return lane < number;
+}
+
 // Puts one byte into each lane.
 MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #if MOTES_WIDTH == 512
@@ -91,6 +98,17 @@ MOTES_INLINE void add(std::uint32_t* to, Uints more) {
   Uints sum = before + more;
   if (kSaturating) sum |= (Uints)(sum < before);
   store_uints(to, sum);
+}
+
+// The rows of a record that nothing hides.
+template <int kVectors, bool kSaturating>
+MOTES_INLINE void add_rows(int size, int row_bytes, const Light& light, const std::uint8_t* weights,
+                           std::uint32_t* to) {
+  for (int row = 0; row < size; ++row, to += image::kLightStride, weights += row_bytes) {
+    for (int j = 0; j < kVectors; ++j) {
+      add<kSaturating>(to + j * kWidth, multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]));
+    }
+  }
 }
 
 MOTES_INLINE std::uint32_t word_at(const unsigned char* from) {
@@ -217,6 +235,34 @@ MOTES_INLINE Longs nearest_of(Uints depth, Uints surface, int half) {
         static_cast<std::int64_t>(image::Nearest{depth[lane + half * kLongs]} << 32 | surface[lane + half * kLongs]);
   }
   return v;
+#endif
+}
+
+// Words in turn, such as surfaces and depths of pixels.
+#if MOTES_WIDTH == 512
+MOTES_INLINE void split(__m512i low, __m512i high, Uints& first, Uints& second) {
+  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
+  first = (Uints)_mm512_permutex2var_epi32(low, even, high);
+  second = (Uints)_mm512_permutex2var_epi32(low, _mm512_add_epi32(even, _mm512_set1_epi32(1)), high);
+}
+#endif
+MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
+  const auto* from = static_cast<const image::Nearest*>(words);
+#if MOTES_WIDTH == 512
+  split(_mm512_loadu_si512(from), _mm512_loadu_si512(from + kLongs), first, second);
+#elif MOTES_WIDTH == 256
+  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
+  const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
+  const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
+  first = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);
+  second = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0xdd), 0xd8);
+#else
+  for (int lane = 0; lane < kWidth; ++lane) {
+    std::uint32_t pair[2];
+    __builtin_memcpy(pair, from + lane, sizeof pair);
+    first[lane] = pair[0];
+    second[lane] = pair[1];
+  }
 #endif
 }
 

@@ -1,6 +1,7 @@
 #include "image/projector.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <stdexcept>
 #include <utility>
@@ -97,6 +98,12 @@ void prefetch_for_write(std::byte* from, std::size_t count) {
   for (std::size_t i = 0; i < count; i += 64) __builtin_prefetch(from + i, 1);
 }
 
+// Where each particle has its own, the greatest that there is: looking for it costs more than it is worth.
+std::uint32_t most_alpha(const Drawn& particles) {
+  if (particles.alpha != nullptr || !(particles.alpha_of_all < 1)) return 255;
+  return static_cast<std::uint32_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
+}
+
 RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& projection) {
   const Grid grid{view.width, view.height};
   RecordsHead head;
@@ -134,6 +141,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   }
   sprite_ = sprite;
   records.head_ = head_of(sprite, view, projection);
+  records.head_.most_alpha = most_alpha(particles);
   records.buffer_.resize(sizeof records.head_);
   if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);

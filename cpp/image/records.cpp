@@ -53,7 +53,7 @@ void RecordsView::check_head() const {
       !(head_.softness >= 0 && head_.softness <= 1e15f)) {
     refuse("unknown sprite");
   }
-  if (head_.layout >= particles::enumerators<Layout>() || head_.with_velocity > 1 || head_.zero != 0) {
+  if (head_.layout >= particles::enumerators<Layout>() || head_.with_velocity > 1 || head_.most_alpha > 255) {
     refuse("unknown layout");
   }
   Sprite sprite;

@@ -22,7 +22,7 @@ namespace motes::image {
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
 /// their order, and the order of records within a slot, has no meaning.
 struct RecordsHead {
-  static constexpr std::uint32_t kMagic = 0x3253544d;  // "MTS2"
+  static constexpr std::uint32_t kMagic = 0x3353544d;  // "MTS3"
 
   std::uint32_t magic = kMagic;
   std::uint32_t system = 0;
@@ -39,7 +39,7 @@ struct RecordsHead {
   std::uint32_t first_slot = 0;
   std::uint32_t slots = 0;
   std::uint32_t batches = 0;
-  std::uint32_t zero = 0;
+  std::uint32_t most_alpha = 255;  // no record has more: a bound for sums of light
   std::uint64_t records = 0;
 };
 static_assert(sizeof(RecordsHead) == 64);
@@ -78,6 +78,8 @@ class RecordsView {
   Layout layout() const { return static_cast<Layout>(head_.layout); }
   bool with_depth() const { return has_depth(layout()); }
   bool with_velocity() const { return head_.with_velocity != 0; }
+  /// No record has a greater alpha, 0..255.
+  std::uint8_t most_alpha() const { return static_cast<std::uint8_t>(head_.most_alpha); }
   /// Bytes from one record to the next.
   std::size_t record_bytes() const { return image::record_bytes(layout()) + (with_velocity() ? kVelocityBytes : 0); }
 

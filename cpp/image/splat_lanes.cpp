@@ -5,6 +5,7 @@
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/pixel_lanes.h"
+#include "image/point_lanes.h"
 
 namespace motes::MOTES_ISA {
 namespace {
@@ -40,77 +41,6 @@ MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
   return true;
 }
 
-// Words in turn, such as surfaces and depths of pixels.
-MOTES_INLINE void split(const void* words, Uints& first, Uints& second) {
-  const auto* from = static_cast<const image::Nearest*>(words);
-#if MOTES_WIDTH == 512
-  const __m512i low = _mm512_loadu_si512(from), high = _mm512_loadu_si512(from + kLongs);
-  const __m512i even = _mm512_set_epi32(30, 28, 26, 24, 22, 20, 18, 16, 14, 12, 10, 8, 6, 4, 2, 0);
-  first = (Uints)_mm512_permutex2var_epi32(low, even, high);
-  second = (Uints)_mm512_permutex2var_epi32(low, _mm512_add_epi32(even, _mm512_set1_epi32(1)), high);
-#elif MOTES_WIDTH == 256
-  // Words 0, 2 or 1, 3 of each half of both vectors, then the halves in their order.
-  const __m256 low = _mm256_loadu_ps(reinterpret_cast<const float*>(from));
-  const __m256 high = _mm256_loadu_ps(reinterpret_cast<const float*>(from + kLongs));
-  first = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0x88), 0xd8);
-  second = (Uints)_mm256_permute4x64_pd((__m256d)_mm256_shuffle_ps(low, high, 0xdd), 0xd8);
-#else
-  for (int lane = 0; lane < kWidth; ++lane) {
-    std::uint32_t pair[2];
-    __builtin_memcpy(pair, from + lane, sizeof pair);
-    first[lane] = pair[0];
-    second[lane] = pair[1];
-  }
-#endif
-}
-
-// The same for a vector of records: what place() says of each.
-struct Places {
-  alignas(64) std::int32_t light[kWidth], pixel[kWidth], row[kWidth];
-};
-// False where some of the records do not belong to this tile.
-MOTES_INLINE bool places(const Splat& s, Uints positions, Places& at) {
-  const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
-  const Ints column = x >> s.sub_bits, row = y >> s.sub_bits;
-  const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
-  const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
-  store_mask(at.light, row * kLightStride + 3 * column);
-  store_mask(at.pixel, row * kPixelStride + column);
-  store_mask(at.row, ((Ints)((Uints)phase_y << s.phase_bits) | phase_x) * s.size);
-  const Ints least = min_ints(column, row), most = max_ints(column, row);
-  return !any((least <= -s.size) | (most >= image::kTile));
-}
-
-// The rows of a record that nothing hides.
-template <int kVectors, bool kSaturating>
-MOTES_INLINE void add_rows(const Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
-  for (int row = 0; row < s.size; ++row, to += kLightStride, weights += s.row_bytes) {
-    for (int j = 0; j < kVectors; ++j) {
-      add<kSaturating>(to + j * kWidth, multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]));
-    }
-  }
-}
-
-#if MOTES_WIDTH == 512
-// Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
-template <bool kSaturating>
-MOTES_INLINE void add_point(const Splat&, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
-  const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
-  for (int row = 0; row < 2; ++row, to += kLightStride, weights += 16) {
-    const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
-    const __m256i before = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(to));
-    __m256i sum = _mm256_add_epi32(before, _mm256_madd_epi16(weight, color));
-    if (kSaturating) sum = _mm256_mask_set1_epi32(sum, _mm256_cmplt_epu32_mask(sum, before), -1);
-    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), sum);
-  }
-}
-#else
-template <bool kSaturating>
-MOTES_INLINE void add_point(const Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
-  add_rows<(6 + kWidth - 1) / kWidth, kSaturating>(s, light, weights, to);
-}
-#endif
-
 // Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
 // pixels of all than to predict which ones need it.
 bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
@@ -139,10 +69,10 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
     std::uint32_t* to = tile.light + at.light;
     if (!kFade && (!kDepth || (!mixed && depth <= tile.nearest))) {
       if (kWidth * kVectors < 24 && s.size == 2) {
-        add_point<kSaturating>(s, light, weights, to);
+        add_point<kSaturating>(light, weights, to);
         continue;
       }
-      add_rows<kVectors, kSaturating>(s, light, weights, to);
+      add_rows<kVectors, kSaturating>(s.size, s.row_bytes, light, weights, to);
       continue;
     }
     const std::uint32_t* wall = tile.depth + at.pixel;
@@ -157,41 +87,23 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
   }
 }
 
-// Points that nothing hides: so little is drawn of each that finding its place costs more, so this is done for a vector
-// of them at once.
+// Points that nothing hides.
 template <bool kSaturating>
 void add_points(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
-  Splat s = task;
-  s.size = 2;
-  s.row_bytes = 16;
-  std::uint32_t* const first = planes.light;
+  const Splat s = task;
+  const TilePlanes tile = planes;
   const Channels channel = channels();
-  constexpr std::size_t kBytes = sizeof(image::PlainRecord);
-  alignas(64) unsigned char rest[kLanes * kBytes];
-  for (std::size_t done = 0; done < count; done += kLanes, records += kLanes * kBytes) {
-    const int number = static_cast<int>(count - done < kLanes ? count - done : kLanes);
-    const unsigned char* from = records;
-    if (number < kWidth) {  // the last ones, and the first of them in the place of those beyond
-      for (int k = 0; k < kWidth; ++k)
-        __builtin_memcpy(rest + k * kBytes, from + (k < number ? k * kBytes : 0), kBytes);
-      from = rest;
-    }
-    Uints positions, colors;
-    split(from, positions, colors);
-    Places at;
-    if (!places(s, positions, at)) {
-      add_records <
-          2 * kWidth<24 ? 2 : 1, kSaturating, false, false>(planes, task, records, static_cast<std::size_t>(number));
-      continue;
-    }
-    const std::uint32_t color = word_at(from + 4);
-    const bool alike = !any((Mask)(colors != color));
-    Light light = light_of(channel, color);
-    for (int k = 0; k < number; ++k) {
-      if (!alike) light = light_of(channel, word_at(from + static_cast<std::size_t>(k) * kBytes + 4));
-      add_point<kSaturating>(s, light, s.weights + at.row[k] * 16, first + at.light[k]);
-    }
+  const auto one_by_one = [&](const unsigned char* from, std::size_t number) {
+    add_records<kPointVectors, kSaturating, false, false>(tile, s, from, number);
+  };
+  for (; count >= kLanes; count -= kLanes, records += kLanes * kPointBytes) {
+    Points p{{}, {}, kWidth, records};
+    split(records, p.position, p.color);
+    if (!add_vector<kSaturating>(tile, s, channel, p, kWidth)) one_by_one(records, kLanes);
   }
+  if (count == 0) return;
+  const Points rest = some_points(records, static_cast<int>(count));
+  if (!add_vector<kSaturating>(tile, s, channel, rest, rest.number)) one_by_one(records, count);
 }
 
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
@@ -449,15 +361,9 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
     const Ints index = tone_index(load_uints(light + i));
-#if MOTES_WIDTH == 512
-    // Reads four bytes per entry: the table is longer than its greatest index.
-    const __m512i entries = _mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, (__m512i)index, table, 1);
-    _mm_storeu_si128(reinterpret_cast<__m128i*>(to + i), _mm512_maskz_cvtepi32_epi8(0xffff, entries));
-#else
-    std::int32_t numbers[kLanes];
+    std::int32_t numbers[kLanes];  // one by one: gathering a vector of entries takes a processor longer
     store_mask(numbers, index);
     for (std::size_t lane = 0; lane < kLanes; ++lane) to[i + lane] = table[numbers[lane]];
-#endif
   }
   for (; i < count; ++i) to[i] = table[tone_index(all_uints(light[i]))[0]];
 }

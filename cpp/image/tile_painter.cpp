@@ -14,11 +14,14 @@ namespace {
 // With room for fewer records than this, another search for the greatest sum costs more than saturating.
 constexpr std::uint32_t kWorthCounting = 256;
 
-// How many records can be added before a sum may overflow, where the greatest is now `brightest`.
-std::uint32_t room(std::uint32_t brightest) {
-  constexpr auto kMost = static_cast<std::uint32_t>(kUnit * kMostLight) + 1;
-  return (std::numeric_limits<std::uint32_t>::max() - brightest) / kMost;
+// The most that a record of such an alpha adds to a sum.
+std::uint32_t most_light(std::uint32_t alpha) {
+  constexpr auto kOfAlpha = static_cast<std::uint32_t>(kUnit * kMostLight / 255) + 1;
+  return kOfAlpha * (alpha + 1);  // one more, for what is rounded up
 }
+
+// What can be added to sums before one may overflow, where the greatest is now `brightest`.
+std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::uint32_t>::max() - brightest; }
 
 void prefetch(const Piece& piece) {
   const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
@@ -246,14 +249,15 @@ template <class Draw>
 void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
   const unsigned char* records = raw(piece.records);
   std::size_t count = piece.count;
+  const std::uint32_t most = most_light(piece.most_alpha);
   while (count != 0) {
     if (covering_ != nullptr && cover_.records >= Cover::kMost) show_cover();
-    if (room_ < kWorthCounting && !saturating_) {
+    if (room_ / most < kWorthCounting && !saturating_) {
       show_cover();
       room_ = room(lanes_->brightest(planes_.light, area_.height, 3 * area_.width));
-      saturating_ = room_ < kWorthCounting;
+      saturating_ = room_ / most < kWorthCounting;
     }
-    std::size_t part = saturating_ ? count : std::min<std::size_t>(count, room_);
+    std::size_t part = saturating_ ? count : std::min<std::size_t>(count, room_ / most);
     if (covering_ != nullptr) {
       part = std::min<std::size_t>(part, Cover::kMost - cover_.records);
       cover_.records += static_cast<std::uint32_t>(part);
@@ -261,7 +265,7 @@ void TilePainter::in_parts(const Piece& piece, const Draw& draw) {
     draw(records, part);
     records += part * piece.brush->record_bytes();
     count -= part;
-    if (!saturating_) room_ -= static_cast<std::uint32_t>(part);
+    if (!saturating_) room_ -= static_cast<std::uint32_t>(part) * most;
   }
 }
 

@@ -92,7 +92,7 @@ class TilePainter {
   Splat splat_{};
   WideSplat wide_splat_{};
 
-  // How many more records of full light can be added before a sum may overflow; and whether sums may have.
+  // How much more light can be added to any sum before it may overflow; and whether sums may have.
   std::uint32_t room_ = 0;
   bool saturating_ = false;
 

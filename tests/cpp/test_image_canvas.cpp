@@ -121,6 +121,38 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
   }
 }
 
+// Messages say how faint their particles are, so that sums are not looked at before they can overflow.
+TEST(image_faint_crowds_saturate_no_sooner_and_no_later) {
+  View dark = small_view(70, 70);
+  dark.background = {0, 0, 0};
+  const auto brightest = [&](const std::vector<Cloud>& clouds, const Sprite& sprite, const SplatLanes& lanes) {
+    Canvas canvas(lanes);
+    canvas.begin(dark, true);
+    std::vector<std::vector<std::byte>> messages;
+    for (const Cloud& cloud : clouds) messages.push_back(message(cloud, sprite, dark));
+    for (const auto& records : messages) canvas.add(records);
+    canvas.finish();
+    const auto linear = canvas.linear();
+    return *std::max_element(linear.begin(), linear.end());
+  };
+  Cloud faint(40000), own(40000, true), full(2000);
+  faint.alpha_of_all = 0.0999f;  // 25.5 of 255, rounded down
+  std::fill(own.alpha.begin(), own.alpha.end(), 0.0999f);
+  CHECK(RecordsView(message(faint, {}, dark)).most_alpha() == 26);
+  CHECK(RecordsView(message(own, {}, dark)).most_alpha() == 255);
+  CHECK(RecordsView(message(full, {}, dark)).most_alpha() == 255);
+  const auto greatest = static_cast<float>(4294967295.0 / kUnit);
+  for (const auto* lanes : usable_splat_lanes()) {
+    for (const Sprite& sprite : {Sprite{Sprite::Kind::disc, 3}, Sprite{Sprite::Kind::point, 1}}) {
+      const float once = brightest({faint}, sprite, *lanes);
+      CHECK(once == brightest({own}, sprite, *lanes) && once < greatest);
+      CHECK(brightest({faint, full}, sprite, *lanes) == brightest({full, own}, sprite, *lanes));
+    }
+    // Particles in the middle of pixels: their whole weight of 255 is in one.
+    CHECK(brightest({faint, faint}, {Sprite::Kind::disc, 3}, *lanes) == greatest);
+  }
+}
+
 TEST(image_light_of_a_disc_does_not_depend_on_its_position) {
   View view = small_view(64, 64);
   view.background = {0, 0, 0};

@@ -20,6 +20,7 @@ struct Cloud {
   std::vector<float> plane[3], color[3], alpha;
   std::size_t count = 0;
   bool colored = false;
+  float alpha_of_all = 1;  // where it is not coloured
 
   explicit Cloud(std::size_t n = 0, bool with_color = false) : count(n), colored(with_color) {
     for (auto& p : plane) p.assign(n + 16, 0.0f);
@@ -39,6 +40,7 @@ struct Cloud {
       d.color[i] = colored ? color[i].data() : nullptr;
     }
     d.alpha = colored ? alpha.data() : nullptr;
+    d.alpha_of_all = alpha_of_all;
     return d;
   }
 };

@@ -1,0 +1,93 @@
+// Points that nothing hides: so little is drawn of each that finding its place costs more, so this is done for a vector
+// of them at once.
+#pragma once
+
+#include "image/layout.h"
+#include "image/pixel_lanes.h"
+#include "image/splat_lanes.h"
+
+namespace motes::MOTES_ISA {
+
+// The pixels that a point touches in each direction, the bytes of a row of their weights, and the vectors of a row.
+inline constexpr int kPointSize = 2, kPointRow = 16;
+inline constexpr int kPointVectors = (3 * kPointSize + kWidth - 1) / kWidth;
+inline constexpr std::size_t kPointBytes = sizeof(image::PlainRecord);
+
+#if MOTES_WIDTH == 512
+// Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
+  for (int row = 0; row < kPointSize; ++row, to += image::kLightStride, weights += kPointRow) {
+    const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
+    const __m256i before = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(to));
+    __m256i sum = _mm256_add_epi32(before, _mm256_madd_epi16(weight, color));
+    if (kSaturating) sum = _mm256_mask_set1_epi32(sum, _mm256_cmplt_epu32_mask(sum, before), -1);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), sum);
+  }
+}
+#else
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  add_rows<kPointVectors, kSaturating>(kPointSize, kPointRow, light, weights, to);
+}
+#endif
+
+// Where each of a vector of points starts in the tile, and its first row in the table.
+struct Places {
+  alignas(64) std::int32_t light[kWidth], row[kWidth];
+};
+// Which of the records do not belong to this tile.
+MOTES_INLINE Mask places(const image::Splat& s, Uints positions, Places& at) {
+  const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
+  const Ints column = x >> s.sub_bits, row = y >> s.sub_bits;
+  const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
+  const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
+  store_mask(at.light, row * image::kLightStride + 3 * column);
+  store_mask(at.row, ((Ints)((Uints)phase_y << s.phase_bits) | phase_x) * kPointSize);
+  const Ints least = min_ints(column, row), most = max_ints(column, row);
+  return (least <= -kPointSize) | (most >= image::kTile);
+}
+
+// Records of points in turn, as in split(): the lanes of those beyond `number` are not used.
+struct Points {
+  Uints position, color;
+  int number;
+  const unsigned char* from;
+};
+
+MOTES_INLINE Points some_points(const unsigned char* from, int number) {
+  Points p;
+  p.number = number;
+  p.from = from;
+#if MOTES_WIDTH == 512
+  const std::uint32_t words = (1u << 2 * number) - 1;
+  const __m512i low = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words), from);
+  const __m512i high = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words >> 16), from + kLongs * kPointBytes);
+  split(low, high, p.position, p.color);
+#else
+  alignas(64) unsigned char padded[kLanes * kPointBytes] = {};
+  for (int k = 0; k < number; ++k) __builtin_memcpy(padded + k * kPointBytes, from + k * kPointBytes, kPointBytes);
+  split(padded, p.position, p.color);
+#endif
+  return p;
+}
+
+// Draws a vector of points; false, and nothing is drawn, where some do not belong to this tile. `number`: p.number, as
+// a constant where it is one.
+template <bool kSaturating>
+MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
+                             const Points& p, int number) {
+  Places at;
+  if (any(places(s, p.position, at) & first_lanes(number))) return false;
+  const std::uint32_t color = word_at(p.from + 4);
+  const bool alike = !any((Mask)(p.color != color) & first_lanes(number));
+  Light light = light_of(channel, color);
+  for (int k = 0; k < number; ++k) {
+    if (!alike) light = light_of(channel, word_at(p.from + static_cast<std::size_t>(k) * kPointBytes + 4));
+    add_point<kSaturating>(light, s.weights + at.row[k] * kPointRow, planes.light + at.light[k]);
+  }
+  return true;
+}
+
+}  // namespace motes::MOTES_ISA

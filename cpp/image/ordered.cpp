@@ -59,7 +59,7 @@ void Ordered::sort_keys() {
     greatest = std::max(greatest, key);
   }
   least &= ~std::uint64_t{0xffffffffu};
-  const int bits = std::bit_width((greatest - least) >> 32);
+  const auto bits = static_cast<int>(std::bit_width((greatest - least) >> 32));
   const int passes = (bits + kMostDigitBits - 1) / kMostDigitBits;
   if (passes == 0) return;
   const int digit_bits = (bits + passes - 1) / passes;

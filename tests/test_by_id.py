@@ -68,8 +68,9 @@ def test_rows_of_other_sizes_and_rows_with_gaps_are_refused():
 USD = """
 import json, os
 from motes import _extras
-pxr = _extras.usd_writer("a test")
-print(json.dumps([pxr.Work.GetConcurrencyLimit(), os.environ.get("PXR_WORK_THREAD_LIMIT")]))
+_extras.usd_writer("a test")
+from pxr import Work
+print(json.dumps([Work.GetConcurrencyLimit(), os.environ.get("PXR_WORK_THREAD_LIMIT")]))
 """
 
 

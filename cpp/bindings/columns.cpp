@@ -120,7 +120,7 @@ void take_rows(const py::array& rows, const py::array_t<std::int64_t>& order, py
   const auto count = static_cast<std::size_t>(order.size());
   if (count == 0) return;
   const auto there = static_cast<std::uint64_t>(rows.ndim() == 0 ? 0 : rows.shape(0));
-  const auto bytes = static_cast<std::size_t>(there == 0 ? 0 : rows.nbytes()) / std::max<std::size_t>(there, 1);
+  const auto bytes = static_cast<std::size_t>(rows.nbytes()) / std::max<std::size_t>(there, 1);
   const bool fits = into.nbytes() == static_cast<py::ssize_t>(count * bytes) && (rows.flags() & py::array::c_style) &&
                     (into.flags() & py::array::c_style) && (order.flags() & py::array::c_style);
   if (!fits) throw std::invalid_argument("take_rows: arrays in C order, as many rows as the order has");

@@ -10,7 +10,7 @@ namespace motes::image {
 struct Cover {
   std::uint32_t* weights = nullptr;  // the tile's first pixel, rows of kPixelStride; 0 in each column once it is shown
   std::uint32_t color = 0;  // and alpha, as in a record
-  std::uint32_t light = 0;  // as WideRecord::light
+  std::uint16_t light = 0;  // as WideRecord::light
   std::uint32_t records = 0;  // that are drawn into it, at most
 
   /// With more of them the light of a sum would not fit into 32 bits.

@@ -8,18 +8,6 @@
 
 namespace motes::MOTES_ISA {
 
-/// Eight weights of a stamp.
-MOTES_INLINE Eight load_weights(const std::uint8_t* from) {
-#if MOTES_WIDTH >= 256
-  return (Eight)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
-#else
-  using Bytes = std::uint8_t __attribute__((vector_size(8)));
-  Bytes v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return __builtin_convertvector(v, Eight);
-#endif
-}
-
 /// A record's colour for the weights of stamps, in the units of sums.
 MOTES_INLINE Tint stamp_tint(const Channels& channels, std::uint32_t color, std::uint32_t light) {
   Tint tint;

@@ -109,16 +109,25 @@ MOTES_INLINE Shorts rows_within(Shorts weights, int row, int rows) {
 using Eight = std::uint32_t __attribute__((vector_size(32)));
 
 MOTES_INLINE Eight eight_of(std::uint32_t value) { return Eight{} + value; }
-MOTES_INLINE Eight load_eight(const std::uint16_t* from) {
 #if MOTES_WIDTH >= 256
+MOTES_INLINE Eight load_eight(const std::uint8_t* from) {
+  return (Eight)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
+}
+MOTES_INLINE Eight load_eight(const std::uint16_t* from) {
   return (Eight)_mm256_cvtepu16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
+}
 #else
-  using Sixteens = std::uint16_t __attribute__((vector_size(16)));
-  Sixteens v;
+template <class Narrow>
+MOTES_INLINE Eight widened(const void* from) {
+  Narrow v;
   __builtin_memcpy(&v, from, sizeof v);
   return __builtin_convertvector(v, Eight);
-#endif
 }
+using EightBytes = std::uint8_t __attribute__((vector_size(8)));
+using EightShorts = std::uint16_t __attribute__((vector_size(16)));
+MOTES_INLINE Eight load_eight(const std::uint8_t* from) { return widened<EightBytes>(from); }
+MOTES_INLINE Eight load_eight(const std::uint16_t* from) { return widened<EightShorts>(from); }
+#endif
 
 #if MOTES_WIDTH == 512
 inline constexpr int kParts = 2;  // 16 lanes and 8

@@ -49,17 +49,20 @@ MOTES_INLINE Mask places(const image::Splat& s, Uints positions, Places& at) {
   return (least <= -kPointSize) | (most >= image::kTile);
 }
 
-// Records of points in turn, as in split(): the lanes of those beyond `number` are not used.
+// The words of records of points.
 struct Points {
   Uints position, color;
-  int number;
-  const unsigned char* from;
 };
 
+MOTES_INLINE Points whole_points(const unsigned char* from) {
+  Points p;
+  split(from, p.position, p.color);
+  return p;
+}
+
+// Of fewer records than a vector has lanes: what is in the others has no meaning.
 MOTES_INLINE Points some_points(const unsigned char* from, int number) {
   Points p;
-  p.number = number;
-  p.from = from;
 #if MOTES_WIDTH == 512
   const std::uint32_t words = (1u << 2 * number) - 1;
   const __m512i low = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words), from);
@@ -73,18 +76,17 @@ MOTES_INLINE Points some_points(const unsigned char* from, int number) {
   return p;
 }
 
-// Draws a vector of points; false, and nothing is drawn, where some do not belong to this tile. `number`: p.number, as
-// a constant where it is one.
+// Draws the first `number` of a vector of points; false, and nothing is drawn, where some do not belong to this tile.
 template <bool kSaturating>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
-                             const Points& p, int number) {
+                             const Points& p, const unsigned char* records, int number) {
   Places at;
   if (any(places(s, p.position, at) & first_lanes(number))) return false;
-  const std::uint32_t color = word_at(p.from + 4);
+  const std::uint32_t color = word_at(records + 4);
   const bool alike = !any((Mask)(p.color != color) & first_lanes(number));
   Light light = light_of(channel, color);
   for (int k = 0; k < number; ++k) {
-    if (!alike) light = light_of(channel, word_at(p.from + static_cast<std::size_t>(k) * kPointBytes + 4));
+    if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes + 4));
     add_point<kSaturating>(light, s.weights + at.row[k] * kPointRow, planes.light + at.light[k]);
   }
   return true;

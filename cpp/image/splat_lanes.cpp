@@ -97,13 +97,11 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
     add_records<kPointVectors, kSaturating, false, false>(tile, s, from, number);
   };
   for (; count >= kLanes; count -= kLanes, records += kLanes * kPointBytes) {
-    Points p{{}, {}, kWidth, records};
-    split(records, p.position, p.color);
-    if (!add_vector<kSaturating>(tile, s, channel, p, kWidth)) one_by_one(records, kLanes);
+    if (!add_vector<kSaturating>(tile, s, channel, whole_points(records), records, kWidth)) one_by_one(records, kLanes);
   }
   if (count == 0) return;
-  const Points rest = some_points(records, static_cast<int>(count));
-  if (!add_vector<kSaturating>(tile, s, channel, rest, rest.number)) one_by_one(records, count);
+  const auto rest = static_cast<int>(count);
+  if (!add_vector<kSaturating>(tile, s, channel, some_points(records, rest), records, rest)) one_by_one(records, count);
 }
 
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>

@@ -193,7 +193,7 @@ MOTES_INLINE void draw_rows(const image::TilePlanes& tile, const image::WideSpla
   Tint tint = queue.tints[0];
   tint.shift = image::kStampShift;  // the compiler knows this one
   for (int i = 0; i < queue.count; ++i) {
-    Eight cover = load_weights(weights + queue.weights[i]) << image::kStampShift;
+    Eight cover = load_eight(weights + queue.weights[i]) << image::kStampShift;
     if (!kOneTint) {
       const Tint& here = queue.tints[queue.record[i]];
       for (int j = 0; j < (kParts < 3 ? kParts : 3); ++j) tint.part[j] = here.part[j];
@@ -288,7 +288,7 @@ MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color,
 MOTES_INLINE void cover_queue(const image::WideSplat& task, const RowQueue& queue) {
   const auto* weights = reinterpret_cast<const std::uint8_t*>(task.stamps);
   std::uint32_t* to = task.cover->weights;
-  for (int i = 0; i < queue.count; ++i) add_cover(to + queue.pixel[i], load_weights(weights + queue.weights[i]));
+  for (int i = 0; i < queue.count; ++i) add_cover(to + queue.pixel[i], load_eight(weights + queue.weights[i]));
 }
 
 /// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.

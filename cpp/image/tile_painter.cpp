@@ -168,7 +168,7 @@ void TilePainter::start_cover(std::span<const Piece> pieces) {
   const Brush* brush = pieces.front().brush;
   if (!brush->has_stamps()) return end_cover();
   const Paint paint = paint_of(pieces.front());
-  if (covering_ == brush && paint == Paint{cover_.color, static_cast<std::uint16_t>(cover_.light)}) return;
+  if (covering_ == brush && paint == Paint{cover_.color, cover_.light}) return;
   end_cover();
   std::size_t alike = 0;
   for (const Piece& piece : pieces) {

@@ -87,16 +87,15 @@ def trimesh() -> Any:
 
 def usd(need: str) -> Any:
     """Import the parts of USD that write and read layers. Raises MissingExtra if it is not installed."""
-    for part in ("Sdf", "Tf", "Vt", "Work"):
+    for part in ("Sdf", "Tf", "Vt"):
         _import(f"pxr.{part}", need, "usd", package="usd-core")
     return importlib.import_module("pxr")
 
 
 def usd_writer(need: str) -> Any:
     """Import the same to write, without threads: USD's wait in a loop, on cores that others need."""
-    with _environment(
-        PXR_WORK_THREAD_LIMIT="1", TF_ENV_SETTING_ALERTS_ENABLED="0"
-    ):  # read at the first import
+    # USD reads them when it is first imported.
+    with _environment(PXR_WORK_THREAD_LIMIT="1", TF_ENV_SETTING_ALERTS_ENABLED="0"):
         return usd(need)
 
 

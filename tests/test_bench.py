@@ -145,7 +145,7 @@ def test_births_have_their_costs(capsys):
         found = figures(
             capsys, "births", "--calculators", f"{calculators}", "--births", "500", "--repeats", "5"
         )
-        assert all(found[f"{what}_ns"] > 0 for what in ("make", "own", "pack", "forward", "take"))
+        assert all(found[f"{what}_ns"] > 0 for what in ("make", "own", "pack", "forward", "take", "run"))
 
 
 def test_recording_counts_its_calls(capsys):

@@ -100,6 +100,7 @@ void bind_births(py::module_& m) {
         d["pack_ns"] = b.pack;
         d["forward_ns"] = b.forward;
         d["take_ns"] = b.take;
+        d["run_ns"] = b.run;
         return d;
       },
       py::arg("calculators"), py::arg("births"), py::arg("repeats"));

@@ -79,7 +79,7 @@ void Account::note_children(std::size_t system, int calculator, std::uint64_t co
 
 void Account::close_row(const roles::Cast& cast, bool digest) {
   note_imbalance(cast);
-  systems_ = row_.digests.size();
+  row_.systems = row_.digests.size();
   if (!digest) row_.digests.clear();
   open_row_ = std::exchange(row_, {});
 }
@@ -95,32 +95,39 @@ void Account::note_imbalance(const roles::Cast& cast) {
   if (sum > 0) row_.imbalance = *slowest * static_cast<double>(calculators) / sum;
 }
 
-void Account::note_tails(const Tail& tail, const std::vector<CalculatorTail>& tails, const roles::Tree& tree) {
+void Account::note_tail(const Tail& tail) {
   if (!open_row_) return;
   FrameRow& row = *open_row_;
-  if (tail.valid && tail.frame == row.frame) {
+  row.has_tail = tail.valid && tail.frame == row.frame;
+  if (row.has_tail) {
     row.times = tail.times;
     row.image_sha256 = tail.image_sha256;
     row.exchanged_bytes = tail.exchanged_bytes;
     note_drawings(tail.drawings, row);
     for (std::size_t i = 0; i < row.digests.size() && i < tail.children.size(); ++i) row.digests[i] += tail.children[i];
-    for (std::size_t i = 0; tails.size() == row.load.size() && i < tails.size(); ++i) {
-      LoadRow& load = row.load[i];
-      const std::size_t calculators = row.load.size() / systems_;
-      const auto place = static_cast<std::size_t>(tree.row_of(static_cast<int>(i % calculators)));
-      const CalculatorTail& of = tails[place * systems_ + i / calculators];
-      load.tally.bytes_sent = of.bytes_sent;
-      load.density.particles = of.particles;
-      std::copy(std::begin(of.quantiles), std::end(of.quantiles), load.density.quantiles);
-      load.exchange_s = double{of.exchange_s};
-      load.image_s = double{of.image_s};
-      load.wait_s = double{of.wait_s};
-      load.sight = of.sight;
-    }
   }
   last_row_ = std::move(row);
   row_is_new_ = true;
   open_row_.reset();
+}
+
+void Account::note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree) {
+  if (!last_row_ || !row_is_new_) return;
+  FrameRow& row = *last_row_;
+  if (!row.has_tail || tails.empty() || tails.size() != row.load.size()) return;
+  const std::size_t calculators = row.load.size() / row.systems;
+  for (std::size_t i = 0; i < tails.size(); ++i) {
+    const auto place = static_cast<std::size_t>(tree.row_of(static_cast<int>(i % calculators)));
+    const CalculatorTail& of = tails[place * row.systems + i / calculators];
+    LoadRow& load = row.load[i];
+    load.tally.bytes_sent = of.bytes_sent;
+    load.density.particles = of.particles;
+    std::copy(std::begin(of.quantiles), std::end(of.quantiles), load.density.quantiles);
+    load.exchange_s = double{of.exchange_s};
+    load.image_s = double{of.image_s};
+    load.wait_s = double{of.wait_s};
+    load.sight = of.sight;
+  }
 }
 
 void Account::write_rows() {

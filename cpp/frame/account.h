@@ -31,8 +31,10 @@ class Account {
   /// All rounds are judged: the row is complete, but for what ranks tell later.
   void close_row(const roles::Cast& cast, bool digest);
 
-  /// What ranks did after their last report, and each calculator, where there is a log.
-  void note_tails(const Tail& tail, const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
+  /// What ranks did after their last report: the last row is known now, but for what its calculators tell the log.
+  void note_tail(const Tail& tail);
+  /// What each calculator did.
+  void note_tails(const std::vector<CalculatorTail>& tails, const roles::Tree& tree);
   /// Complete rows go to the log. A row is written a turn after it is complete: nobody waits for the disk then.
   void write_rows();
   /// Writes them now, and waits until the disk has them. After a conversation outside the frame, which brings the last
@@ -50,7 +52,6 @@ class Account {
   std::unique_ptr<Log> log_;
   FrameRow row_;                      // of the frame whose rounds are being judged
   std::optional<FrameRow> open_row_;  // waits for the tails
-  std::size_t systems_ = 0;           // in it
   std::optional<FrameRow> last_row_;
   bool row_is_new_ = false;  // the log does not have it yet
 };

@@ -46,7 +46,7 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
       if (rank.creates_in_place()) {
         create_own(rank, system, group, here.store);
       } else {
-        take_births(group, newborn, here.store, *rank.pool);
+        take_births(rank, system, group, newborn, here.store);
       }
     });
   };

@@ -209,7 +209,8 @@ void report(Rank& rank, const Script& script, Calculator& calculator, Round& rou
 
 void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::report, "judge", script.name_of(round));
-  manager.account.write_rows();  // while the others act
+  take_tails(rank, manager);  // while the others act
+  manager.account.write_rows();
   Gathered gathered = gather_reports(rank, round);
   Judgement judgement;
   judgement.verdict = compare(script, rank.talk.size(), gathered.report);
@@ -257,7 +258,8 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
   for (std::size_t r = 0; r < manager.judged.size(); ++r) {
     const Round& round = script.rounds[r];
     const Judged& judged = manager.judged[r];
-    if (r == 0) manager.account.note_tails(judged.tail, gather_tails(rank, round), tree);
+    if (r == 0) manager.account.note_tail(judged.tail);
+    if (round.tells_tails) manager.tails = AwaitedTails{rank.talk.stamp(round), round.own_tails};
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;
     manager.account.note_round(script, round, judged, rank.talk.cast(), tree);
@@ -269,6 +271,12 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
     manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
   }
   manager.judged.clear();
+}
+
+void take_tails(Rank& rank, Manager& manager) {
+  std::optional<AwaitedTails> tails = std::exchange(manager.tails, std::nullopt);
+  if (!tails) return;
+  manager.account.note_tails(gather_tails(rank, tails->stamp, std::move(tails->own)), rank.talk.relay().tree());
 }
 
 }  // namespace motes::frame

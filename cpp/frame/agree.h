@@ -23,5 +23,8 @@ void hear_verdict(Rank& rank, Script& script, Round& round);
 
 /// Manager: what it heard goes into the account, when no rank waits for it.
 void keep_account(Rank& rank, const Script& script, Manager& manager);
+/// Manager: what calculators told the log goes there too. It has to wait for that, and so is asked to while the others
+/// act: before it judges again.
+void take_tails(Rank& rank, Manager& manager);
 
 }  // namespace motes::frame

@@ -7,9 +7,10 @@ namespace motes::frame {
 struct BirthBench {
   double make = 0;     // from its number: place and velocity drawn
   double own = 0;      // finding its owner
-  double pack = 0;     // sorted into the messages of a step
-  double forward = 0;  // read from such messages, sorted and packed again
-  double take = 0;     // read by its owner, behind the particles of its system
+  double pack = 0;     // its number sorted into the messages of a step
+  double forward = 0;  // that read from such messages and sorted again
+  double take = 0;     // made again by its owner, behind the particles of its system
+  double run = 0;      // snow's list, over the newborn alone
 };
 
 /// One of `calculators` that makes `births` of snow, all over their domains, `repeats` times. Throws

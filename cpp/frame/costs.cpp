@@ -60,7 +60,9 @@ Costs read_costs(const std::string& text) {
   Costs costs;
   const std::map<std::string, double*> fields = {{"birth", &costs.birth},
                                                  {"newborn", &costs.newborn},
+                                                 {"share", &costs.share},
                                                  {"forward", &costs.forward},
+                                                 {"make", &costs.make},
                                                  {"leave", &costs.leave},
                                                  {"gap", &costs.gap},
                                                  {"arrive", &costs.arrive},

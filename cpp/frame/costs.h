@@ -16,8 +16,10 @@ namespace motes::frame {
 struct Costs {
   std::array<double, actions::kKinds> act{};  // one action
   double birth = 0;    // manager: making, finding its owner, packing
-  double newborn = 0;  // calculator: taking it from the manager's message
-  double forward = 0;  // calculator: a birth that it passes on, unpacking, sorting, packing
+  double newborn = 0;  // calculator: taking it into its system, running the list for it
+  double share = 0;    // calculator that creates births: making, finding its owner, sorting its number
+  double forward = 0;  // calculator: a birth's number that it passes on
+  double make = 0;     // calculator: making its own by their numbers
   double leave = 0;    // calculator: taking a leaver out of its system, packing
   double gap = 0;  // calculator: a leaver, per particle of its system there (those behind it move up)
   double arrive = 0;  // calculator: unpacking, putting it into its system

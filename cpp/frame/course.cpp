@@ -33,7 +33,7 @@ void Course::take_births(std::size_t index, Newborn& newborn) {
       if (rank_.creates_in_place()) {
         create_own(rank_, system, group, births);
       } else {
-        frame::take_births(group, newborn, births, *rank_.pool);
+        frame::take_births(rank_, system, group, newborn, births);
       }
       here.tally.created += births.size();
       runner.births.push_back(std::move(births));

@@ -41,6 +41,22 @@ void take_cuts(Script& script, Calculator& calculator, std::size_t index, partic
   for (const std::size_t i : script.sharing(index)) calculator.populations[i]->moved = true;
 }
 
+// Makes so many births in pieces, as many at a time as there are threads; they are used in order.
+template <class Make>
+void make_pieces(const Rank& rank, const System& system, std::uint64_t births, const Make& make,
+                 const std::function<void(const particles::Store&)>& use) {
+  const std::uint64_t at_a_time = kPiece * static_cast<std::uint64_t>(rank.pool->threads());
+  for (std::uint64_t first = 0; first < births; first += std::min(at_a_time, births - first)) {
+    const std::uint64_t count = std::min(at_a_time, births - first);
+    std::vector<particles::Store> pieces((count + kPiece - 1) / kPiece, particles::Store(system.schema));
+    rank.pool->run(pieces.size(), [&](std::size_t piece, std::size_t) {
+      const std::uint64_t begin = piece * kPiece;
+      pieces[piece] = make(first + begin, std::min(kPiece, count - begin));
+    });
+    for (const particles::Store& piece : pieces) use(piece);
+  }
+}
+
 // To each calculator what belongs to it.
 void deal_out(const Rank& rank, const System& system, const particles::Store& newborn, std::vector<Part>& parts) {
   std::vector<std::vector<std::uint32_t>> owned(rank.talk.calculators());
@@ -151,24 +167,25 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
 }
 
 void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
-                 std::uint64_t last, const std::function<void(particles::Store&&)>& use) {
-  // As many pieces at a time as there are threads; they are used in order.
-  const std::uint64_t at_a_time = kPiece * static_cast<std::uint64_t>(rank.pool->threads());
-  for (; first < last; first += std::min(at_a_time, last - first)) {
-    const std::uint64_t count = std::min(at_a_time, last - first);
-    std::vector<particles::Store> pieces((count + kPiece - 1) / kPiece, particles::Store(system.schema));
-    rank.pool->run(pieces.size(), [&](std::size_t piece, std::size_t) {
-      const std::uint64_t begin = piece * kPiece;
-      pieces[piece] =
-          system.make(group, first + begin, std::min(kPiece, count - begin), rank.settings.dt, rank.settings.substeps);
-    });
-    for (particles::Store& piece : pieces) use(std::move(piece));
-  }
+                 std::uint64_t last, const std::function<void(const particles::Store&)>& use) {
+  const auto make = [&](std::uint64_t begin, std::uint64_t count) {
+    return system.make(group, first + begin, count, rank.settings.dt, rank.settings.substeps);
+  };
+  make_pieces(rank, system, last - first, make, use);
 }
 
-void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store, threads::Pool& pool) {
-  if (newborn.shared) return take_shares(newborn, store);
-  for (std::uint64_t first = 0; first < group.count; first += kPiece) store.unpack(newborn.dealt, pool);
+void make_births(const Rank& rank, const System& system, const BirthGroup& group,
+                 std::span<const std::uint32_t> numbers, const std::function<void(const particles::Store&)>& use) {
+  const auto make = [&](std::uint64_t begin, std::uint64_t count) {
+    return system.make(group, numbers.subspan(begin, count), rank.settings.dt, rank.settings.substeps);
+  };
+  make_pieces(rank, system, numbers.size(), make, use);
+}
+
+void take_births(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
+                 particles::Store& store) {
+  if (newborn.shared) return take_shares(rank, system, group, newborn, store);
+  for (std::uint64_t first = 0; first < group.count; first += kPiece) store.unpack(newborn.dealt, *rank.pool);
 }
 
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store) {

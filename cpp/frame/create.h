@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "frame/manager.h"
@@ -22,7 +23,7 @@ struct Newborn {
   bool meet = false;  // particles of the round meet
   bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
-  std::vector<comm::Message> shares;  // from several, each with packs of groups in their order
+  std::vector<comm::Message> shares;  // from several, each with numbers of births by groups in their order
   std::vector<particles::Reader> readers;  // of the shares
   std::uint32_t group = 0;  // the next to be taken
   std::uint64_t count = 0;  // particles in all of it
@@ -36,7 +37,8 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round);
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t round);
 
 /// Calculator: takes its particles of the next group into the store.
-void take_births(const BirthGroup& group, Newborn& newborn, particles::Store& store, threads::Pool& pool);
+void take_births(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
+                 particles::Store& store);
 
 /// Makes what belongs to this calculator of a group, where all ranks do so.
 void create_own(const Rank& rank, const System& system, const BirthGroup& group, particles::Store& store);
@@ -46,6 +48,9 @@ bool fit(const Rank& rank, Script& script, std::size_t system);
 
 /// Makes particles first .. last - 1 of a group, by their numbers in it, piece by piece.
 void make_births(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
-                 std::uint64_t last, const std::function<void(particles::Store&&)>& use);
+                 std::uint64_t last, const std::function<void(const particles::Store&)>& use);
+/// Makes those with these numbers, in this order.
+void make_births(const Rank& rank, const System& system, const BirthGroup& group,
+                 std::span<const std::uint32_t> numbers, const std::function<void(const particles::Store&)>& use);
 
 }  // namespace motes::frame

@@ -122,7 +122,9 @@ void end(Parts& p) {
 void ask_all(Parts& p, Verb verb, const std::string& argument) {
   begin(p, verb, std::nullopt, argument);
   converse(p);
-  if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
+  if (!p.rank.talk.manages()) return;
+  keep_account(p.rank, p.script, p.manager);
+  take_tails(p.rank, p.manager);
 }
 
 // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.

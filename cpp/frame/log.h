@@ -53,6 +53,8 @@ struct FrameRow {
   std::string image_sha256;
   std::vector<particles::Digest> digests;  // one per system; empty where nobody asked for them
   std::vector<LoadRow> load;               // by system, then calculator
+  std::size_t systems = 0;                 // of which these are
+  bool has_tail = false;                   // ranks told what they did after their reports
 };
 
 /// The tables of a run, written frame by frame. run.json and the spans are elsewhere.

@@ -47,6 +47,12 @@ struct PlacedParent {
   Parent parent;
 };
 
+/// What calculators tell the log arrives behind everybody's report.
+struct AwaitedTails {
+  comm::Stamp stamp;
+  std::vector<CalculatorTail> own;  // of the manager, where it calculates
+};
+
 struct Manager {
   std::vector<Balancing> systems;
   Account account;
@@ -57,6 +63,7 @@ struct Manager {
   std::vector<PlacedParent> parents;  // of this frame
   RenderLoad picture;  // what the last pictures took
   std::vector<Judged> judged;  // rounds of this conversation that are not in the account yet
+  std::optional<AwaitedTails> tails;  // that are not in the account yet
 };
 
 }  // namespace motes::frame

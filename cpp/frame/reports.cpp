@@ -125,13 +125,9 @@ Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered) {
   return loads;
 }
 
-std::vector<CalculatorTail> gather_tails(Rank& rank, const Round& round) {
-  std::vector<CalculatorTail> tails;
-  if (!round.tells_tails) return tails;
-  tails = round.own_tails;
-  for (const Message& below : rank.talk.relay().from_below(Phase::log, rank.talk.stamp(round))) {
-    take_all(below.payload(), tails);
-  }
+std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own) {
+  std::vector<CalculatorTail> tails = std::move(own);
+  for (const Message& below : rank.talk.relay().from_below(Phase::log, stamp)) take_all(below.payload(), tails);
   return tails;
 }
 

@@ -53,7 +53,7 @@ std::vector<Flow> pass_reports(Rank& rank, Round& round);
 /// Manager: all loads, once nobody waits for it any more.
 Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered);
 
-/// Manager: what the log needs of each calculator, in the order of the tree.
-std::vector<CalculatorTail> gather_tails(Rank& rank, const Round& round);
+/// Manager: waits for what the log needs of each calculator besides `own`, in the order of the tree.
+std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own);
 
 }  // namespace motes::frame

@@ -1,9 +1,11 @@
 #include "frame/share.h"
 
 #include <algorithm>
+#include <numeric>
 
-#include "frame/birth_batch.h"
+#include "frame/birth_numbers.h"
 #include "frame/item_failure.h"
+#include "frame/places.h"
 
 namespace motes::frame {
 
@@ -17,38 +19,56 @@ std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c)
   return count / calculators * c + std::min<std::uint64_t>(c, count % calculators);
 }
 
-std::vector<BirthBatch> make_share(const Rank& rank, const Script& script, const Round& round) {
-  std::vector<BirthBatch> batches;
+// Adds births first .. last - 1 of a group with their owners. Where ids decide, nobody needs to know where they are.
+void find_owners(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
+                 std::uint64_t last, std::vector<Due>& births) {
+  births.reserve(births.size() + (last - first));
+  std::vector<std::uint32_t> owners;
+  const auto add = [&](const domains::Places& places) {
+    owners.resize(places.count);
+    system.domains.owners_of(places, owners.data());
+    for (std::size_t i = 0; i < places.count; ++i) {
+      births.push_back({static_cast<std::uint32_t>(places.ids[i] - group.first_id), owners[i]});
+    }
+  };
+  if (system.definition.axes.by_id()) {
+    std::vector<std::uint64_t> ids(last - first);
+    std::iota(ids.begin(), ids.end(), group.first_id + first);
+    add({{}, ids.data(), ids.size()});
+  } else {
+    make_births(rank, system, group, first, last, [&](const particles::Store& piece) { add(places_of(piece)); });
+  }
+}
+
+// This calculator's part of all groups.
+std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, const Round& round) {
+  std::vector<BirthNumbers> groups;
   const std::size_t calculators = rank.talk.calculators();
   const auto self = static_cast<std::size_t>(rank.talk.calculator());
-  std::uint32_t number = 0;
   for (std::size_t i = round.first; i < round.last; ++i) {
     const System& system = *script.systems[i];
     for (const BirthGroup& group : system.groups) {
       const std::uint64_t first = share(group.count, calculators, self);
       const std::uint64_t last = share(group.count, calculators, self + 1);
-      of_item(system.list, i, group.item, [&] {
-        make_births(rank, system, group, first, last,
-                    [&](particles::Store&& piece) { batches.emplace_back(number, std::move(piece), system.domains); });
-      });
-      rank.machine.charge(rank.machine.costs().birth * static_cast<double>(last - first));
-      ++number;
+      groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
+      of_item(system.list, i, group.item, [&] { find_owners(rank, system, group, first, last, groups.back().births); });
+      rank.machine.charge(rank.machine.costs().share * static_cast<double>(last - first));
     }
   }
-  return batches;
+  return groups;
 }
 
-// All that is here between two steps, one batch per group.
-std::vector<BirthBatch> between_steps(const Rank& rank, const Script& script, const Round& round,
-                                      const std::vector<Message>& messages) {
-  std::vector<BirthBatch> batches;
+// All that is here between two steps.
+std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, const Round& round,
+                                        const std::vector<Message>& messages) {
+  std::vector<BirthNumbers> groups;
   for (std::size_t i = round.first; i < round.last; ++i) {
     for (std::size_t g = 0; g < script.systems[i]->groups.size(); ++g) {
-      batches.emplace_back(static_cast<std::uint32_t>(batches.size()), script.systems[i]->schema);
+      groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
     }
   }
-  rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, batches)));
-  return batches;
+  rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups)));
+  return groups;
 }
 
 // Sends the step's messages; returns those that came, and what stays.
@@ -85,9 +105,9 @@ void share_births(Rank& rank, const Script& script, const Round& round, Newborn&
   for (int step = 0; step < ring.steps(); ++step) {
     std::vector<Message> messages(1 + ring.ahead(step).size());
     rank.talk.work("create", [&] {
-      const std::vector<BirthBatch> batches =
+      const std::vector<BirthNumbers> groups =
           step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
-      messages = frame::split(batches, ring, step);
+      messages = frame::split(groups, ring, step);
     });
     newborn.shares = pass_on(rank, round, ring, step, std::move(messages));
   }
@@ -97,9 +117,15 @@ void share_births(Rank& rank, const Script& script, const Round& round, Newborn&
   }
 }
 
-void take_shares(Newborn& newborn, particles::Store& store) {
-  for (particles::Reader& in : newborn.readers) take(in, newborn.group, store);
+void take_shares(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
+                 particles::Store& store) {
+  std::vector<std::uint32_t> numbers;
+  for (particles::Reader& in : newborn.readers) take(in, newborn.group, group.count, numbers);
   ++newborn.group;
+  store.make_room(numbers.size());
+  make_births(rank, system, group, numbers,
+              [&](const particles::Store& piece) { store.append(piece, first_indices(piece.size()), *rank.pool); });
+  rank.machine.charge(rank.machine.costs().make * static_cast<double>(numbers.size()));
 }
 
 }  // namespace motes::frame

@@ -1,5 +1,6 @@
-// create, another way: each calculator makes a part of the births, by their numbers, and sends them to their owners in
-// a few steps along a ring. Particles depend on their numbers alone, so they are those that the manager would make.
+// create, another way: each calculator makes a part of the births, by their numbers, finds their owners, and sends them
+// the numbers in a few steps along a ring. Particles depend on their numbers alone, so that owners make them again, and
+// they are those that the manager would make.
 #pragma once
 
 #include "frame/create.h"
@@ -13,7 +14,8 @@ bool shares_births(const Rank& rank, const Script& script, const Round& round);
 /// Calculators: makes this one's part and sends it on its way. One that fails takes part with empty messages.
 void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn);
 
-/// Takes the particles of the next group into the store.
-void take_shares(Newborn& newborn, particles::Store& store);
+/// Makes this calculator's particles of the next group, into the store.
+void take_shares(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
+                 particles::Store& store);
 
 }  // namespace motes::frame

@@ -1,6 +1,7 @@
 #include "frame/system.h"
 
 #include <algorithm>
+#include <numeric>
 #include <utility>
 
 #include "domains/divide.h"
@@ -61,10 +62,25 @@ std::pair<std::uint64_t, std::uint64_t> System::next_birth(std::uint64_t frame, 
 
 particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
                               int substeps) const {
+  std::vector<std::uint64_t> ids(count);
+  std::iota(ids.begin(), ids.end(), group.first_id + first);
+  return make(group, ids, dt, substeps);
+}
+
+particles::Store System::make(const BirthGroup& group, std::span<const std::uint32_t> numbers, double dt,
+                              int substeps) const {
+  std::vector<std::uint64_t> ids(numbers.size());
+  std::transform(numbers.begin(), numbers.end(), ids.begin(),
+                 [&](std::uint32_t number) { return group.first_id + number; });
+  return make(group, ids, dt, substeps);
+}
+
+particles::Store System::make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt,
+                              int substeps) const {
   const Birth& birth = std::get<Birth>(list[group.item]);
   const recording::Moment moment =
       recording::moment_of(birth, static_cast<float>(dt / substeps), group.substep, substeps);
-  return recording::make(birth, schema, key, group.first_id + first, count, moment, keeps_copies, first);
+  return recording::make(birth, schema, key, ids, moment, keeps_copies, group.first_id);
 }
 
 std::vector<Piece> System::pending_pieces() const {

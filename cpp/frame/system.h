@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -63,6 +64,8 @@ class System {
   /// Makes `count` of a group's particles, from its number `first` on.
   particles::Store make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
                         int substeps) const;
+  /// Makes those with these numbers.
+  particles::Store make(const BirthGroup& group, std::span<const std::uint32_t> numbers, double dt, int substeps) const;
 
   /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
   std::vector<Piece> pending_pieces() const;
@@ -104,6 +107,9 @@ class System {
   std::vector<recording::Item> list;  // this frame's
   std::size_t run_items = 0;  // of which have run
   std::vector<BirthGroup> groups;  // births of those that have not
+
+ private:
+  particles::Store make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt, int substeps) const;
 };
 
 }  // namespace motes::frame

@@ -64,11 +64,14 @@ void draw_attribute(const Given& given, particles::Key key, Store& into) {
   actions::kernels().draw(d, {0, 0, stream, key, 0, &draws}, into.ids(), into.size(), planes, width);
 }
 
-void copy_column(const Emitted& column, std::uint64_t skip, Store& into) {
+void copy_column(const Emitted& column, std::optional<std::uint64_t> first_of_call, Store& into) {
   const auto width = static_cast<std::size_t>(into.schema()[column.attribute].width);
   for (std::size_t c = 0; c < width; ++c) {
     float* plane = into.writable_plane(column.attribute, static_cast<int>(c));
-    for (std::size_t i = 0; i < into.size(); ++i) plane[i] = column.values[(skip + i) * width + c];
+    for (std::size_t i = 0; i < into.size(); ++i) {
+      const std::size_t row = first_of_call ? into.ids()[i] - *first_of_call : i;
+      plane[i] = column.values[row * width + c];
+    }
   }
 }
 
@@ -166,11 +169,11 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
            std::uint64_t count, const Moment& moment, bool keeps_copies, std::uint64_t skip) {
   std::vector<std::uint64_t> ids(count);
   std::iota(ids.begin(), ids.end(), first_id);
-  return make(birth, schema, key, ids, moment, keeps_copies, skip);
+  return make(birth, schema, key, ids, moment, keeps_copies, first_id - skip);
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::span<const std::uint64_t> ids,
-           const Moment& moment, bool keeps_copies, std::uint64_t skip) {
+           const Moment& moment, bool keeps_copies, std::optional<std::uint64_t> first_of_call) {
   Store newborn(schema);
   if (ids.empty()) return newborn;
   std::vector<bool> emitted(static_cast<std::size_t>(schema.size()), false);
@@ -198,7 +201,7 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
     if (!birth.before.empty()) spread_along(birth.before[0], key, moment, newborn);
   }
   for (const Given* given : drawn) draw_attribute(*given, key, newborn);
-  for (const Emitted& column : birth.columns) copy_column(column, skip, newborn);
+  for (const Emitted& column : birth.columns) copy_column(column, first_of_call, newborn);
   for (const auto& [copy, original] : particles::kCopies) {
     if (keeps_copies && !emitted[copy] && !given_at_all[copy]) newborn.copy_attribute(original, copy);
   }

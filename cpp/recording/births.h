@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -95,10 +96,11 @@ std::uint64_t births_between(const Birth& birth, double from, double to, int sub
 /// elsewhere; the rows of an emit start after theirs.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,
                       std::uint64_t count, const Moment& moment, bool keeps_copies = false, std::uint64_t skip = 0);
-/// The same with ids in any order.
+/// The same with ids in any order. The rows of an emit are those of the ids from first_of_call on, or, without it, of
+/// these ids one after another.
 particles::Store make(const Birth& birth, const particles::Schema& schema, particles::Key key,
                       std::span<const std::uint64_t> ids, const Moment& moment, bool keeps_copies = false,
-                      std::uint64_t skip = 0);
+                      std::optional<std::uint64_t> first_of_call = std::nullopt);
 
 /// Whether the call gives newborns a *_b attribute.
 bool gives_copies(const Birth& birth);

@@ -1,6 +1,7 @@
 // How calculators send something to each other, all to all, in few messages.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 namespace motes::roles {
@@ -11,7 +12,11 @@ namespace motes::roles {
 /// log16(n) steps, for any n (Bruck et al. 1997, "Efficient algorithms for all-to-all communications in multiport
 /// message-passing systems"). With up to 16 calculators one step suffices: all messages are direct.
 class Ring {
+  static constexpr int kBits = 4;  // per digit; with more bits there are fewer steps, each with more messages
+
  public:
+  static constexpr std::size_t kDigits = std::size_t{1} << kBits;  // in each step
+
   /// The ring as calculator `self` sees it.
   Ring(int calculators, int self);
 
@@ -19,7 +24,8 @@ class Ring {
   /// Which of the step's messages takes what is now here to `owner`: 0 for none, it stays; 1 for the one to the first
   /// of ahead(step).
   int digit(int owner, int step) const {
-    const int distance = owner < self_ ? owner - self_ + calculators_ : owner - self_;
+    int distance = owner - self_;
+    distance += calculators_ & (distance >> 31);  // no branch, which a processor would predict wrong half the time
     return distance >> (kBits * step) & ((1 << kBits) - 1);
   }
   /// The calculators that this one sends to in a step: those for digit 1, 2, ...
@@ -28,8 +34,6 @@ class Ring {
   std::vector<int> behind(int step) const;
 
  private:
-  static constexpr int kBits = 4;  // per digit; with more bits there are fewer steps, each with more messages
-
   int calculators_;
   int self_;
   int steps_ = 0;

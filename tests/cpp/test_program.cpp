@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <vector>
 
@@ -223,6 +224,28 @@ TEST(births_depend_on_their_numbers_alone) {
   CHECK(sum == particles::digest(whole));
   CHECK(whole.uniform(particles::color) && whole.uniform_value(particles::color)[0] == 0.5f);
   CHECK(make(birth, kSchema, kKey, 0, 0, 0.1f).size() == 0);
+}
+
+TEST(births_are_made_by_any_numbers_in_any_order) {
+  Birth emit;
+  emit.kind = Birth::Kind::emit;
+  emit.amount = 100;
+  emit.columns = {{particles::position, std::vector<float>(300)}, {particles::mass, std::vector<float>(100)}};
+  std::iota(emit.columns[0].values.begin(), emit.columns[0].values.end(), 0.0f);
+  std::iota(emit.columns[1].values.begin(), emit.columns[1].values.end(), 1000.0f);
+  Given color{particles::color, {}};
+  color.distribution.kind = actions::Distribution::Kind::uniform;
+  for (float& most : color.distribution.second) most = 1;
+  emit.state = {color};
+  const Store whole = make(emit, kSchema, kKey, 7000, 100, 0.1f);
+  std::vector<std::uint64_t> odd, even;  // descending
+  for (std::uint64_t number = 100; number-- > 0;) (number % 2 != 0 ? odd : even).push_back(7000 + number);
+  particles::Digest sum;
+  for (const std::vector<std::uint64_t>& ids : {odd, even}) {
+    sum += particles::digest(make(emit, kSchema, kKey, ids, 0.1f, false, 7000));
+  }
+  CHECK(sum == particles::digest(whole));
+  CHECK(make(emit, kSchema, kKey, odd, 0.1f, false, 7000).plane(particles::mass, 0)[0] == 1099);
 }
 
 TEST(births_are_checked) {

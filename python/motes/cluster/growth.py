@@ -19,8 +19,10 @@ __all__ = ["PHASES", "RANKS", "WAYS", "Row", "facts", "grow", "plot", "text"]
 
 PARTICLES = 400_000
 """Per rank."""
-COMPUTED = 33_000_000
+COMPUTED = 131_000_000
 """Most particles that are computed in all; each stands for several, so that their number is made up for."""
+EACH = 32_000
+"""And most on each rank: fewer would differ more from rank to rank than their number does."""
 PICTURE = (1920, 1080)
 """Pixels."""
 METRES = 4.0
@@ -96,7 +98,7 @@ def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bo
 
 def _row(folder: Path, ranks: int, way: str, pictures: bool) -> Row:
     calculators = ranks - 2
-    computed = min(8000, COMPUTED // calculators)
+    computed = min(EACH, COMPUTED // calculators)
     half = METRES * calculators / 2
     sizes = [f"--particles={computed * calculators}", f"--space={-half},{half}", f"--width={2 * half}"]
     sizes += [f"--size={PICTURE[0]}x{PICTURE[1]}", f"--distance={half}"] if pictures else []  # all are seen

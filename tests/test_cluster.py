@@ -209,6 +209,20 @@ def test_pictures_of_many_ranks_are_drawn_by_all(simulated_replay: Path, monkeyp
     assert many.phases["render"] < 2 * few.phases["render"], "one rank alone would take 3.5 times as long"
 
 
+def test_slow_ranks_draw_fewer_tiles(simulated_replay: Path, tmp_path: Path, monkeypatch):
+    monkeypatch.setenv("MOTES_SMPI_REPLAY", str(simulated_replay))
+    scene = tmp_path / "snow.motes"
+    sizes = ["--systems=1", "--particles=4000", "--frames=10", "--space=-8,8", "--width=16"]
+    record(scene, growth.FOLDER / "paper" / "snow.py", [*sizes, "--size=960x540", "--distance=8"])
+    cluster = Cluster([Node("fast", count=2), Node("slow", speed=0.5, count=2)], growth.network())
+    options = ["--roles", "shared", "--path", "tiles", "--balancer", "PrefixCuts", "--spans"]
+    run = simulate(scene, cluster, log=tmp_path / "log", scale=400, options=options)
+    drawn = run.spans[run.spans["phase"] == "draw"]
+    took = (drawn["end_s"] - drawn["start_s"]).groupby([drawn["frame"], drawn["rank"]]).sum().unstack()
+    # The first tiles are dealt out as if all were alike: then the slow ones would take twice as long.
+    assert took.loc[7:].max(axis=1).max() < 1.35 * took.loc[7:].min(axis=1).min()
+
+
 def test_a_virtual_run_is_an_ordinary_run_and_repeats_to_the_byte(simulated_replay: Path, tmp_path: Path):
     (tmp_path / "cluster.py").write_text(
         "from motes.cluster import *\n"

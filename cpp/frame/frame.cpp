@@ -105,7 +105,7 @@ void end(Parts& p) {
   tail.valid = true;
   tail.frame = talk.frame;
   tail.times = p.rank.watch.last();
-  tail.drawings = drawings_of(std::move(p.painter.drawing), talk.calculates());
+  tail.drawings = drawings_of(std::move(p.painter.drawing), talk.rank(), talk.calculates());
   for (const auto& here : p.calculator.populations) tail.exchanged_bytes += here->tally.bytes_sent;
   p.calculator.tails.clear();
   if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);

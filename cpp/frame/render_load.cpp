@@ -32,7 +32,6 @@ int axis_of_most(const Script& script) {
 }
 
 void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load) {
-  if (drawn.width == 0) return;
   load.grid = {drawn.width, drawn.height};
   load.counts.assign(static_cast<std::size_t>(load.grid.tiles()), 0);
   const image::Slots slots = slots_of(drawn.order, load.grid);
@@ -50,13 +49,37 @@ void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load
   }
 }
 
+// Whose tiles took how long. The sprites are those of now, not of that picture: what takes all ranks longer makes no
+// difference.
+void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) {
+  if (!script.record.view) return;
+  const image::Slots slots = slots_of(drawn.order, load.grid);
+  std::vector<DrawSample> samples;
+  for (const DrawnTiles& tiles : drawn.tiles) {
+    if (tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    double records = 0;
+    double pixels = 0;
+    for (std::size_t i = 0; i < tiles.counts.size(); ++i) {
+      const image::Area area = load.grid.area(slots.tile(static_cast<int>(tiles.first + i)));
+      records += tiles.counts[i] * load.scale;
+      pixels += static_cast<double>(area.width) * area.height;
+    }
+    const double expected = drawing_s(*script.record.view, script.record.sprites, records, pixels);
+    samples.push_back({tiles.rank, expected, double{tiles.seconds}});
+  }
+  load.speeds.add(samples);
+}
+
 }  // namespace
 
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load) {
   const roles::Tree& tree = rank.talk.relay().tree();
   load.calculators.resize(rank.talk.calculators());
   load.scale = rank.settings.costs.messages.scale;
-  if (round.first == 0 && judged.tail.valid) note_tiles(judged.tail.drawings, tree, load);
+  if (round.first == 0 && judged.tail.valid && judged.tail.drawings.width > 0) {
+    note_tiles(judged.tail.drawings, tree, load);
+    note_speeds(judged.tail.drawings, script, load);
+  }
   if (!script.in_frame()) return;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
     RenderLoad::Calculator& calculator = load.calculators[c];

@@ -27,6 +27,12 @@ struct Work {
   Deal deal;
 };
 
+double mean_record_s(const image::View& view, std::span<const image::Sprite> sprites) {
+  double record = 0;
+  for (const image::Sprite& sprite : sprites) record += costs::record(sprite, view);
+  return record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
+}
+
 Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
              const roles::Cast& cast, int ranks) {
   Work w;
@@ -53,24 +59,34 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
         static_cast<double>(std::count_if(sprites.begin(), sprites.end(), same)) / static_cast<double>(sprites.size());
     w.partial_bytes = *blend == image::Sprite::Blend::add ? costs::kLightBytes : costs::kSurfaceBytes;
   }
-  double record = 0;
-  for (const image::Sprite& sprite : sprites) record += costs::record(sprite, view);
-  w.record_s = record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
+  w.record_s = mean_record_s(view, sprites);
   return w;
 }
 
-// Work is dealt out so that all ranks end together: `busy` seconds each has other things to do first. Returns when they
-// end.
-double level_of(const std::vector<double>& busy, double work) {
-  std::vector<double> sorted = busy;
-  std::sort(sorted.begin(), sorted.end());
-  double level = sorted.front();
+// When a rank can begin to draw, and how fast it is.
+struct Drawer {
+  double busy = 0;  // seconds
+  double speed = 1;
+};
+
+double sum_of_speeds(const std::vector<Drawer>& drawers) {
+  return std::accumulate(drawers.begin(), drawers.end(), 0.0,
+                         [](double sum, const Drawer& d) { return sum + d.speed; });
+}
+
+// Work is dealt out so that all ranks end together: `work` is what a rank of speed 1 takes for all of it. Returns when
+// they end.
+double level_of(std::vector<Drawer> drawers, double work) {
+  std::sort(drawers.begin(), drawers.end(), [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; });
+  double level = drawers.front().busy;
   double left = work;
-  for (std::size_t i = 0; i < sorted.size(); ++i) {
-    const auto ranks = static_cast<double>(i + 1);
-    const double next = i + 1 < sorted.size() ? sorted[i + 1] : sorted[i];
-    if (i + 1 == sorted.size() || left <= (next - level) * ranks) return level + left / ranks;
-    left -= (next - level) * ranks;
+  double speed = 0;  // of all that draw until then
+  for (std::size_t i = 0; i < drawers.size(); ++i) {
+    speed += drawers[i].speed;
+    const bool last = i + 1 == drawers.size();
+    const double next = last ? level : drawers[i + 1].busy;
+    if (last || left <= (next - level) * speed) return level + left / speed;
+    left -= (next - level) * speed;
     level = next;
   }
   return level;
@@ -78,22 +94,23 @@ double level_of(const std::vector<double>& busy, double work) {
 
 // How much more each has to do than who has least, up to an even share of the work: seconds of one frame say little of
 // the next one where many particles were born, and a rank that was thought to be idle must not keep all others waiting.
-std::vector<double> ahead(std::vector<double> busy, double work) {
-  const double least = *std::min_element(busy.begin(), busy.end());
-  const double most = work / static_cast<double>(busy.size());
-  for (double& b : busy) b = std::min(b - least, most);
-  return busy;
+std::vector<Drawer> ahead(std::vector<Drawer> drawers, double work) {
+  const auto less_busy = [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; };
+  const double least = std::min_element(drawers.begin(), drawers.end(), less_busy)->busy;
+  const double most = work / sum_of_speeds(drawers);
+  for (Drawer& d : drawers) d.busy = std::min(d.busy - least, most);
+  return drawers;
 }
 
 // Cuts the row of slots into stretches, one per rank, whose work comes near what each rank has time for.
 RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& work,
-                      const std::vector<double>& seconds) {
+                      const std::vector<Drawer>& drawers) {
   const double all = std::accumulate(work.begin(), work.end(), 0.0);
-  const std::vector<double> busy = ahead(seconds, all);
-  const double level = level_of(busy, all);
-  RenderPlan plan{path, deal.order, std::vector<std::uint32_t>(busy.size()), std::vector<std::uint32_t>(busy.size())};
+  const std::vector<Drawer> next = ahead(drawers, all);
+  const double level = level_of(next, all);
+  RenderPlan plan{path, deal.order, std::vector<std::uint32_t>(next.size()), std::vector<std::uint32_t>(next.size())};
   // Sums are rounded: what is left goes to the last rank that draws at all.
-  const auto draws = [&](int rank) { return level > busy[static_cast<std::size_t>(rank)]; };
+  const auto draws = [&](int rank) { return level > next[static_cast<std::size_t>(rank)].busy; };
   const auto found = std::find_if(deal.ranks.rbegin(), deal.ranks.rend(), draws);
   const int last = found == deal.ranks.rend() ? deal.ranks.back() : *found;
   double wanted = 0;
@@ -102,7 +119,7 @@ RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& wo
   for (const int rank : deal.ranks) {
     const auto r = static_cast<std::size_t>(rank);
     plan.firsts[r] = slot;
-    wanted += std::max(0.0, level - busy[r]);
+    wanted += std::max(0.0, level - next[r].busy) * next[r].speed;
     while (slot < work.size() && (rank == last || dealt + work[slot] / 2 <= wanted)) dealt += work[slot++];
     plan.ends[r] = slot;
   }
@@ -110,11 +127,12 @@ RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& wo
 }
 
 // The slowest rank's end, with the tiles that it really got.
-double slowest(const RenderPlan& plan, const std::vector<double>& work, const std::vector<double>& busy) {
+double slowest(const RenderPlan& plan, const std::vector<double>& work, const std::vector<Drawer>& drawers) {
   double most = 0;
-  for (std::size_t r = 0; r < busy.size(); ++r) {
+  for (std::size_t r = 0; r < drawers.size(); ++r) {
     const int rank = static_cast<int>(r);
-    most = std::max(most, std::accumulate(work.begin() + plan.first(rank), work.begin() + plan.end(rank), busy[r]));
+    const double drawn = std::accumulate(work.begin() + plan.first(rank), work.begin() + plan.end(rank), 0.0);
+    most = std::max(most, drawers[r].busy + drawn / drawers[r].speed);
   }
   return most;
 }
@@ -123,26 +141,33 @@ double slowest(const RenderPlan& plan, const std::vector<double>& work, const st
 // with their owners, as long as other stretches would not be better by more than what seconds differ from frame to
 // frame.
 RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& load, const std::vector<double>& work,
-                  const std::vector<double>& busy) {
+                  const std::vector<Drawer>& drawers) {
   constexpr double kNoise = 1.02;
   const bool comparable = load.last.path == next.path && load.last.order == next.order &&
                           load.grid.width == view.width && load.grid.height == view.height;
   if (view.objects.empty() || !comparable) return next;
-  return slowest(load.last, work, busy) <= kNoise * slowest(next, work, busy) ? load.last : next;
+  return slowest(load.last, work, drawers) <= kNoise * slowest(next, work, drawers) ? load.last : next;
 }
 
 // When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
 // over. Calculators act; the manager acts on nothing before it has told the births of the next frame, for which all
 // calculators wait; the image generator alone may go on drawing meanwhile.
-std::vector<double> busy(const RenderLoad& load, const roles::Cast& cast, int ranks) {
-  std::vector<double> seconds(static_cast<std::size_t>(ranks), 0.0);
+std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, int ranks) {
+  std::vector<Drawer> drawers(static_cast<std::size_t>(ranks));
+  for (std::size_t r = 0; r < drawers.size(); ++r) drawers[r].speed = load.speeds.of(r);
   double most = 0;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
-    seconds[static_cast<std::size_t>(cast.calculators[c])] = load.calculators[c].act_s;
+    drawers[static_cast<std::size_t>(cast.calculators[c])].busy = load.calculators[c].act_s;
     most = std::max(most, load.calculators[c].act_s);
   }
-  seconds[static_cast<std::size_t>(cast.manager)] = most;
-  return seconds;
+  drawers[static_cast<std::size_t>(cast.manager)].busy = most;
+  return drawers;
+}
+
+double slowest(const std::vector<Drawer>& drawers) {
+  return std::max_element(drawers.begin(), drawers.end(),
+                          [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; })
+      ->busy;
 }
 
 double slowest_projection(const RenderLoad& load) {
@@ -152,20 +177,21 @@ double slowest_projection(const RenderLoad& load) {
 }
 
 RenderEstimate estimate_gather(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
-                               std::vector<double> seconds) {
+                               std::vector<Drawer> drawers) {
   RenderEstimate e;
   const auto home = static_cast<std::size_t>(cast.image_generator);
   e.plan.path = Path::gather;
-  e.plan.firsts.assign(seconds.size(), 0);
-  e.plan.ends.assign(seconds.size(), 0);
+  e.plan.firsts.assign(drawers.size(), 0);
+  e.plan.ends.assign(drawers.size(), 0);
   e.plan.ends[home] = static_cast<std::uint32_t>(w.pixels.size());
   const double own = cast.calculator_of(cast.image_generator) >= 0 && !load.calculators.empty()
                          ? 1.0 / static_cast<double>(load.calculators.size())
                          : 0.0;
   const double bytes = w.all_records * (1 - own) * costs::record_bytes(view);
-  seconds[home] += w.all_records * w.record_s + w.all_pixels * costs::kPixel * kNano + bytes * w.byte_s;
+  drawers[home].busy +=
+      bytes * w.byte_s + (w.all_records * w.record_s + w.all_pixels * costs::kPixel * kNano) / drawers[home].speed;
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
-  e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + *std::max_element(seconds.begin(), seconds.end());
+  e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + slowest(drawers);
   return e;
 }
 
@@ -192,21 +218,21 @@ std::vector<double> drawing(const Work& w) {
 }
 
 RenderEstimate estimate_tiles(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
-                              std::vector<double> seconds) {
+                              std::vector<Drawer> drawers) {
   RenderEstimate e;
-  const auto ranks = static_cast<double>(seconds.size());
+  const auto ranks = static_cast<double>(drawers.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
-  seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
+  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, drawers.size());
   const std::vector<double> work = drawing(w);
-  e.plan = steady(deal_tiles(Path::tiles, w.deal, work, seconds), view, load, work, seconds);
-  e.seconds = slowest_projection(load) + exchange(w, 1, view, senders, ranks) + slowest(e.plan, work, seconds);
+  e.plan = steady(deal_tiles(Path::tiles, w.deal, work, drawers), view, load, work, drawers);
+  e.seconds = slowest_projection(load) + exchange(w, 1, view, senders, ranks) + slowest(e.plan, work, drawers);
   return e;
 }
 
 RenderEstimate estimate_composite(const Work& w, const image::View& view, const RenderLoad& load,
-                                  const roles::Cast& cast, std::vector<double> seconds) {
+                                  const roles::Cast& cast, std::vector<Drawer> drawers) {
   RenderEstimate e;
-  const auto ranks = static_cast<double>(seconds.size());
+  const auto ranks = static_cast<double>(drawers.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   const double tile_pixels = w.all_pixels / static_cast<double>(w.pixels.size());
   const double partial_pixel_s = (costs::kPartialPixel + w.partial_bytes * costs::kByte) * kNano;
@@ -218,7 +244,7 @@ RenderEstimate estimate_composite(const Work& w, const image::View& view, const 
     partials += sent;
     most = std::max(most, share * w.merged * w.all_records * w.record_s + sent * tile_pixels * partial_pixel_s);
   }
-  seconds[static_cast<std::size_t>(cast.image_generator)] += assembly(w, seconds.size());
+  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, drawers.size());
   const double others = 1 - w.merged;  // of the records
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
@@ -226,13 +252,17 @@ RenderEstimate estimate_composite(const Work& w, const image::View& view, const 
     work[t] = w.pixels[t] * (costs::kPixel * kNano + added * partial_pixel_s) + others * w.records[t] * w.record_s;
   }
   // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
-  e.plan = deal_tiles(Path::composite, w.deal, drawing(w), seconds);
+  e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
   e.seconds =
-      slowest_projection(load) + most + exchange(w, others, view, senders, ranks) + slowest(e.plan, work, seconds);
+      slowest_projection(load) + most + exchange(w, others, view, senders, ranks) + slowest(e.plan, work, drawers);
   return e;
 }
 
 }  // namespace
+
+double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels) {
+  return records * mean_record_s(view, sprites) + pixels * costs::kPixel * kNano;
+}
 
 std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites) {
   using Blend = image::Sprite::Blend;
@@ -246,10 +276,10 @@ std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::s
 RenderEstimate estimate(Path path, const image::View& view, std::span<const image::Sprite> sprites,
                         const RenderLoad& load, const roles::Cast& cast, int ranks) {
   const Work w = work_of(view, sprites, load, cast, ranks);
-  std::vector<double> seconds = busy(load, cast, ranks);
-  if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(seconds));
-  if (path == Path::composite) return estimate_composite(w, view, load, cast, std::move(seconds));
-  return estimate_gather(w, view, load, cast, std::move(seconds));
+  std::vector<Drawer> drawers = drawers_of(load, cast, ranks);
+  if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(drawers));
+  if (path == Path::composite) return estimate_composite(w, view, load, cast, std::move(drawers));
+  return estimate_gather(w, view, load, cast, std::move(drawers));
 }
 
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,

@@ -7,6 +7,7 @@
 #include <span>
 #include <vector>
 
+#include "frame/draw_speeds.h"
 #include "frame/render_costs.h"
 #include "frame/render_order.h"
 #include "image/grid.h"
@@ -49,8 +50,12 @@ struct RenderLoad {
   double scale = 1;                     // under a simulator: what each particle and record stands for
   double crossing = -1;                 // the part of records that went to other ranks' tiles; below 0: not known
   RenderPlan last;                      // of the last picture
+  DrawSpeeds speeds;                    // of ranks
   int axis = 0;                         // of the domains
 };
+
+/// Seconds that a rank of speed 1 takes to draw so many records, on tiles of so many pixels.
+double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels);
 
 /// What a picture would take on one path: seconds from the first projected particle to the last actions of the next
 /// frame, on ranks with a processor each.

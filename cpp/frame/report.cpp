@@ -80,12 +80,14 @@ void join(Tail& into, Tail&& other) {
 
 }  // namespace
 
-Drawings drawings_of(Drawing drawing, bool calculates) {
+Drawings drawings_of(Drawing drawing, int rank, bool calculates) {
   Drawings one{
       drawing.width, drawing.height, drawing.path, drawing.order, drawing.records, drawing.sent, drawing.bytes, {}, {}};
   if (drawing.width == 0) return one;
   if (calculates) one.active.push_back(drawing.active);
-  if (!drawing.counts.empty()) one.tiles.push_back({drawing.first, std::move(drawing.counts)});
+  if (!drawing.counts.empty()) {
+    one.tiles.push_back({drawing.first, std::move(drawing.counts), rank, static_cast<float>(drawing.draw_s)});
+  }
   return one;
 }
 

@@ -178,11 +178,13 @@ struct Density {
 struct DrawnTiles {
   std::uint32_t first = 0;
   std::vector<std::uint32_t> counts;  // records in each
+  std::int32_t rank = 0;
+  float seconds = 0;  // of work; 0: not measured
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
-  visit(tiles.first, tiles.counts);
+  visit(tiles.first, tiles.counts, tiles.rank, tiles.seconds);
 }
 
 /// What a rank did for a frame's picture.
@@ -196,6 +198,7 @@ struct Drawing {
   TileOrder order = TileOrder::rows;
   std::uint32_t first = 0;            // the first slot that it drew
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
+  double draw_s = 0;                  // seconds of work that these took; 0: not measured
 };
 
 /// What the ranks of a part of the tree did for it.
@@ -216,7 +219,7 @@ constexpr void fields(Visitor& visit, Drawings& drawings) {
         drawings.active, drawings.tiles);
 }
 
-Drawings drawings_of(Drawing drawing, bool calculates);
+Drawings drawings_of(Drawing drawing, int rank, bool calculates);
 
 /// What became known too late for the report of its own frame: it is sent with the next one.
 struct Tail {

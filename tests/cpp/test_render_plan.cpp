@@ -3,6 +3,7 @@
 
 #include "check.h"
 #include "frame/render_plan.h"
+#include "isas.h"
 
 using namespace motes;
 using frame::RenderLoad;
@@ -110,6 +111,50 @@ TEST(who_has_other_things_to_do_draws_less) {
   const RenderPlan q = plan(view(Path::tiles), busy, cast, 4);
   CHECK(records_of(q, busy, 0) >= generator);
   CHECK(records_of(q, busy, 0) < 0.5 * 3.2e6 && q.draws(2));
+}
+
+TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
+  const roles::Cast cast = roles::cast_shared(4);
+  RenderLoad some = load(cast, 3.2e6);
+  const RenderPlan even = plan(view(Path::tiles), some, cast, 4);
+  for (int picture = 0; picture < 20; ++picture) {  // ranks 2 and 3 take twice as long
+    std::vector<frame::DrawSample> samples;
+    for (int r = 0; r < 4; ++r) samples.push_back({r, 0.01, r < 2 ? 0.01 : 0.02});
+    some.speeds.add(samples);
+  }
+  const RenderPlan p = plan(view(Path::tiles), some, cast, 4);
+  check_owners(p, 4, kTiles);
+  for (int r = 0; r < 4; ++r) {
+    CHECK_NEAR(records_of(p, some, r) / records_of(even, some, r), r < 2 ? 4.0 / 3 : 2.0 / 3, 0.1);
+  }
+  const image::View v = view(Path::tiles);
+  CHECK(frame::estimate(Path::tiles, v, kDiscs, some, cast, 4).seconds <
+        1.2 * frame::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
+}
+
+TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
+  frame::DrawSpeeds speeds;
+  CHECK(speeds.of(7) == 1);
+  constexpr float noise = 0.03f;
+  test::Dice dice(5);
+  const auto picture = [&](double of_second) {
+    std::vector<frame::DrawSample> samples;
+    for (int r = 0; r < 3; ++r) {
+      const double slower = (r == 1 ? 1 / of_second : 1) * (1 + double{dice.between(-noise, noise)});
+      samples.push_back({r, 0.01, 0.05 * slower});  // the machine that costs were measured on is five times as fast
+    }
+    speeds.add(samples);
+  };
+  for (int i = 0; i < 100; ++i) picture(1);
+  for (std::size_t r = 0; r < 3; ++r) CHECK(speeds.of(r) == 1);  // alike, but for noise
+  for (int i = 0; i < 100; ++i) picture(0.25);
+  CHECK_NEAR(speeds.of(1) / speeds.of(0), 0.25, 0.03);
+  CHECK_NEAR(speeds.of(2) / speeds.of(0), 1, 0.1);
+  const double before = speeds.of(1);
+  speeds.add(std::vector<frame::DrawSample>{{1, 1e-6, 1}, {0, 0, 0}});  // next to nothing was drawn
+  CHECK(speeds.of(1) == before);
+  for (int i = 0; i < 100; ++i) speeds.add(std::vector<frame::DrawSample>{{0, 1, 1}, {1, 1, 1e6}});
+  CHECK(speeds.of(1) >= 1.0 / 40);  // and may show that it is not as slow as that
 }
 
 TEST(auto_picks_the_path_of_the_least_time) {

@@ -34,7 +34,7 @@ Report rich_report() {
   report.tail.frame = 6;
   report.tail.times.act = 0.125;
   report.tail.exchanged_bytes = 100;
-  report.tail.drawings.tiles = {{3, {10, 20}}};
+  report.tail.drawings.tiles = {{3, {10, 20}, 7, 0.5f}};
   report.tail.image_sha256 = "abc";
   return report;
 }
@@ -103,6 +103,7 @@ TEST(report_survives_its_bytes) {
   CHECK(other.tail.exchanged_bytes == 100 && other.tail.image_sha256 == "abc");
   CHECK(other.tail.drawings.tiles.size() == 1 &&
         other.tail.drawings.tiles[0].counts == report.tail.drawings.tiles[0].counts);
+  CHECK(other.tail.drawings.tiles[0].rank == 7 && other.tail.drawings.tiles[0].seconds == 0.5f);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     particles::Reader part(bytes.view().first(length));
     CHECK_THROWS(read_report(part), std::runtime_error);

@@ -14,11 +14,11 @@ namespace {
 // Births of one group, as they stand in a message behind their group's number.
 std::span<const std::byte> births_in(Reader& in) { return in.take(in.get<std::uint32_t>() * sizeof(Due)); }
 
-using Counts = std::array<std::uint32_t, roles::Ring::kDigits>;
+using DigitCounts = std::array<std::uint32_t, roles::Ring::kDigits>;
 
 // Which message takes each birth, and how many each takes. The ring is a copy: then it may stay in registers.
-Counts digits_of(std::span<const Due> births, const roles::Ring ring, int step, std::uint8_t* digits) {
-  Counts counts{};
+DigitCounts digits_of(std::span<const Due> births, const roles::Ring ring, int step, std::uint8_t* digits) {
+  DigitCounts counts{};
   for (std::size_t i = 0; i < births.size(); ++i) {
     const auto digit = static_cast<std::uint8_t>(ring.digit(static_cast<int>(births[i].owner), step));
     digits[i] = digit;
@@ -47,7 +47,7 @@ std::vector<Message> split(std::span<const BirthNumbers> groups, const roles::Ri
   for (const BirthNumbers& group : groups) {
     const std::span<const Due> births = group.births;
     digits.resize(births.size());
-    const Counts counts = digits_of(births, ring, step, digits.data());
+    const DigitCounts counts = digits_of(births, ring, step, digits.data());
     std::array<std::byte*, roles::Ring::kDigits> next{};
     for (std::size_t m = 0; m < messages.size(); ++m) {
       if (counts[m] > 0) next[m] = make_room(group.group, counts[m], messages[m]);

@@ -32,16 +32,22 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
 /// that it passes.
 MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const std::uint64_t* ids) {
   const Wides id = load_ids(ids);
-  const Uints low = join(id), high = join({upper(id.first), upper(id.second)});
+  Uints low_a = join(id);
+  Uints low_b = low_a;
+  if (any_upper(id)) [[unlikely]] {
+    const Uints high = join({upper(id.first), upper(id.second)});
+    low_a += high * 0x9E3779B1u;
+    low_b += high * 0x85EBCA6Au;  // even: (low, high) -> (a, b) is one to one
+  }
   const auto k = [&](int i) { return all_uints(key.word[i]); };
-  Uints a = (low + high * 0x9E3779B1u) ^ k(0);
+  Uints a = low_a ^ k(0);
   a ^= a >> 16;
   a *= 0x7feb352du;
   a ^= a >> 15;
   a += k(1);
   a *= 0x846ca68bu;
   a ^= a >> 16;
-  Uints b = (low + high * 0x85EBCA6Au) ^ k(2);  // even: (low, high) -> (a, b) is one to one
+  Uints b = low_b ^ k(2);
   b ^= b >> 15;
   b *= 0xd168aaadu;
   b ^= b >> 15;

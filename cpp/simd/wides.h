@@ -51,4 +51,20 @@ MOTES_INLINE Uints join(Wides v) {
 #endif
 }
 
+/// Whether an integer in any lane has an upper half.
+MOTES_INLINE bool any_upper(Wides v) {
+  const Wide both = v.first | v.second;
+#if MOTES_WIDTH == 512
+  return _mm512_test_epi64_mask((__m512i)both, _mm512_set1_epi64(INT64_MIN >> 31)) != 0;
+#elif MOTES_WIDTH == 256
+  return _mm256_testz_si256((__m256i)both, _mm256_set1_epi64x(INT64_MIN >> 31)) == 0;
+#elif MOTES_WIDTH == 128
+  return (_mm_movemask_epi8(_mm_cmpeq_epi32((__m128i)both, _mm_setzero_si128())) & 0xF0F0) != 0xF0F0;
+#else
+  std::uint64_t upper = 0;
+  for (std::size_t i = 0; i < kLanes / 2; ++i) upper |= both[i] >> 32;
+  return upper != 0;
+#endif
+}
+
 }  // namespace motes::MOTES_ISA

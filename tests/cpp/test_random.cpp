@@ -68,13 +68,14 @@ TEST(philox_gives_the_published_words) {
 
 TEST(draws_are_a_function_of_id_step_stream_and_draw) {
   test::Dice dice(2);
-  for (int round = 0; round < 200; ++round) {
+  for (int round = 0; round < 600; ++round) {
     const auto half = [&] { return static_cast<std::uint32_t>(dice.word()); };
     const std::uint32_t step = half(), stream = half() >> motes::particles::draw_bits, key[2] = {half(), half()};
     const int skip = round % 16;
     const std::size_t count = 1 + dice.word() % 100;
     std::vector<std::uint64_t> ids(count + 16);
-    for (std::uint64_t& id : ids) id = round % 2 == 0 ? dice.word() : dice.word() >> 40;
+    for (std::uint64_t& id : ids) id = round % 3 == 0 ? dice.word() : dice.word() >> 32;
+    if (round % 3 == 2) ids[dice.below(count)] |= std::uint64_t{1} << (32 + dice.below(32));  // one has an upper half
     for (const test::Build& build : test::builds()) {
       std::vector<std::uint32_t> out(4 * ids.size());
       build.probe.draws(ids.data(), count, step, stream, key, skip, out.data());

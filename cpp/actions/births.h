@@ -22,12 +22,12 @@ MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
 }
 
 template <class Sample>
-MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::size_t count, float* const* planes,
+MOTES_INLINE void fill(const actions::Step& s, const particles::Ids& ids, std::size_t count, float* const* planes,
                        int width, const Sample& sample) {
   particles::DrawKeys& keys = draws_of(s);
   const particles::DrawKey first = keys.first();
   for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(keys, first, ids + i);
+    Draws draws(keys, first, ids, i);
     const Floats3 v = sample(draws);
     store(planes[0] + i, v.x);
     if (width == 1) continue;
@@ -36,7 +36,7 @@ MOTES_INLINE void fill(const actions::Step& s, const std::uint64_t* ids, std::si
   }
 }
 
-inline void draw(const actions::Distribution& d, const actions::Step& s, const std::uint64_t* ids, std::size_t count,
+inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
                  float* const* planes, int width) {
   using Kind = actions::Distribution::Kind;
   if (d.kind == Kind::value) {
@@ -56,7 +56,7 @@ inline void spread(const actions::Block& positions, float* const* before, float 
   particles::DrawKeys& keys = draws_of(s);
   const particles::DrawKey first = keys.first();
   for (std::size_t i = 0; i < positions.count; i += kLanes) {
-    Draws draws(keys, first, positions.ids + i);
+    Draws draws(keys, first, positions.ids, i);
     const Floats part = end - unit(draws.bits().a) * (end - start);
     for (int c = 0; c < 3; ++c) {
       const Floats from = load(before[c] + i), to = load(positions.component[c] + i);
@@ -69,7 +69,7 @@ inline void jitter(const actions::Block& b, const actions::Step& s) {
   particles::DrawKeys& keys = draws_of(s);
   const particles::DrawKey first = keys.first();
   for (std::size_t i = 0; i < b.count; i += kLanes) {
-    Draws draws(keys, first, b.ids + i);
+    Draws draws(keys, first, b.ids, i);
     const Floats passed = unit(draws.bits().a) * s.dt;
     const Floats3 from = load3(b, kPositionAt, i);
     const Floats3 to = from + load3(b, kVelocityAt, i) * passed;

@@ -6,6 +6,7 @@
 
 #include "actions/expression.h"
 #include "particles/blocks.h"
+#include "particles/ids.h"
 #include "particles/streams.h"
 #include "shapes/shape.h"
 
@@ -16,7 +17,7 @@ namespace motes::actions {
 struct Block {
   std::size_t count;
   float* const* component;   // one plane per component of the schema, at the block's first particle
-  const std::uint64_t* ids;
+  particles::Ids ids;        // from the block's first particle on
   std::int32_t* dead;        // all bits set where a particle was killed
   std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody needs it
 };

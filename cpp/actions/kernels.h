@@ -41,7 +41,7 @@ struct Kernels {
 
   /// Draws an attribute of `width` (1 or 3) numbers for `count` particles into planes with room for whole vectors.
   /// step.stream selects the stream.
-  void (*draw)(const Distribution&, const Step&, const std::uint64_t* ids, std::size_t count, float* const* planes,
+  void (*draw)(const Distribution&, const Step&, const particles::Ids&, std::size_t count, float* const* planes,
                int width);
 
   /// Jittered births: for each particle a fraction u of the step has passed: x += v u dt, age += u dt.

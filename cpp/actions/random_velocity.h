@@ -14,7 +14,7 @@ MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block
   const particles::DrawKey first = keys.first();
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(keys, first, b.ids + i);
+      Draws draws(keys, first, b.ids, i);
       const Floats3 sample = shape.sample(draws);
       store3(b, at, i, load3(b, at, i) + sample * all(scale));
     }
@@ -27,7 +27,7 @@ MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block
   const particles::DrawKey first = keys.first();
   visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
     for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(keys, first, b.ids + i);
+      Draws draws(keys, first, b.ids, i);
       store3(b, at, i, shape.sample(draws));
     }
   });

@@ -187,7 +187,7 @@ py::object gather(Engine& engine, int system, bool to_all) {
   if (!store) return py::none();
   py::dict columns;
   for (int a = 0; a < store->schema().size(); ++a) columns[store->schema()[a].name.c_str()] = column_copy(*store, a);
-  columns["id"] = id_view(*store, 0, store->size());
+  columns["id"] = id_copy(*store, 0, store->size());
   return columns;
 }
 
@@ -250,7 +250,7 @@ void bind_reading(py::class_<Engine>& engine) {
           "local_ids",
           [](Engine& e, int system, std::size_t begin) {
             const frame::Seen seen = e.seen(system);
-            return id_view(*seen.store, begin, seen.count);
+            return id_copy(*seen.store, begin, seen.count);
           },
           py::arg("system"), py::arg("begin") = 0)
       .def(

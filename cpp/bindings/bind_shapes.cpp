@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "actions/kernels.h"
 #include "bindings/bindings.h"
@@ -63,8 +64,9 @@ py::array contains(const Shape& shape, const FloatArray& points) {
 
 py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
   shapes::check(shape);
-  std::vector<std::uint64_t> ids(n + particles::kPadding);
-  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = i;
+  std::vector<std::uint64_t> numbers(n + particles::kPadding);
+  std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});
+  const particles::IdList ids(numbers);
   std::vector<std::vector<float>> planes(3, std::vector<float>(n + particles::kPadding));
   float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
   actions::Distribution d;
@@ -72,7 +74,7 @@ py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
   d.shape = shape;
   particles::DrawKeys draws;
   const particles::Key key = particles::system_key(seed, 0);
-  actions::kernels().draw(d, {0, 0, particles::user_sample, key, 0, &draws}, ids.data(), n, into, 3);
+  actions::kernels().draw(d, {0, 0, particles::user_sample, key, 0, &draws}, ids, n, into, 3);
   std::vector<float> rows(3 * n);
   for (std::size_t i = 0; i < n; ++i) {
     for (std::size_t c = 0; c < 3; ++c) rows[3 * i + c] = planes[c][i];

@@ -55,7 +55,7 @@ py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_
 /// A writable view of an attribute's planes for the particles begin .. end - 1, (n,) or (n, 3). It keeps the memory
 /// alive but not its meaning: the store may move its particles elsewhere.
 py::array column_view(particles::Store& store, int attribute, std::size_t begin, std::size_t end);
-py::array id_view(particles::Store& store, std::size_t begin, std::size_t end);
+py::array id_copy(const particles::Store& store, std::size_t begin, std::size_t end);
 
 /// A copy; a uniform attribute stays without memory of its own.
 py::array column_copy(const particles::Store& store, int attribute);

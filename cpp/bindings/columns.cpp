@@ -30,10 +30,11 @@ py::array column_view(particles::Store& store, int attribute, std::size_t begin,
   return py::array_t<float>({n, py::ssize_t{3}}, {static_cast<py::ssize_t>(sizeof(float)), stride}, first, owner);
 }
 
-py::array id_view(particles::Store& store, std::size_t begin, std::size_t end) {
-  store.reserve(1);
-  const auto n = static_cast<py::ssize_t>(end - begin);
-  py::array_t<std::uint64_t> ids({n}, {sizeof(std::uint64_t)}, store.ids() + begin, keep(store.shared_ids()));
+py::array id_copy(const particles::Store& store, std::size_t begin, std::size_t end) {
+  std::vector<std::uint64_t> whole(end - begin);
+  particles::join(store.ids().from(begin), whole.size(), whole.data());
+  const auto n = static_cast<py::ssize_t>(whole.size());
+  py::array ids = owned_array(std::move(whole), {n});
   py::object flags = ids.attr("flags");
   flags.attr("writeable") = false;  // ids never change
   return ids;
@@ -94,7 +95,7 @@ py::list column_copies(const particles::Store& store, const std::vector<int>& at
   released([&] {
     threads::over_ranges(pool, count, kCopiedTogether, [&](std::size_t first, std::size_t last) {
       for (std::size_t a = 0; a < rows.size(); ++a) copy_rows(store, attributes[a], first, last, rows[a]);
-      std::copy(store.ids() + first, store.ids() + last, id_rows + first);
+      particles::join(store.ids().from(first), last - first, id_rows + first);
     });
   });
   return arrays;

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "domains/axes.h"
+#include "particles/ids.h"
 
 namespace motes::domains {
 
@@ -44,7 +45,7 @@ struct Box {
 /// the planes of the axes that are cut, or the ids.
 struct Places {
   std::array<const float*, 3> position{};  // x, y, z
-  const std::uint64_t* ids = nullptr;
+  particles::Ids ids;
   std::size_t count = 0;
 };
 
@@ -96,8 +97,9 @@ class Domains {
 
   /// The single rule of ownership: births, exchange, reads and donation all use it.
   int owner_of(const std::array<float, 3>& position, std::uint64_t id) const {
+    const std::uint32_t lower = particles::lower_half(id), upper = particles::upper_half(id);
     std::uint32_t owner = 0;
-    owners_of({{position.data(), &position[1], &position[2]}, &id, 1}, &owner);
+    owners_of({{position.data(), &position[1], &position[2]}, {&lower, &upper}, 1}, &owner);
     return static_cast<int>(owner);
   }
   /// The same for many particles.

@@ -25,8 +25,10 @@ void charge_list(const Rank& rank, const System& system, const Population& here)
 }
 
 std::uint64_t lowest_id(const Store& store) {
-  const std::uint64_t* ids = store.ids();
-  return store.size() == 0 ? UINT64_MAX : *std::min_element(ids, ids + store.size());
+  const particles::Ids ids = store.ids();
+  std::uint64_t lowest = UINT64_MAX;
+  for (std::size_t i = 0; i < store.size(); ++i) lowest = std::min(lowest, ids[i]);
+  return lowest;
 }
 
 // The list has run: what happened to whom.

@@ -23,7 +23,7 @@ std::size_t bytes_of(const Birth& birth) {
 std::vector<std::uint32_t> by_id(const Store& store) {
   std::vector<std::uint32_t> order(store.size());
   std::iota(order.begin(), order.end(), 0u);
-  const std::uint64_t* ids = store.ids();
+  const particles::Ids ids = store.ids();
   std::sort(order.begin(), order.end(), [ids](std::uint32_t a, std::uint32_t b) { return ids[a] < ids[b]; });
   return order;
 }

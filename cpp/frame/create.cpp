@@ -220,7 +220,7 @@ bool fit(const Rank& rank, Script& script, std::size_t index) {
     }
   }
   const std::size_t born = positions[static_cast<std::size_t>(system.definition.axes.first())].size();
-  const domains::Places places{{positions[0].data(), positions[1].data(), positions[2].data()}, nullptr, born};
+  const domains::Places places{{positions[0].data(), positions[1].data(), positions[2].data()}, {}, born};
   script.divide(index, domains::quantiles(system.definition.axes, places, static_cast<int>(rank.talk.calculators())));
   return true;
 }

@@ -34,7 +34,8 @@ void find_owners(const Rank& rank, const System& system, const BirthGroup& group
   if (system.definition.axes.by_id()) {
     std::vector<std::uint64_t> ids(last - first);
     std::iota(ids.begin(), ids.end(), group.first_id + first);
-    add({{}, ids.data(), ids.size()});
+    const particles::IdList halves(ids);
+    add({{}, halves, ids.size()});
   } else {
     make_births(rank, system, group, first, last, [&](const particles::Store& piece) { add(places_of(piece)); });
   }

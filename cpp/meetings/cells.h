@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "particles/ids.h"
 #include "threads/pool.h"
 
 namespace motes::meetings {
@@ -25,7 +26,7 @@ struct Column {
 /// Particles that meet.
 struct Crowd {
   Column at[3];  // metres
-  const std::uint64_t* own_ids = nullptr;
+  particles::Ids own_ids;
   const std::uint64_t* copied_ids = nullptr;
   std::size_t own = 0;
   std::size_t copies = 0;

@@ -2,9 +2,9 @@
 // numbers: as easy as 1, 2, 3", SC11) makes keys, and a cheaper function of a key makes the draws of a particle.
 #pragma once
 
+#include "particles/ids.h"
 #include "particles/streams.h"
 #include "simd/elementary.h"
-#include "simd/wides.h"
 
 namespace motes::MOTES_ISA {
 
@@ -26,28 +26,27 @@ MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
   second = r * sine;
 }
 
-/// Four words for each of kLanes ids: two keyed 32-bit mixes of the id (multiply and xor-shift, after C. Wellons'
-/// search for integer hashes), then each word from both, so that no word is a permutation of the ids. The key hides
-/// what steps, places, draws, systems and seeds have in common; the mixes, what ids have. docs/speed.md has the tests
-/// that it passes.
-MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const std::uint64_t* ids) {
-  const Wides id = load_ids(ids);
-  Uints low_a = join(id);
-  Uints low_b = low_a;
-  if (any_upper(id)) [[unlikely]] {
-    const Uints high = join({upper(id.first), upper(id.second)});
-    low_a += high * 0x9E3779B1u;
-    low_b += high * 0x85EBCA6Au;  // even: (low, high) -> (a, b) is one to one
+/// Four words for each of kLanes ids, from number `at` on: two keyed 32-bit mixes of the id (multiply and xor-shift,
+/// after C. Wellons' search for integer hashes), then each word from both, so that no word is a permutation of the ids.
+/// The key hides what steps, places, draws, systems and seeds have in common; the mixes, what ids have. docs/speed.md
+/// has the tests that it passes.
+MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::Ids& ids, std::size_t at) {
+  Uints id_a = load_uints(ids.lower + at);
+  Uints id_b = id_a;
+  if (ids.upper != nullptr) [[unlikely]] {
+    const Uints upper = load_uints(ids.upper + at);
+    id_a += upper * 0x9E3779B1u;
+    id_b += upper * 0x85EBCA6Au;  // even: (lower, upper) -> (id_a, id_b) is one to one
   }
   const auto k = [&](int i) { return all_uints(key.word[i]); };
-  Uints a = low_a ^ k(0);
+  Uints a = id_a ^ k(0);
   a ^= a >> 16;
   a *= 0x7feb352du;
   a ^= a >> 15;
   a += k(1);
   a *= 0x846ca68bu;
   a ^= a >> 16;
-  Uints b = low_b ^ k(2);
+  Uints b = id_b ^ k(2);
   b ^= b >> 15;
   b *= 0xd168aaadu;
   b ^= b >> 15;
@@ -66,24 +65,26 @@ MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const std::uint64
   return out;
 }
 
-__attribute__((noinline)) inline Uints4 random_bits_of(particles::DrawKeys& keys, const std::uint64_t* ids,
-                                                       std::uint32_t draw) {
-  return random_bits(keys.later(draw), ids);
+__attribute__((noinline)) inline Uints4 random_bits_of(particles::DrawKeys& keys, const particles::Ids& ids,
+                                                       std::size_t at, std::uint32_t draw) {
+  return random_bits(keys.later(draw), ids, at);
 }
 
 /// The draws of one stream for the particles in one vector, one after another.
 struct Draws {
   particles::DrawKeys* keys;
   const particles::DrawKey* first;  // a copy near by of keys->first()
-  const std::uint64_t* ids;
+  const particles::Ids* ids;
+  std::size_t at;  // the vector's first particle
   std::uint32_t draw = 0;
 
-  MOTES_INLINE Draws(particles::DrawKeys& stream, const particles::DrawKey& first_key, const std::uint64_t* first_id)
-      : keys(&stream), first(&first_key), ids(first_id) {}
+  MOTES_INLINE Draws(particles::DrawKeys& stream, const particles::DrawKey& first_key, const particles::Ids& all,
+                     std::size_t first_particle)
+      : keys(&stream), first(&first_key), ids(&all), at(first_particle) {}
 
   MOTES_INLINE Uints4 bits() {
     const std::uint32_t number = draw++;
-    return number == 0 ? random_bits(*first, ids) : random_bits_of(*keys, ids, number);
+    return number == 0 ? random_bits(*first, *ids, at) : random_bits_of(*keys, *ids, at, number);
   }
 };
 

@@ -56,7 +56,7 @@ std::shared_ptr<T[]> allocate_plane(std::size_t count) {
   return std::shared_ptr<T[]>(static_cast<T*>(memory), [](T* p) { std::free(p); });
 }
 template std::shared_ptr<float[]> allocate_plane<float>(std::size_t);
-template std::shared_ptr<std::uint64_t[]> allocate_plane<std::uint64_t>(std::size_t);
+template std::shared_ptr<std::uint32_t[]> allocate_plane<std::uint32_t>(std::size_t);
 template std::shared_ptr<Touches[]> allocate_plane<Touches>(std::size_t);
 
 Store::Store(const Schema& schema) : schema_(&schema), columns_(static_cast<std::size_t>(schema.size())) {
@@ -95,6 +95,24 @@ Touches* Store::writable_touches() {
   return touches_.get();
 }
 
+std::uint32_t* Store::writable_upper_ids() {
+  if (!upper_ids_) {
+    upper_ids_ = allocate_plane<std::uint32_t>(capacity_);
+    std::fill_n(upper_ids_.get(), size_, 0u);
+  }
+  return upper_ids_.get();
+}
+
+void Store::set_ids(std::size_t first, std::span<const std::uint64_t> ids) {
+  std::uint64_t all = 0;
+  for (std::uint32_t* lower = lower_ids_.get() + first; const std::uint64_t id : ids) {
+    *lower++ = lower_half(id);
+    all |= id;
+  }
+  if (!upper_ids_ && upper_half(all) == 0) return;
+  std::transform(ids.begin(), ids.end(), writable_upper_ids() + first, upper_half);
+}
+
 void Store::part_from_holders() {
   const auto renew = [](auto& memory, std::size_t count) {
     if (!memory || memory.use_count() == 1) return;
@@ -105,15 +123,19 @@ void Store::part_from_holders() {
   for (int a = 0; a < schema_->size(); ++a) {
     renew(columns_[index(a)].planes, static_cast<std::size_t>(width(a)) * capacity_);
   }
-  renew(ids_, capacity_);
 }
 
 void Store::reserve(std::size_t capacity) {
   // Whole blocks, so that planes start on a cache line, plus room for whole vectors after the last particle.
   if (capacity_ != 0 && capacity + kPadding <= capacity_) return;
   const std::size_t rounded = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
-  auto ids = allocate_plane<std::uint64_t>(rounded);
-  if (size_ != 0) std::memcpy(ids.get(), ids_.get(), size_ * sizeof(std::uint64_t));
+  const auto longer = [&](const std::shared_ptr<std::uint32_t[]>& halves) {
+    auto plane = allocate_plane<std::uint32_t>(rounded);
+    if (size_ != 0) std::memcpy(plane.get(), halves.get(), size_ * sizeof(std::uint32_t));
+    return plane;
+  };
+  auto lower_ids = longer(lower_ids_);
+  auto upper_ids = upper_ids_ ? longer(upper_ids_) : nullptr;
   std::vector<std::shared_ptr<float[]>> wider(columns_.size());
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
@@ -133,7 +155,8 @@ void Store::reserve(std::size_t capacity) {
     if (wider[a]) columns_[a].planes = std::move(wider[a]);
   }
   touches_ = std::move(touches);
-  ids_ = std::move(ids);
+  lower_ids_ = std::move(lower_ids);
+  upper_ids_ = std::move(upper_ids);
   capacity_ = rounded;
 }
 
@@ -151,6 +174,7 @@ std::size_t Store::grow(std::size_t count) {
   const std::size_t first = size_;
   size_ += count;
   if (touches_) std::fill_n(touches_.get() + first, count, Touches{});
+  if (upper_ids_) std::fill_n(upper_ids_.get() + first, count, 0u);
   return first;
 }
 
@@ -206,7 +230,8 @@ void Store::permute(std::span<const std::uint32_t> from, threads::Pool& pool) {
 }
 
 std::vector<Store::Plane> Store::planes_and_rows() const {
-  std::vector<Plane> planes{{nullptr, ids_.get()}};
+  std::vector<Plane> planes{{nullptr, lower_ids_.get()}};
+  if (upper_ids_) planes.push_back({nullptr, upper_ids_.get()});
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
     for (int c = 0; column.planes && c < width(a); ++c) {
@@ -218,8 +243,9 @@ std::vector<Store::Plane> Store::planes_and_rows() const {
 }
 
 std::size_t Store::packed_bytes(std::size_t count) const {
-  std::size_t each = sizeof(std::uint64_t);
-  std::size_t once = sizeof(std::uint64_t) + columns_.size();
+  std::size_t each = sizeof(std::uint32_t);
+  std::size_t once = sizeof(std::uint64_t) + 1 + columns_.size();
+  if (upper_ids_) each += sizeof(std::uint32_t);
   for (int a = 0; a < schema_->size(); ++a) {
     (uniform(a) ? once : each) += sizeof(float) * static_cast<std::size_t>(width(a));
   }
@@ -231,8 +257,13 @@ void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Po
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;
   out.reserve(out.size() + packed_bytes(indices.size()));  // from here on the message stays where it is
-  std::vector<PackedColumn> packed{
-      {ids_.get(), sizeof(std::uint64_t), out.extend(indices.size() * sizeof(std::uint64_t))}};
+  std::vector<PackedColumn> packed;
+  const auto pack_plane = [&](const auto* plane) {
+    packed.push_back({plane, sizeof *plane, out.extend(indices.size() * sizeof *plane)});
+  };
+  pack_plane(lower_ids_.get());
+  out.put(upper_ids_ ? Packed::planes : Packed::initial);
+  if (upper_ids_) pack_plane(upper_ids_.get());
   for (int a = 0; a < schema_->size(); ++a) {
     const Column& column = columns_[index(a)];
     const Packed how = column.planes                                              ? Packed::planes
@@ -240,19 +271,13 @@ void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Po
                                                                                   : Packed::uniform;
     out.put(how);
     if (how == Packed::uniform) out.put_raw(column.value.data(), sizeof(float) * static_cast<std::size_t>(width(a)));
-    for (int c = 0; how == Packed::planes && c < width(a); ++c) {
-      const float* plane = column.planes.get() + static_cast<std::size_t>(c) * capacity_;
-      packed.push_back({plane, sizeof(float), out.extend(indices.size() * sizeof(float))});
-    }
+    for (int c = 0; how == Packed::planes && c < width(a); ++c) pack_plane(plane(a, c));
   }
   out.put(touches_ ? Packed::planes : Packed::initial);
-  if (touches_) packed.push_back({touches_.get(), sizeof(Touches), out.extend(indices.size() * sizeof(Touches))});
+  if (touches_) pack_plane(touches_.get());
   over_columns(pool, packed, indices.size(), [&](const PackedColumn& column, std::size_t first, std::size_t last) {
-    switch (column.width) {
-      case sizeof(float): return gather<float>(column, indices, first, last);
-      case sizeof(std::uint64_t): return gather<std::uint64_t>(column, indices, first, last);
-      default: return gather<Touches>(column, indices, first, last);
-    }
+    column.width == sizeof(float) ? gather<float>(column, indices, first, last)
+                                  : gather<Touches>(column, indices, first, last);
   });
 }
 
@@ -278,10 +303,14 @@ void Store::unpack(Reader& in, threads::Pool& pool) {
     std::byte* plane;
     std::size_t width;
   };
-  const auto id_bytes = in.take(count * sizeof(std::uint64_t));
+  const auto lower_ids = in.take(count * sizeof(std::uint32_t));
   const std::size_t first = grow(count);
-  std::vector<Arrived> arrived{
-      {id_bytes.data(), reinterpret_cast<std::byte*>(ids_.get() + first), sizeof(std::uint64_t)}};
+  std::vector<Arrived> arrived;
+  const auto arrive = [&](std::span<const std::byte> bytes, auto* plane) {
+    arrived.push_back({bytes.data(), reinterpret_cast<std::byte*>(plane + first), sizeof *plane});
+  };
+  arrive(lower_ids, lower_ids_.get());
+  if (in.get<Packed>() == Packed::planes) arrive(in.take(count * sizeof(std::uint32_t)), writable_upper_ids());
   for (int a = 0; a < schema_->size(); ++a) {
     const int components = width(a);
     const auto how = in.get<Packed>();
@@ -292,10 +321,7 @@ void Store::unpack(Reader& in, threads::Pool& pool) {
         materialize(a);
         size_ = first + count;
       }
-      for (int c = 0; c < components; ++c) {
-        const auto bytes = in.take(count * sizeof(float));
-        arrived.push_back({bytes.data(), reinterpret_cast<std::byte*>(writable_plane(a, c) + first), sizeof(float)});
-      }
+      for (int c = 0; c < components; ++c) arrive(in.take(count * sizeof(float)), writable_plane(a, c));
       continue;
     }
     std::array<float, 3> value = (*schema_)[a].initial;
@@ -306,17 +332,15 @@ void Store::unpack(Reader& in, threads::Pool& pool) {
       for (std::size_t i = 0; i < count; ++i) plane[i] = value[static_cast<std::size_t>(c)];
     }
   }
-  if (in.get<Packed>() == Packed::planes) {
-    const auto bytes = in.take(count * sizeof(Touches));
-    arrived.push_back({bytes.data(), reinterpret_cast<std::byte*>(writable_touches() + first), sizeof(Touches)});
-  }
+  if (in.get<Packed>() == Packed::planes) arrive(in.take(count * sizeof(Touches)), writable_touches());
   over_columns(pool, arrived, count, [](const Arrived& column, std::size_t begin, std::size_t end) {
     std::memcpy(column.plane + begin * column.width, column.bytes + begin * column.width, (end - begin) * column.width);
   });
 }
 
 std::size_t Store::memory_bytes() const {
-  std::size_t total = ids_ ? capacity_ * sizeof(std::uint64_t) : 0;
+  std::size_t total =
+      (lower_ids_ ? capacity_ * sizeof(std::uint32_t) : 0) + (upper_ids_ ? capacity_ * sizeof(std::uint32_t) : 0);
   for (int a = 0; a < schema_->size(); ++a) {
     if (!uniform(a)) total += capacity_ * sizeof(float) * static_cast<std::size_t>(width(a));
   }

@@ -10,15 +10,17 @@
 
 #include "particles/blocks.h"
 #include "particles/bytes.h"
+#include "particles/ids.h"
 #include "particles/schema.h"
 #include "particles/touches.h"
 #include "threads/pool.h"
 
 namespace motes::particles {
 
-/// Structure of arrays: one plane of floats per component of each attribute, and one plane of 64-bit ids. An attribute
-/// with the same value for all particles has no planes until something writes to it. The order of particles has no
-/// meaning. What particles remember of their touches goes with them, where any do.
+/// Structure of arrays: one plane of floats per component of each attribute, and one plane of each half of the ids. An
+/// attribute with the same value for all particles has no planes until something writes to it, and upper halves of ids
+/// have none until one is not 0. The order of particles has no meaning. What particles remember of their touches goes
+/// with them, where any do.
 class Store {
  public:
   explicit Store(const Schema& schema);  // which must outlive it
@@ -46,8 +48,10 @@ class Store {
   /// Distance in floats between the planes of an attribute.
   std::size_t plane_stride() const { return capacity_; }
 
-  const std::uint64_t* ids() const { return ids_.get(); }
-  std::uint64_t* ids() { return ids_.get(); }
+  Ids ids() const { return {lower_ids_.get(), upper_ids_.get()}; }
+  void set_id(std::size_t i, std::uint64_t id) { set_ids(i, {&id, 1}); }
+  /// Of the particles from `first` on.
+  void set_ids(std::size_t first, std::span<const std::uint64_t> ids);
 
   /// Of each particle, or null where none has ever touched another one.
   const Touches* touches() const { return touches_.get(); }
@@ -56,10 +60,9 @@ class Store {
 
   /// Keeps a plane's memory alive as long as the result lives, whatever happens to the store.
   std::shared_ptr<float[]> planes(int attribute) const { return columns_[index(attribute)].planes; }
-  std::shared_ptr<std::uint64_t[]> shared_ids() const { return ids_; }
 
-  /// Moves planes and ids that others still hold (planes(), shared_ids()) to fresh memory: the others then hold a copy,
-  /// and writing to it changes no particle. Planes that nobody else holds stay where they are.
+  /// Moves planes that others still hold (planes()) to fresh memory: the others then hold a copy, and writing to it
+  /// changes no particle. Planes that nobody else holds stay where they are.
   void part_from_holders();
 
   /// Reserves room for this many particles. Existing ones are kept; views of planes become invalid.
@@ -107,10 +110,10 @@ class Store {
     std::array<float, 3> value{};
   };
 
-  // A plane of floats, or the ids, or the touches.
+  // A plane of floats, or of halves of ids, or the touches.
   struct Plane {
     float* values;
-    std::uint64_t* ids = nullptr;
+    std::uint32_t* ids = nullptr;
     Touches* touches = nullptr;
 
     template <class Visitor>
@@ -123,12 +126,14 @@ class Store {
   int width(int attribute) const { return (*schema_)[attribute].width; }
   void materialize(int attribute);
   std::vector<Plane> planes_and_rows() const;
+  std::uint32_t* writable_upper_ids();
   /// Adopts the uniform value of arriving particles: true where it is (or becomes) the value of all.
   bool adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before);
 
   const Schema* schema_;
   std::vector<Column> columns_;
-  std::shared_ptr<std::uint64_t[]> ids_;
+  std::shared_ptr<std::uint32_t[]> lower_ids_;
+  std::shared_ptr<std::uint32_t[]> upper_ids_;  // null: all are 0
   std::shared_ptr<Touches[]> touches_;  // null: nobody remembers any
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;

@@ -71,7 +71,7 @@ class Crowd {
     store_.grow(count);
     Numbers numbers;
     for (std::size_t i = 0; i < count; ++i) {
-      store_.ids()[i] = i;
+      store_.set_id(i, i);
       float place[3], way[3];
       do {
         for (int c = 0; c < 3; ++c) place[c] = 2.2f * numbers.next() - 1.1f, way[c] = 2 * numbers.next() - 1;

@@ -93,7 +93,9 @@ void jitter(particles::Key key, float dt, Store& into) {
 void spread_along(const shapes::Shape& before, particles::Key key, const Moment& moment, Store& into) {
   Store first(into.schema());
   first.grow(into.size());
-  std::copy(into.ids(), into.ids() + into.size(), first.ids());
+  std::vector<std::uint64_t> ids(into.size());
+  particles::join(into.ids(), ids.size(), ids.data());
+  first.set_ids(0, ids);
   Given place{particles::position, {}};
   place.distribution.kind = Distribution::Kind::shape;
   place.distribution.shape = before;
@@ -192,7 +194,7 @@ Store make(const Birth& birth, const particles::Schema& schema, particles::Key k
   }
   newborn.reserve(ids.size());
   newborn.grow(ids.size());
-  std::copy(ids.begin(), ids.end(), newborn.ids());
+  newborn.set_ids(0, ids);
   if (birth.kind != Birth::Kind::emit) {
     Given place{particles::position, {}};
     place.distribution.kind = Distribution::Kind::shape;

@@ -49,8 +49,8 @@ void sort_by_digits(std::vector<Place>& places) {
   }
 }
 
-void sort_places(std::vector<Place>& places, const std::uint64_t* ids) {
-  const auto before = [ids](const Place& a, const Place& b) {
+void sort_places(std::vector<Place>& places, const particles::Ids& ids) {
+  const auto before = [&ids](const Place& a, const Place& b) {
     return a.key != b.key ? a.key < b.key : ids[a.index] < ids[b.index];
   };
   if (places.size() < kValues) return std::sort(places.begin(), places.end(), before);

@@ -198,7 +198,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
   for (std::size_t at = first; at < last; at += kBlock) {
     const std::size_t count = std::min(kBlock, last - at);
-    const actions::Block block{count, planes.at(at), pass.store.ids() + at, dead.data(),
+    const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws);
     if (collect(block, bands, at, outcome)) dead.fill(0);
@@ -268,7 +268,7 @@ void Program::find_leavers(const Store& store, std::size_t begin, const Region& 
   share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
     std::array<std::int32_t, kBlock + particles::kPadding> dead{};
     for (std::size_t at = first; at < last; at += kBlock) {
-      const actions::Block block{std::min(kBlock, last - at), nullptr, nullptr, dead.data()};
+      const actions::Block block{std::min(kBlock, last - at), nullptr, {}, dead.data()};
       collect(block, bands, at, of_range);
     }
   });

@@ -26,7 +26,7 @@ std::vector<std::uint32_t> select(const actions::Expression& where, const std::v
   std::vector<float> scratch(actions::kScratch);
   Planes planes(store, actions::columns_of(where, store.schema()));
   for (std::size_t at = begin; at < store.size(); at += kBlock) {
-    const actions::Block block{std::min(kBlock, store.size() - at), planes.at(at), store.ids() + at, nullptr};
+    const actions::Block block{std::min(kBlock, store.size() - at), planes.at(at), store.ids().from(at), nullptr};
     actions::kernels().evaluate(where.data(), where.size(), shapes.data(), block, static_cast<float>(time),
                                 scratch.data());
     for (std::size_t i = 0; i < block.count; ++i) {

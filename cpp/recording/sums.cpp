@@ -54,7 +54,7 @@ class Values {
 
   /// Goes on to a block, and finds out which of its particles count.
   void enter(std::size_t at, std::size_t count) {
-    block_ = {count, planes_.at(at), store_.ids() + at, nullptr};
+    block_ = {count, planes_.at(at), store_.ids().from(at), nullptr};
     if (!sum_.where.empty()) std::memcpy(chosen_.data(), of(sum_.where), count * sizeof(float));
   }
   /// All bits of those that count, none of the others.

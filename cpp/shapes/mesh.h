@@ -260,7 +260,7 @@ struct MeshLanes {
         }
         return point;
       }
-      bits = random_bits_of(*draws.keys, draws.ids, number + (attempt << 16));
+      bits = random_bits_of(*draws.keys, *draws.ids, draws.at, number + (attempt << 16));
     }
   }
   static constexpr std::uint32_t kAttempts = 1000;

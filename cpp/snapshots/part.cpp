@@ -20,7 +20,7 @@ using particles::Touches;
 constexpr std::size_t kRange = std::size_t{1} << 18;
 
 struct Source {
-  const void* from;
+  const void* from;  // null: no plane in memory has these bytes
   std::uint64_t offset;
   std::size_t bytes;
 };
@@ -39,7 +39,7 @@ void describe(const Store& store, std::int32_t system, Description& description,
   const std::size_t rows = store.size();
   if (rows == 0) return;
   SavedPlane plane;
-  add(plane, store.ids(), rows * sizeof(std::uint64_t));
+  add(plane, nullptr, rows * sizeof(std::uint64_t));
   plane.kind = Plane::touches;
   if (store.touches() != nullptr) add(plane, store.touches(), rows * sizeof(Touches));
   for (int a = 0; a < store.schema().size(); ++a) {
@@ -128,6 +128,27 @@ void run(threads::Pool& pool, const std::vector<std::pair<std::span<const std::b
   });
 }
 
+// Ids are whole in a part. `planes` need not be aligned.
+void copy_ids(const Store& store, std::byte* planes, threads::Pool& pool) {
+  threads::over_ranges(pool, store.size(), kRange / sizeof(std::uint64_t), [&](std::size_t first, std::size_t last) {
+    std::array<std::uint64_t, particles::kBlock> whole;
+    for (std::size_t at = first; at < last; at += whole.size()) {
+      const std::size_t count = std::min(whole.size(), last - at);
+      particles::join(store.ids().from(at), count, whole.data());
+      std::memcpy(planes + at * sizeof whole[0], whole.data(), count * sizeof whole[0]);
+    }
+  });
+}
+
+void append_ids(std::span<const std::byte> planes, std::size_t before, Store& store) {
+  std::array<std::uint64_t, particles::kBlock> whole;
+  for (std::size_t at = 0; at < planes.size(); at += sizeof whole) {
+    const std::size_t bytes = std::min(sizeof whole, planes.size() - at);
+    std::memcpy(whole.data(), planes.data() + at, bytes);
+    store.set_ids(before + at / sizeof whole[0], std::span(whole).first(bytes / sizeof whole[0]));
+  }
+}
+
 std::string quoted(const std::string& text) {
   std::string json(1, '"');
   for (const char c : text) {
@@ -207,6 +228,10 @@ void copy(const std::vector<const Store*>& stores, Description& description, Byt
     }
     const SavedPlane& plane = description.planes[i];
     const Store& store = *stores[static_cast<std::size_t>(plane.system)];
+    if (plane.kind == Plane::ids) {
+      copy_ids(store, to, pool);
+      continue;
+    }
     const std::array<float, 3> value = store.uniform_value(store.schema().find(plane.attribute));
     std::memcpy(to, value.data(), sources[i].bytes);
   }
@@ -227,7 +252,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
     if (plane.system != static_cast<std::int32_t>(system)) continue;
     if (plane.kind == Plane::ids) {
       has_ids = true;
-      copies.emplace_back(values(plane, planes, first, count), reinterpret_cast<std::byte*>(store.ids() + before));
+      append_ids(values(plane, planes, first, count), before, store);
       continue;
     }
     if (plane.kind == Plane::touches) {

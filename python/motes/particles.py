@@ -21,9 +21,10 @@ __all__ = ["LocalParticles", "Particles"]
 class LocalParticles:
     """Views of this rank's particles of one system: `p.position` (n, 3), `p.age` (n,), `p.id` (n,), ...
 
-    Writing into a view changes the particles: `p.velocity[:] = ...`; ids are read-only. An attribute that had
-    one value for all particles gets memory when it is read. The order of particles has no meaning. When the
-    block ends, views become read-only, and writing into arrays made from them no longer changes particles.
+    Writing into a view changes the particles: `p.velocity[:] = ...`. `p.id` is a read-only copy: the store
+    keeps halves of ids. An attribute that had one value for all particles gets memory when it is read. The
+    order of particles has no meaning. When the block ends, views become read-only, and writing into arrays
+    made from them no longer changes particles.
     """
 
     __slots__ = (

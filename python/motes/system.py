@@ -344,10 +344,10 @@ class System(Recorder, Children, Fabrics, Sums):
     def local(self) -> Iterator[LocalParticles]:
         """Give zero-copy views of this rank's particles at this point of the script, valid inside the block.
 
-        Does not communicate, but runs what was recorded so far; reading does not change any result. With
-        sub-steps the views show a preview, in which all of them have run; writing into it makes it count, and
-        then the rest of the list runs after it. Particles whose positions were written go to their owners
-        when the frame ends. The frame cannot end inside the block.
+        Ids alone are a copy. Does not communicate, but runs what was recorded so far; reading does not change
+        any result. With sub-steps the views show a preview, in which all of them have run; writing into it
+        makes it count, and then the rest of the list runs after it. Particles whose positions were written go
+        to their owners when the frame ends. The frame cannot end inside the block.
         """
         world = self.world
         engine = world._begin("local()", reads=True)

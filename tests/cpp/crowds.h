@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "meetings/cells.h"
 #include "meetings/kernels.h"
 #include "particles/blocks.h"
+#include "particles/ids.h"
 #include "simd/float_mode.h"
 #include "threads/pool.h"
 
@@ -71,8 +73,10 @@ struct Flock {
 
   std::size_t size() const { return ids.size(); }
   meetings::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
-  meetings::Crowd crowd() const {
-    return {{plane(0), plane(1), plane(2)}, ids.data(), ids.data() + own, own, size() - own};
+  motes::particles::IdList own_ids() const { return motes::particles::IdList(std::span(ids).first(own)); }
+  /// Looks at own_ids(), which somebody else keeps.
+  meetings::Crowd crowd(const motes::particles::IdList& own_ids) const {
+    return {{plane(0), plane(1), plane(2)}, own_ids, ids.data() + own, own, size() - own};
   }
 };
 
@@ -181,7 +185,8 @@ struct Heard {
 
 /// A flock in the order of its cells, as kernels take it.
 struct Arranged {
-  Arranged(const Flock& flock, float reach, motes::threads::Pool& pool) : crowd(flock.crowd()) {
+  Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
+      : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
     cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
     for (std::size_t c = 0; c < meetings::party_columns; ++c) {
       column[c].resize(flock.size() + 2 * motes::particles::kPadding);
@@ -191,6 +196,7 @@ struct Arranged {
   }
   meetings::Party party() const { return {cells.view(crowd.own), planes, &crowd}; }
 
+  motes::particles::IdList own_ids;
   meetings::Crowd crowd;
   meetings::Cells cells;
   std::vector<float> column[meetings::party_columns];

@@ -15,12 +15,12 @@ void put(const Uints4& bits, std::uint32_t* out) {
   }
 }
 
-void lanes_of_draws(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
+void lanes_of_draws(const particles::Ids& ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
                     const std::uint32_t key[2], int skip, std::uint32_t* out) {
   particles::DrawKeys keys;
   keys.begin({key[0], key[1]}, step, stream);
   for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(keys, keys.first(), ids + i);
+    Draws draws(keys, keys.first(), ids, i);
     for (int k = 0; k < skip; ++k) draws.bits();
     put(draws.bits(), out + 4 * i);
   }

@@ -4,12 +4,14 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "particles/ids.h"
+
 namespace test {
 
 struct Probe {
   std::size_t lanes;
   /// The draws of `count` ids (with room for 16 more), after `skip` others; out: 4 uint32 per id.
-  void (*draws)(const std::uint64_t* ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
+  void (*draws)(const motes::particles::Ids& ids, std::size_t count, std::uint32_t step, std::uint32_t stream,
                 const std::uint32_t key[2], int skip, std::uint32_t* out);
   /// Elementary functions of `count` numbers, a multiple of 16.
   void (*cos_sin_turn)(const float* turn, std::size_t count, float* cosine, float* sine);

@@ -22,7 +22,7 @@ namespace {
 struct Cloud {
   std::array<std::vector<float>, 3> at;
 
-  Places places() const { return {{at[0].data(), at[1].data(), at[2].data()}, nullptr, at[0].size()}; }
+  Places places() const { return {{at[0].data(), at[1].data(), at[2].data()}, {}, at[0].size()}; }
   void add(float x, float y, float z) {
     at[0].push_back(x);
     at[1].push_back(y);

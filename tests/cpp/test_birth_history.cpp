@@ -80,7 +80,7 @@ TEST(birth_values_come_back_for_the_living_whatever_was_forgotten) {
   particles::Store living(schema);  // ids 120 .. 249, in their places of today
   living.reserve(130);
   living.grow(130);
-  std::iota(living.ids(), living.ids() + 130, std::uint64_t{120});
+  for (std::size_t i = 0; i < 130; ++i) living.set_id(i, 120 + i);
   for (int c = 0; c < 3; ++c) std::fill_n(living.writable_plane(particles::position, c), 130, 99.0f);
   history.restore_copies(living, key);
   const particles::Store late = with_copies(source(-5), schema, key, 150, 100);

@@ -48,7 +48,7 @@ struct World {
         dt(step_s) {
     store.grow(particles.size());
     for (std::size_t i = 0; i < particles.size(); ++i) {
-      store.ids()[i] = i;
+      store.set_id(i, i);
       const Vector x = particles[i].position, v = particles[i].velocity;
       const double xs[3] = {x.x, x.y, x.z}, vs[3] = {v.x, v.y, v.z};
       for (int c = 0; c < 3; ++c) {

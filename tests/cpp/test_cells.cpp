@@ -94,8 +94,9 @@ void check_order(const Scene& scene, threads::Pool& pool, Dice& dice) {
   test::shuffle(shuffled, dice);
   const Scene mixed{scene.name, scene.edge, test::taken(scene.flock, shuffled, dice.below(scene.flock.size() + 1))};
   Cells cells;
-  cells.sort(scene.flock.crowd(), 1.0, pool);  // working memory of another meeting
-  const meetings::Crowd crowd = mixed.flock.crowd();
+  const motes::particles::IdList others = scene.flock.own_ids(), own = mixed.flock.own_ids();
+  cells.sort(scene.flock.crowd(others), 1.0, pool);  // working memory of another meeting
+  const meetings::Crowd crowd = mixed.flock.crowd(own);
   cells.sort(crowd, scene.edge, pool);
   const std::vector<Place> places = sorted(scene);
   CHECK(cells.size() == places.size());
@@ -175,8 +176,9 @@ TEST(uniform_columns_stand_for_all_own_particles) {
   Flock flock = test::random_flock(400, 1, 3);
   for (float& z : flock.column[2]) z = 0.75f;
   Cells by_planes;
-  by_planes.sort(flock.crowd(), 0.2, threads::alone());
-  meetings::Crowd crowd = flock.crowd();
+  const motes::particles::IdList own_ids = flock.own_ids();
+  by_planes.sort(flock.crowd(own_ids), 0.2, threads::alone());
+  meetings::Crowd crowd = flock.crowd(own_ids);
   crowd.at[2] = {nullptr, nullptr, 0.75f};
   Cells cells;
   cells.sort(crowd, 0.2, threads::alone());

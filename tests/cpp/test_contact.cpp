@@ -214,7 +214,7 @@ TEST(the_order_in_memory_and_the_build_do_not_show_in_many_steps) {
     particles::Store store(schema);
     store.grow(kernels.flock.size());
     for (std::size_t i = 0; i < kernels.flock.size(); ++i) {
-      store.ids()[i] = kernels.flock.ids[i];
+      store.set_id(i, kernels.flock.ids[i]);
       for (int c = 0; c < 3; ++c) store.writable_plane(particles::position, c)[i] = kernels.flock.column[c][i];
       store.writable_touches()[i] = kernels.touches[i];
     }

@@ -104,7 +104,8 @@ TEST(many_have_the_owners_that_each_has) {
       ids.push_back(std::uint64_t{dice.below(1u << 31)} << dice.below(30));
     }
     std::vector<std::uint32_t> owners(n);
-    d.owners_of({{planes[0].data(), planes[1].data(), planes[2].data()}, ids.data(), n}, owners.data());
+    const motes::particles::IdList halves(ids);
+    d.owners_of({{planes[0].data(), planes[1].data(), planes[2].data()}, halves, n}, owners.data());
     for (std::size_t p = 0; p < n; ++p) {
       CHECK(static_cast<int>(owners[p]) == d.owner_of({planes[0][p], planes[1][p], planes[2][p]}, ids[p]));
     }
@@ -176,7 +177,7 @@ TEST(fitted_bricks_hold_equally_many) {
         for (std::size_t a = 0; a < 3; ++a)
           planes[a].push_back(dice.between(-1, 1) * dice.between(0, a == 1 ? 1e8f : 9));
       }
-      const domains::Places places{{planes[0].data(), planes[1].data(), planes[2].data()}, nullptr, 4000};
+      const domains::Places places{{planes[0].data(), planes[1].data(), planes[2].data()}, {}, 4000};
       const std::vector<int> held = counts(domains::quantiles({bits}, places, count), places);
       const auto [least, most] = std::minmax_element(held.begin(), held.end());
       CHECK(*most - *least <= 4);
@@ -187,7 +188,7 @@ TEST(fitted_bricks_hold_equally_many) {
 TEST(fitted_bricks_of_odd_places) {
   const std::vector<float> x{kNaN, 1, kInf, -kInf, 2, kNaN, 3e7f, 3e7f}, y{0, kNaN, 1, 1, 1, kNaN, -kInf, 3e8f};
   for (int count = 1; count < 20; ++count) {
-    const domains::Places odd{{x.data(), y.data(), y.data()}, nullptr, x.size()};
+    const domains::Places odd{{x.data(), y.data(), y.data()}, {}, x.size()};
     CHECK(domains::quantiles({3}, odd, count).count() == count);
     CHECK(domains::quantiles({7}, odd, count).count() == count);
   }
@@ -203,7 +204,8 @@ TEST(ids_are_dealt_out_evenly) {
       for (const std::uint64_t stride : {1, 2, 3}) {
         std::vector<std::uint64_t> ids(6400);
         for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = first + stride * i;
-        const std::vector<int> held = counts(d, {{}, ids.data(), ids.size()});
+        const motes::particles::IdList halves(ids);
+        const std::vector<int> held = counts(d, {{}, halves, ids.size()});
         const auto [least, most] = std::minmax_element(held.begin(), held.end());
         CHECK(*most - *least <= 10);
       }

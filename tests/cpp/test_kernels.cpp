@@ -51,20 +51,22 @@ float odd_number(test::Dice& dice) {
 struct Particles {
   std::size_t count;
   std::vector<std::vector<float>> planes;
-  std::vector<std::uint64_t> ids;
+  particles::IdList ids;
   std::vector<std::int32_t> dead;
 
-  Particles(std::size_t n, test::Dice& dice) : count(n), ids(n + 16), dead(n + 16) {
+  Particles(std::size_t n, test::Dice& dice) : count(n), dead(n + 16) {
     for (int c = 0; c < components_of_all(); ++c) {
       planes.emplace_back(n + 16);
       for (float& value : planes.back()) value = odd_number(dice);
     }
-    for (std::uint64_t& id : ids) id = dice.word();
+    std::vector<std::uint64_t> whole(n + 16);
+    for (std::uint64_t& id : whole) id = dice.word() >> (n % 2 == 0 ? 0 : 32);  // with upper halves and without
+    ids = particles::IdList(whole);
   }
   actions::Block block(std::vector<float*>& components) {
     components.clear();
     for (std::vector<float>& plane : planes) components.push_back(plane.data());
-    return {count, components.data(), ids.data(), dead.data()};
+    return {count, components.data(), ids, dead.data()};
   }
 };
 
@@ -193,11 +195,11 @@ TEST(births_give_the_same_bits_in_every_build) {
         const Particles before(count, dice);
         Particles first = before;
         std::vector<float*> components;
-        builds[0].kernels.draw(d, step, first.ids.data(), count, first.block(components).component, width);
+        builds[0].kernels.draw(d, step, first.ids, count, first.block(components).component, width);
         builds[0].kernels.jitter(first.block(components), step);
         for (const test::Build& build : builds) {
           Particles other = before;
-          build.kernels.draw(d, step, other.ids.data(), count, other.block(components).component, width);
+          build.kernels.draw(d, step, other.ids, count, other.block(components).component, width);
           build.kernels.jitter(other.block(components), step);
           if (!same(first, other)) check::fail("births", static_cast<int>(count), "differ in " + build.name);
         }
@@ -248,8 +250,9 @@ TEST(contains_and_collect_agree_in_every_build) {
 TEST(samples_lie_in_their_shapes) {
   const auto builds = test::builds();
   const std::size_t count = 4096;
-  std::vector<std::uint64_t> ids(count + 16);
-  for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = i;
+  std::vector<std::uint64_t> numbers(count + 16);
+  for (std::size_t i = 0; i < numbers.size(); ++i) numbers[i] = i;
+  const particles::IdList ids(numbers);
   for (const Kind kind : {Kind::box, Kind::sphere}) {
     const Shape s = all_shapes()[static_cast<std::size_t>(kind)];
     actions::Distribution d;
@@ -258,7 +261,7 @@ TEST(samples_lie_in_their_shapes) {
     std::vector<std::vector<float>> planes(3, std::vector<float>(count + 16));
     float* into[3] = {planes[0].data(), planes[1].data(), planes[2].data()};
     particles::DrawKeys draws;
-    builds.back().kernels.draw(d, {0, 0, 1, {1, 2}, 0, &draws}, ids.data(), count, into, 3);
+    builds.back().kernels.draw(d, {0, 0, 1, {1, 2}, 0, &draws}, ids, count, into, 3);
     // Enlarged by a few rounding errors: a sample may lie on the surface.
     Shape grown = s;
     if (kind == Kind::sphere) {

@@ -82,7 +82,7 @@ Store balls(const std::vector<Ball>& all) {
   Store store(kSchema);
   store.grow(all.size());
   for (std::size_t i = 0; i < all.size(); ++i) {
-    store.ids()[i] = i;
+    store.set_id(i, i);
     set(store, particles::position, i, {all[i].at, 0.5f, -0.25f});
     set(store, particles::velocity, i, {all[i].speed, 0, 0});
     set(store, particles::mass, i, {all[i].mass});
@@ -115,7 +115,7 @@ Store random_store(std::size_t count, Dice& dice) {
   Store store(kSchema);
   store.grow(count);
   for (std::size_t i = 0; i < count; ++i) {
-    store.ids()[i] = i * 7 % 1009;
+    store.set_id(i, i * 7 % 1009);
     const auto near = [&](float half) { return dice.between(-half, half); };
     set(store, particles::position, i, {near(1), near(1), near(1)});
     set(store, particles::velocity, i, {near(9), near(9), near(9)});
@@ -291,7 +291,7 @@ TEST(uniform_masses_and_sizes_do_as_planes_of_the_same_values) {
     }
     store.grow(all.size());
     for (std::size_t i = 0; i < all.size(); ++i) {
-      store.ids()[i] = all.ids()[i];
+      store.set_id(i, all.ids()[i]);
       for (const int attribute : {particles::position, particles::velocity}) {
         set(store, attribute, i,
             {value(all, attribute, i, 0), value(all, attribute, i, 1), value(all, attribute, i, 2)});

@@ -60,7 +60,8 @@ Points drawn(const actions::Kernels& kernels, const Shape& shape, std::size_t n,
   d.kind = actions::Distribution::Kind::shape;
   d.shape = shape;
   particles::DrawKeys draws;
-  kernels.draw(d, {0, 0, particles::user_sample, particles::system_key(5, 0), 0, &draws}, ids.data(), n, into, 3);
+  kernels.draw(d, {0, 0, particles::user_sample, particles::system_key(5, 0), 0, &draws}, particles::IdList(ids), n,
+               into, 3);
   return points;
 }
 
@@ -113,11 +114,11 @@ Bounced bounced(const actions::Kernels& kernels, const Shape& shape, float dt) {
     planes[static_cast<std::size_t>(schema[particles::position].first_component + c)] = made.position.plane[c].data();
     planes[static_cast<std::size_t>(schema[particles::velocity].first_component + c)] = made.velocity.plane[c].data();
   }
-  std::vector<std::uint64_t> ids(kCount + particles::kPadding);
+  const particles::IdList ids(std::vector<std::uint64_t>(kCount + particles::kPadding));
   std::vector<std::int32_t> dead(kCount + particles::kPadding);
   const double numbers[] = {0.6, 0.1, 0, 1};
   const actions::Parameters p{numbers, &shape, 4};
-  kernels.action[static_cast<std::size_t>(actions::Kind::bounce)](p, {kCount, planes.data(), ids.data(), dead.data()},
+  kernels.action[static_cast<std::size_t>(actions::Kind::bounce)](p, {kCount, planes.data(), ids, dead.data()},
                                                                   {dt, 0, 1, {1, 2}, 0, nullptr, 0.25f, 0.75f});
   return made;
 }

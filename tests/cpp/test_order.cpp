@@ -21,7 +21,7 @@ particles::Store tower(const std::vector<float>& heights) {
   }
   float* mass = store.writable_plane(particles::mass, 0);
   for (std::size_t i = 0; i < heights.size(); ++i) {
-    store.ids()[i] = 100 - i;
+    store.set_id(i, 100 - i);
     mass[i] = static_cast<float>(i);
   }
   return store;

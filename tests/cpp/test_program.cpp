@@ -27,7 +27,7 @@ Store random_store(std::size_t count, std::uint64_t seed) {
   test::Dice dice(seed);
   Store store(kSchema);
   store.grow(count);
-  for (std::size_t i = 0; i < count; ++i) store.ids()[i] = 1000 + i;
+  for (std::size_t i = 0; i < count; ++i) store.set_id(i, 1000 + i);
   for (int c = 0; c < 3; ++c) {
     float* x = store.writable_plane(particles::position, c);
     float* v = store.writable_plane(particles::velocity, c);

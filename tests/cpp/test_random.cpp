@@ -76,9 +76,10 @@ TEST(draws_are_a_function_of_id_step_stream_and_draw) {
     std::vector<std::uint64_t> ids(count + 16);
     for (std::uint64_t& id : ids) id = round % 3 == 0 ? dice.word() : dice.word() >> 32;
     if (round % 3 == 2) ids[dice.below(count)] |= std::uint64_t{1} << (32 + dice.below(32));  // one has an upper half
+    const motes::particles::IdList halves(ids);
     for (const test::Build& build : test::builds()) {
       std::vector<std::uint32_t> out(4 * ids.size());
-      build.probe.draws(ids.data(), count, step, stream, key, skip, out.data());
+      build.probe.draws(halves, count, step, stream, key, skip, out.data());
       for (std::size_t i = 0; i < count; ++i) {
         std::uint32_t plain[4];
         plain_draw(ids[i], step, stream << motes::particles::draw_bits | static_cast<std::uint32_t>(skip), key, plain);

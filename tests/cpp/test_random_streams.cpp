@@ -52,10 +52,11 @@ Words words(const std::function<Where(std::uint64_t)>& where, std::uint64_t tota
     }
     const std::size_t count = ids.size();
     ids.resize(count + 32);
+    const motes::particles::IdList halves_of_ids(ids);
     out.resize(4 * ids.size());
     const motes::particles::Key key = motes::particles::system_key(first.seed, first.system);
     const std::uint32_t halves[2] = {key.low, key.high};
-    probe.draws(ids.data(), count, first.step, first.stream, halves, first.draw, out.data());
+    probe.draws(halves_of_ids, count, first.step, first.stream, halves, first.draw, out.data());
     for (std::size_t i = 0; i < count; ++i) {
       for (std::size_t k = 0; k < 4; ++k) all.of[k].push_back(out[4 * i + k]);
     }

@@ -143,7 +143,7 @@ void check_no_leak(const Shape& shape, float dt) {
   const test::Build build = test::builds().back();
   test::Dice dice(31);
   std::vector<float> plane[6];
-  std::vector<std::uint64_t> ids(kCount + 16);
+  const motes::particles::IdList ids(std::vector<std::uint64_t>(kCount + 16));
   std::vector<std::int32_t> dead(kCount + 16);
   for (auto& p : plane) p.resize(kCount + 16);
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -156,7 +156,7 @@ void check_no_leak(const Shape& shape, float dt) {
   components[20] = age.data();
   const float* position[3] = {components[0], components[1], components[2]};
   const double restitution[4] = {1, 0, 0, 1}, no_turning[1] = {0};
-  const motes::actions::Block block{kCount, components, ids.data(), dead.data()};
+  const motes::actions::Block block{kCount, components, ids, dead.data()};
   const motes::actions::Step step{dt, 0, 0, {}};
   std::vector<std::uint8_t> before(kCount), after(kCount);
   build.kernels.contains(shape, position, kCount, before.data());

@@ -1,7 +1,9 @@
 // Snapshots on simulated ranks: a world that goes on from one, on other ranks, in other roles, with other cuts, has the
 // bits of one that was never left.
+#include <cstring>
 #include <map>
 #include <memory>
+#include <numeric>
 #include <optional>
 #include <string>
 #include <vector>
@@ -11,8 +13,10 @@
 #include "falling_source.h"
 #include "frame/engine.h"
 #include "owners.h"
+#include "particles/digest.h"
 #include "particles/fields.h"
 #include "snapshots/part.h"
+#include "threads/pool.h"
 
 using namespace motes;
 using comm::SimulatedRank;
@@ -28,6 +32,7 @@ struct Way {
   frame::Combine combine = frame::Combine::together;
   frame::Births births = frame::Births::manager;
   int threads = 1;
+  std::uint64_t born = 0;  // by each system before the first frame
 };
 
 // What a world is between two frames, as all ranks together have it.
@@ -106,7 +111,11 @@ void play(SimulatedRank& self, const Way& way, const Saved* from, Film& film) {
   frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
   define(engine, way);
   engine.start();
-  if (from != nullptr) restore(engine, *from);
+  if (from != nullptr) {
+    restore(engine, *from);
+  } else {
+    for (int system = 0; system < 2; ++system) engine.system(system).counts.born = way.born;
+  }
   while (engine.frame() < kFrames) {
     const auto frame = static_cast<int>(engine.frame());
     record(engine, frame);
@@ -154,16 +163,47 @@ Way way_of(std::uint64_t seed) {
 }  // namespace
 
 TEST(a_world_goes_on_from_any_frame_on_any_ranks_with_the_same_bits) {
-  const Film model = run({}, 0);
-  CHECK(model.digests.size() == kFrames && model.digests.front() != model.digests.back());
-  for (std::uint64_t seed = 0; seed < 60; ++seed) {
-    const Film first = run(way_of(seed), seed);
+  // From the second of these numbers on births soon have ids of more than 32 bits.
+  const std::uint64_t born[] = {0, (std::uint64_t{1} << 32) - 99};
+  Way alone;
+  const Film models[] = {run(alone, 0), run((alone.born = born[1], alone), 0)};
+  CHECK(models[0].digests.size() == kFrames && models[0].digests.front() != models[0].digests.back());
+  CHECK(models[0].digests != models[1].digests);
+  for (std::uint64_t seed = 0; seed < 80; ++seed) {
+    const Film& model = models[seed / 2 % 2];
+    Way way = way_of(seed);
+    way.born = born[seed / 2 % 2];
+    const Film first = run(way, seed);
     CHECK(first.digests == model.digests);
     const std::size_t frame = seed % (kFrames - 1);
     const Film second = run(way_of(seed * 7 + 3), seed, &first.saved[frame]);
     const std::vector<std::string> rest(model.digests.begin() + static_cast<std::ptrdiff_t>(frame) + 1,
                                         model.digests.end());
     CHECK(second.digests == rest);
+  }
+}
+
+TEST(a_part_has_whole_ids_whatever_their_upper_halves) {
+  const particles::Schema schema;
+  for (const std::uint64_t first : {std::uint64_t{0}, (std::uint64_t{1} << 32) - 70'000, std::uint64_t{5} << 32}) {
+    particles::Store store(schema), again(schema);
+    std::vector<std::uint64_t> ids(140'003);
+    std::iota(ids.begin(), ids.end(), first);
+    store.grow(ids.size());
+    store.set_ids(0, ids);
+    snapshots::Description description;
+    description.systems.push_back({"all", 0});
+    particles::Bytes planes;
+    planes.put(std::uint8_t{0});  // nothing is aligned
+    threads::Pool pool(2);
+    snapshots::copy({&store}, description, planes, pool);
+    CHECK(std::memcmp(planes.data() + 1, ids.data(), ids.size() * sizeof ids[0]) == 0);
+    const auto rest = planes.view().subspan(1);
+    snapshots::append(description, rest, 0, 129, ids.size(), again, pool);
+    snapshots::append(description, rest, 0, 0, 129, again, pool);
+    CHECK(again.ids()[0] == first + 129 && again.ids()[ids.size() - 129] == first);
+    CHECK(digest(again, pool) == digest(store, pool));
+    CHECK((again.ids().upper == nullptr) == (first == 0));
   }
 }
 

@@ -50,7 +50,7 @@ Model model_of(const Store& store) {
 // Adds particles, some of whose columns are written and some not.
 void add(Store& store, Model& model, std::size_t count, std::uint64_t& next_id, test::Dice& dice) {
   const std::size_t first = store.grow(count);
-  for (std::size_t i = first; i < store.size(); ++i) store.ids()[i] = next_id++;
+  for (std::size_t i = first; i < store.size(); ++i) store.set_id(i, next_id++);
   for (int a = 0; a < store.schema().size(); ++a) {
     if (store.uniform(a) && dice.below(4) != 0) continue;
     for (int c = 0; c < store.schema()[a].width; ++c) {
@@ -96,7 +96,7 @@ TEST(store_follows_a_simple_model) {
     test::Dice dice(seed);
     Store store(schema), other(schema);
     Model model, other_model;
-    std::uint64_t next_id = 0;
+    std::uint64_t next_id = dice.coin() ? 0 : (std::uint64_t{1} << 32) - dice.below(3000);
     for (int round = 0; round < 40; ++round) {
       const std::size_t choice = dice.below(5);
       if (choice <= 1) add(store, model, dice.below(choice == 0 ? 700 : 5), next_id, dice);
@@ -133,8 +133,30 @@ TEST(store_keeps_uniform_columns_out_of_memory) {
   store.writable_plane(velocity, 2)[7] = 9;
   CHECK(!store.uniform(velocity));
   CHECK(store.plane(velocity, 2)[7] == 9 && store.plane(velocity, 2)[8] == 3 && store.plane(velocity, 0)[999] == 1);
-  CHECK(store.memory_bytes() == ids_alone + ids_alone / 8 * 4 * 3);
+  CHECK(store.memory_bytes() == ids_alone + ids_alone * 3);
   CHECK(store.plane(color, 0) == nullptr);
+}
+
+TEST(upper_halves_of_ids_take_memory_where_there_are_some) {
+  const Schema schema;
+  Store store(schema), other(schema);
+  store.grow(300);
+  for (std::size_t i = 0; i < 300; ++i) store.set_id(i, UINT32_MAX - i);
+  const std::size_t without = store.memory_bytes(), message = store.packed_bytes(3);
+  CHECK(store.ids().upper == nullptr);
+  store.set_id(299, std::uint64_t{7} << 32);
+  CHECK(store.memory_bytes() == 2 * without && store.packed_bytes(3) == message + 3 * sizeof(std::uint32_t));
+  CHECK(store.ids()[299] == std::uint64_t{7} << 32 && store.ids()[298] == UINT32_MAX - 298 &&
+        store.ids()[0] == UINT32_MAX);
+  store.grow(1);
+  CHECK(store.ids().upper[300] == 0);
+  other.grow(2);
+  other.set_ids(0, std::vector<std::uint64_t>{4, 5});
+  other.append(store, {299, 0});
+  CHECK(other.ids()[0] == 4 && other.ids()[1] == 5);
+  CHECK(other.ids()[2] == std::uint64_t{7} << 32 && other.ids()[3] == UINT32_MAX);
+  store.append(other, {1});  // from a store that never had any
+  CHECK(store.ids()[301] == 5);
 }
 
 TEST(store_takes_over_uniform_values_and_materialises_others) {
@@ -144,7 +166,7 @@ TEST(store_takes_over_uniform_values_and_materialises_others) {
   blue.set_uniform(color, {0, 0, 1});
   for (Store* store : {&red, &blue}) {
     store->grow(2);
-    for (std::size_t i = 0; i < 2; ++i) store->ids()[i] = (store == &red ? 0 : 10) + i;
+    for (std::size_t i = 0; i < 2; ++i) store->set_id(i, (store == &red ? 0 : 10) + i);
   }
   const std::vector<std::uint32_t> two{0, 1};
   const auto bring = [&](const Store& from) {
@@ -226,7 +248,7 @@ TEST(who_holds_planes_changes_no_particle_after_the_store_has_parted_from_them) 
   const Schema schema = schema_of_test();
   Store store(schema);
   store.grow(700);
-  for (std::size_t i = 0; i < store.size(); ++i) store.ids()[i] = i;
+  for (std::size_t i = 0; i < store.size(); ++i) store.set_id(i, i);
   for (int a = 0; a < schema.size(); a += 2) {
     for (int c = 0; c < schema[a].width; ++c) {
       float* plane = store.writable_plane(a, c);
@@ -236,13 +258,11 @@ TEST(who_holds_planes_changes_no_particle_after_the_store_has_parted_from_them) 
   const Digest before = digest(store);
   const float* others = store.plane(2, 0);
   const std::shared_ptr<float[]> held = store.planes(0);
-  const std::shared_ptr<std::uint64_t[]> ids = store.shared_ids();
   store.part_from_holders();
   CHECK(digest(store) == before);
   CHECK(store.plane(2, 0) == others);  // nobody else held these
   CHECK(store.plane(0, 0) != held.get());
   held[5] = 99;
-  ids[5] = 99;
   CHECK(digest(store) == before);
   CHECK(store.uniform(1));
   store.grow(5000);  // planes of the new memory still move together
@@ -253,7 +273,7 @@ TEST(digest_sees_every_column_and_id) {
   const Schema schema = schema_of_test();
   Store store(schema);
   store.grow(3);
-  for (std::size_t i = 0; i < 3; ++i) store.ids()[i] = i;
+  for (std::size_t i = 0; i < 3; ++i) store.set_id(i, i);
   std::vector<std::string> seen{digest(store).text()};
   for (int a = 0; a < schema.size(); ++a) {
     for (int c = 0; c < schema[a].width; ++c) {
@@ -262,7 +282,7 @@ TEST(digest_sees_every_column_and_id) {
       seen.push_back(digest(store).text());
     }
   }
-  store.ids()[0] = 99;
+  store.set_id(0, 99);
   seen.push_back(digest(store).text());
   std::sort(seen.begin(), seen.end());
   CHECK(std::adjacent_find(seen.begin(), seen.end()) == seen.end());

@@ -6,8 +6,10 @@
 
 #include "particles/schema.h"
 #include "particles/streams.h"
+#include "recording/fetch_ahead.h"
 #include "recording/planes.h"
 #include "simd/float_mode.h"
+#include "simd/isa.h"
 
 namespace motes::recording {
 namespace {
@@ -28,6 +30,14 @@ bool turns(const Store& store, const std::vector<actions::Action>& list) {
 
 // The keys of draws are kept from block to block, for this many sub-steps.
 constexpr std::size_t kKeptSteps = 64;
+
+int last_of(const Span& span) { return span.last > 0 ? span.last : span.substeps; }
+
+std::size_t substeps_of(const Span& span) { return static_cast<std::size_t>(std::max(last_of(span) - span.first, 1)); }
+
+bool draws_any(const std::vector<actions::Action>& list) {
+  return std::any_of(list.begin(), list.end(), [](const actions::Action& a) { return actions::facts(a.kind).draws; });
+}
 
 std::size_t kept_steps(const Span& span) {
   return std::min(kKeptSteps, static_cast<std::size_t>(std::max(span.substeps, 1)));
@@ -196,11 +206,14 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
+  FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
+                   last - first > kBlock && simd::fetches_ahead());
   for (std::size_t at = first; at < last; at += kBlock) {
     const std::size_t count = std::min(kBlock, last - at);
+    ahead.aim(at + kBlock, last);
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
-    run_block(pass, operations, block, draws);
+    run_block(pass, operations, block, draws, ahead);
     if (collect(block, bands, at, outcome)) dead.fill(0);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
@@ -210,10 +223,10 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
 }
 
 void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
-                        std::vector<particles::DrawKeys>& draws) const {
+                        std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) const {
   const Span& span = pass.span;
   const float dt = static_cast<float>(span.dt / span.substeps);
-  const int last = span.last > 0 ? span.last : span.substeps;
+  const int last = last_of(span);
   for (int substep = span.first; substep < last; ++substep) {
     const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
                       static_cast<std::uint32_t>(substep);
@@ -223,6 +236,7 @@ void Program::run_block(const Pass& pass, const std::vector<Operation>& operatio
     const std::size_t kept = static_cast<std::size_t>(substep) % kKeptSteps * operations.size();
     for (std::size_t o = substep == span.first ? pass.entry : 0; o < operations.size(); ++o) {
       const Operation& operation = operations[o];
+      ahead.fetch();
       const actions::Step now{dt, step, operation.stream, pass.key, time, &draws[kept + o], start, end};
       if (operation.where->empty()) {
         operation.kernel(operation.parameters, block, now);

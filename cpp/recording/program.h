@@ -61,6 +61,8 @@ struct Outcome {
   }
 };
 
+class FetchAhead;
+
 class Program {
  public:
   /// `place`: the position of the first action in the frame's list (random streams are keyed by it).
@@ -102,7 +104,7 @@ class Program {
                const Region& region) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
   void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
-                 std::vector<particles::DrawKeys>& draws) const;
+                 std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) const;
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 

@@ -41,6 +41,14 @@ Isa isa() {
   return chosen;
 }
 
+bool fetches_ahead() {
+#if defined(__x86_64__) && !defined(MOTES_GENERIC)
+  return isa() == Isa::avx512 && __builtin_cpu_is("intel");
+#else
+  return false;
+#endif
+}
+
 std::string_view name(Isa isa) {
   switch (isa) {
     case Isa::avx512: return "avx512";

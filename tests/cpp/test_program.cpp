@@ -11,6 +11,7 @@
 #include "isas.h"
 #include "particles/digest.h"
 #include "recording/births.h"
+#include "recording/fetch_ahead.h"
 #include "recording/program.h"
 
 using namespace motes;
@@ -316,4 +317,29 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
     CHECK(digests[i] == digests[0]);
     CHECK(outcomes[i].dead == outcomes[0].dead && outcomes[i].left == outcomes[0].left);
   }
+}
+
+TEST(the_next_block_is_asked_for_by_the_time_that_the_last_action_has_run) {
+  const Store store = random_store(1000, 5);
+  constexpr std::uint64_t attributes = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
+  constexpr std::size_t lines = (6 + 1) * 4 * particles::kBlock / 64;  // age has no plane
+  for (const std::size_t runs : {1u, 4u, 5u, 12u, 100u}) {
+    FetchAhead ahead(store, attributes, true, runs, true);
+    CHECK(ahead.left() == 0);
+    for (const std::size_t next : {particles::kBlock, 7 * particles::kBlock}) {
+      ahead.aim(next, store.size());
+      CHECK(ahead.left() == lines);
+      for (std::size_t run = 0; run < runs; ++run) {
+        CHECK(ahead.left() * runs <= lines * (runs - run));
+        ahead.fetch();
+      }
+      CHECK(ahead.left() == 0);
+    }
+    ahead.aim(8 * particles::kBlock, store.size());
+    CHECK(ahead.left() == 0);
+  }
+  FetchAhead none(store, attributes, true, 4, false);
+  none.aim(particles::kBlock, store.size());
+  none.fetch();
+  CHECK(none.left() == 0);
 }

@@ -163,10 +163,52 @@ MOTES_INLINE Uints load_spread(const Spread& s, const std::uint32_t* pixels, int
 #endif
 }
 
-// What is left of light after something of this opacity, 0..65536, has covered it: light - light * opacity / 65536,
+// Light of what is at `depth`, where what is `here` is not nearer. Both are bits of positive floats.
+MOTES_INLINE Uints where_seen(Uints light, Uints here, Uints depth) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_maskz_mov_epi32(_mm512_cmpge_epi32_mask((__m512i)here, (__m512i)depth), (__m512i)light);
+#else
+  return light & (Uints)((Ints)here >= (Ints)depth);
+#endif
+}
+
+// light * opacity / 65536, rounded down. By halves: of the products of a lane's two halves, `high` has the upper 16
+// bits, each where it belongs, and the upper one of `low` what the upper product adds below.
+#if MOTES_WIDTH == 512
+MOTES_INLINE __m512i covered(__m512i light, __m512i opacity) {
+  const __m512i halves = _mm512_broadcast_i32x4(_mm_setr_epi8(0, 1, 0, 1, 4, 5, 4, 5, 8, 9, 8, 9, 12, 13, 12, 13));
+  const __m512i both = _mm512_shuffle_epi8(opacity, halves);
+  const __m512i high = _mm512_mulhi_epu16(light, both), low = _mm512_mullo_epi16(light, both);
+  return _mm512_add_epi32(high, _mm512_srli_epi32(low, 16));
+}
+#endif
+#if MOTES_WIDTH >= 256
+MOTES_INLINE __m256i covered(__m256i light, __m256i opacity) {
+  const __m256i halves = _mm256_broadcastsi128_si256(_mm_setr_epi8(0, 1, 0, 1, 4, 5, 4, 5, 8, 9, 8, 9, 12, 13, 12, 13));
+  const __m256i both = _mm256_shuffle_epi8(opacity, halves);
+  const __m256i high = _mm256_mulhi_epu16(light, both), low = _mm256_mullo_epi16(light, both);
+  return _mm256_add_epi32(high, _mm256_srli_epi32(low, 16));
+}
+#elif MOTES_WIDTH == 128
+MOTES_INLINE __m128i covered(__m128i light, __m128i opacity) {
+  const __m128i both = _mm_or_si128(opacity, _mm_slli_epi32(opacity, 16));
+  const __m128i high = _mm_mulhi_epu16(light, both), low = _mm_mullo_epi16(light, both);
+  return _mm_add_epi32(high, _mm_srli_epi32(low, 16));
+}
+#endif
+
+// What is left of light after something of this opacity, 0..65535, has covered it: light - light * opacity / 65536,
 // rounded up; exact for any 32 bits.
 template <class Vector>
 MOTES_INLINE Vector behind(Vector light, Vector opacity) {
+#if MOTES_WIDTH == 512
+  if constexpr (sizeof(Vector) == sizeof(__m512i)) return light - (Vector)covered((__m512i)light, (__m512i)opacity);
+#endif
+#if MOTES_WIDTH >= 256
+  if constexpr (sizeof(Vector) == sizeof(__m256i)) return light - (Vector)covered((__m256i)light, (__m256i)opacity);
+#elif MOTES_WIDTH == 128
+  if constexpr (sizeof(Vector) == sizeof(__m128i)) return light - (Vector)covered((__m128i)light, (__m128i)opacity);
+#endif
   return light - (light >> 16) * opacity - ((light & 0xffffu) * opacity >> 16);
 }
 
@@ -181,6 +223,9 @@ MOTES_INLINE Uints faded(Uints wall, std::uint32_t depth, float fade) {
   const Floats room = ((Floats)wall - all(center)) * all(fade);
   return (Uints)to_ints(min(max(room, Floats{}), all(1.0f)) * all(4096.0f) + all(0.5f));
 }
+
+// Where faded() leaves all light, whatever is farther than this wall.
+MOTES_INLINE Mask keeps_all(Floats wall, Floats depth, float fade) { return (wall - depth) * all(fade) >= 1.0f; }
 
 // A sphere's front may be nearer than the camera; depths stay positive.
 inline constexpr float kLeastDepth = 1e-6f;

@@ -33,21 +33,21 @@ MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std
 }
 #endif
 
-// Where each of a vector of points starts in the tile, and its first row in the table.
+// The pixels of the tile in which footprints begin, and their phases: which of the table's footprints they have.
 struct Places {
-  alignas(64) std::int32_t light[kWidth], row[kWidth];
+  Ints column, row, phase;
 };
-// Which of the records do not belong to this tile.
-MOTES_INLINE Mask places(const image::Splat& s, Uints positions, Places& at) {
+MOTES_INLINE Places places(const image::Splat& s, Uints positions) {
   const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
-  const Ints column = x >> s.sub_bits, row = y >> s.sub_bits;
   const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
   const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
-  store_mask(at.light, row * image::kLightStride + 3 * column);
-  store_mask(at.row, ((Ints)((Uints)phase_y << s.phase_bits) | phase_x) * kPointSize);
-  const Ints least = min_ints(column, row), most = max_ints(column, row);
-  return (least <= -kPointSize) | (most >= image::kTile);
+  return {x >> s.sub_bits, y >> s.sub_bits, (Ints)((Uints)phase_y << s.phase_bits) | phase_x};
 }
+// Which footprints have a pixel in the tile.
+MOTES_INLINE Mask touch(const Places& at, int size) {
+  return (min_ints(at.column, at.row) > -size) & (max_ints(at.column, at.row) < image::kTile);
+}
+MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
 
 // The words of records of points.
 struct Points {
@@ -80,14 +80,17 @@ MOTES_INLINE Points some_points(const unsigned char* from, int number) {
 template <bool kSaturating>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
                              const Points& p, const unsigned char* records, int number) {
-  Places at;
-  if (any(places(s, p.position, at) & first_lanes(number))) return false;
+  const Places at = places(s, p.position);
+  if (any(~touch(at, kPointSize) & first_lanes(number))) return false;
+  alignas(64) std::int32_t first[kWidth], phase[kWidth];
+  store_mask(first, in_light(at));
+  store_mask(phase, at.phase);
   const std::uint32_t color = word_at(records + 4);
   const bool alike = !any((Mask)(p.color != color) & first_lanes(number));
   Light light = light_of(channel, color);
   for (int k = 0; k < number; ++k) {
     if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes + 4));
-    add_point<kSaturating>(light, s.weights + at.row[k] * kPointRow, planes.light + at.light[k]);
+    add_point<kSaturating>(light, s.weights + phase[k] * (kPointSize * kPointRow), planes.light + first[k]);
   }
   return true;
 }

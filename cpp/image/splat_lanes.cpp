@@ -6,6 +6,7 @@
 #include "image/layout.h"
 #include "image/pixel_lanes.h"
 #include "image/point_lanes.h"
+#include "image/tested_lanes.h"
 
 namespace motes::MOTES_ISA {
 namespace {
@@ -41,49 +42,18 @@ MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
   return true;
 }
 
-// Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
-// pixels of all than to predict which ones need it.
-bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  constexpr std::size_t kSample = 32;
-  const std::size_t number = count < kSample ? count : kSample;
-  std::size_t nearer = 0;
-  for (std::size_t i = 0; i < number; ++i, records += s.record_bytes) nearer += word_at(records + 8) <= tile.nearest;
-  return nearer * 8 > number && nearer * 8 < number * 7;
-}
-
-template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
+template <int kVectors, bool kSaturating>
 void add_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
   const TilePlanes tile = planes;
   const Channels channel = channels();
-  const Spread spreading = spread();
-  const bool mixed = kDepth && !kFade && is_mixed(tile, s, records, count);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     Place at;
     if (!place(s, word_at(r), at)) continue;
-    const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
-    if (kDepth && depth > tile.farthest) continue;
     const Light light = light_of(channel, word_at(r + 4));
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
-    std::uint32_t* to = tile.light + at.light;
-    if (!kFade && (!kDepth || (!mixed && depth <= tile.nearest))) {
-      if (kWidth * kVectors < 24 && s.size == 2) {
-        add_point<kSaturating>(light, weights, to);
-        continue;
-      }
-      add_rows<kVectors, kSaturating>(s.size, s.row_bytes, light, weights, to);
-      continue;
-    }
-    const std::uint32_t* wall = tile.depth + at.pixel;
-    for (int row = 0; row < s.size; ++row, to += kLightStride, wall += kPixelStride, weights += s.row_bytes) {
-      for (int j = 0; j < kVectors; ++j) {
-        const Uints here = load_spread(spreading, wall, j);
-        Uints more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
-        if (kFade) more = more * faded(here, depth, s.fade) >> 12;
-        add<kSaturating>(to + j * kWidth, more & (Uints)((Ints)here >= (Ints)all_uints(depth)));
-      }
-    }
+    add_open<kVectors, kSaturating>(s, light, weights, tile.light + at.light);
   }
 }
 
@@ -94,7 +64,7 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
   const TilePlanes tile = planes;
   const Channels channel = channels();
   const auto one_by_one = [&](const unsigned char* from, std::size_t number) {
-    add_records<kPointVectors, kSaturating, false, false>(tile, s, from, number);
+    add_records<kPointVectors, kSaturating>(tile, s, from, number);
   };
   for (; count >= kLanes; count -= kLanes, records += kLanes * kPointBytes) {
     if (!add_vector<kSaturating>(tile, s, channel, whole_points(records), records, kWidth)) one_by_one(records, kLanes);
@@ -102,6 +72,16 @@ void add_points(const TilePlanes& planes, const Splat& task, const unsigned char
   if (count == 0) return;
   const auto rest = static_cast<int>(count);
   if (!add_vector<kSaturating>(tile, s, channel, some_points(records, rest), records, rest)) one_by_one(records, count);
+}
+
+// Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
+// pixels of all than to predict which ones need it.
+bool is_mixed(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  constexpr std::size_t kSample = 32;
+  const std::size_t number = count < kSample ? count : kSample;
+  std::size_t nearer = 0;
+  for (std::size_t i = 0; i < number; ++i, records += s.record_bytes) nearer += word_at(records + 8) <= tile.nearest;
+  return nearer * 8 > number && nearer * 8 < number * 7;
 }
 
 template <int kVectors, bool kSaturating, bool kDepth, bool kFade>
@@ -210,8 +190,13 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
 template <int kVectors, bool kSaturating, bool kOver, bool kDepth, bool kFade>
 MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const unsigned char* records,
                                 std::size_t count) {
-  if constexpr (kOver) return over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
-  add_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
+  if constexpr (kOver) {
+    over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
+  } else if constexpr (kDepth) {
+    add_among<kVectors, kSaturating, kFade>(tile, s, records, count);
+  } else {
+    add_records<kVectors, kSaturating>(tile, s, records, count);
+  }
 }
 
 template <int kVectors, bool kSaturating, bool kOver>
@@ -355,15 +340,35 @@ MOTES_INLINE Ints tone_index(Uints light) {
   return index & (index > 0);
 }
 
-void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
+using Shorts = std::uint16_t __attribute__((vector_size(2 * MOTES_LANES)));
+static_assert(image::kToneEntries <= 1 << 16);
+
+constexpr std::size_t kToneRow = 3 * image::kTile;
+
+// At most kToneRow lanes; returns how many. First the entries' numbers, so that they are read from memory rather than
+// taken out of vectors; then eight entries as one word, since the picture is not in the caches and waits for fewer
+// stores.
+std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, const std::uint8_t* table, std::uint8_t* to) {
+  const std::size_t count = lanes < kToneRow ? lanes : kToneRow;
+  std::uint16_t numbers[kToneRow];
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    const Ints index = tone_index(load_uints(light + i));
-    std::int32_t numbers[kLanes];  // one by one: gathering a vector of entries takes a processor longer
-    store_mask(numbers, index);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) to[i + lane] = table[numbers[lane]];
+    const Shorts some = __builtin_convertvector(tone_index(load_uints(light + i)), Shorts);
+    __builtin_memcpy(numbers + i, &some, sizeof some);
   }
-  for (; i < count; ++i) to[i] = table[tone_index(all_uints(light[i]))[0]];
+  for (; i < count; ++i) numbers[i] = static_cast<std::uint16_t>(tone_index(all_uints(light[i]))[0]);
+  std::size_t shown = 0;
+  for (; shown + 8 <= count; shown += 8) {
+    std::uint64_t eight = 0;
+    for (std::size_t k = 8; k-- > 0;) eight = eight << 8 | table[numbers[shown + k]];
+    __builtin_memcpy(to + shown, &eight, sizeof eight);
+  }
+  for (; shown < count; ++shown) to[shown] = table[numbers[shown]];
+  return count;
+}
+
+void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
+  for (std::size_t i = 0; i < count;) i += tone_row(light + i, count - i, table, to + i);
 }
 
 }  // namespace

@@ -35,11 +35,6 @@ struct Splat {
   float fade;  // 1 / softness, 1/m; 0: hard
 };
 
-/// Bits of depths.
-struct DepthRange {
-  std::uint32_t nearest, farthest;
-};
-
 /// Draws `count` records.
 using SplatKernel = void(const TilePlanes& tile, const Splat& splat, const unsigned char* records, std::size_t count);
 

@@ -28,6 +28,10 @@ void prefetch(const Piece& piece) {
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
 }
 
+void prefetch_for_write(std::uint8_t* from, std::size_t bytes) {
+  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(from + i, 1);
+}
+
 // With fewer records of one colour than this, a pass over the tile costs more than their light.
 constexpr std::size_t kWorthCovering = 256;
 
@@ -71,6 +75,7 @@ void TilePainter::begin(const PreparedScene& scene) { scene_ = &scene; }
 void TilePainter::clear(const Area& area, std::uint32_t brightest) {
   area_ = area;
   brush_ = nullptr;
+  blocks_.forget();
   surfaces_ = false;
   room_ = room(brightest);
   saturating_ = false;
@@ -135,6 +140,7 @@ void TilePainter::paint(std::span<const Piece> pieces) {
     planes_.hides = true;
     planes_.nearest = range.nearest;
     planes_.farthest = range.farthest;
+    blocks_.forget();
   }
   if (any(pieces, Sprite::Blend::alpha)) {
     ordered_.sort(pieces);
@@ -237,6 +243,7 @@ void TilePainter::blend(const Piece& piece) {
     });
   } else {
     SplatKernel* kernel = over ? lanes_->over : lanes_->add;
+    if (!over && splat_.with_depth && planes_.hides) planes_.blocks = blocks_.met(planes_, area_, splat_.size);
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       splat_.saturating = saturating_;
       kernel(planes_, splat_, records, count);
@@ -277,7 +284,9 @@ void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_
 
 void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
+  constexpr int kAhead = 8;  // rows; a tile's are too far apart for the processor's guesses
   for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
+    if (y + kAhead < area_.height) prefetch_for_write(pixels + kAhead * row_bytes, lanes);
     lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);
   }
 }

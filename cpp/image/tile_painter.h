@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/buffer.h"
+#include "image/depth_blocks.h"
 #include "image/ordered.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
@@ -99,6 +100,7 @@ class TilePainter {
   BufferOf<std::uint32_t> light_, depth_;
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
+  DepthBlocks blocks_;
   std::vector<Stamp> stamps_;
 
   // Where streaks are added up, while it is in use by records of this brush.

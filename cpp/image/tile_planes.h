@@ -35,6 +35,11 @@ inline constexpr std::uint32_t kNoSurface = 0xffffffffu;
 /// Nothing nearer than a solid at this depth.
 constexpr Nearest no_surface(std::uint32_t depth) { return Nearest{depth} << 32 | kNoSurface; }
 
+/// Bits of depths.
+struct DepthRange {
+  std::uint32_t nearest, farthest;
+};
+
 /// Each pointer is to the tile's first pixel.
 struct TilePlanes {
   std::uint32_t* light;  // sums
@@ -49,6 +54,9 @@ struct TilePlanes {
   bool hides;
   /// The least and greatest depth in the tile: a particle in front of or behind both needs no test per pixel.
   std::uint32_t nearest, farthest;
+
+  /// What footprints of the records being added meet: see DepthBlocks. Only where something hides.
+  const float* blocks;
 };
 
 }  // namespace motes::image

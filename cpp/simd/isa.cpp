@@ -11,9 +11,10 @@ bool offers(Isa isa) {
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
   switch (isa) {
     case Isa::avx512:
-      return __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") &&
-             __builtin_cpu_supports("avx512vl") && __builtin_cpu_supports("avx512bw");
-    case Isa::avx2: return __builtin_cpu_supports("avx2");
+      return __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("avx512f") &&
+             __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
+             __builtin_cpu_supports("avx512bw");
+    case Isa::avx2: return __builtin_cpu_supports("bmi2") && __builtin_cpu_supports("avx2");
     default: return true;
   }
 #else

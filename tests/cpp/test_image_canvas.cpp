@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <random>
 #include <stdexcept>
 
 #include "check.h"
@@ -98,7 +99,7 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
     const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
     for (const auto* lanes : usable_splat_lanes()) {
       std::vector<std::uint32_t> light(kLightNumbers);
-      const TilePlanes planes{light.data() + kFirstLight, nullptr, nullptr, false, 0, 0};
+      const TilePlanes planes{light.data() + kFirstLight, nullptr, nullptr, false, 0, 0, nullptr};
       lanes->add(planes, splat, reinterpret_cast<const unsigned char*>(piece.records), piece.count);
       View dark = view;
       dark.background = {0, 0, 0};
@@ -278,6 +279,26 @@ TEST(image_tone_is_smooth_and_within_half_a_step) {
     before = byte;
   }
   CHECK(shown(0) == 0 && shown(0xffffffffu) == 255);
+}
+
+TEST(image_tone_of_many_sums_is_that_of_each) {
+  const auto table = tone_table(1);
+  std::mt19937 draw(3);
+  std::vector<std::uint32_t> sums(400);
+  for (std::uint32_t& sum : sums) sum = static_cast<std::uint32_t>(draw()) >> draw() % 32;
+  for (const auto* lanes : usable_splat_lanes()) {
+    for (std::size_t count = 0; count < sums.size(); ++count) {
+      std::vector<std::uint8_t> shown(count + 1, 7);
+      lanes->tone(sums.data(), count, table.data(), shown.data());
+      bool same = shown[count] == 7;
+      for (std::size_t i = 0; i < count; ++i) {
+        std::uint8_t alone = 0;
+        splat_lanes().tone(&sums[i], 1, table.data(), &alone);
+        same &= shown[i] == alone;
+      }
+      CHECK(same);
+    }
+  }
 }
 
 TEST(image_background_and_exposure) {

@@ -1,5 +1,6 @@
 // Compiled once for each instruction set: the table of kernels.
 #include "actions/all.h"  // all headers of this folder; written by CMake, so a new action needs no line here
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 namespace {

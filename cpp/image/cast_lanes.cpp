@@ -6,6 +6,7 @@
 #include "image/grid.h"
 #include "image/screen_lanes.h"
 #include "image/splat_lanes.h"
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 namespace {

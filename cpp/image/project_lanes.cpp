@@ -49,19 +49,36 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
 }
 
 void store_velocity(const image::ProjectTask& t, std::size_t i, const image::ProjectedBatch& out, std::size_t n,
-                    const Kept& k) {
+                    const Selected& k) {
   for (std::size_t c = 0; c < 3; ++c) {
-    store_kept(out.velocity + c * out.velocity_stride + n, k,
-               finite_bits(load_or(t.velocity[c], i, t.velocity_of_all[c])));
+    store_selected(out.velocity + c * out.velocity_stride + n, k,
+                   finite_bits(load_or(t.velocity[c], i, t.velocity_of_all[c])));
   }
 }
 
+// Lists which of the visible particles n .. n + number - 1 touch several tiles: no more than there are lanes, whose
+// tiles have been stored.
+MOTES_INLINE std::size_t list_several(std::uint32_t* to, const std::uint32_t* tiles, std::size_t n,
+                                      std::size_t number) {
+#if MOTES_WIDTH >= 256
+  const Mask touches = (Mask)((load_uints(tiles + n) & ~image::kTileNumber) != 0u) & lanes_below(number);
+  return squeeze(to, lane_numbers() + static_cast<std::uint32_t>(n), touches);
+#else
+  std::size_t count = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    to[count] = static_cast<std::uint32_t>(n + lane);
+    count += static_cast<std::size_t>(lane < number) & static_cast<std::size_t>(tiles[n + lane] > image::kTileNumber);
+  }
+  return count;
+#endif
+}
+
 template <bool kOneColor, bool kDepth>
-std::size_t project(const image::ProjectTask& task, std::size_t first, std::size_t last,
-                    const image::ProjectedBatch& out) {
+image::ProjectedCount project(const image::ProjectTask& task, std::size_t first, std::size_t last,
+                              const image::ProjectedBatch& out) {
   const image::ProjectTask t = task;  // a copy whose members the stores below cannot change
   const Uints color_of_all = color_vector(t, 0);
-  std::size_t n = 0;
+  std::size_t n = 0, several = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     const Projected p = project_vector(t, i);
     Mask visible = p.visible;
@@ -69,18 +86,20 @@ std::size_t project(const image::ProjectTask& task, std::size_t first, std::size
     const Uints color = kOneColor ? color_of_all : color_vector(t, i);
     visible &= gives_light(color, t.dark);
     if (!any(visible)) continue;
-    const Kept k = kept(visible);
-    store_kept(out.head + 2 * n, k, p.position, color);
-    store_kept(out.tile + n, k, p.tile);
-    if (kDepth) store_kept(out.depth + n, k, p.depth);
+    const Selected k(visible);
+    kOneColor ? store_selected_with(out.head + 2 * n, k, p.position, color)
+              : store_selected(out.head + 2 * n, k, p.position, color);
+    store_selected(out.tile + n, k, p.tile);
+    if (kDepth) store_selected(out.depth + n, k, p.depth);
     if (kDepth && out.velocity != nullptr) store_velocity(t, i, out, n, k);
-    n += number_of(k);
+    several += list_several(out.several + several, out.tile, n, k.number());
+    n += k.number();
   }
-  return n;
+  return {n, several};
 }
 
-std::size_t project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
-                        const image::ProjectedBatch& out) {
+image::ProjectedCount project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
+                                  const image::ProjectedBatch& out) {
   if (one_color(t)) {
     return out.depth != nullptr ? project<true, true>(t, first, last, out) : project<true, false>(t, first, last, out);
   }

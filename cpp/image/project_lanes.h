@@ -42,19 +42,24 @@ struct ProjectTask : SeenTask {
 };
 
 /// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as
-/// are projected, plus one vector.
+/// are projected, plus two vectors.
 struct ProjectedBatch {
   std::uint32_t* head;      // two of each, as in records: i16 x | i16 y << 16, r | g << 8 | b << 16 | alpha << 24
   std::uint32_t* depth;     // bits of the float view depth
   std::uint32_t* tile;      // number of the first tile touched, and flags
+  std::uint32_t* several;   // which of the visible particles have flags: as many as there are
   std::uint32_t*
       velocity;  // bits of three floats, each `velocity_stride` words behind the one before; null: not wanted
   std::size_t velocity_stride;
 };
 
+struct ProjectedCount {
+  std::size_t visible = 0, several = 0;
+};
+
 struct ProjectLanes {
-  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many are visible.
-  std::size_t (*project)(const ProjectTask& task, std::size_t first, std::size_t last, const ProjectedBatch& out);
+  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many there are in `out`.
+  ProjectedCount (*project)(const ProjectTask& task, std::size_t first, std::size_t last, const ProjectedBatch& out);
 };
 
 /// The build that suits this processor.

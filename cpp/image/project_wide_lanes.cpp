@@ -183,12 +183,12 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   return c;
 }
 
-MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Kept& k, std::uint32_t* to,
+MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Selected& k, std::uint32_t* to,
                                  std::size_t stride) {
   const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i);
-  store_kept(to, k, finite_bits(velocity.x));
-  store_kept(to + stride, k, finite_bits(velocity.y));
-  store_kept(to + 2 * stride, k, finite_bits(velocity.z));
+  store_selected(to, k, finite_bits(velocity.x));
+  store_selected(to + stride, k, finite_bits(velocity.y));
+  store_selected(to + 2 * stride, k, finite_bits(velocity.z));
 }
 
 std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
@@ -201,19 +201,19 @@ std::size_t project(const image::WideTask& task, std::size_t first, std::size_t 
     Mask visible = c.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
     if (!any(visible)) continue;
-    const Kept k = kept(visible);
-    store_kept(out.tile + n, k, c.tile);
-    store_kept(out.last_tile + n, k, c.last_tile);
+    const Selected k(visible);
+    store_selected(out.tile + n, k, c.tile);
+    store_selected(out.last_tile + n, k, c.last_tile);
     if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
     int w = 0;
     for (; 4 * w + 16 <= t.form.bytes; w += 4) {
-      store_kept(out.words + static_cast<std::size_t>(w) * out.stride + 4 * n, k, c.word[w], c.word[w + 1],
-                 c.word[w + 2], c.word[w + 3]);
+      store_selected(out.words + static_cast<std::size_t>(w) * out.stride + 4 * n, k, c.word[w], c.word[w + 1],
+                     c.word[w + 2], c.word[w + 3]);
     }
     for (; 4 * w < t.form.bytes; ++w) {
-      store_kept(out.words + static_cast<std::size_t>(w) * out.stride + n, k, c.word[w]);
+      store_selected(out.words + static_cast<std::size_t>(w) * out.stride + n, k, c.word[w]);
     }
-    n += number_of(k);
+    n += k.number();
   }
   return n;
 }

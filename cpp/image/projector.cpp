@@ -164,16 +164,19 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
     std::uint32_t* projected = projected_.data();
-    const ProjectedBatch batch{projected, with_depth ? projected + 2 * stride : nullptr, projected + 3 * stride,
-                               with_velocity ? projected + 5 * stride : nullptr, stride};
-    std::uint32_t* several = projected + 4 * stride;
-    const std::size_t visible = lanes_->project(task, first, last, batch);
-    if (visible == 0) continue;
+    const ProjectedBatch batch{projected,
+                               with_depth ? projected + 2 * stride : nullptr,
+                               projected + 3 * stride,
+                               projected + 4 * stride,
+                               with_velocity ? projected + 5 * stride : nullptr,
+                               stride};
+    const ProjectedCount number = lanes_->project(task, first, last, batch);
+    if (number.visible == 0) continue;
     cursor_.assign(cursors(tiles, columns), 0);
-    further_.resize(kFurtherTiles * (visible + 1));
-    const std::size_t listed = count_fixed(batch, visible, columns, cursor_.data(), several, further_.data());
+    further_.resize(kFurtherTiles * (number.several + 1));
+    const std::size_t listed = count_fixed(batch, number, columns, cursor_.data(), further_.data());
     std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
-    scatter_fixed(batch, visible, cursor_.data(), further_.data(), listed, to);
+    scatter_fixed(batch, number.visible, cursor_.data(), further_.data(), listed, to);
   }
 }
 

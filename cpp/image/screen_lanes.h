@@ -7,6 +7,7 @@
 #include "image/project_lanes.h"
 #include "simd/floats3.h"
 #include "simd/simd.h"
+#include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 
@@ -61,67 +62,59 @@ MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
   return (((color | dark) & 0xffffffu) != 0u) & ((color >> 24) != 0u);
 }
 
+MOTES_INLINE Uints lane_numbers() {
+  Uints numbers;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::uint32_t>(lane);
+  return numbers;
+}
 MOTES_INLINE Mask lanes_below(std::size_t count) {
-  Ints numbers;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::int32_t>(lane);
-  return numbers < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
+  return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
 }
 
+#if MOTES_WIDTH >= 256
+/// Words of two vectors in turn.
+MOTES_INLINE void store_pairs(std::uint32_t* to, Uints a, Uints b) {
 #if MOTES_WIDTH == 512
-using Kept = __mmask16;
-MOTES_INLINE Kept kept(Mask visible) { return _mm512_movepi32_mask((__m512i)visible); }
-MOTES_INLINE std::size_t number_of(Kept k) { return static_cast<std::size_t>(__builtin_popcount(k)); }
-MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints v) {
-  _mm512_storeu_si512(to, _mm512_maskz_compress_epi32(k, (__m512i)v));
-}
+  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
+  const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
+  _mm512_storeu_si512(to, _mm512_permutex2var_epi32((__m512i)a, low, (__m512i)b));
+  _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32((__m512i)a, high, (__m512i)b));
 #else
-/// Where the visible lanes are written; the next particle overwrites the others.
-struct Kept {
-  std::uint32_t offset[kLanes];
-  std::size_t number;
-};
-MOTES_INLINE Kept kept(Mask visible) {
-  Kept k;
-  std::uint32_t n = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    k.offset[lane] = n;
-    n -= static_cast<std::uint32_t>(visible[lane]);
-  }
-  k.number = n;
-  return k;
-}
-MOTES_INLINE std::size_t number_of(const Kept& k) { return k.number; }
-MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints v) {
-  for (std::size_t lane = 0; lane < kLanes; ++lane) to[k.offset[lane]] = v[lane];
+  const auto low = (__m256i)interleave_low(a, b), high = (__m256i)interleave_high(a, b);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permute2x128_si256(low, high, 0x20));
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 8), _mm256_permute2x128_si256(low, high, 0x31));
+#endif
 }
 #endif
 
-#if MOTES_WIDTH == 512
-/// Two words of each lane that is kept, behind one another.
-MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints a, Uints b) {
-  const __m512i first = _mm512_maskz_compress_epi32(k, (__m512i)a), second = _mm512_maskz_compress_epi32(k, (__m512i)b);
-  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-  _mm512_storeu_si512(to, _mm512_permutex2var_epi32(first, low, second));
-  _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32(first, _mm512_add_epi32(low, _mm512_set1_epi32(8)), second));
-}
-#else
-/// Two words of each lane that is kept, behind one another.
-MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints a, Uints b) {
-#if MOTES_WIDTH != 0
+/// Two words of each selected lane, behind one another.
+MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints a, Uints b) {
+#if MOTES_WIDTH >= 256
+  store_pairs(to, selected.pressed(a), selected.pressed(b));
+#elif MOTES_WIDTH == 128
   // Part p of these has two words of lanes 4 * p and 4 * p + 1, and of the two after them.
   const Uints rows[] = {interleave_low(a, b), interleave_high(a, b)};
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     const std::size_t word = lane / 4 * 4 + lane % 2 * 2;
-    __builtin_memcpy(to + 2 * k.offset[lane], reinterpret_cast<const std::uint32_t*>(&rows[lane % 4 / 2]) + word, 8);
+    __builtin_memcpy(to + 2 * selected.place(lane), reinterpret_cast<const std::uint32_t*>(&rows[lane % 4 / 2]) + word,
+                     8);
   }
 #else
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    to[2 * k.offset[lane]] = a[lane];
-    to[2 * k.offset[lane] + 1] = b[lane];
+    to[2 * selected.place(lane)] = a[lane];
+    to[2 * selected.place(lane) + 1] = b[lane];
   }
 #endif
 }
+
+/// A word of each selected lane, and one that is the same in all lanes.
+MOTES_INLINE void store_selected_with(std::uint32_t* to, const Selected& selected, Uints a, Uints same) {
+#if MOTES_WIDTH >= 256
+  store_pairs(to, selected.pressed(a), same);
+#else
+  store_selected(to, selected, a, same);
 #endif
+}
 
 /// Four words of each lane, behind one another.
 struct Quads {
@@ -148,17 +141,16 @@ MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
 #endif
   return quads;
 }
-#if MOTES_WIDTH == 512
-MOTES_INLINE void store_kept(std::uint32_t* to, Kept k, Uints a, Uints b, Uints c, Uints d) {
-  const auto pressed = [k](Uints v) { return (Uints)_mm512_maskz_compress_epi32(k, (__m512i)v); };
-  const Quads quads = quads_of(pressed(a), pressed(b), pressed(c), pressed(d));
+MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints a, Uints b, Uints c, Uints d) {
+#if MOTES_WIDTH >= 256
+  const Quads quads = quads_of(selected.pressed(a), selected.pressed(b), selected.pressed(c), selected.pressed(d));
   __builtin_memcpy(to, &quads, sizeof quads);
-}
 #else
-MOTES_INLINE void store_kept(std::uint32_t* to, const Kept& k, Uints a, Uints b, Uints c, Uints d) {
   const Quads quads = quads_of(a, b, c, d);
-  for (std::size_t lane = 0; lane < kLanes; ++lane) __builtin_memcpy(to + 4 * k.offset[lane], quads.word[lane], 16);
-}
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    __builtin_memcpy(to + 4 * selected.place(lane), quads.word[lane], 16);
+  }
 #endif
+}
 
 }  // namespace motes::MOTES_ISA

@@ -24,20 +24,14 @@ void scatter(const ProjectedBatch& b, std::size_t count, std::uint32_t* cursor, 
 
 }  // namespace
 
-// Free of branches: which particles touch several tiles, and which tiles, is random, and a misprediction costs more
-// than the work.
-std::size_t count_fixed(const ProjectedBatch& b, std::size_t count, std::size_t columns, std::uint32_t* counts,
-                        std::uint32_t* several, FurtherTile* further) {
-  std::size_t particles = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    ++counts[b.tile[i] & kTileNumber];
-    several[particles] = static_cast<std::uint32_t>(i);
-    particles += b.tile[i] > kTileNumber;
-  }
+// Free of branches: which tiles particles touch is random, and a misprediction costs more than the work.
+std::size_t count_fixed(const ProjectedBatch& b, const ProjectedCount& number, std::size_t columns,
+                        std::uint32_t* counts, FurtherTile* further) {
+  for (std::size_t i = 0; i < number.visible; ++i) ++counts[b.tile[i] & kTileNumber];
   const auto row_below = static_cast<std::uint32_t>(columns);
   std::size_t listed = 0;
-  for (std::size_t k = 0; k < particles; ++k) {
-    const std::uint32_t i = several[k], word = b.tile[i], tile = word & kTileNumber;
+  for (std::size_t k = 0; k < number.several; ++k) {
+    const std::uint32_t i = b.several[k], word = b.tile[i], tile = word & kTileNumber;
     const std::uint32_t column = word >> 30 & 1, row = word >> 31;
     further[listed] = {i, tile + 1};
     listed += column;

@@ -20,10 +20,10 @@ struct FurtherTile {
 /// Particles of fixed size touch up to three.
 inline constexpr std::size_t kFurtherTiles = 3;
 
-/// Adds the records of each tile to `counts`, and lists `further` tiles; `several` has room for all particles,
-/// `further` for kFurtherTiles of each and of one more. Returns how many are listed.
-std::size_t count_fixed(const ProjectedBatch& batch, std::size_t count, std::size_t columns, std::uint32_t* counts,
-                        std::uint32_t* several, FurtherTile* further);
+/// Adds the records of each tile to `counts`, and lists `further` tiles, for which there is room for kFurtherTiles of
+/// each particle that touches several, and of one more. Returns how many are listed.
+std::size_t count_fixed(const ProjectedBatch& batch, const ProjectedCount& number, std::size_t columns,
+                        std::uint32_t* counts, FurtherTile* further);
 
 /// Writes each particle's record to the next place of each of its tiles: `cursor` says which, and is moved on.
 void scatter_fixed(const ProjectedBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,

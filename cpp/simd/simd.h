@@ -103,23 +103,6 @@ MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// Writes the selected lanes one after another and returns how many; there must be room for all lanes. Free of
-/// branches: processors cannot predict well which lanes are selected.
-MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
-#if MOTES_WIDTH == 512
-  const __mmask16 bits = _mm512_movepi32_mask((__m512i)chosen);
-  store_uints(to, (Uints)_mm512_maskz_compress_epi32(bits, (__m512i)v));
-  return static_cast<std::size_t>(__builtin_popcount(bits));
-#else
-  std::size_t count = 0;
-  for (std::size_t i = 0; i < kLanes; ++i) {
-    to[count] = v[i];
-    count += static_cast<std::size_t>(chosen[i] & 1);
-  }
-  return count;
-#endif
-}
-
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);
@@ -268,8 +251,14 @@ MOTES_INLINE Floats to_floats(Ints v) { return __builtin_convertvector(v, Floats
 MOTES_INLINE Ints to_ints(Floats v) { return __builtin_convertvector(v, Ints); }
 /// Rounds down; |v| < 2^24.
 MOTES_INLINE Ints floor_to_ints(Floats v) {
+#if MOTES_WIDTH == 512
+  return (Ints)_mm512_cvt_roundps_epi32((__m512)v, _MM_FROUND_TO_NEG_INF | _MM_FROUND_NO_EXC);
+#elif MOTES_WIDTH == 256
+  return (Ints)_mm256_cvtps_epi32(_mm256_floor_ps((__m256)v));
+#else
   const Ints towards_zero = to_ints(v);
   return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
+#endif
 }
 
 }  // namespace motes::MOTES_ISA

@@ -17,7 +17,7 @@ namespace {
 
 constexpr int kFrame = 2;  // in which the rank fails
 
-std::size_t no_projection(const image::ProjectTask&, std::size_t, std::size_t, const image::ProjectedBatch&) {
+image::ProjectedCount no_projection(const image::ProjectTask&, std::size_t, std::size_t, const image::ProjectedBatch&) {
   throw std::runtime_error("the projection broke");
 }
 void no_light(const image::TilePlanes&, const image::Splat&, const unsigned char*, std::size_t) {

@@ -1,0 +1,85 @@
+// The selected lanes of vectors, one after another. Free of branches: processors cannot predict well which lanes are
+// selected.
+#pragma once
+
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+
+#if MOTES_WIDTH == 256
+/// For each set of lanes: their numbers, in ascending order. What follows them has no meaning.
+struct LaneOrders {
+  std::uint8_t lane[256][8];
+};
+constexpr LaneOrders lane_orders() {
+  LaneOrders orders{};
+  for (unsigned set = 0; set < 256; ++set) {
+    std::size_t count = 0;
+    for (std::uint8_t lane = 0; lane < 8; ++lane) {
+      if ((set >> lane & 1u) != 0) orders.lane[set][count++] = lane;
+    }
+  }
+  return orders;
+}
+inline constexpr LaneOrders kLaneOrders = lane_orders();
+#endif
+
+/// Which lanes are selected. `pressed` puts them at the front of a vector; what is in its other lanes has no meaning.
+class Selected {
+ public:
+#if MOTES_WIDTH == 512
+  MOTES_INLINE explicit Selected(Mask chosen) : bits_(_mm512_movepi32_mask((__m512i)chosen)) {}
+  MOTES_INLINE std::size_t number() const { return static_cast<std::size_t>(__builtin_popcount(bits_)); }
+  MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm512_maskz_compress_epi32(bits_, (__m512i)v); }
+
+ private:
+  __mmask16 bits_;
+#elif MOTES_WIDTH == 256
+  MOTES_INLINE explicit Selected(Mask chosen)
+      : Selected(static_cast<unsigned>(_mm256_movemask_ps((__m256)chosen)), nullptr) {}
+  MOTES_INLINE std::size_t number() const { return number_; }
+  MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm256_permutevar8x32_epi32((__m256i)v, order_); }
+
+ private:
+  MOTES_INLINE Selected(unsigned set, std::nullptr_t)
+      : order_(_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(kLaneOrders.lane[set])))),
+        number_(static_cast<std::size_t>(__builtin_popcount(set))) {}
+
+  __m256i order_;
+  std::size_t number_;
+#else
+  MOTES_INLINE explicit Selected(Mask chosen) {
+    std::uint32_t count = 0;
+    for (std::size_t lane = 0; lane < kLanes; ++lane) {
+      place_[lane] = count;
+      count += static_cast<std::uint32_t>(chosen[lane] & 1);
+    }
+    number_ = count;
+  }
+  MOTES_INLINE std::size_t number() const { return number_; }
+  /// Where a selected lane goes. The next one overwrites the others.
+  MOTES_INLINE std::uint32_t place(std::size_t lane) const { return place_[lane]; }
+
+ private:
+  std::uint32_t place_[kLanes];
+  std::size_t number_;
+#endif
+};
+
+/// Writes the selected lanes; there must be room for all lanes.
+MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints v) {
+#if MOTES_WIDTH >= 256
+  store_uints(to, selected.pressed(v));
+#else
+  for (std::size_t lane = 0; lane < kLanes; ++lane) to[selected.place(lane)] = v[lane];
+#endif
+}
+
+/// The same; returns how many they are.
+MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
+  const Selected selected(chosen);
+  store_selected(to, selected, v);
+  return selected.number();
+}
+
+}  // namespace motes::MOTES_ISA

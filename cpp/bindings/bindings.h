@@ -7,6 +7,8 @@
 #include <pybind11/stl.h>
 
 #include <memory>
+#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "particles/store.h"
@@ -44,12 +46,13 @@ auto released(const Work& work) {
   return work();
 }
 
-/// An array over memory that a moved vector owns: no copy.
-template <class T>
-py::array_t<T> owned_array(std::vector<T>&& values, const std::vector<py::ssize_t>& shape) {
-  auto* held = new std::vector<T>(std::move(values));
-  const py::capsule owner(held, [](void* p) { delete static_cast<std::vector<T>*>(p); });
-  return py::array_t<T>(shape, held->data(), owner);
+/// An array over memory that a moved vector, or another owner of values, owns: no copy.
+template <class Values>
+auto owned_array(Values&& values, const std::vector<py::ssize_t>& shape) {
+  static_assert(!std::is_reference_v<Values>, "move the values");
+  auto* held = new Values(std::move(values));
+  const py::capsule owner(held, [](void* p) { delete static_cast<Values*>(p); });
+  return py::array_t<std::remove_cvref_t<decltype(*held->data())>>(shape, held->data(), owner);
 }
 
 /// A writable view of an attribute's planes for the particles begin .. end - 1, (n,) or (n, 3). It keeps the memory

@@ -157,7 +157,7 @@ class Player {
     frame::replay(*engine_, record, options_.images);
     std::string sha256 = "-";
     if (engine_->talk().draws() && options_.images && record.view) {
-      const std::vector<std::uint8_t> pixels = engine_->painter().take_pixels();
+      const image::Pixels pixels = engine_->painter().take_pixels();
       const auto [width, height] = std::pair(record.view->width, record.view->height);
       if (options_.digest) {
         sha256 = image::picture_sha256(width, height, pixels);

@@ -59,7 +59,7 @@ void make_own(std::span<const comm::Message> messages, const recording::Birth& b
   std::vector<std::uint64_t> ids(numbers.size());
   std::transform(numbers.begin(), numbers.end(), ids.begin(), [&](std::uint32_t number) { return first + number; });
   const Store made = recording::make(birth, system.schema(), key, ids, kStep, false, first);
-  system.append(made, first_indices(made.size()));
+  system.append(made);
 }
 
 }  // namespace

@@ -24,6 +24,7 @@ Course::Course(Rank& rank, const Script& script, Calculator& calculator, const R
 void Course::take_births(std::size_t index, Newborn& newborn) {
   const System& system = *script_.systems[index];
   Population& here = *calculator_.populations[index];
+  here.outcome.gathers = false;  // the list runs in parts
   here.outcome.wants_hits = asks_for(system, recording::Spawn::On::collision);
   Runner& runner = runners_.emplace_back(Runner{index, system.pending_pieces(), {}});
   runner.newborn_from = system.counts.newborn_from;
@@ -137,7 +138,7 @@ void Course::run_piece(Runner& runner, const Piece& piece, int substep) {
   for (; g < system.groups.size() && system.groups[g].substep == substep && system.groups[g].item < piece.end; ++g) {
     const std::size_t begin = here.store.size();
     const Store& births = runner.births[g];
-    here.store.append(births, first_indices(births.size()), *rank_.pool);
+    here.store.append(births);
     run(begin, system.groups[g].entry - piece.first);
   }
   here.moved = true;

@@ -192,12 +192,13 @@ void create_own(const Rank& rank, const System& system, const BirthGroup& group,
   const bool all = rank.talk.calculators() == 1;
   if (all) store.make_room(group.count);
   make_births(rank, system, group, 0, group.count, [&](const particles::Store& piece) {
-    std::vector<std::uint32_t> owners(all ? 0 : piece.size());
-    if (!all) system.domains.owners_of(places_of(piece), owners.data());
+    if (all) return store.append(piece);
+    std::vector<std::uint32_t> owners(piece.size());
+    system.domains.owners_of(places_of(piece), owners.data());
     const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
     std::vector<std::uint32_t> mine;
     for (std::size_t p = 0; p < piece.size(); ++p) {
-      if (all || owners[p] == self) mine.push_back(static_cast<std::uint32_t>(p));
+      if (owners[p] == self) mine.push_back(static_cast<std::uint32_t>(p));
     }
     store.append(piece, mine, *rank.pool);
   });

@@ -92,7 +92,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   const Tally tally = here.tally;
   const recording::Outcome outcome = here.outcome;
   Store before(system.schema);
-  before.append(here.store, first_indices(here.store.size()), *rank.pool);
+  before.append(here.store);
   const auto restore = [&] {
     here.preview = std::make_unique<Preview>(
         Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});

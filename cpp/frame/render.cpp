@@ -60,12 +60,13 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   draw_work(rank, view, [&] {
     Drawing& drawing = painter.drawing;
     drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
+    if (rank.talk.calculates()) drawing.counts = painter.counts;
     painter.canvas.begin(view, view.linear, *rank.pool);
+    for (const image::Records& own : painter.records) painter.canvas.add(own.bytes());
     const auto add = [&](std::span<const std::byte> bytes) {
       painter.canvas.add(bytes);
-      count_records(image::RecordsView(bytes), drawing.counts);
+      image::RecordsView(bytes).add_counts(drawing.counts);
     };
-    for (const image::Records& own : painter.records) add(own.bytes());
     for (const comm::Message& message : messages) {
       particles::Reader in = message.reader();
       take_records(in, add);

@@ -14,6 +14,7 @@
 #include "frame/script.h"
 #include "image/canvas.h"
 #include "image/picture_light.h"
+#include "image/pixels.h"
 #include "image/projector.h"
 #include "image/records.h"
 #include "image/tile_worker.h"
@@ -27,18 +28,19 @@ struct Painter {
   std::optional<image::Sprite::Blend> merged;  // path composite: of what is sent as partial tiles
   std::deque<image::Projector> projectors;  // one per thread
   std::vector<image::Records> records;  // of this rank's particles, one or more per system
+  std::vector<std::uint32_t> counts;    // of these records, by slot
   image::Canvas canvas;                 // path gather: all of the picture
   image::PreparedScene scene;           // other paths: what is needed of it for some tiles
   image::Pieces pieces;
   image::TileWorkers workers;
-  std::vector<std::uint8_t> pixels;
+  image::Pixels pixels;
   image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
   bool light_kept = false;
   image::Layers layers;
   Drawing drawing;  // what this rank did for this frame's picture
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
-  std::vector<std::uint8_t> take_pixels() { return std::move(pixels); }
+  image::Pixels take_pixels() { return std::move(pixels); }
   /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
   std::vector<float> linear() const;
   /// One of the view's layers: see Layers. Throws std::logic_error where the view does not ask for it.

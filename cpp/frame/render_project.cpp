@@ -1,6 +1,8 @@
 #include "frame/render_project.h"
 
 #include <algorithm>
+#include <functional>
+#include <numeric>
 
 #include "frame/drawn.h"
 #include "frame/render_composite.h"
@@ -9,36 +11,50 @@
 namespace motes::frame {
 namespace {
 
-void count(const Painter& painter, int tiles, Drawing& drawing) {
-  std::vector<std::uint32_t> counts(static_cast<std::size_t>(tiles), 0);
-  for (const image::Records& records : painter.records) {
-    const image::RecordsView view(records.bytes());
-    drawing.records += view.count();
-    count_records(view, counts);
+// Of records by slot, as each thread has counted them.
+void add_up(const std::vector<std::vector<std::uint32_t>>& by_thread, Painter& painter) {
+  painter.counts = by_thread[0];
+  for (std::size_t t = 1; t < by_thread.size(); ++t) {
+    std::transform(by_thread[t].begin(), by_thread[t].end(), painter.counts.begin(), painter.counts.begin(),
+                   std::plus<>());
   }
-  drawing.active =
-      static_cast<std::uint32_t>(std::count_if(counts.begin(), counts.end(), [](std::uint32_t n) { return n != 0; }));
+  painter.drawing.records = std::accumulate(painter.counts.begin(), painter.counts.end(), std::uint64_t{0});
+  painter.drawing.active =
+      static_cast<std::uint32_t>(painter.counts.size()) -
+      static_cast<std::uint32_t>(std::count(painter.counts.begin(), painter.counts.end(), std::uint32_t{0}));
 }
 
-// Particles of a system that one thread projects.
+// Particles of a system that one thread projects; where they begin, as a part of all.
 struct PartOfSystem {
   std::size_t system;
   image::Drawn particles;
+  double place = 0;
 };
+
+// Of a system's particles: of equal parts, the size of one that holds no more than it should.
+std::size_t size_of_part(const threads::Pool& pool, std::size_t count) {
+  constexpr std::size_t kParticles = std::size_t{1} << 15, kWhole = 16;  // planes start with whole vectors
+  if (pool.threads() == 1 || count == 0) return std::max(count, std::size_t{1});
+  const std::size_t most = pool.items(kParticles), parts = (count + most - 1) / most;
+  return ((count + parts - 1) / parts + kWhole - 1) / kWhole * kWhole;
+}
 
 // With one thread a system is one part: each part has a message of its own.
 std::vector<PartOfSystem> parts_of(const threads::Pool& pool, const Calculator& calculator) {
-  constexpr std::size_t kParticles = std::size_t{1} << 16;
   std::vector<PartOfSystem> parts;
   for (std::size_t i = 0; i < calculator.populations.size(); ++i) {
     const image::Drawn all = drawn(calculator.populations[i]->store);
-    const std::size_t size = pool.threads() == 1 ? std::max(all.count, std::size_t{1}) : pool.items(kParticles);
+    const std::size_t size = size_of_part(pool, all.count);
     std::size_t first = 0;
     do {  // a system without particles has an empty message
-      parts.push_back({i, part_of(all, first, std::min(size, all.count - first))});
+      parts.push_back({i, part_of(all, first, std::min(size, all.count - first)),
+                       static_cast<double>(first) / static_cast<double>(std::max(all.count, std::size_t{1}))});
       first += size;
     } while (first < all.count);
   }
+  // A thread projects about those particles that it has acted on.
+  std::stable_sort(parts.begin(), parts.end(),
+                   [](const PartOfSystem& a, const PartOfSystem& b) { return a.place < b.place; });
   return parts;
 }
 
@@ -65,14 +81,6 @@ std::uint64_t put_records(const Painter& painter, int first, int end, particles:
 
 }  // namespace
 
-void count_records(const image::RecordsView& records, std::vector<std::uint32_t>& counts) {
-  for (const auto& batch : records.batches()) {
-    for (std::size_t t = 0; t < counts.size(); ++t) {
-      counts[t] += static_cast<std::uint32_t>(records.piece(batch, static_cast<int>(t)).count);
-    }
-  }
-}
-
 void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::project, "project");
   const double start = rank.machine.compute_seconds();
@@ -82,16 +90,20 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
     painter.records.resize(parts.size());
     while (painter.projectors.size() < static_cast<std::size_t>(rank.pool->threads()))
       painter.projectors.emplace_back();
+    const auto tiles = static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles());
+    painter.counts.assign(tiles, 0);
+    std::vector<std::vector<std::uint32_t>> counts(painter.projectors.size(), painter.counts);
     rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
       const PartOfSystem& part = parts[p];
       image::Projection how = projection(script, part.system);
       how.slots = &painter.slots;
       painter.projectors[worker].project(part.particles, script.record.sprites[part.system], view, painter.records[p],
                                          how);
+      image::RecordsView(painter.records[p].bytes()).add_counts(counts[worker]);
     });
+    add_up(counts, painter);
     std::uint64_t particles = 0;
     for (const PartOfSystem& part : parts) particles += part.particles.count;
-    count(painter, image::Grid{view.width, view.height}.tiles(), painter.drawing);
     rank.machine.charge(rank.machine.costs().record * static_cast<double>(particles));
   });
   rank.machine.slow_down(start);

@@ -11,9 +11,6 @@ namespace motes::frame {
 /// Makes the records of this calculator's particles.
 void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter);
 
-/// Adds how many records are in each tile.
-void count_records(const image::RecordsView& records, std::vector<std::uint32_t>& counts);
-
 /// Sends each rank the records of its tiles; on the path composite also the partial tiles that all others of them make.
 /// Where projecting has failed each of them hears why.
 void send_records(Rank& rank, Painter& painter);

@@ -13,6 +13,10 @@ namespace motes::frame {
 /// them, in their order.
 template <class Put>
 void put_slots(threads::Pool& pool, int first, int end, particles::Bytes& out, const Put& put) {
+  if (pool.threads() == 1) {
+    for (int slot = first; slot < end; ++slot) put(slot, 0, out);
+    return;
+  }
   constexpr int kSlots = 8;  // a thread takes so many at once
   std::vector<particles::Bytes> parts(static_cast<std::size_t>((end - first + kSlots - 1) / kSlots));
   pool.run(parts.size(), [&](std::size_t part, std::size_t worker) {

@@ -1,11 +1,14 @@
 #include "frame/render_tiles.h"
 
+#include <algorithm>
 #include <atomic>
 #include <cstring>
+#include <optional>
 
 #include "frame/render_composite.h"
 #include "frame/render_project.h"
 #include "frame/render_slots.h"
+#include "particles/memory.h"
 
 namespace motes::frame {
 namespace {
@@ -22,6 +25,24 @@ std::size_t lanes(const Area& area) {
 
 std::size_t first_pixel(const Area& area, std::size_t row) {
   return static_cast<std::size_t>(area.y) * row + 3 * static_cast<std::size_t>(area.x);
+}
+
+// Tiles that travel in one message.
+struct Parcel {
+  int first, end;  // slots
+};
+
+// A rank's tiles, in the order in which it draws and sends them: while it draws those of the next message, the image
+// generator can take the last one. Small parts of a picture go at once. All ranks find the same.
+std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view) {
+  constexpr double kBytes = 1 << 19;
+  const int first = plan.first(rank), tiles = plan.end(rank) - first;
+  const double pixel = image::PictureLight::needed(view, view.linear) ? sizeof(std::uint32_t) : sizeof(std::uint8_t);
+  const double bytes = 3 * pixel * view.width * view.height * tiles / image::Grid{view.width, view.height}.tiles();
+  const int parcels = std::clamp(static_cast<int>(bytes / kBytes), 1, std::max(1, tiles));
+  std::vector<Parcel> all;
+  for (int i = 0; i < parcels; ++i) all.push_back({first + tiles * i / parcels, first + tiles * (i + 1) / parcels});
+  return all;
 }
 
 // What calculators have sent for this rank's tiles.
@@ -70,13 +91,13 @@ class TilesOfRank {
         by.painter.show(painter_.pixels.data() + first_pixel(area, row), row);
       }
     });
-    finish();
+    charge(end_ - first_);
   }
 
-  void draw_into(particles::Bytes& out) {
-    put_slots(*rank_.pool, first_, end_, out,
+  void draw_into(const Parcel& parcel, particles::Bytes& out) {
+    put_slots(*rank_.pool, parcel.first, parcel.end, out,
               [&](int slot, std::size_t worker, particles::Bytes& bytes) { put(slot, worker, bytes); });
-    finish();
+    charge(parcel.end - parcel.first);
   }
 
  private:
@@ -119,9 +140,9 @@ class TilesOfRank {
     return records == 0 && !painter_.scene.scenery().occupied(tile);
   }
 
-  void finish() {
-    rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_));
-    const int passes = end_ - first_ + added_;  // over the pixels of a tile
+  void charge(int tiles) {
+    rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_.exchange(0)));
+    const int passes = tiles + added_.exchange(0);  // over the pixels of a tile
     rank_.machine.charge_once(rank_.machine.costs().picture * passes / painter_.scene.grid().tiles());
   }
 
@@ -131,8 +152,8 @@ class TilesOfRank {
   int first_, end_;
   bool whole_;
   std::vector<Partials> partials_;
-  std::atomic<std::uint64_t> drawn_{0};  // records
-  std::atomic<int> added_{0};            // partial tiles
+  std::atomic<std::uint64_t> drawn_{0};  // records that are not charged yet
+  std::atomic<int> added_{0};            // partial tiles, likewise
 };
 
 // Puts one tile of a message into the picture.
@@ -143,7 +164,9 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
   const bool blank = content == static_cast<std::uint8_t>(Content::one_color);
   const auto put = [&]<class T>(T* to) {
     const auto bytes = in.take((blank ? 3 : lanes(area)) * sizeof(T));
+    constexpr int kAhead = 8;  // rows
     for (int y = 0; y < area.height; ++y, to += picture_row) {
+      if (y + kAhead < area.height) particles::prefetch_for_write(to + kAhead * picture_row, row * sizeof(T));
       for (int x = 0; blank && x < area.width; ++x) std::memcpy(to + 3 * x, bytes.data(), bytes.size());
       if (!blank) std::memcpy(to, bytes.data() + static_cast<std::size_t>(y) * row * sizeof(T), row * sizeof(T));
     }
@@ -156,66 +179,90 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
   }
 }
 
+void send_tiles(Rank& rank, comm::Message message, bool failed, Painter& painter) {
+  Conversation& talk = rank.talk;
+  painter.drawing.bytes += message.payload().size();
+  talk.comm().post(talk.cast().image_generator, comm::Phase::tiles, talk.stamp(), std::move(message), 0, failed);
+}
+
+// Another rank has failed: the image generator hears its words in place of tiles.
+void pass_on(Rank& rank, const comm::Message& words, Painter& painter) {
+  Conversation& talk = rank.talk;
+  if (!talk.draws()) {
+    comm::Message out;
+    if (talk.failed()) {
+      out = failure_message(talk.rank(), talk.failure());
+    } else {
+      out.bytes().put_raw(words.payload().data(), words.payload().size());
+    }
+    send_tiles(rank, std::move(out), true, painter);
+  }
+  if (!talk.failed()) give_up_for(rank, words);
+}
+
+// Waits for one message of another rank's tiles, and puts them into the picture.
+void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& parcel, Painter& painter) {
+  Conversation& talk = rank.talk;
+  comm::Message message = [&] {
+    const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for tiles");
+    return talk.comm().expect(from, comm::Phase::tiles, talk.stamp());
+  }();
+  if (message.header().failed != 0) return give_up_for(rank, message);
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
+  talk.work("render", [&] {
+    particles::Reader in = message.reader();
+    for (int slot = parcel.first; slot < parcel.end; ++slot) {
+      place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, painter);
+    }
+    if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
+  });
+  talk.comm().reuse(std::move(message));
+}
+
 }  // namespace
 
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
   Conversation& talk = rank.talk;
   if (!painter.plan.draws(talk.rank())) return;
   const std::vector<comm::Message> messages = receive_records(rank);
-  const bool told = !messages.empty() && messages.back().header().failed != 0;
-  comm::Message out;
-  {
+  if (!messages.empty() && messages.back().header().failed != 0) return pass_on(rank, messages.back(), painter);
+  std::optional<TilesOfRank> tiles;
+  // Returns whether it has not failed.
+  const auto draw = [&](const auto& some) {
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
     const double start = rank.machine.compute_seconds();
-    if (!told) {
-      talk.work("render", [&] {
-        TilesOfRank tiles(rank, view, painter);
-        tiles.take(messages);
-        if (talk.draws()) {
-          tiles.draw_here();
-        } else {
-          tiles.draw_into(out.bytes());
-        }
-      });
-    }
+    talk.work("render", [&] {
+      if (!tiles) tiles.emplace(rank, view, painter).take(messages);
+      some();
+    });
     rank.machine.slow_down(start);
     // On path composite tiles are drawn before they are sent: what is left for their owners tells no speed.
     if (painter.plan.path == image::View::Path::tiles) {
-      painter.drawing.draw_s = rank.machine.compute_seconds() - start;
+      painter.drawing.draw_s += rank.machine.compute_seconds() - start;
     }
+    return !talk.failed();
+  };
+  if (talk.draws()) {
+    draw([&] { tiles->draw_here(); });
+    return;
   }
-  if (!talk.draws()) {
-    if (told && !talk.failed()) {
-      out = comm::Message();
-      out.bytes().put_raw(messages.back().payload().data(), messages.back().payload().size());
-    } else if (talk.failed()) {
-      out = failure_message(talk.rank(), talk.failure());
-    }
-    painter.drawing.bytes += out.payload().size();
-    talk.comm().post(talk.cast().image_generator, comm::Phase::tiles, talk.stamp(), std::move(out), 0,
-                     told || talk.failed());
+  for (const Parcel& parcel : parcels_of(painter.plan, talk.rank(), view)) {
+    comm::Message out;
+    if (!draw([&] { tiles->draw_into(parcel, out.bytes()); })) out = failure_message(talk.rank(), talk.failure());
+    send_tiles(rank, std::move(out), talk.failed(), painter);
+    if (talk.failed()) return;
   }
-  if (told && !talk.failed()) give_up_for(rank, messages.back());
 }
 
 void assemble(Rank& rank, const image::View& view, Painter& painter) {
   Conversation& talk = rank.talk;
-  const image::Grid grid{view.width, view.height};
   for (int from = 0; from < talk.size() && !talk.failed(); ++from) {
     if (from == talk.rank() || !painter.plan.draws(from)) continue;
-    const comm::Message message = [&] {
-      const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for tiles");
-      return talk.comm().expect(from, comm::Phase::tiles, talk.stamp());
-    }();
-    if (message.header().failed != 0) give_up_for(rank, message);
-    const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
-    talk.work("render", [&] {
-      particles::Reader in = message.reader();
-      for (int slot = painter.plan.first(from); slot < painter.plan.end(from); ++slot) {
-        place(in, grid.area(painter.slots.tile(slot)), view, painter);
-      }
-      if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
-    });
+    const std::vector<Parcel> parcels = parcels_of(painter.plan, from, view);
+    for (std::size_t i = 0; i < parcels.size() && !talk.failed(); ++i) {
+      if (i > 0) talk.comm().await(from, comm::Phase::tiles);
+      take_parcel(rank, view, from, parcels[i], painter);
+    }
   }
   if (talk.failed() || !image::PictureLight::needed(view, view.linear)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread and show light");

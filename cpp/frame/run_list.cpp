@@ -102,6 +102,7 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
   const std::vector<Piece> pieces = system.pending_pieces();
   const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
   here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
+  here.outcome.gathers = !again && !calls_back(pieces) && !here.outcome.wants_hits;
   run_pieces(rank, system, here, pieces, call_back, 0, {});
   for (const BirthGroup& group : system.groups) {
     const std::size_t begin = here.store.size();

@@ -124,8 +124,7 @@ void take_shares(const Rank& rank, const System& system, const BirthGroup& group
   for (particles::Reader& in : newborn.readers) take(in, newborn.group, group.count, numbers);
   ++newborn.group;
   store.make_room(numbers.size());
-  make_births(rank, system, group, numbers,
-              [&](const particles::Store& piece) { store.append(piece, first_indices(piece.size()), *rank.pool); });
+  make_births(rank, system, group, numbers, [&](const particles::Store& piece) { store.append(piece); });
   rank.machine.charge(rank.machine.costs().make * static_cast<double>(numbers.size()));
 }
 

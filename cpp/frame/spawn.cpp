@@ -117,7 +117,7 @@ void make_children(const Script& script, Calculator& calculator, int self, const
   }
   const particles::Store made = recording::make(rule, wanted, system.schema, system.key, system.keeps_copies);
   Population& here = *calculator.populations[into];
-  here.store.append(made, first_indices(made.size()));
+  here.store.append(made);
   here.tally.created += made.size();
   if (!calculator.tail.children.empty()) calculator.tail.children[into] += particles::digest(made);
 }

@@ -29,8 +29,8 @@ void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool) {
   light_kept_ = false;
 }
 
-std::vector<std::uint8_t> Canvas::finish() {
-  std::vector<std::uint8_t> pixels(size());
+Pixels Canvas::finish() {
+  Pixels pixels(size());
   finish(pixels);
   return pixels;
 }

@@ -9,6 +9,7 @@
 #include "image/layers.h"
 #include "image/picture_light.h"
 #include "image/pieces.h"
+#include "image/pixels.h"
 #include "image/prepared_scene.h"
 #include "image/tile_worker.h"
 #include "threads/pool.h"
@@ -31,7 +32,7 @@ class Canvas {
 
   /// The frame: sRGB, 8 bits, red green blue, rows from top to bottom: height * width * 3 bytes. The second form fills
   /// memory of exactly that size, or throws std::invalid_argument.
-  std::vector<std::uint8_t> finish();
+  Pixels finish();
   void finish(std::span<std::uint8_t> pixels);
 
   /// The last frame's light before exposure and roll-off: linear RGB, height * width * 3. Throws std::logic_error where
@@ -53,7 +54,7 @@ class Canvas {
   std::size_t size() const { return row_lanes() * static_cast<std::size_t>(scene_.grid().height); }
 
   PreparedScene scene_;
-  std::vector<std::uint8_t> scenery_pixels_;  // tone-mapped: what a tile without records shows
+  Pixels scenery_pixels_;            // tone-mapped: what a tile without records shows
   std::uint64_t shown_version_ = 0;           // of the scene that they show
   bool keep_linear_ = false, light_kept_ = false;
   Pieces messages_;

@@ -8,11 +8,12 @@
 
 #include "image/camera.h"
 #include "image/footprint.h"
+#include "particles/memory.h"
 
 namespace motes::image {
 namespace {
 
-// One vector that is stored whole, and a cache line between the arrays.
+// Vectors that are stored whole, and a cache line between the arrays.
 constexpr std::size_t kSlack = 32;
 
 // Particles per batch: its projected columns and its records (some 800 kB) stay in the second-level cache, so that
@@ -91,11 +92,6 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   t.limit_x = static_cast<float>(((view.width + 1) / 2 + kReach) << kWideBits);
   t.limit_y = static_cast<float>(((view.height + 1) / 2 + kReach) << kWideBits);
   return t;
-}
-
-// Prefetches memory that is about to be written in random order.
-void prefetch_for_write(std::byte* from, std::size_t count) {
-  for (std::size_t i = 0; i < count; i += 64) __builtin_prefetch(from + i, 1);
 }
 
 // Where each particle has its own, the greatest that there is: looking for it costs more than it is worth.
@@ -223,7 +219,7 @@ std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, Re
   std::byte* to = records.buffer_.data() + at;
   std::memcpy(to, offsets_.data(), offset_bytes);
   to += offset_bytes;
-  prefetch_for_write(to, total * record_bytes);
+  particles::prefetch_for_write(to, total * record_bytes);
   ++records.head_.batches;
   records.head_.records += total;
   return to;

@@ -100,6 +100,13 @@ std::size_t RecordsView::count(int first, int end) const {
   return count;
 }
 
+void RecordsView::add_counts(std::span<std::uint32_t> counts) const {
+  const std::span<std::uint32_t> here = counts.subspan(head_.first_slot, head_.slots);
+  for (const Batch& batch : batches_) {
+    for (std::size_t s = 0; s < here.size(); ++s) here[s] += word_at(batch.offsets, s + 1) - word_at(batch.offsets, s);
+  }
+}
+
 void RecordsView::append_part(int first, int end, particles::Bytes& out) const {
   const int here = static_cast<int>(head_.first_slot);
   if (first < here || end < first || end > here + static_cast<int>(head_.slots)) {

@@ -88,6 +88,9 @@ class RecordsView {
   /// The same in slots first .. end - 1, which must be in the message.
   std::size_t count(int first, int end) const;
 
+  /// Adds the records in each slot to its number in `counts`, which has one for each slot of the view.
+  void add_counts(std::span<std::uint32_t> counts) const;
+
   /// Appends a message of slots first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
   void append_part(int first, int end, particles::Bytes& out) const;
 

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "image/partial_tile.h"
+#include "particles/memory.h"
 
 namespace motes::image {
 namespace {
@@ -26,10 +27,6 @@ std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::ui
 void prefetch(const Piece& piece) {
   const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
-}
-
-void prefetch_for_write(std::uint8_t* from, std::size_t bytes) {
-  for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(from + i, 1);
 }
 
 // With fewer records of one colour than this, a pass over the tile costs more than their light.
@@ -284,9 +281,9 @@ void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_
 
 void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
-  constexpr int kAhead = 8;  // rows; a tile's are too far apart for the processor's guesses
+  constexpr int kAhead = 8;  // rows
   for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
-    if (y + kAhead < area_.height) prefetch_for_write(pixels + kAhead * row_bytes, lanes);
+    if (y + kAhead < area_.height) particles::prefetch_for_write(pixels + kAhead * row_bytes, lanes);
     lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);
   }
 }

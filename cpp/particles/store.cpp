@@ -22,9 +22,18 @@ enum class Packed : std::uint8_t { initial, uniform, planes };
 // A thread copies so many values at once: enough that taking them costs nothing.
 constexpr std::size_t kRange = std::size_t{1} << 15;
 
+// With fewer values than this, of all columns together, it costs more to wake other threads: of those that lie one
+// after another, and of those that are each in a cache line of its own.
+constexpr std::size_t kAlone = std::size_t{1} << 15, kAloneApart = std::size_t{1} << 11;
+
 // Calls work(column, first, last) for ranges of 0..count of each column.
 template <class Column, class Work>
-void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::size_t count, const Work& work) {
+void over_columns(threads::Pool& pool, const std::vector<Column>& columns, std::size_t count, std::size_t alone,
+                  const Work& work) {
+  if (count * columns.size() < pool.items(alone)) {
+    for (const Column& column : columns) work(column, 0, count);
+    return;
+  }
   const std::size_t range = pool.items(kRange);
   const std::size_t ranges = (count + range - 1) / range;
   pool.run(ranges * columns.size(), [&](std::size_t part, std::size_t) {
@@ -207,11 +216,12 @@ void Store::remove(std::span<const std::uint32_t> indices, threads::Pool& pool) 
       from.push_back(static_cast<std::uint32_t>(i));
     }
   }
-  over_columns(pool, planes_and_rows(), holes, [&](const Plane& plane, std::size_t first, std::size_t last) {
-    plane.visit([&](auto* values) {
-      for (std::size_t h = first; h < last; ++h) values[indices[h]] = values[from[h]];
-    });
-  });
+  over_columns(pool, planes_and_rows(), holes, kAloneApart,
+               [&](const Plane& plane, std::size_t first, std::size_t last) {
+                 plane.visit([&](auto* values) {
+                   for (std::size_t h = first; h < last; ++h) values[indices[h]] = values[from[h]];
+                 });
+               });
   size_ = left;
 }
 
@@ -275,17 +285,45 @@ void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Po
   }
   out.put(touches_ ? Packed::planes : Packed::initial);
   if (touches_) pack_plane(touches_.get());
-  over_columns(pool, packed, indices.size(), [&](const PackedColumn& column, std::size_t first, std::size_t last) {
-    column.width == sizeof(float) ? gather<float>(column, indices, first, last)
-                                  : gather<Touches>(column, indices, first, last);
-  });
+  over_columns(pool, packed, indices.size(), kAlone,
+               [&](const PackedColumn& column, std::size_t first, std::size_t last) {
+                 column.width == sizeof(float) ? gather<float>(column, indices, first, last)
+                                               : gather<Touches>(column, indices, first, last);
+               });
 }
 
-bool Store::adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before) {
+void Store::set_added(int attribute, std::array<float, 3> value, std::size_t first) {
   Column& column = columns_[index(attribute)];
-  if (column.planes) return false;
-  if (before == 0) column.value = value;
-  return same_bits(column.value, value, width(attribute));
+  if (!column.planes && first == 0) column.value = value;
+  if (!column.planes && same_bits(column.value, value, width(attribute))) return;
+  for (int c = 0; c < width(attribute); ++c) {
+    std::fill_n(writable_plane(attribute, c) + first, size_ - first, value[static_cast<std::size_t>(c)]);
+  }
+}
+
+void Store::open_added(int attribute, std::size_t first) {
+  if (!uniform(attribute)) return;
+  const std::size_t all = std::exchange(size_, first);  // only those that were here before have the uniform value
+  materialize(attribute);
+  size_ = all;
+}
+
+void Store::append(const Store& from) {
+  const std::size_t count = from.size_;
+  if (count == 0) return;
+  const std::size_t first = grow(count);
+  const auto copy = [&](auto* to, const auto* values) { std::memcpy(to + first, values, count * sizeof *values); };
+  copy(lower_ids_.get(), from.lower_ids_.get());
+  if (from.upper_ids_) copy(writable_upper_ids(), from.upper_ids_.get());
+  if (from.touches_) copy(writable_touches(), from.touches_.get());
+  for (int a = 0; a < schema_->size(); ++a) {
+    if (from.uniform(a)) {
+      set_added(a, from.uniform_value(a), first);
+    } else {
+      open_added(a, first);
+      for (int c = 0; c < width(a); ++c) copy(writable_plane(a, c), from.plane(a, c));
+    }
+  }
 }
 
 void Store::append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool) {
@@ -316,24 +354,16 @@ void Store::unpack(Reader& in, threads::Pool& pool) {
     const auto how = in.get<Packed>();
     if (how > Packed::planes) throw std::runtime_error("packed particles have a column of unknown kind");
     if (how == Packed::planes) {
-      if (uniform(a)) {
-        size_ = first;  // only the particles that were already here have the uniform value
-        materialize(a);
-        size_ = first + count;
-      }
+      open_added(a, first);
       for (int c = 0; c < components; ++c) arrive(in.take(count * sizeof(float)), writable_plane(a, c));
       continue;
     }
     std::array<float, 3> value = (*schema_)[a].initial;
     for (int c = 0; how == Packed::uniform && c < components; ++c) value[static_cast<std::size_t>(c)] = in.get<float>();
-    if (adopt_uniform(a, value, first)) continue;
-    for (int c = 0; c < components; ++c) {
-      float* plane = writable_plane(a, c) + first;
-      for (std::size_t i = 0; i < count; ++i) plane[i] = value[static_cast<std::size_t>(c)];
-    }
+    set_added(a, value, first);
   }
   if (in.get<Packed>() == Packed::planes) arrive(in.take(count * sizeof(Touches)), writable_touches());
-  over_columns(pool, arrived, count, [](const Arrived& column, std::size_t begin, std::size_t end) {
+  over_columns(pool, arrived, count, kAlone, [](const Arrived& column, std::size_t begin, std::size_t end) {
     std::memcpy(column.plane + begin * column.width, column.bytes + begin * column.width, (end - begin) * column.width);
   });
 }

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "particles/blocks.h"
@@ -86,6 +87,9 @@ class Store {
   void remove(std::span<const std::uint32_t> indices, threads::Pool& pool = threads::alone());
   void clear() { size_ = 0; }
 
+  /// Swaps particles one by one, until the store moves or gets other planes.
+  class Swapper;
+
   /// Moves the particle at from[i] to index i, for every i: `from` holds each index once. Planes stay where they are.
   void permute(std::span<const std::uint32_t> from, threads::Pool& pool = threads::alone());
 
@@ -97,6 +101,9 @@ class Store {
 
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
   void unpack(Reader& in, threads::Pool& pool = threads::alone());
+
+  /// Appends all particles of another store of the same schema.
+  void append(const Store& from);
 
   /// Appends the particles at `indices` of another store of the same schema.
   void append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool = threads::alone());
@@ -127,8 +134,9 @@ class Store {
   void materialize(int attribute);
   std::vector<Plane> planes_and_rows() const;
   std::uint32_t* writable_upper_ids();
-  /// Adopts the uniform value of arriving particles: true where it is (or becomes) the value of all.
-  bool adopt_uniform(int attribute, std::array<float, 3> value, std::size_t before);
+  /// Of particles `first` and after it, which have just been added: one value for all of them, or planes to write to.
+  void set_added(int attribute, std::array<float, 3> value, std::size_t first);
+  void open_added(int attribute, std::size_t first);
 
   const Schema* schema_;
   std::vector<Column> columns_;
@@ -137,6 +145,19 @@ class Store {
   std::shared_ptr<Touches[]> touches_;  // null: nobody remembers any
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
+};
+
+class Store::Swapper {
+ public:
+  explicit Swapper(const Store& store) : planes_(store.planes_and_rows()) {}
+  void swap(std::size_t one, std::size_t other) const {
+    for (const Plane& plane : planes_) {
+      plane.visit([&](auto* values) { std::swap(values[one], values[other]); });
+    }
+  }
+
+ private:
+  std::vector<Plane> planes_;
 };
 
 /// Memory for `count` values, aligned to a cache line; large allocations ask for huge pages.

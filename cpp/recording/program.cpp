@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <optional>
 
 #include "particles/schema.h"
 #include "particles/streams.h"
@@ -88,26 +89,51 @@ bool collect(const actions::Block& block, const Bands& bands, std::size_t base, 
   return dead_count != 0;
 }
 
+// Brings particles that are to be removed to the front of a range.
+class Front {
+ public:
+  Front(const Store& store, std::size_t first) : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
+
+  // The dead and those that left, from these places of the lists on: none of them in both.
+  void gather(Outcome& outcome, std::size_t dead, std::size_t left) {
+    while (dead < outcome.dead.size() || left < outcome.left.size()) {
+      const bool dies =
+          left == outcome.left.size() || (dead < outcome.dead.size() && outcome.dead[dead] < outcome.left[left]);
+      std::uint32_t& particle = dies ? outcome.dead[dead++] : outcome.left[left++];
+      // In ascending order: who stands at the front stays, or is this one.
+      if (particle != next_) swapper_.swap(particle, next_);
+      particle = next_++;
+    }
+  }
+
+ private:
+  Store::Swapper swapper_;
+  std::uint32_t next_;
+};
+
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
 
-// A range holds so many particles: whole blocks, long enough that starting one costs nothing, and many more ranges than
-// threads where it matters that all end at the same time.
-constexpr std::size_t kRange = 128 * kBlock;
-constexpr std::size_t kLeast = 64;  // whole vectors: kernels write whole ones
+// A range holds so many particles: whole blocks, long enough that starting one costs nothing; the last ones are
+// shorter, so that threads end together.
+constexpr std::size_t kRange = 1024 * kBlock, kLastRange = 16 * kBlock;
+constexpr std::size_t kAlone = 64 * kBlock;  // fewer are not worth waking threads for
+constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
 template <class Work>
 void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
   const std::size_t count = end - begin;
-  const std::size_t range = std::max(pool.items(kRange) / kLeast, std::size_t{1}) * kLeast;
-  if (pool.threads() == 1 || count < 2 * range) return work(begin, end, outcome);
-  std::vector<Outcome> outcomes((count + range - 1) / range);
+  if (pool.threads() == 1 || count < pool.items(kAlone)) return work(begin, end, outcome);
+  const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kRange, kLastRange, kWhole);
+  std::vector<Outcome> outcomes(starts.size() - 1);
   pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
-    const std::size_t first = begin + part * range;
-    outcomes[part].wants_hits = outcome.wants_hits;
-    work(first, std::min(end, first + range), outcomes[part]);
+    Outcome here;  // not among the others yet: threads would wait for each other's cache lines
+    here.wants_hits = outcome.wants_hits;
+    here.gathers = outcome.gathers;
+    work(begin + starts[part], begin + starts[part + 1], here);
+    outcomes[part] = std::move(here);
   });
   for (const Outcome& part : outcomes) {
     append(outcome.dead, part.dead);
@@ -199,7 +225,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
   const simd::FloatMode mode;
-  std::vector<float> scratch(actions::kScratch);
+  static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
   const Bands bands(pass.store, pass.region);
@@ -208,13 +234,17 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
   FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
                    last - first > kBlock && simd::fetches_ahead());
+  std::optional<Front> front;
+  if (outcome.gathers) front.emplace(pass.store, first);
   for (std::size_t at = first; at < last; at += kBlock) {
     const std::size_t count = std::min(kBlock, last - at);
+    const std::size_t dead_before = outcome.dead.size(), left_before = outcome.left.size();
     ahead.aim(at + kBlock, last);
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws, ahead);
     if (collect(block, bands, at, outcome)) dead.fill(0);
+    if (front) front->gather(outcome, dead_before, left_before);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
     }

@@ -53,11 +53,15 @@ struct Outcome {
   std::vector<std::uint32_t> left;
   std::vector<std::uint32_t> hits;  // bounced at least once; kept only where `wants_hits`
   bool wants_hits = false;
+  /// Whether a list may change the order of particles: then each range's dead, and those that left, come to stand at
+  /// its front. They are moved while they are in the caches, and removed together later.
+  bool gathers = false;
 
   void clear() {
     dead.clear();
     left.clear();
     hits.clear();
+    gathers = false;
   }
 };
 

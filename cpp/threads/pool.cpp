@@ -71,7 +71,6 @@ Pool::~Pool() {
 void Pool::start() {
   const WithoutSignals blocked;
   process_ = getpid();
-  workers_.reserve(static_cast<std::size_t>(threads_));
   while (workers_.size() < static_cast<std::size_t>(threads_)) {
     workers_.emplace_back();
     const std::size_t number = workers_.size() - 1;
@@ -100,10 +99,14 @@ void Pool::run(std::size_t parts, const Work& work) {
 void Pool::open(std::size_t parts, const Work& work) {
   {
     const std::scoped_lock lock(mutex_);
-    for (Worker& worker : workers_) worker.took_part = false;
+    const std::size_t shares = workers_.size();
+    for (std::size_t share = 0; share < shares; ++share) {
+      workers_[share].took_part = false;
+      workers_[share].next.store(parts * share / shares, std::memory_order_relaxed);
+      workers_[share].end = parts * (share + 1) / shares;
+    }
     work_ = &work;
-    parts_ = parts;
-    next_.store(0, std::memory_order_relaxed);
+    lowest_failed_.store(SIZE_MAX, std::memory_order_relaxed);
     open_ = true;
     tasks_.fetch_add(1, std::memory_order_release);
   }
@@ -122,20 +125,35 @@ void Pool::close() {
 void Pool::take_parts(std::size_t worker) {
   const double start = cpu_seconds();
   bool took_part = false;
-  for (std::size_t part = 0; (part = next_.fetch_add(1, std::memory_order_relaxed)) < parts_; took_part = true) {
-    try {
-      (*work_)(part, worker);
-    } catch (...) {
-      const std::scoped_lock lock(mutex_);
-      if (!failure_ || part < failed_part_) {
-        failure_ = std::current_exception();
-        failed_part_ = part;
-      }
-      next_.store(parts_, std::memory_order_relaxed);
-    }
+  for (std::size_t away = 0; away < workers_.size(); ++away) {
+    took_part |= take_share(workers_[(worker + away) % workers_.size()], worker);
   }
   workers_[worker].took_part = took_part;
   workers_[worker].busy_s = cpu_seconds() - start;
+}
+
+// What nobody has begun of a share; returns whether there was any.
+bool Pool::take_share(Worker& from, std::size_t worker) {
+  bool took_part = false;
+  while (from.next.load(std::memory_order_relaxed) < from.end) {  // looking takes no cache line away from its owner
+    const std::size_t part = from.next.fetch_add(1, std::memory_order_relaxed);
+    if (part >= from.end || part > lowest_failed_.load(std::memory_order_relaxed)) break;
+    took_part = true;
+    try {
+      (*work_)(part, worker);
+    } catch (...) {
+      note_failure(part);
+    }
+  }
+  return took_part;
+}
+
+// In a handler.
+void Pool::note_failure(std::size_t part) {
+  const std::scoped_lock lock(mutex_);
+  if (part > lowest_failed_.load(std::memory_order_relaxed)) return;
+  failure_ = std::current_exception();
+  lowest_failed_.store(part, std::memory_order_relaxed);
 }
 
 void Pool::serve(std::size_t worker) {
@@ -175,6 +193,22 @@ void Pool::note_time() {
 Pool& alone() {
   static Pool pool(1);
   return pool;
+}
+
+std::vector<std::size_t> falling_ranges(const Pool& pool, std::size_t count, std::size_t most, std::size_t least,
+                                        std::size_t whole) {
+  const auto rounded = [&](std::size_t items) { return std::max(items / whole, std::size_t{1}) * whole; };
+  const std::size_t upper = rounded(pool.items(most)), lower = std::min(rounded(least), upper);
+  const auto threads = static_cast<std::size_t>(pool.threads());
+  std::vector<std::size_t> starts{0};
+  for (std::size_t share = 1; share <= threads; ++share) {
+    const std::size_t end = share < threads ? std::min(rounded(count / threads) * share, count) : count;
+    while (starts.back() < end) {
+      const std::size_t rest = end - starts.back();
+      starts.push_back(starts.back() + std::min(rest, std::clamp(rounded(rest / 2), lower, upper)));
+    }
+  }
+  return starts;
 }
 
 }  // namespace motes::threads

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <exception>
 #include <functional>
 #include <mutex>
@@ -35,9 +36,10 @@ class Pool {
   /// Items in a part of a task for which parts of `best` items are best.
   std::size_t items(std::size_t best) const { return best < grain_ ? best : grain_; }
 
-  /// Calls work(part, worker) for the parts 0..parts - 1, which begin in this order, and returns when all have ended.
-  /// After a part has thrown no other begins; what the lowest of them threw is thrown. One task at a time: parts must
-  /// not call this.
+  /// Calls work(part, worker) for the parts 0..parts - 1, and returns when all have ended. Each worker begins with a
+  /// share of its own, the same in every task of so many parts, whose memory its processor then has in its caches, and
+  /// goes on with what others have left of theirs. After a part has thrown none above it begins; what the lowest of
+  /// them threw is thrown. One task at a time: parts must not call this.
   void run(std::size_t parts, const Work& work);
 
   /// What to add to the calling thread's processor time for the time that its work would take on a thread that is as
@@ -45,7 +47,9 @@ class Pool {
   double beyond_caller_s() const { return beyond_caller_s_; }
 
  private:
-  struct Worker {
+  struct alignas(64) Worker {  // a cache line of its own
+    std::atomic<std::size_t> next{0};  // of its share, the part that nobody has begun
+    std::size_t end = 0;
     std::thread thread;
     double busy_s = 0;  // processor time of this task's parts
     bool took_part = false;
@@ -57,18 +61,19 @@ class Pool {
   void serve(std::size_t worker);
   bool join_task(std::size_t& seen);
   void take_parts(std::size_t worker);
+  bool take_share(Worker& from, std::size_t worker);
+  void note_failure(std::size_t part);
   void note_time();
 
   int threads_;
   std::size_t grain_;
-  std::vector<Worker> workers_;  // the first is the caller
+  std::deque<Worker> workers_;  // the first is the caller
   double beyond_caller_s_ = 0;
   int process_ = 0;  // that started the threads: a copy of it has none
 
   // The task under way.
   const Work* work_ = nullptr;
-  std::size_t parts_ = 0;
-  std::atomic<std::size_t> next_{0};  // part
+  std::atomic<std::size_t> lowest_failed_{0};  // part
 
   std::mutex mutex_;  // what follows changes under it
   std::condition_variable task_begins_, task_ends_;
@@ -76,12 +81,18 @@ class Pool {
   std::atomic<int> at_work_{0};        // threads of the pool
   bool open_ = false;  // a thread that wakes may still join; one that wakes too late is not waited for
   bool ends_ = false;
-  std::size_t failed_part_ = 0;
   std::exception_ptr failure_;
 };
 
 /// One thread: the caller's.
 Pool& alone();
+
+/// Cuts 0..count into equal shares, one per thread, and each share into ranges of at most `most` items, ever fewer
+/// towards its end, down to `least`, so that threads end together (as in guided self-scheduling, C. Polychronopoulos
+/// and D. Kuck, 1987). Returns where they start, and `count` behind them. All but the last hold a multiple of `whole`
+/// items, of which `least` and `most` are multiples.
+std::vector<std::size_t> falling_ranges(const Pool& pool, std::size_t count, std::size_t most, std::size_t least,
+                                        std::size_t whole);
 
 /// Cuts 0..count into ranges of `best` items, or fewer (see Pool), and calls work(first, last).
 template <class Work>

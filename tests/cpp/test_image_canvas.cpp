@@ -76,7 +76,7 @@ TEST(image_pixels_are_the_same_everywhere) {
   view.objects = {sphere_at_origin(1), ground};
   view.camera.position = {1, 2, 9};
   std::uint64_t digest = 0xcbf29ce484222325u;  // FNV-1a
-  const auto take = [&](const std::vector<std::uint8_t>& pixels) {
+  const auto take = [&](const Pixels& pixels) {
     for (const std::uint8_t p : pixels) digest = (digest ^ p) * 0x100000001b3u;
   };
   take(picture(view, {message(random_cloud(5000, 2), {Sprite::Kind::disc, 5}, view)}));

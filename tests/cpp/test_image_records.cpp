@@ -217,6 +217,24 @@ std::vector<std::byte> in_slot(const RecordsView& view, int slot) {
   return found;
 }
 
+TEST(image_counts_of_records_add_up_by_slot) {
+  const View view = small_view(640, 360);
+  const auto bytes = message(random_cloud(40000, 3), {Sprite::Kind::disc, 5}, view);
+  const RecordsView all(bytes);
+  const auto slots = static_cast<std::size_t>(all.grid().tiles());
+  motes::particles::Bytes part;
+  all.append_part(7, 20, part);
+  std::vector<std::uint32_t> counts(slots, 1);
+  all.add_counts(counts);
+  RecordsView(part.view()).add_counts(counts);
+  for (std::size_t s = 0; s < slots; ++s) {
+    std::size_t wanted = 1;
+    for (const auto& batch : all.batches())
+      wanted += all.piece(batch, static_cast<int>(s)).count * (s >= 7 && s < 20 ? 2 : 1);
+    CHECK(counts[s] == wanted);
+  }
+}
+
 TEST(image_slots_are_tiles_in_another_order) {
   const View view = small_view(333, 200);  // 6 x 4 tiles
   const Cloud cloud = random_cloud(40000, 5);

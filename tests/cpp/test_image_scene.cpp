@@ -54,8 +54,7 @@ std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const V
   return {records.bytes().begin(), records.bytes().end()};
 }
 
-std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
-                                  const SplatLanes& lanes) {
+Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages, const SplatLanes& lanes) {
   Canvas canvas(lanes);
   canvas.begin(view);
   for (const auto& m : messages) canvas.add(m);

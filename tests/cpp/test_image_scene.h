@@ -57,7 +57,7 @@ std::vector<const SplatLanes*> usable_splat_lanes();
 
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view,
                                const ProjectLanes& lanes = project_lanes());
-std::vector<std::uint8_t> picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
+Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
                                   const SplatLanes& lanes = splat_lanes());
 
 /// Sums of light as linear RGB, before exposure and roll-off.

@@ -160,7 +160,7 @@ TEST(image_several_painters_share_a_scene) {
   messages.add(records);
   TilePainter painters[2];
   for (TilePainter& painter : painters) painter.begin(scene);
-  std::vector<std::uint8_t> assembled(pixels.size());
+  Pixels assembled(pixels.size());
   std::vector<Piece> pieces;
   for (int tile = scene.grid().tiles(); tile-- > 0;) {
     const Area area = scene.grid().area(tile);

@@ -4,6 +4,7 @@
 #include <limits>
 #include <numeric>
 #include <stdexcept>
+#include <tuple>
 #include <vector>
 
 #include "check.h"
@@ -174,6 +175,48 @@ TEST(program_names_the_dead_and_those_that_leave) {
     Outcome again;
     Program::find_leavers(store, 0, slice, again);
     CHECK(again.left.size() >= wanted.left.size() && again.dead.empty());
+  }
+}
+
+TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
+  const Slice slice{1, -0.7f, 0.7f};
+  const Program program({gravity(), shake(), move(), kill_old(1)});
+  for (const auto& [count, threads, grain] : {std::tuple{1u, 1, 64u},
+                                              {129u, 1, 64u},
+                                              {5000u, 1, 64u},
+                                              {5000u, 3, 64u},
+                                              {5000u, 2, 1000u},
+                                              {5000u, 7, 128u}}) {
+    threads::Pool pool(threads, grain);
+    Store before = random_store(count, count);
+    float* age = before.writable_plane(particles::age, 0);
+    for (std::size_t i = 0; i < count; ++i) age[i] = i % 11 == 3 ? 5.0f : 0.0f;
+    Store stay = copy_of(before), come = copy_of(before);
+    Outcome stayed, came;
+    came.gathers = true;
+    program.run(stay, 0, 0, {0, 2, 0.1, 0}, kKey, slice, stayed, pool);
+    program.run(come, 0, 0, {0, 2, 0.1, 0}, kKey, slice, came, pool);
+    CHECK(particles::digest(come) == particles::digest(stay));
+    const auto ids = [](const Store& store, const std::vector<std::uint32_t>& particles) {
+      std::vector<std::uint64_t> found;
+      for (const std::uint32_t p : particles) found.push_back(store.ids()[p]);
+      std::sort(found.begin(), found.end());
+      return found;
+    };
+    CHECK(ids(come, came.dead) == ids(stay, stayed.dead) && ids(come, came.left) == ids(stay, stayed.left));
+    CHECK(std::is_sorted(came.dead.begin(), came.dead.end()) && std::is_sorted(came.left.begin(), came.left.end()));
+    std::vector<std::uint32_t> gone(came.dead);
+    gone.insert(gone.end(), came.left.begin(), came.left.end());
+    std::sort(gone.begin(), gone.end());
+    if (threads == 1) {
+      for (std::uint32_t i = 0; i < gone.size(); ++i) CHECK(gone[i] == i);
+    }
+    std::vector<std::uint32_t> others(stayed.dead);
+    others.insert(others.end(), stayed.left.begin(), stayed.left.end());
+    std::sort(others.begin(), others.end());
+    come.remove(gone, pool);
+    stay.remove(others, pool);
+    CHECK(come.size() == stay.size() && particles::digest(come) == particles::digest(stay));
   }
 }
 

@@ -24,12 +24,20 @@ void no_light(const image::TilePlanes&, const image::Splat&, const unsigned char
   throw std::runtime_error("the brush broke");
 }
 
+// Rows of tiles that are shown before showing one breaks.
+int rows_to_go = 0;
+void no_tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to) {
+  if (--rows_to_go < 0) throw std::runtime_error("the brush broke");
+  image::splat_lanes().tone(light, count, table, to);
+}
+
 struct Fault {
   int ranks;
   bool shared;
   Path path;
   int rank;
-  bool projecting;  // or painting
+  bool projecting;     // or painting
+  bool later = false;  // when a message of tiles has been sent already
 };
 
 void break_down(frame::Painter& painter, bool projecting) {
@@ -48,6 +56,17 @@ void break_down(frame::Painter& painter, bool projecting) {
   }
 }
 
+// In a picture of which each rank's part takes several messages, in the second one.
+void break_down_later(frame::Painter& painter) {
+  static const image::SplatLanes kSplat = [] {
+    image::SplatLanes lanes = image::splat_lanes();
+    lanes.tone = no_tone;
+    return lanes;
+  }();
+  rows_to_go = 60 * 64;
+  painter.workers = image::TileWorkers(kSplat);
+}
+
 // How each rank ended: "", its own exception, or what it heard.
 using Ends = std::map<int, std::string>;
 
@@ -61,8 +80,8 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
   definition.space = {domains::Space::Kind::finite, -4, 4};
   engine.add_system(definition);
   image::View view;
-  view.width = 200;
-  view.height = 150;
+  view.width = fault.later ? 1280 : 200;
+  view.height = fault.later ? 960 : 150;
   view.camera.position = {0, 0, 8};
   view.path = fault.path;
   try {
@@ -74,7 +93,9 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
       birth.rate = 24 * 300;
       engine.record(0, birth);
       engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
-      if (i == kFrame && self.rank() == fault.rank) break_down(engine.painter(), fault.projecting);
+      if (i == kFrame && self.rank() == fault.rank) {
+        fault.later ? break_down_later(engine.painter()) : break_down(engine.painter(), fault.projecting);
+      }
       engine.run_frame(view);
       plan = engine.painter().plan;
     }
@@ -137,6 +158,15 @@ TEST(a_rank_that_fails_in_a_picture_tells_all_who_need_its_part) {
           check_fault({ranks, shared, path, rank, false}, ++seed);
         }
       }
+    }
+  }
+}
+
+TEST(a_rank_that_fails_when_it_has_sent_some_of_its_tiles_tells_the_image_generator) {
+  std::uint64_t seed = 0;
+  for (const int ranks : {2, 3}) {
+    for (const Path path : {Path::tiles, Path::composite}) {
+      for (int rank = 1; rank < ranks; ++rank) check_fault({ranks, true, path, rank, false, true}, ++seed);
     }
   }
 }

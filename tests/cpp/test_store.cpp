@@ -185,6 +185,32 @@ TEST(store_takes_over_uniform_values_and_materialises_others) {
   CHECK(both.uniform(velocity));
 }
 
+TEST(store_appends_all_of_another_as_it_appends_its_particles_by_number) {
+  const Schema schema = schema_of_test();
+  // Attributes without planes, with the same value and with another; upper halves of ids; touches.
+  for (unsigned form = 0; form < 32; ++form) {
+    const auto filled = [&](std::size_t count, std::uint64_t first, bool planes, bool far, bool touches) {
+      Store store(schema);
+      if (!planes) store.set_uniform(color, {first == 0 ? 1.0f : 0.5f, 0, 0});
+      store.grow(count);
+      for (std::size_t i = 0; i < count; ++i) store.set_id(i, first + i + (far ? std::uint64_t{1} << 33 : 0));
+      for (std::size_t i = 0; planes && i < count; ++i)
+        store.writable_plane(color, 1)[i] = static_cast<float>(i + first);
+      for (std::size_t i = 0; touches && i < count; ++i) store.writable_touches()[i] = Touches{};
+      return store;
+    };
+    const bool alike = (form & 8u) != 0;
+    const Store from = filled(5, alike ? 0 : 100, (form & 1u) != 0, (form & 2u) != 0, (form & 4u) != 0);
+    Store whole = filled(3, 0, (form & 16u) != 0, false, false),
+          by_number = filled(3, 0, (form & 16u) != 0, false, false);
+    whole.append(from);
+    by_number.append(from, {0, 1, 2, 3, 4});
+    whole.append(Store(schema));
+    CHECK(whole.size() == 8 && digest(whole) == digest(by_number));
+    CHECK(whole.uniform(color) == by_number.uniform(color) && whole.memory_bytes() == by_number.memory_bytes());
+  }
+}
+
 TEST(store_refuses_bytes_that_end_too_early) {
   const Schema schema = schema_of_test();
   Store store(schema);

@@ -3,6 +3,7 @@
 
 #include <time.h>
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
@@ -75,6 +76,48 @@ TEST(ranges_cover_all_and_do_not_overlap) {
     });
     for (const std::atomic<int>& once : seen) CHECK(once == 1);
   }
+}
+
+TEST(each_worker_begins_with_its_own_share) {
+  for (const int threads : {2, 3, 5}) {
+    Pool pool(threads);
+    const auto workers = static_cast<std::size_t>(threads);
+    for (const std::size_t each : {std::size_t{1}, std::size_t{4}}) {
+      std::atomic<std::size_t> begun{0};
+      std::vector<std::size_t> first_part(workers, SIZE_MAX);  // of each worker
+      pool.run(workers * each, [&](std::size_t part, std::size_t worker) {
+        if (first_part[worker] != SIZE_MAX) return;
+        first_part[worker] = part;
+        ++begun;  // nobody goes on before all are here
+        for (int wait = 0; wait < 5000 && begun < workers; ++wait) {
+          std::this_thread::sleep_for(std::chrono::milliseconds(1));
+        }
+      });
+      for (std::size_t worker = 0; worker < workers; ++worker) CHECK(first_part[worker] == worker * each);
+    }
+  }
+}
+
+TEST(falling_ranges_cover_all_in_equal_shares_and_end_small) {
+  for (const int threads : {1, 2, 3, 8}) {
+    for (const std::size_t count : {0u, 1u, 63u, 64u, 65u, 1000u, 100000u, 400001u}) {
+      const Pool pool(threads);
+      const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, 131072, 2048, 64);
+      CHECK(starts.front() == 0 && starts.back() == count && std::is_sorted(starts.begin(), starts.end()));
+      CHECK(std::adjacent_find(starts.begin(), starts.end()) == starts.end());
+      for (std::size_t i = 0; i + 1 < starts.size(); ++i)
+        CHECK(starts[i] % 64 == 0 && starts[i + 1] - starts[i] <= 131072);
+      if (count < 100000) continue;
+      const auto shares = static_cast<std::size_t>(threads);
+      CHECK((starts.size() - 1) % shares == 0);
+      for (std::size_t share = 0; share < shares; ++share) {  // each share is one worker's
+        const std::size_t first = starts[(starts.size() - 1) * share / shares];
+        CHECK(first >= count / shares * share - 64 * share && first <= count / shares * share);
+      }
+      CHECK(starts.back() - starts[starts.size() - 2] <= 2 * 2048);
+    }
+  }
+  CHECK(threads::falling_ranges(Pool(2, 1), 1000, 131072, 2048, 64).size() == 17);  // a small grain: whole vectors
 }
 
 TEST(a_task_throws_what_its_lowest_failing_part_threw) {

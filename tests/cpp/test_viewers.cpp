@@ -30,7 +30,7 @@ struct End {
   std::vector<std::string> heard;  // after each frame and each question between frames
   int asked = 0;  // how often the image generator's function was called
   std::vector<particles::Digest> particles;
-  std::vector<std::vector<std::uint8_t>> pictures;
+  std::vector<image::Pixels> pictures;
 };
 
 roles::Cast cast_of(const Asked& asked) {
@@ -53,12 +53,12 @@ image::View view_of(const Asked& asked, double x) {
 
 void redraw_twice(frame::Engine& engine, const Asked& asked, double x, End& end) {
   const bool draws = engine.talk().draws();
-  const std::vector<std::uint8_t> last = engine.painter().take_pixels();
+  image::Pixels last = engine.painter().take_pixels();
   engine.redraw(view_of(asked, x));
   if (draws && asked.shutter == 0) CHECK(engine.painter().take_pixels() == last);
   engine.redraw(view_of(asked, x + 3));
   if (draws) CHECK(engine.painter().take_pixels() != last);
-  if (draws) end.pictures.push_back(last);
+  if (draws) end.pictures.push_back(std::move(last));
 }
 
 End play(SimulatedRank& self, const Asked& asked) {

@@ -11,100 +11,155 @@ namespace {
 
 // With fewer keys, passes over counters cost more than comparing.
 constexpr std::size_t kWorthCounting = 256;
-constexpr int kMostDigitBits = 12;
+constexpr int kMostDigitBits = 12, kMostPasses = 3;  // of 32 bits
 
 constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
 
 }  // namespace
 
 void Ordered::sort(std::span<const Piece> pieces) {
-  keys_.clear();
-  entries_.clear();
+  const auto is_wanted = [](const Piece& piece) { return !piece.brush->blends(Sprite::Blend::opaque); };
+  count_ = 0;
   bytes_ = 0;
   most_alpha_ = 0;
+  brush_ = nullptr;
+  bool alike = true;
   for (const Piece& piece : pieces) {
-    if (!piece.brush->blends(Sprite::Blend::opaque)) list(piece);
+    if (!is_wanted(piece)) continue;
+    if (brush_ == nullptr) brush_ = piece.brush;
+    alike &= piece.brush == brush_;
+    count_ += piece.count;
+    bytes_ += piece.count * piece.brush->record_bytes();
+    most_alpha_ = std::max(most_alpha_, piece.most_alpha);
+  }
+  if (!alike) brush_ = nullptr;
+  keys_.resize(count_);
+  brush_ != nullptr ? listed_.resize(bytes_) : entries_.resize(count_);
+  least_ = ~std::uint32_t{0};
+  greatest_ = 0;
+  std::size_t first = 0, at = 0;
+  for (const Piece& piece : pieces) {
+    if (!is_wanted(piece)) continue;
+    list(piece, first, at);
+    first += piece.count;
+    at += piece.count * piece.brush->record_bytes();
   }
   sort_keys();
-  order_equals();
   gather();
 }
 
-void Ordered::list(const Piece& piece) {
-  const std::size_t size = piece.brush->record_bytes(), before = keys_.size();
+// Records of one brush are brought together first: then a record's number says where it is.
+void Ordered::list(const Piece& piece, std::size_t first, std::size_t at) {
+  const std::size_t size = piece.brush->record_bytes();
   const bool deep = has_depth(piece.brush->layout());
   const std::size_t depth = deep ? static_cast<std::size_t>(form(piece.brush->layout()).depth) : 0;
-  keys_.resize(before + piece.count);
-  entries_.resize(before + piece.count);
-  bytes_ += piece.count * size;
-  most_alpha_ = std::max(most_alpha_, piece.most_alpha);
   const std::byte* record = piece.records;
-  for (std::size_t i = before; i < keys_.size(); ++i, record += size) {
+  if (brush_ != nullptr) {
+    std::memcpy(listed_.data() + at, record, piece.count * size);
+  } else {
+    for (std::size_t i = 0; i < piece.count; ++i) entries_.data()[first + i] = {record + i * size, piece.brush};
+  }
+  std::uint64_t* keys = keys_.data() + first;
+  for (std::size_t i = 0; i < piece.count; ++i, record += size) {
     std::uint32_t bits = 0;
     if (deep) std::memcpy(&bits, record + depth, sizeof bits);
-    keys_[i] = std::uint64_t{~bits} << 32 | i;
-    entries_[i] = {record, piece.brush};
+    least_ = std::min(least_, ~bits);
+    greatest_ = std::max(greatest_, ~bits);
+    keys[i] = std::uint64_t{~bits} << 32 | (first + i);
   }
 }
 
 // By the upper half only, in as few passes as the range of the depths needs: two for most tiles.
 void Ordered::sort_keys() {
-  if (keys_.size() < kWorthCounting) {
-    std::sort(keys_.begin(), keys_.end());
+  if (count_ < kWorthCounting) {
+    std::sort(keys_.data(), keys_.data() + count_);
     return;
   }
-  std::uint64_t least = ~std::uint64_t{0}, greatest = 0;
-  for (const std::uint64_t key : keys_) {
-    least = std::min(least, key);
-    greatest = std::max(greatest, key);
-  }
-  least &= ~std::uint64_t{0xffffffffu};
-  const auto bits = static_cast<int>(std::bit_width((greatest - least) >> 32));
+  const auto bits = static_cast<int>(std::bit_width(greatest_ - least_));
   const int passes = (bits + kMostDigitBits - 1) / kMostDigitBits;
   if (passes == 0) return;
   const int digit_bits = (bits + passes - 1) / passes;
-  const std::uint64_t mask = (std::uint64_t{1} << digit_bits) - 1;
-  other_keys_.resize(keys_.size());
-  for (int pass = 0, shift = 32; pass < passes; ++pass, shift += digit_bits) {
-    std::array<std::uint32_t, std::size_t{1} << kMostDigitBits> count;
-    std::fill_n(count.begin(), mask + 1, 0u);
-    for (const std::uint64_t key : keys_) ++count[(key - least) >> shift & mask];
-    std::exclusive_scan(count.begin(), count.begin() + static_cast<std::ptrdiff_t>(mask + 1), count.begin(), 0u);
-    for (const std::uint64_t key : keys_) other_keys_[count[(key - least) >> shift & mask]++] = key;
-    keys_.swap(other_keys_);
+  const std::uint32_t mask = (std::uint32_t{1} << digit_bits) - 1;
+  std::array<std::array<std::uint32_t, std::size_t{1} << kMostDigitBits>, kMostPasses> counts;
+  for (int pass = 0; pass < passes; ++pass) std::fill_n(counts[static_cast<std::size_t>(pass)].begin(), mask + 1, 0u);
+  const auto count_all = [&]<int kPasses>() {  // the digits of all passes at once
+    for (std::size_t i = 0; i < count_; ++i) {
+      const std::uint32_t above = static_cast<std::uint32_t>(keys_.data()[i] >> 32) - least_;
+      for (int pass = 0; pass < kPasses; ++pass)
+        ++counts[static_cast<std::size_t>(pass)][above >> pass * digit_bits & mask];
+    }
+  };
+  passes == 1 ? count_all.operator()<1>() : passes == 2 ? count_all.operator()<2>() : count_all.operator()<3>();
+  other_keys_.resize(count_);
+  for (int pass = 0; pass < passes; ++pass) {
+    std::uint32_t* places = counts[static_cast<std::size_t>(pass)].data();
+    std::exclusive_scan(places, places + mask + 1, places, 0u);
+    const int shift = pass * digit_bits;
+    std::uint64_t* to = other_keys_.data();
+    for (std::size_t i = 0; i < count_; ++i) {
+      const std::uint64_t key = keys_.data()[i];
+      to[places[(static_cast<std::uint32_t>(key >> 32) - least_) >> shift & mask]++] = key;
+    }
+    std::swap(keys_, other_keys_);
   }
 }
 
-void Ordered::order_equals() {
-  const auto depth = [](std::uint64_t key) { return key >> 32; };
+Ordered::Entry Ordered::entry(std::uint64_t key) const {
+  const std::size_t number = key & 0xffffffffu;
+  if (brush_ != nullptr) return {listed_.data() + number * brush_->record_bytes(), brush_};
+  return entries_.data()[number];
+}
+
+// Equally deep records from `first` on are put in the order of their content.
+void Ordered::order_equals(std::size_t first) {
   const auto before = [&](std::uint64_t a, std::uint64_t b) {
-    const Entry& first = entries_[a & 0xffffffffu];
-    const Entry& second = entries_[b & 0xffffffffu];
-    if (first.brush != second.brush) return *first.brush < *second.brush;
-    return std::memcmp(first.record, second.record, first.brush->record_bytes()) < 0;
+    const Entry one = entry(a), other = entry(b);
+    if (one.brush != other.brush) return *one.brush < *other.brush;
+    return std::memcmp(one.record, other.record, one.brush->record_bytes()) < 0;
   };
-  for (std::size_t i = 0; i + 1 < keys_.size();) {
-    std::size_t end = i + 1;
-    while (end < keys_.size() && depth(keys_[end]) == depth(keys_[i])) ++end;
-    if (end - i > 1) {
-      std::sort(keys_.begin() + static_cast<std::ptrdiff_t>(i), keys_.begin() + static_cast<std::ptrdiff_t>(end),
-                before);
-    }
-    i = end;
-  }
+  std::uint64_t* keys = keys_.data();
+  std::size_t end = first + 1;
+  while (end < count_ && keys[end] >> 32 == keys[first] >> 32) ++end;
+  std::sort(keys + first, keys + end, before);
 }
 
 void Ordered::gather() {
   runs_.clear();
+  if (count_ == 0) return;
   records_.resize(bytes_);
+  if (brush_ == nullptr) return gather_each();
+  runs_.push_back({brush_, records_.data(), count_, most_alpha_});
+  // Most records are of this size, and a copy of a known one is no call.
+  brush_->record_bytes() == kDeepBytes ? copy_alike<kDeepBytes>(kDeepBytes) : copy_alike<0>(brush_->record_bytes());
+}
+
+// `kSize`: bytes of a record; 0: `size`.
+template <std::size_t kSize>
+void Ordered::copy_alike(std::size_t size) {
+  const std::byte* from = listed_.data();
   std::byte* to = records_.data();
-  for (const std::uint64_t key : keys_) {
-    const Entry& entry = entries_[key & 0xffffffffu];
-    const std::size_t size = entry.brush->record_bytes();
-    if (runs_.empty() || runs_.back().brush != entry.brush) runs_.push_back({entry.brush, to, 0, most_alpha_});
+  const std::uint64_t* keys = keys_.data();
+  std::uint64_t before = ~keys[0];
+  for (std::size_t i = 0; i < count_; ++i, to += kSize != 0 ? kSize : size) {
+    if (i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0) order_equals(i);
+    before = keys[i];
+    const std::byte* record = from + (before & 0xffffffffu) * (kSize != 0 ? kSize : size);
+    kSize != 0 ? std::memcpy(to, record, kSize) : std::memcpy(to, record, size);
+  }
+}
+
+void Ordered::gather_each() {
+  std::byte* to = records_.data();
+  const std::uint64_t* keys = keys_.data();
+  std::uint64_t before = ~keys[0];
+  for (std::size_t i = 0; i < count_; ++i) {
+    if (i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0) order_equals(i);
+    before = keys[i];
+    const Entry next = entry(before);
+    const std::size_t size = next.brush->record_bytes();
+    if (runs_.empty() || runs_.back().brush != next.brush) runs_.push_back({next.brush, to, 0, most_alpha_});
     ++runs_.back().count;
-    // Most records are of this size, and a copy of a known one is no call.
-    size == kDeepBytes ? std::memcpy(to, entry.record, kDeepBytes) : std::memcpy(to, entry.record, size);
+    std::memcpy(to, next.record, size);
     to += size;
   }
 }

@@ -27,16 +27,23 @@ class Ordered {
     const Brush* brush;
   };
 
-  void list(const Piece& piece);
+  void list(const Piece& piece, std::size_t first, std::size_t at);
   void sort_keys();
-  void order_equals();
+  Entry entry(std::uint64_t key) const;
+  void order_equals(std::size_t first);
   void gather();
+  template <std::size_t kSize>
+  void copy_alike(std::size_t size);
+  void gather_each();
 
-  // A key is the complement of the depth, then the number of the entry.
-  std::vector<std::uint64_t> keys_, other_keys_;
-  std::vector<Entry> entries_;
-  std::size_t bytes_ = 0;  // of all records
+  // A key is the complement of the depth, then the number of the record.
+  BufferOf<std::uint64_t> keys_, other_keys_;
+  std::uint32_t least_ = 0, greatest_ = 0;  // complements of depths
+  std::size_t count_ = 0, bytes_ = 0;       // of all records
   std::uint8_t most_alpha_ = 0;
+  const Brush* brush_ = nullptr;  // of all records; null: they have several
+  Buffer listed_;                 // all records, where they have one brush; else:
+  BufferOf<Entry> entries_;
   std::vector<Piece> runs_;
   Buffer records_;
 };

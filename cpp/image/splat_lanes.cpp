@@ -155,6 +155,20 @@ void flat_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   }
 }
 
+#if MOTES_WIDTH == 512
+// Eight pixels of a sphere's row, as half vectors: more of these are computed at once.
+MOTES_INLINE void round_eight(image::Nearest* to, const std::uint8_t* shade, const float* bulge, Uints color,
+                              Floats center, Floats radius, unsigned covered) {
+  const __m256i shades = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(shade)));
+  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), _mm256_slli_epi32(shades, 24));
+  const __m256 nearer = _mm256_mul_ps(_mm512_castps512_ps256((__m512)radius), _mm256_loadu_ps(bulge));
+  const __m256 depth =
+      _mm256_max_ps(_mm256_sub_ps(_mm512_castps512_ps256((__m512)center), nearer), _mm256_set1_ps(kLeastDepth));
+  keep_nearest(to, nearest_of((Uints)_mm512_castps256_ps512(depth), (Uints)_mm512_castsi256_si512(surface), 0),
+               covered);
+}
+#endif
+
 // `kVectors` of kWidth pixels; kHalf: the last one of half as many.
 template <int kVectors, bool kHalf>
 void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
@@ -172,6 +186,14 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
     const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * image::kSurfaceRow;
     image::Nearest* to = surfaces + at.pixel;
     for (int row = 0; row < s.size; ++row, to += kPixelStride) {
+#if MOTES_WIDTH == 512
+      if (kHalf && kVectors == 1) {
+        round_eight(to, shade, bulge, color, center, radius, covered[row]);
+        shade += image::kSurfaceRow;
+        bulge += image::kSurfaceRow;
+        continue;
+      }
+#endif
       for (int j = 0; j < kVectors; ++j) {
         const Uints surface = color | load_bytes(shade + j * kWidth) << 24;
         const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));

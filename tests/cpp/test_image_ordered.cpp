@@ -65,3 +65,50 @@ TEST(image_records_are_ordered_from_far_to_near) {
     }
   }
 }
+
+// Records of two brushes, of 12 and of 8 bytes: those without a depth are nearer than all others.
+TEST(image_records_of_several_brushes_are_ordered_by_depth_brush_and_content) {
+  const View view = small_view();
+  Sprite small, large;
+  small.blend = large.blend = Sprite::Blend::alpha;
+  small.pixels = 3;
+  const Brush first(small, Layout::deep, view), second(large, Layout::deep, view), flat(large, Layout::plain, view);
+  test::Dice dice(78);
+  Ordered ordered;
+  for (const std::size_t count : {2u, 50u, 400u, 3000u}) {
+    struct One {
+      const Brush* brush;
+      std::vector<std::byte> bytes;
+      std::uint32_t depth;
+    };
+    std::vector<One> all;
+    std::vector<std::vector<std::byte>> memory;
+    std::vector<Piece> pieces;
+    for (const Brush* brush : {&first, &second, &flat, &first}) {
+      std::vector<std::byte> records(count * brush->record_bytes());
+      for (std::byte& b : records) b = static_cast<std::byte>(dice.below(3));
+      for (std::size_t i = 0; i < count; ++i) {
+        std::byte* record = records.data() + i * brush->record_bytes();
+        const auto depth = 0x41000000u + static_cast<std::uint32_t>(dice.below(40));  // often the same
+        if (brush != &flat) std::memcpy(record + offsetof(DeepRecord, depth), &depth, sizeof depth);
+        all.push_back({brush, {record, record + brush->record_bytes()}, brush == &flat ? 0 : depth});
+      }
+      memory.push_back(std::move(records));
+      pieces.push_back({brush, memory.back().data(), count, 5});
+    }
+    std::sort(all.begin(), all.end(), [](const One& a, const One& b) {
+      if (a.depth != b.depth) return a.depth > b.depth;
+      if (a.brush != b.brush) return *a.brush < *b.brush;
+      return std::memcmp(a.bytes.data(), b.bytes.data(), a.bytes.size()) < 0;
+    });
+    ordered.sort(pieces);
+    std::size_t i = 0;
+    for (const Piece& run : ordered.runs()) {
+      const std::byte* record = run.records;
+      for (std::size_t k = 0; k < run.count && i < all.size(); ++k, ++i, record += run.brush->record_bytes()) {
+        CHECK(run.brush == all[i].brush && std::memcmp(record, all[i].bytes.data(), all[i].bytes.size()) == 0);
+      }
+    }
+    CHECK(i == all.size());
+  }
+}

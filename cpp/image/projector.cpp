@@ -197,9 +197,9 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     const std::size_t visible = wide_lanes_->project(task, first, last, batch);
     if (visible == 0) continue;
     cursor_.assign(cursors(tiles, static_cast<std::size_t>(grid.columns())), 0);
-    const std::size_t listed = count_wide(batch, visible, layout, grid, cursor_.data(), several);
+    const std::size_t listed = count_wide(batch, visible, layout, grid, cursor_.data(), several, further_);
     std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
-    scatter_wide(batch, visible, layout, grid, cursor_.data(), several, listed, to);
+    scatter_wide(batch, visible, layout, cursor_.data(), further_.data(), listed, to);
   }
 }
 

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/buffer.h"
 #include "image/grid.h"
 #include "image/project_lanes.h"
 #include "image/project_wide_lanes.h"
@@ -29,11 +30,11 @@ std::size_t count_fixed(const ProjectedBatch& batch, const ProjectedCount& numbe
 void scatter_fixed(const ProjectedBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,
                    std::size_t listed, std::byte* records);
 
-/// The same for records of the other layouts, which may touch any number of tiles: particles that touch several are
-/// listed in `several`.
+/// The same for records of the other layouts, which may touch any number of tiles: those of particles that touch many
+/// are all among the `further` ones, whose memory grows. `several` has room for all particles.
 std::size_t count_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid,
-                       std::uint32_t* counts, std::uint32_t* several);
-void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
-                  const std::uint32_t* several, std::size_t listed, std::byte* records);
+                       std::uint32_t* counts, std::uint32_t* several, BufferOf<FurtherTile>& further);
+void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
+                  const FurtherTile* further, std::size_t listed, std::byte* records);
 
-} // namespace motes::image
+}  // namespace motes::image

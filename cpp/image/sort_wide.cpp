@@ -61,64 +61,66 @@ WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, 
   return wide_record(form, grid.far_bits(), bytes);
 }
 
-// Uses one tile after another of a particle that touches several.
-class Tiles {
- public:
-  Tiles(const WideBatch& batch, Layout layout, const Grid& grid)
-      : batch_(batch), form_(form(layout)), grid_(grid), columns_(static_cast<std::size_t>(grid.columns())) {}
-
-  /// use(tile, wanted), without the first tile of those that touch up to four: which of them is random, and a
-  /// misprediction costs more than a tile that is not wanted.
-  template <class Use>
-  void each(std::size_t i, const Use& use) const {
-    const std::uint32_t word = batch_.tile[i];
-    if ((word & kManyTiles) != 0) return each_of_many(i, [&](std::size_t tile) { use(tile, 1u); });
-    const std::size_t tile = word & kWideTileNumber;
-    const std::uint32_t column = word >> 30 & 1, row = word >> 31;
-    use(tile + 1, column);
-    use(tile + columns_, row);
-    use(tile + columns_ + 1, column & row);
+// Calls use(tile) for each tile of a particle that touches many.
+template <class Use>
+void for_each_of_many(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid, const Use& use) {
+  const auto columns = static_cast<std::uint32_t>(grid.columns());
+  const std::uint32_t number = b.tile[i] & kWideTileNumber, last = b.last_tile[i];
+  const std::uint32_t first = number / columns << 16 | number % columns;
+  const WideRecord record = record_at(b, i, form, grid);
+  if (form.way == 0 || record.dx == 0 || record.dy == 0) {
+    return for_each_tile(first, last, columns, use, [](auto, auto) { return true; });
   }
+  const Streak streak(record, grid);
+  for_each_tile(first, last, columns, use, [&](auto column, auto row) { return streak.near(column, row); });
+}
+
+// Lists further tiles. Which of three a particle touches is random, and a misprediction costs more than an entry that
+// the next one overwrites.
+class Further {
+ public:
+  // `most`: particles that touch up to four tiles.
+  Further(BufferOf<FurtherTile>& list, std::size_t most) : list_(list) { list_.resize(kFurtherTiles * (most + 1)); }
+
+  void add_up_to_three(std::uint32_t particle, std::uint32_t word, std::uint32_t columns) {
+    FurtherTile* to = list_.data();
+    const std::uint32_t tile = word & kWideTileNumber, column = word >> 30 & 1, row = word >> 31;
+    to[size_] = {particle, tile + 1};
+    size_ += column;
+    to[size_] = {particle, tile + columns};
+    size_ += row;
+    to[size_] = {particle, tile + columns + 1};
+    size_ += column & row;
+  }
+  // Room for it is made beside that for the others.
+  void add(std::uint32_t particle, std::size_t tile) {
+    if (extra_ == 0) {
+      extra_ = list_.size();
+      list_.resize(2 * list_.size());
+    }
+    --extra_;
+    list_.data()[size_++] = {particle, static_cast<std::uint32_t>(tile)};
+  }
+  std::size_t size() const { return size_; }
 
  private:
-  template <class Use>
-  void each_of_many(std::size_t i, const Use& use) const {
-    const std::uint32_t number = batch_.tile[i] & kWideTileNumber, last = batch_.last_tile[i];
-    const auto columns = static_cast<std::uint32_t>(columns_), first = number / columns << 16 | number % columns;
-    const WideRecord record = record_at(batch_, i, form_, grid_);
-    if (form_.way == 0 || record.dx == 0 || record.dy == 0) {
-      return for_each_tile(first, last, columns_, use, [](auto, auto) { return true; });
-    }
-    const Streak streak(record, grid_);
-    for_each_tile(first, last, columns_, use, [&](auto column, auto row) { return streak.near(column, row); });
-  }
-
-  const WideBatch& batch_;
-  RecordForm form_;
-  Grid grid_;
-  std::size_t columns_;
+  BufferOf<FurtherTile>& list_;
+  std::size_t size_ = 0, extra_ = 0;
 };
 
 template <int kWords, bool kVelocity>
-void scatter(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
-             const std::uint32_t* several, std::size_t listed, std::byte* records) {
+void scatter(const WideBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,
+             std::size_t listed, std::byte* records) {
   constexpr std::size_t kBytes = 4 * kWords + (kVelocity ? kVelocityBytes : 0);
   const WideBatch b = batch;  // a copy whose members the stores below cannot change
-  std::byte nowhere[kBytes];
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t word = b.tile[i];
     if ((word & kManyTiles) == 0) {
       copy_record<kWords, kVelocity>(b, i, records + cursor[word & kWideTileNumber]++ * kBytes);
     }
   }
-  const Tiles tiles(b, layout, grid);
   for (std::size_t k = 0; k < listed; ++k) {
-    std::byte record[kBytes];
-    copy_record<kWords, kVelocity>(b, several[k], record);
-    tiles.each(several[k], [&](std::size_t tile, std::uint32_t wanted) {
-      std::memcpy(wanted != 0 ? records + cursor[tile] * kBytes : nowhere, record, kBytes);
-      cursor[tile] += wanted;
-    });
+    copy_record<kWords, kVelocity>(b, further[k].particle, records + cursor[further[k].tile]++ * kBytes);
   }
 }
 
@@ -132,33 +134,40 @@ void scatter_words(int words, const Arguments&... arguments) {
   }
 }
 
-} // namespace
+}  // namespace
 
-// Particles in one tile are counted free of branches, as those of fixed size
-// are.
+// Particles in one tile are counted free of branches, as those of fixed size are.
 std::size_t count_wide(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* counts,
-                       std::uint32_t* several) {
-  std::size_t listed = 0;
+                       std::uint32_t* several, BufferOf<FurtherTile>& further) {
+  std::size_t touch_several = 0;
   for (std::size_t i = 0; i < count; ++i) {
     const std::uint32_t word = b.tile[i];
     counts[word & kWideTileNumber] += ~word >> 29 & 1;
-    several[listed] = static_cast<std::uint32_t>(i);
-    listed += word > kWideTileNumber;
+    several[touch_several] = static_cast<std::uint32_t>(i);
+    touch_several += word > kWideTileNumber;
   }
-  const Tiles tiles(b, layout, grid);
-  for (std::size_t k = 0; k < listed; ++k) {
-    tiles.each(several[k], [&](std::size_t tile, std::uint32_t wanted) { counts[tile] += wanted; });
+  const auto columns = static_cast<std::uint32_t>(grid.columns());
+  const RecordForm record_form = form(layout);
+  Further list(further, touch_several);
+  for (std::size_t k = 0; k < touch_several; ++k) {
+    const std::uint32_t i = several[k], word = b.tile[i];
+    if ((word & kManyTiles) == 0) {
+      list.add_up_to_three(i, word, columns);
+    } else {
+      for_each_of_many(b, i, record_form, grid, [&](std::size_t tile) { list.add(i, tile); });
+    }
   }
-  return listed;
+  for (std::size_t k = 0; k < list.size(); ++k) ++counts[further.data()[k].tile];
+  return list.size();
 }
 
-void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* cursor,
-                  const std::uint32_t* several, std::size_t listed, std::byte* records) {
+void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
+                  const FurtherTile* further, std::size_t listed, std::byte* records) {
   const int words = form(layout).bytes / 4;
   if (batch.velocity != nullptr) {
-    scatter_words<true>(words, batch, count, layout, grid, cursor, several, listed, records);
+    scatter_words<true>(words, batch, count, cursor, further, listed, records);
   } else {
-    scatter_words<false>(words, batch, count, layout, grid, cursor, several, listed, records);
+    scatter_words<false>(words, batch, count, cursor, further, listed, records);
   }
 }
 

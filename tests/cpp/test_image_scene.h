@@ -58,7 +58,7 @@ std::vector<const SplatLanes*> usable_splat_lanes();
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view,
                                const ProjectLanes& lanes = project_lanes());
 Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages,
-                                  const SplatLanes& lanes = splat_lanes());
+               const SplatLanes& lanes = splat_lanes());
 
 /// Sums of light as linear RGB, before exposure and roll-off.
 std::vector<float> linear_of(const std::vector<std::uint32_t>& sums);

@@ -48,8 +48,7 @@ auto released(const Work& work) {
 
 /// An array over memory that a moved vector, or another owner of values, owns: no copy.
 template <class Values>
-auto owned_array(Values&& values, const std::vector<py::ssize_t>& shape) {
-  static_assert(!std::is_reference_v<Values>, "move the values");
+auto owned_array(Values values, const std::vector<py::ssize_t>& shape) {
   auto* held = new Values(std::move(values));
   const py::capsule owner(held, [](void* p) { delete static_cast<Values*>(p); });
   return py::array_t<std::remove_cvref_t<decltype(*held->data())>>(shape, held->data(), owner);

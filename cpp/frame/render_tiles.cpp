@@ -187,7 +187,7 @@ void send_tiles(Rank& rank, comm::Message message, bool failed, Painter& painter
 
 // Another rank has failed: the image generator hears its words in place of tiles.
 void pass_on(Rank& rank, const comm::Message& words, Painter& painter) {
-  Conversation& talk = rank.talk;
+  const Conversation& talk = rank.talk;
   if (!talk.draws()) {
     comm::Message out;
     if (talk.failed()) {

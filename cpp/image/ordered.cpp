@@ -15,6 +15,21 @@ constexpr int kMostDigitBits = 12, kMostPasses = 3;  // of 32 bits
 
 constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
 
+// Of each digit, one pass after another.
+using DigitCounts = std::array<std::array<std::uint32_t, std::size_t{1} << kMostDigitBits>, kMostPasses>;
+
+// Adds the digits of all passes, the lowest first, of what the upper halves are above `least`.
+template <int kPasses>
+void count_digits(std::span<const std::uint64_t> keys, std::uint32_t least, int digit_bits, DigitCounts& counts) {
+  const std::uint32_t mask = (std::uint32_t{1} << digit_bits) - 1;
+  for (const std::uint64_t key : keys) {
+    const std::uint32_t above = static_cast<std::uint32_t>(key >> 32) - least;
+    for (int pass = 0; pass < kPasses; ++pass) {
+      ++counts[static_cast<std::size_t>(pass)][above >> pass * digit_bits & mask];
+    }
+  }
+}
+
 }  // namespace
 
 void Ordered::sort(std::span<const Piece> pieces) {
@@ -80,16 +95,12 @@ void Ordered::sort_keys() {
   if (passes == 0) return;
   const int digit_bits = (bits + passes - 1) / passes;
   const std::uint32_t mask = (std::uint32_t{1} << digit_bits) - 1;
-  std::array<std::array<std::uint32_t, std::size_t{1} << kMostDigitBits>, kMostPasses> counts;
+  DigitCounts counts;
   for (int pass = 0; pass < passes; ++pass) std::fill_n(counts[static_cast<std::size_t>(pass)].begin(), mask + 1, 0u);
-  const auto count_all = [&]<int kPasses>() {  // the digits of all passes at once
-    for (std::size_t i = 0; i < count_; ++i) {
-      const std::uint32_t above = static_cast<std::uint32_t>(keys_.data()[i] >> 32) - least_;
-      for (int pass = 0; pass < kPasses; ++pass)
-        ++counts[static_cast<std::size_t>(pass)][above >> pass * digit_bits & mask];
-    }
-  };
-  passes == 1 ? count_all.operator()<1>() : passes == 2 ? count_all.operator()<2>() : count_all.operator()<3>();
+  const std::span<const std::uint64_t> keys(keys_.data(), count_);
+  if (passes == 1) count_digits<1>(keys, least_, digit_bits, counts);
+  if (passes == 2) count_digits<2>(keys, least_, digit_bits, counts);
+  if (passes == 3) count_digits<3>(keys, least_, digit_bits, counts);
   other_keys_.resize(count_);
   for (int pass = 0; pass < passes; ++pass) {
     std::uint32_t* places = counts[static_cast<std::size_t>(pass)].data();

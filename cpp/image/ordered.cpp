@@ -33,7 +33,9 @@ void count_digits(std::span<const std::uint64_t> keys, std::uint32_t least, int 
 }  // namespace
 
 void Ordered::sort(std::span<const Piece> pieces) {
-  const auto is_wanted = [](const Piece& piece) { return !piece.brush->blends(Sprite::Blend::opaque); };
+  const auto is_wanted = [](const Piece& piece) {
+    return piece.count != 0 && !piece.brush->blends(Sprite::Blend::opaque);
+  };
   count_ = 0;
   bytes_ = 0;
   most_alpha_ = 0;

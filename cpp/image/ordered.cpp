@@ -123,6 +123,12 @@ Ordered::Entry Ordered::entry(std::uint64_t key) const {
   return entries_.data()[number];
 }
 
+// Whether the i-th key is the first of several of one depth; `before`: the key before it.
+bool Ordered::begins_equals(std::size_t i, std::uint64_t before) const {
+  const std::uint64_t* keys = keys_.data();
+  return i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0;
+}
+
 // Equally deep records from `first` on are put in the order of their content.
 void Ordered::order_equals(std::size_t first) {
   const auto before = [&](std::uint64_t a, std::uint64_t b) {
@@ -154,7 +160,7 @@ void Ordered::copy_alike(std::size_t size) {
   const std::uint64_t* keys = keys_.data();
   std::uint64_t before = ~keys[0];
   for (std::size_t i = 0; i < count_; ++i, to += kSize != 0 ? kSize : size) {
-    if (i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0) order_equals(i);
+    if (begins_equals(i, before)) order_equals(i);
     before = keys[i];
     const std::byte* record = from + (before & 0xffffffffu) * (kSize != 0 ? kSize : size);
     kSize != 0 ? std::memcpy(to, record, kSize) : std::memcpy(to, record, size);
@@ -166,7 +172,7 @@ void Ordered::gather_each() {
   const std::uint64_t* keys = keys_.data();
   std::uint64_t before = ~keys[0];
   for (std::size_t i = 0; i < count_; ++i) {
-    if (i + 1 < count_ && (keys[i] ^ keys[i + 1]) >> 32 == 0 && (keys[i] ^ before) >> 32 != 0) order_equals(i);
+    if (begins_equals(i, before)) order_equals(i);
     before = keys[i];
     const Entry next = entry(before);
     const std::size_t size = next.brush->record_bytes();

@@ -30,6 +30,7 @@ class Ordered {
   void list(const Piece& piece, std::size_t first, std::size_t at);
   void sort_keys();
   Entry entry(std::uint64_t key) const;
+  bool begins_equals(std::size_t i, std::uint64_t before) const;
   void order_equals(std::size_t first);
   void gather();
   template <std::size_t kSize>

@@ -24,24 +24,16 @@ void scatter(const ProjectedBatch& b, std::size_t count, std::uint32_t* cursor, 
 
 }  // namespace
 
-// Free of branches: which tiles particles touch is random, and a misprediction costs more than the work.
 std::size_t count_fixed(const ProjectedBatch& b, const ProjectedCount& number, std::size_t columns,
                         std::uint32_t* counts, FurtherTile* further) {
   for (std::size_t i = 0; i < number.visible; ++i) ++counts[b.tile[i] & kTileNumber];
-  const auto row_below = static_cast<std::uint32_t>(columns);
-  std::size_t listed = 0;
+  FurtherTile* end = further;
   for (std::size_t k = 0; k < number.several; ++k) {
-    const std::uint32_t i = b.several[k], word = b.tile[i], tile = word & kTileNumber;
-    const std::uint32_t column = word >> 30 & 1, row = word >> 31;
-    further[listed] = {i, tile + 1};
-    listed += column;
-    further[listed] = {i, tile + row_below};
-    listed += row;
-    further[listed] = {i, tile + row_below + 1};
-    listed += column & row;
+    const std::uint32_t i = b.several[k], word = b.tile[i];
+    end = list_further(end, i, word & kTileNumber, word, static_cast<std::uint32_t>(columns));
   }
-  for (std::size_t k = 0; k < listed; ++k) ++counts[further[k].tile];
-  return listed;
+  for (const FurtherTile* one = further; one != end; ++one) ++counts[one->tile];
+  return static_cast<std::size_t>(end - further);
 }
 
 void scatter_fixed(const ProjectedBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,

@@ -18,8 +18,23 @@ constexpr std::size_t cursors(std::size_t tiles, std::size_t columns) { return t
 struct FurtherTile {
   std::uint32_t particle, tile;
 };
-/// Particles of fixed size touch up to three.
+/// Particles that touch up to four tiles touch up to so many beside the first.
 inline constexpr std::size_t kFurtherTiles = 3;
+
+/// Lists those of a particle whose first tile is `tile`, and whose `word` has the flags kNextColumn, kNextRow or both;
+/// there is room for one more than are listed. Returns the end of the list. Free of branches: which tiles particles
+/// touch is random, and a misprediction costs more than an entry that the next one overwrites.
+inline FurtherTile* list_further(FurtherTile* to, std::uint32_t particle, std::uint32_t tile, std::uint32_t word,
+                                 std::uint32_t columns) {
+  static_assert(kNextColumn == 1u << 30 && kNextRow == 1u << 31);
+  const std::uint32_t column = word >> 30 & 1, row = word >> 31;
+  *to = {particle, tile + 1};
+  to += column;
+  *to = {particle, tile + columns};
+  to += row;
+  *to = {particle, tile + columns + 1};
+  return to + (column & row);
+}
 
 /// Adds the records of each tile to `counts`, and lists `further` tiles, for which there is room for kFurtherTiles of
 /// each particle that touches several, and of one more. Returns how many are listed.

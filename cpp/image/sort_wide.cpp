@@ -75,22 +75,15 @@ void for_each_of_many(const WideBatch& b, std::size_t i, const RecordForm& form,
   for_each_tile(first, last, columns, use, [&](auto column, auto row) { return streak.near(column, row); });
 }
 
-// Lists further tiles. Which of three a particle touches is random, and a misprediction costs more than an entry that
-// the next one overwrites.
+// Lists further tiles.
 class Further {
  public:
   // `most`: particles that touch up to four tiles.
   Further(BufferOf<FurtherTile>& list, std::size_t most) : list_(list) { list_.resize(kFurtherTiles * (most + 1)); }
 
   void add_up_to_three(std::uint32_t particle, std::uint32_t word, std::uint32_t columns) {
-    FurtherTile* to = list_.data();
-    const std::uint32_t tile = word & kWideTileNumber, column = word >> 30 & 1, row = word >> 31;
-    to[size_] = {particle, tile + 1};
-    size_ += column;
-    to[size_] = {particle, tile + columns};
-    size_ += row;
-    to[size_] = {particle, tile + columns + 1};
-    size_ += column & row;
+    FurtherTile* const end = list_.data() + size_;
+    size_ += static_cast<std::size_t>(list_further(end, particle, word & kWideTileNumber, word, columns) - end);
   }
   // Room for it is made beside that for the others.
   void add(std::uint32_t particle, std::size_t tile) {

@@ -7,6 +7,7 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "drawn_scene.h"
 #include "frame/engine.h"
 
 using namespace motes;
@@ -76,22 +77,12 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
   settings.costs.act.fill(1000);
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
   frame::Engine engine(std::move(communicator), cast, std::move(settings));
-  recording::SystemDefinition definition;
-  definition.space = {domains::Space::Kind::finite, -4, 4};
-  engine.add_system(definition);
-  image::View view;
-  view.width = fault.later ? 1280 : 200;
-  view.height = fault.later ? 960 : 150;
-  view.camera.position = {0, 0, 8};
-  view.path = fault.path;
+  test::add_drawn_system(engine);
+  const image::View view = test::drawn_view(fault.later ? 1280 : 200, fault.later ? 960 : 150, fault.path);
   try {
     engine.start();
     for (int i = 0; i <= kFrame; ++i) {
-      recording::Birth birth;
-      birth.kind = recording::Birth::Kind::source;
-      birth.shape = {shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
-      birth.rate = 24 * 300;
-      engine.record(0, birth);
+      engine.record(0, test::drawn_source(300));
       engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
       if (i == kFrame && self.rank() == fault.rank) {
         fault.later ? break_down_later(engine.painter()) : break_down(engine.painter(), fault.projecting);

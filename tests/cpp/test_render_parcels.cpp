@@ -5,6 +5,7 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "drawn_scene.h"
 #include "frame/engine.h"
 #include "image/sha256.h"
 
@@ -24,22 +25,12 @@ struct Asked {
 void play(SimulatedRank& self, const Asked& asked, std::vector<std::string>& pictures) {
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
   frame::Engine engine(std::move(communicator), roles::cast_shared(asked.ranks), frame::Settings{});
-  recording::SystemDefinition definition;
-  definition.space = {domains::Space::Kind::finite, -4, 4};
-  engine.add_system(definition);
-  image::View view;
-  view.width = 1280;
-  view.height = 960;
-  view.camera.position = {0, 0, 8};
-  view.path = asked.path;
+  test::add_drawn_system(engine);
+  image::View view = test::drawn_view(1280, 960, asked.path);
   view.bloom = asked.bloom;
   engine.start();
   for (int i = 0; i < 3; ++i) {
-    recording::Birth birth;
-    birth.kind = recording::Birth::Kind::source;
-    birth.shape = {shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
-    birth.rate = 24 * 2000;
-    engine.record(0, birth);
+    engine.record(0, test::drawn_source(2000));
     engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
     engine.run_frame(view);
     if (!engine.talk().draws()) continue;

@@ -7,6 +7,7 @@
 #include "check.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
+#include "drawn_scene.h"
 #include "forwarding_transport.h"
 #include "frame/engine.h"
 
@@ -50,21 +51,11 @@ std::vector<Sent> sent_on(Path path) {
     frame::Engine engine(
         std::make_unique<comm::Communicator>(std::make_unique<Watching>(self.transport(), sent), comm::Watch{}),
         roles::cast_shared(4), std::move(settings));
-    recording::SystemDefinition definition;
-    definition.space = {domains::Space::Kind::finite, -4, 4};
-    engine.add_system(definition);
-    image::View view;
-    view.width = 200;
-    view.height = 150;
-    view.camera.position = {0, 0, 8};
-    view.path = path;
+    test::add_drawn_system(engine);
+    const image::View view = test::drawn_view(200, 150, path);
     engine.start();
     for (int i = 0; i < 3; ++i) {
-      recording::Birth birth;
-      birth.kind = recording::Birth::Kind::source;
-      birth.shape = {shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
-      birth.rate = 24 * 300;
-      engine.record(0, birth);
+      engine.record(0, test::drawn_source(300));
       engine.record(0, actions::Action{actions::Kind::random_displacement, {}, {{shapes::Kind::sphere, {0, 0, 0, 1}}}});
       engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
       engine.run_frame(view);

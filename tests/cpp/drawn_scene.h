@@ -1,0 +1,34 @@
+// A scene for tests of pictures that ranks draw together: a box of particles in front of the camera.
+#pragma once
+
+#include "frame/engine.h"
+#include "image/scene.h"
+
+namespace test {
+
+/// One system, whose space is as wide as the box.
+inline void add_drawn_system(motes::frame::Engine& engine) {
+  motes::recording::SystemDefinition definition;
+  definition.space = {motes::domains::Space::Kind::finite, -4, 4};
+  engine.add_system(definition);
+}
+
+inline motes::image::View drawn_view(int width, int height, motes::image::View::Path path) {
+  motes::image::View view;
+  view.width = width;
+  view.height = height;
+  view.camera.position = {0, 0, 8};
+  view.path = path;
+  return view;
+}
+
+/// Particles all over the box: so many per frame of a 24th of a second.
+inline motes::recording::Birth drawn_source(double per_frame) {
+  motes::recording::Birth birth;
+  birth.kind = motes::recording::Birth::Kind::source;
+  birth.shape = {motes::shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
+  birth.rate = 24 * per_frame;
+  return birth;
+}
+
+}  // namespace test

@@ -22,14 +22,17 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
   return *this;
 }
 
+void Buffer::reserve(std::size_t size) {
+  if (size <= capacity_) return;
+  std::size_t capacity = std::max(size, capacity_ + capacity_ / 2);
+  std::unique_ptr<std::byte[], Free> wider(static_cast<std::byte*>(particles::allocate(capacity)));
+  if (size_ != 0) std::memcpy(wider.get(), data_.get(), size_);
+  data_ = std::move(wider);
+  capacity_ = capacity;
+}
+
 void Buffer::resize(std::size_t size) {
-  if (size > capacity_) {
-    std::size_t capacity = std::max(size, capacity_ + capacity_ / 2);
-    std::unique_ptr<std::byte[], Free> wider(static_cast<std::byte*>(particles::allocate(capacity)));
-    if (size_ != 0) std::memcpy(wider.get(), data_.get(), size_);
-    data_ = std::move(wider);
-    capacity_ = capacity;
-  }
+  reserve(size);
   size_ = size;
 }
 

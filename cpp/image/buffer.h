@@ -22,6 +22,8 @@ class Buffer {
 
   /// Keeps the content; new bytes are undefined. Pointers become invalid where the capacity was too small.
   void resize(std::size_t size);
+  /// Makes room for so many bytes: up to there resize() will move nothing.
+  void reserve(std::size_t size);
 
  private:
   struct Free {

@@ -8,19 +8,6 @@ namespace motes::MOTES_ISA {
 
 inline constexpr int kWidth = static_cast<int>(kLanes);
 
-// The products of lanes that are below 2^15.
-MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
-#if MOTES_WIDTH == 512
-  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
-#elif MOTES_WIDTH == 128
-  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
-#else
-  return a * b;
-#endif
-}
-
 // The first lanes of a vector.
 MOTES_INLINE Mask first_lanes(int number) {
   Ints lane{};

@@ -10,20 +10,21 @@ namespace {
 
 struct Projected {
   Mask visible;
-  Uints position, depth, tile;
+  Uints position, depth, tile, flags;
 };
 
-// The tiles that a footprint starting at fixed-point `start` touches along one axis.
+// The tiles that a footprint starting at fixed-point `start` touches along one axis: the first, and whether the next.
 struct Span {
-  Mask inside, two;
-  Ints first;
+  Mask inside;
+  Ints first, next;
 };
 MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
   const Ints first = start >> sub_bits;
   const Ints last = first + (footprint - 1);
   const Ints first_tile = max_ints(first, Ints{}) >> image::kTileBits;
   const Ints last_tile = min_ints(last, all_ints(pixels - 1)) >> image::kTileBits;
-  return {(last >= 0) & (first < pixels), first_tile != last_tile, first_tile};
+  const Mask inside = (Mask)((Uints)last < static_cast<std::uint32_t>(pixels + footprint - 1));
+  return {inside, first_tile, last_tile - first_tile};
 }
 
 MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i) {
@@ -31,11 +32,11 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   const Floats k = all(t.now.scale) / depth;
   const Floats screen_x = across * k;
   const Floats screen_y = -(upward * k);
-  // Comparisons are false for NaN, so only finite values reach the conversion to integers.
+  // Comparisons are false for NaN.
   const Mask sane = (depth >= all(t.near)) & (depth <= all(kLargest)) & (abs(screen_x) <= all(t.limit_x)) &
                     (abs(screen_y) <= all(t.limit_y));
-  const Ints fixed_x = floor_to_ints(select(sane, screen_x, Floats{}));
-  const Ints fixed_y = floor_to_ints(select(sane, screen_y, Floats{}));
+  const Ints fixed_x = floor_where(sane, screen_x);
+  const Ints fixed_y = floor_where(sane, screen_y);
   const int half = 1 << (t.sub_bits - 1);
   const Span over_x = span(fixed_x + (t.width + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.width);
   const Span over_y = span(fixed_y + (t.height + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.height);
@@ -43,8 +44,8 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   p.visible = sane & over_x.inside & over_y.inside;
   p.position = ((Uints)fixed_x & 0xffffu) | ((Uints)fixed_y << 16);
   p.depth = (Uints)depth;
-  p.tile = (Uints)(over_y.first * t.columns + over_x.first) | ((Uints)over_x.two & image::kNextColumn) |
-           ((Uints)over_y.two & image::kNextRow);
+  p.tile = multiply_short((Uints)over_y.first, all_uints(static_cast<std::uint32_t>(t.columns))) + (Uints)over_x.first;
+  p.flags = (Uints)over_x.next << 30 | (Uints)over_y.next << 31;
   return p;
 }
 
@@ -56,18 +57,17 @@ void store_velocity(const image::ProjectTask& t, std::size_t i, const image::Pro
   }
 }
 
-// Lists which of the visible particles n .. n + number - 1 touch several tiles: no more than there are lanes, whose
-// tiles have been stored.
-MOTES_INLINE std::size_t list_several(std::uint32_t* to, const std::uint32_t* tiles, std::size_t n,
-                                      std::size_t number) {
+// Lists those of the visible particles n, n + 1, ... that touch several tiles, and returns how many they are.
+MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, const Projected& p, const Selected& visible) {
 #if MOTES_WIDTH >= 256
-  const Mask touches = (Mask)((load_uints(tiles + n) & ~image::kTileNumber) != 0u) & lanes_below(number);
-  return squeeze(to, lane_numbers() + static_cast<std::uint32_t>(n), touches);
+  const Uints flags = visible.pressed(p.flags);
+  const Mask touches = visible.front_of((Mask)(flags != 0u));
+  return squeeze(to, (lane_numbers() + static_cast<std::uint32_t>(n)) | flags, touches);
 #else
   std::size_t count = 0;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    to[count] = static_cast<std::uint32_t>(n + lane);
-    count += static_cast<std::size_t>(lane < number) & static_cast<std::size_t>(tiles[n + lane] > image::kTileNumber);
+    to[count] = static_cast<std::uint32_t>(n + visible.place(lane)) | p.flags[lane];
+    count += static_cast<std::size_t>(p.visible[lane] & static_cast<std::int32_t>(p.flags[lane] != 0));
   }
   return count;
 #endif
@@ -75,24 +75,30 @@ MOTES_INLINE std::size_t list_several(std::uint32_t* to, const std::uint32_t* ti
 
 template <bool kOneColor, bool kDepth>
 image::ProjectedCount project(const image::ProjectTask& task, std::size_t first, std::size_t last,
-                              const image::ProjectedBatch& out) {
-  const image::ProjectTask t = task;  // a copy whose members the stores below cannot change
-  const Uints color_of_all = color_vector(t, 0);
+                              const image::ProjectedBatch& batch) {
+  const image::ProjectTask t = task;  // copies whose members the stores below cannot change
+  const image::ProjectedBatch out = batch;
+  if (kOneColor) {
+    const Uints color = color_vector(t, 0);
+    if (!any(gives_light(color, t.dark))) return {};
+    out.color[0] = color[0];
+  }
+  const Ahead ahead(t);
   std::size_t n = 0, several = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
-    const Projected p = project_vector(t, i);
-    Mask visible = p.visible;
-    if (last - i < kLanes) visible &= lanes_below(last - i);
-    const Uints color = kOneColor ? color_of_all : color_vector(t, i);
-    visible &= gives_light(color, t.dark);
-    if (!any(visible)) continue;
-    const Selected k(visible);
-    kOneColor ? store_selected_with(out.head + 2 * n, k, p.position, color)
-              : store_selected(out.head + 2 * n, k, p.position, color);
+    ahead.fetch(i);
+    Projected p = project_vector(t, i);
+    if (last - i < kLanes) p.visible &= lanes_below(last - i);
+    const Uints color = kOneColor ? Uints{} : color_vector(t, i);
+    if (!kOneColor) p.visible &= gives_light(color, t.dark);
+    const Selected k(p.visible);
+    if (k.number() == 0) continue;
+    store_selected(out.position + n, k, p.position);
+    if (!kOneColor) store_selected(out.color + n, k, color);
     store_selected(out.tile + n, k, p.tile);
     if (kDepth) store_selected(out.depth + n, k, p.depth);
     if (kDepth && out.velocity != nullptr) store_velocity(t, i, out, n, k);
-    several += list_several(out.several + several, out.tile, n, k.number());
+    several += list_several(out.several + several, n, p, k);
     n += k.number();
   }
   return {n, several};
@@ -100,7 +106,7 @@ image::ProjectedCount project(const image::ProjectTask& task, std::size_t first,
 
 image::ProjectedCount project_any(const image::ProjectTask& t, std::size_t first, std::size_t last,
                                   const image::ProjectedBatch& out) {
-  if (one_color(t)) {
+  if (t.one_color()) {
     return out.depth != nullptr ? project<true, true>(t, first, last, out) : project<true, false>(t, first, last, out);
   }
   return out.depth != nullptr ? project<false, true>(t, first, last, out) : project<false, false>(t, first, last, out);

@@ -6,10 +6,10 @@
 
 namespace motes::image {
 
-/// Flags beside the tile's number in ProjectedBatch::tile: the footprint also touches the next column, the next row.
+/// Flags beside a number: the particle also touches the next column of tiles, the next row.
 inline constexpr std::uint32_t kNextColumn = std::uint32_t{1} << 30;
 inline constexpr std::uint32_t kNextRow = std::uint32_t{1} << 31;
-inline constexpr std::uint32_t kTileNumber = kNextColumn - 1;
+inline constexpr std::uint32_t kBesideFlags = kNextColumn - 1;
 
 /// A Lens in single precision; `scale` is its focal length in the units of
 /// positions.
@@ -35,19 +35,24 @@ struct SeenTask {
   int width, height;      // px
   float limit_x, limit_y; // in the units of positions, from the centre: what is
                           // farther out touches no pixel
+
+  bool one_color() const {
+    return alpha == nullptr && color[0] == nullptr && color[1] == nullptr && color[2] == nullptr;
+  }
 };
 
 struct ProjectTask : SeenTask {
   int columns, sub_bits, footprint; // see Grid
 };
 
-/// uint32 values of the visible particles, in the order of the particles. Each array has room for as many particles as
-/// are projected, plus two vectors.
+/// Values of the visible particles, in the order of the particles. Each array has room for as many as are projected,
+/// plus two vectors.
 struct ProjectedBatch {
-  std::uint32_t* head;      // two of each, as in records: i16 x | i16 y << 16, r | g << 8 | b << 16 | alpha << 24
-  std::uint32_t* depth;     // bits of the float view depth
-  std::uint32_t* tile;      // number of the first tile touched, and flags
-  std::uint32_t* several;   // which of the visible particles have flags: as many as there are
+  std::uint32_t* position;  // as in records: i16 x | i16 y << 16
+  std::uint32_t* color;     // r | g << 8 | b << 16 | alpha << 24; of one colour only the first
+  std::uint32_t* depth;     // bits of the float view depth; null: not wanted
+  std::uint16_t* tile;      // number of the first tile touched
+  std::uint32_t* several;   // those that touch several tiles, as many as there are: which one it is, and flags
   std::uint32_t*
       velocity;  // bits of three floats, each `velocity_stride` words behind the one before; null: not wanted
   std::size_t velocity_stride;

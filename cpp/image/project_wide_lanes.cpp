@@ -47,16 +47,22 @@ MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visibl
   return {visible, x, y, none, none, all(1.0f)};
 }
 
-// The way since the shutter opened. Where the particle was not in front of the camera then, its way begins at `near`;
-// where nothing is known of it, it stands still.
-MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, Sight now, Floats x, Floats y,
-                        Mask visible) {
-  Sight then = sight(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
-  const Mask behind = then.depth < all(t.near);
+// Where the particle was not in front of the camera when the shutter opened, its way begins at `near`: then `then` is
+// moved there. Returns which part of the way is left.
+MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, Sight now, Sight& then) {
   const Floats part = select(behind, (now.depth - all(t.near)) / (now.depth - then.depth), all(1.0f));
   then.across = select(behind, now.across + (then.across - now.across) * part, then.across);
   then.upward = select(behind, now.upward + (then.upward - now.upward) * part, then.upward);
   then.depth = select(behind, all(t.near), then.depth);
+  return part;
+}
+
+// The way since the shutter opened; where nothing is known of it, the particle stands still.
+MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, Sight now, Floats x, Floats y,
+                        Mask visible) {
+  Sight then = sight(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
+  const Mask behind = then.depth < all(t.near);
+  const Floats part = any(visible & behind) ? cut_at_near(t, behind, now, then) : all(1.0f);
   const Floats k = all(t.then.scale) / then.depth;
   Floats dx = then.across * k - x, dy = -(then.upward * k) - y;
   const Mask known = (abs(dx) <= all(kLargest)) & (abs(dy) <= all(kLargest));
@@ -147,8 +153,8 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
   const Mask visible = w.visible & s.visible;
-  const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
-  const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
+  const Ints x1 = floor_where(visible, w.x), x0 = floor_where(visible, w.x + w.dx);
+  const Ints y1 = floor_where(visible, w.y), y0 = floor_where(visible, w.y + w.dy);
   const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
   const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
   const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
@@ -193,10 +199,14 @@ MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const 
 
 std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
   const image::WideTask t = task; // a copy whose members the stores below cannot change
-  const bool same = one_color(t);
+  const bool same = t.one_color();
   const Uints color_of_all = color_vector(t, 0);
+  Ahead ahead(t);
+  ahead.add(t.size);
+  ahead.add(t.up);
   std::size_t n = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
+    ahead.fetch(i);
     const Columns c = project_vector(t, i, same ? color_of_all : color_vector(t, i));
     Mask visible = c.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);

@@ -16,12 +16,49 @@ namespace {
 // Vectors that are stored whole, and a cache line between the arrays.
 constexpr std::size_t kSlack = 32;
 
-// Particles per batch: its projected columns and its records (some 800 kB) stay in the second-level cache, so that
+// Particles per batch: its projected columns and its records (some 900 kB) stay in the second-level cache, so that
 // neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
 // the offsets would outweigh the records.
 std::size_t batch_size(std::size_t most, int tiles) { return std::max(most, 16 * static_cast<std::size_t>(tiles)); }
-constexpr std::size_t kFixedBatch = 32768;
 constexpr std::size_t kNarrowBatch = 32768, kWideBatch = 8192;
+
+// `particle_bytes`: of the projected columns, and of a record.
+std::size_t fixed_batch_size(std::size_t particle_bytes, int tiles) {
+  constexpr std::size_t kBytes = 14 << 16, kWhole = 4096;
+  return batch_size(kBytes / particle_bytes / kWhole * kWhole, tiles);
+}
+
+// Arrays in memory, one behind the other.
+class Columns {
+ public:
+  // `stride`: numbers in each.
+  Columns(Buffer& memory, std::size_t stride, std::size_t most) : stride_(stride) {
+    memory.resize(4 * most * stride);
+    next_ = memory.data();
+  }
+  template <class Number>
+  Number* take(bool wanted = true, std::size_t columns = 1) {
+    if (!wanted) return nullptr;
+    return reinterpret_cast<Number*>(std::exchange(next_, next_ + columns * stride_ * sizeof(Number)));
+  }
+
+ private:
+  std::byte* next_;
+  std::size_t stride_;
+};
+
+ProjectedBatch columns_for(std::size_t stride, bool with_depth, bool with_velocity, Buffer& memory) {
+  Columns all(memory, stride, 8);
+  ProjectedBatch batch{};
+  batch.position = all.take<std::uint32_t>();
+  batch.color = all.take<std::uint32_t>();
+  batch.depth = all.take<std::uint32_t>(with_depth);
+  batch.velocity = all.take<std::uint32_t>(with_velocity, 3);
+  batch.velocity_stride = stride;
+  batch.several = all.take<std::uint32_t>();
+  batch.tile = all.take<std::uint16_t>();
+  return batch;
+}
 
 template <std::size_t kCount>
 void copy(const Vector& from, float (&to)[kCount]) {
@@ -151,28 +188,24 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
   const ProjectTask task = fixed_task(particles, sprite_, view);
-  const std::size_t step = batch_size(kFixedBatch, grid.tiles());
-  const std::size_t room = step + kSlack;
+  const std::size_t record_bytes = bytes_of(records.head_);
   const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
-  const bool with_velocity = records.head_.with_velocity != 0;
-  projected_.resize((with_velocity ? 8 : 5) * std::min(room, particles.count + kSlack));
+  const bool with_velocity = records.head_.with_velocity != 0, one_color = task.one_color();
+  // Few particles touch several tiles, so that their column counts little.
+  const std::size_t column_bytes = (one_color ? 6 : 10) + (with_depth ? 4 : 0) + (with_velocity ? 12 : 0);
+  const std::size_t step = fixed_batch_size(column_bytes + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    std::uint32_t* projected = projected_.data();
-    const ProjectedBatch batch{projected,
-                               with_depth ? projected + 2 * stride : nullptr,
-                               projected + 3 * stride,
-                               projected + 4 * stride,
-                               with_velocity ? projected + 5 * stride : nullptr,
-                               stride};
+    const ProjectedBatch batch = columns_for(stride, with_depth, with_velocity, projected_);
     const ProjectedCount number = lanes_->project(task, first, last, batch);
     if (number.visible == 0) continue;
     cursor_.assign(cursors(tiles, columns), 0);
     further_.resize(kFurtherTiles * (number.several + 1));
-    const std::size_t listed = count_fixed(batch, number, columns, cursor_.data(), further_.data());
-    std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
-    scatter_fixed(batch, number.visible, cursor_.data(), further_.data(), listed, to);
+    const std::byte* soon = expect(number.visible * record_bytes, tiles, records);
+    const std::size_t listed = count_fixed(batch, number, columns, cursor_.data(), further_.data(), soon, record_bytes);
+    std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
+    scatter_fixed(batch, one_color, number.visible, cursor_.data(), further_.data(), listed, to);
   }
 }
 
@@ -180,6 +213,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles());
   const auto layout = static_cast<Layout>(records.head_.layout);
+  const std::size_t record_bytes = bytes_of(records.head_);
   WideTask task = wide_task(particles, sprite_, view, projection.dt);
   task.form = form(layout);
   task.columns = grid.columns();
@@ -189,22 +223,35 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
     const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
-    projected_.resize((words + 6) * stride);
-    std::uint32_t* columns = projected_.data() + words * stride;
-    std::uint32_t* velocity = records.head_.with_velocity != 0 ? columns + 3 * stride : nullptr;
-    const WideBatch batch{projected_.data(), stride, columns, columns + stride, velocity};
-    std::uint32_t* several = columns + 2 * stride;
+    Columns all(projected_, stride, words + 6);
+    WideBatch batch{};
+    batch.words = all.take<std::uint32_t>(true, words);
+    batch.stride = stride;
+    batch.tile = all.take<std::uint32_t>();
+    batch.last_tile = all.take<std::uint32_t>();
+    batch.velocity = all.take<std::uint32_t>(records.head_.with_velocity != 0, 3);
+    auto* several = all.take<std::uint32_t>();
     const std::size_t visible = wide_lanes_->project(task, first, last, batch);
     if (visible == 0) continue;
     cursor_.assign(cursors(tiles, static_cast<std::size_t>(grid.columns())), 0);
-    const std::size_t listed = count_wide(batch, visible, layout, grid, cursor_.data(), several, further_);
-    std::byte* to = open_batch(tiles, bytes_of(records.head_), records);
+    const std::byte* soon = expect(visible * record_bytes, tiles, records);
+    const std::size_t listed =
+        count_wide(batch, visible, layout, grid, cursor_.data(), several, further_, soon, record_bytes);
+    std::byte* to = open_batch(tiles, record_bytes, visible, records);
     scatter_wide(batch, visible, layout, cursor_.data(), further_.data(), listed, to);
   }
 }
 
+// Makes room for about so many bytes of records, and returns where they will be.
+const std::byte* Projector::expect(std::size_t bytes, std::size_t tiles, Records& records) {
+  const std::size_t at = records.buffer_.size() + 4 * (tiles + 1);
+  records.buffer_.reserve(at + bytes);
+  return records.buffer_.data() + at;
+}
+
 // Makes room for as many records as cursor_ counts, and turns its counts into places. Returns where the first one goes.
-std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, Records& records) {
+// `asked`: records whose memory has been asked for.
+std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records) {
   offsets_.resize(tiles + 1);
   std::uint32_t total = 0;
   for (std::size_t slot = 0; slot < tiles; ++slot) {
@@ -219,7 +266,7 @@ std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, Re
   std::byte* to = records.buffer_.data() + at;
   std::memcpy(to, offsets_.data(), offset_bytes);
   to += offset_bytes;
-  particles::prefetch_for_write(to, total * record_bytes);
+  if (total > asked) particles::prefetch_for_write(to + asked * record_bytes, (total - asked) * record_bytes);
   ++records.head_.batches;
   records.head_.records += total;
   return to;

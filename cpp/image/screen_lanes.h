@@ -40,10 +40,6 @@ MOTES_INLINE Uints color_vector(const image::SeenTask& t, std::size_t i) {
   return word;
 }
 
-MOTES_INLINE bool one_color(const image::SeenTask& t) {
-  return t.alpha == nullptr && t.color[0] == nullptr && t.color[1] == nullptr && t.color[2] == nullptr;
-}
-
 /// A place as a camera sees it: metres to the right, upwards and ahead.
 struct Sight {
   Floats across, upward, depth;
@@ -55,6 +51,34 @@ MOTES_INLINE Sight sight(const image::LensLanes& lens, Floats3 place) {
 MOTES_INLINE Floats3 place_of(const image::SeenTask& t, std::size_t i) {
   return {load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
 }
+
+/// The planes that a projection reads, asked for before they are needed: processors guess too late.
+class Ahead {
+ public:
+  explicit Ahead(const image::SeenTask& t) {
+    add(t.position);
+    add(t.color);
+    add(t.velocity);
+    add(t.alpha);
+  }
+  void add(const float* plane) {
+    if (plane != nullptr) planes_[count_++] = plane;
+  }
+  void add(const float* const (&planes)[3]) {
+    for (const float* plane : planes) add(plane);
+  }
+
+  /// `i`: the particle being projected.
+  MOTES_INLINE void fetch(std::size_t i) const {
+    for (std::size_t p = 0; p < count_; ++p) __builtin_prefetch(planes_[p] + i + kParticles);
+  }
+
+ private:
+  static constexpr std::size_t kMost = 16, kParticles = 512;
+
+  const float* planes_[kMost];
+  std::size_t count_ = 0;
+};
 
 /// Particles that give no light and hide nothing are not sent. `dark`: see
 /// SeenTask.
@@ -69,51 +93,6 @@ MOTES_INLINE Uints lane_numbers() {
 }
 MOTES_INLINE Mask lanes_below(std::size_t count) {
   return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
-}
-
-#if MOTES_WIDTH >= 256
-/// Words of two vectors in turn.
-MOTES_INLINE void store_pairs(std::uint32_t* to, Uints a, Uints b) {
-#if MOTES_WIDTH == 512
-  const __m512i low = _mm512_setr_epi32(0, 16, 1, 17, 2, 18, 3, 19, 4, 20, 5, 21, 6, 22, 7, 23);
-  const __m512i high = _mm512_add_epi32(low, _mm512_set1_epi32(8));
-  _mm512_storeu_si512(to, _mm512_permutex2var_epi32((__m512i)a, low, (__m512i)b));
-  _mm512_storeu_si512(to + 16, _mm512_permutex2var_epi32((__m512i)a, high, (__m512i)b));
-#else
-  const auto low = (__m256i)interleave_low(a, b), high = (__m256i)interleave_high(a, b);
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_permute2x128_si256(low, high, 0x20));
-  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 8), _mm256_permute2x128_si256(low, high, 0x31));
-#endif
-}
-#endif
-
-/// Two words of each selected lane, behind one another.
-MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints a, Uints b) {
-#if MOTES_WIDTH >= 256
-  store_pairs(to, selected.pressed(a), selected.pressed(b));
-#elif MOTES_WIDTH == 128
-  // Part p of these has two words of lanes 4 * p and 4 * p + 1, and of the two after them.
-  const Uints rows[] = {interleave_low(a, b), interleave_high(a, b)};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    const std::size_t word = lane / 4 * 4 + lane % 2 * 2;
-    __builtin_memcpy(to + 2 * selected.place(lane), reinterpret_cast<const std::uint32_t*>(&rows[lane % 4 / 2]) + word,
-                     8);
-  }
-#else
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    to[2 * selected.place(lane)] = a[lane];
-    to[2 * selected.place(lane) + 1] = b[lane];
-  }
-#endif
-}
-
-/// A word of each selected lane, and one that is the same in all lanes.
-MOTES_INLINE void store_selected_with(std::uint32_t* to, const Selected& selected, Uints a, Uints same) {
-#if MOTES_WIDTH >= 256
-  store_pairs(to, selected.pressed(a), same);
-#else
-  store_selected(to, selected, a, same);
-#endif
 }
 
 /// Four words of each lane, behind one another.

@@ -1,8 +1,10 @@
+#include <algorithm>
 #include <cstring>
 
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/sort_tiles.h"
+#include "particles/memory.h"
 
 namespace motes::image {
 namespace {
@@ -131,13 +133,18 @@ void scatter_words(int words, const Arguments&... arguments) {
 
 // Particles in one tile are counted free of branches, as those of fixed size are.
 std::size_t count_wide(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* counts,
-                       std::uint32_t* several, BufferOf<FurtherTile>& further) {
+                       std::uint32_t* several, BufferOf<FurtherTile>& further, const std::byte* records,
+                       std::size_t record_bytes) {
   std::size_t touch_several = 0;
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t word = b.tile[i];
-    counts[word & kWideTileNumber] += ~word >> 29 & 1;
-    several[touch_several] = static_cast<std::uint32_t>(i);
-    touch_several += word > kWideTileNumber;
+  for (std::size_t first = 0; first < count; first += kAskedAtOnce) {
+    particles::prefetch_for_write(records + first * record_bytes, kAskedAtOnce * record_bytes);
+    const std::size_t end = std::min(first + kAskedAtOnce, count);
+    for (std::size_t i = first; i < end; ++i) {
+      const std::uint32_t word = b.tile[i];
+      counts[word & kWideTileNumber] += ~word >> 29 & 1;
+      several[touch_several] = static_cast<std::uint32_t>(i);
+      touch_several += word > kWideTileNumber;
+    }
   }
   const auto columns = static_cast<std::uint32_t>(grid.columns());
   const RecordForm record_form = form(layout);

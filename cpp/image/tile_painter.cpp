@@ -4,6 +4,7 @@
 #include <bit>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <stdexcept>
 
 #include "image/partial_tile.h"
@@ -157,8 +158,9 @@ void TilePainter::paint_bare(std::span<const Piece> pieces) {
 }
 
 void TilePainter::add(std::span<const Piece> pieces) {
+  constexpr std::size_t kAhead = 2;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
-    if (i + 1 < pieces.size()) prefetch(pieces[i + 1]);
+    if (i + kAhead < pieces.size()) prefetch(pieces[i + kAhead]);
     if (pieces[i].count == 0 || !pieces[i].brush->blends(Sprite::Blend::add)) continue;
     start_cover(pieces.subspan(i));
     blend(pieces[i]);
@@ -214,7 +216,10 @@ void TilePainter::take_up(const Brush& brush) {
     return;
   }
   wide_splat_ = brush.wide_at(area_);
-  if (wide_splat_.one_size && stamps_.empty()) stamps_.resize(kStamps);
+  if (wide_splat_.one_size && stamps_.size() == 0) {
+    stamps_.resize(kStamps);
+    std::uninitialized_fill_n(stamps_.data(), kStamps, Stamp{});
+  }
   wide_splat_.stamps = stamps_.data();
 }
 

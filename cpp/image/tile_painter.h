@@ -101,7 +101,7 @@ class TilePainter {
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
   DepthBlocks blocks_;
-  std::vector<Stamp> stamps_;
+  BufferOf<Stamp> stamps_;  // of several megabytes: a vector would have them in small pages
 
   // Where streaks are added up, while it is in use by records of this brush.
   BufferOf<std::uint32_t> cover_plane_;

@@ -260,5 +260,26 @@ MOTES_INLINE Ints floor_to_ints(Floats v) {
   return towards_zero + (to_floats(towards_zero) > v);  // a true lane is -1
 #endif
 }
+/// The same where `sane`; other lanes, of any value, have no meaning.
+MOTES_INLINE Ints floor_where([[maybe_unused]] Mask sane, Floats v) {
+#if MOTES_WIDTH >= 256
+  return floor_to_ints(v);
+#else
+  return floor_to_ints(select(sane, v, Floats{}));
+#endif
+}
+
+/// The products of lanes that are below 2^15.
+MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
+#elif MOTES_WIDTH == 256
+  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
+#elif MOTES_WIDTH == 128
+  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#else
+  return a * b;
+#endif
+}
 
 }  // namespace motes::MOTES_ISA

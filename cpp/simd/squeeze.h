@@ -25,12 +25,14 @@ inline constexpr LaneOrders kLaneOrders = lane_orders();
 #endif
 
 /// Which lanes are selected. `pressed` puts them at the front of a vector; what is in its other lanes has no meaning.
+/// `front_of` clears those in a mask that was made of pressed vectors, by comparing them with 0.
 class Selected {
  public:
 #if MOTES_WIDTH == 512
   MOTES_INLINE explicit Selected(Mask chosen) : bits_(_mm512_movepi32_mask((__m512i)chosen)) {}
   MOTES_INLINE std::size_t number() const { return static_cast<std::size_t>(__builtin_popcount(bits_)); }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm512_maskz_compress_epi32(bits_, (__m512i)v); }
+  MOTES_INLINE Mask front_of(Mask pressed) const { return pressed; }  // the lanes behind are 0 already
 
  private:
   __mmask16 bits_;
@@ -39,6 +41,9 @@ class Selected {
       : Selected(static_cast<unsigned>(_mm256_movemask_ps((__m256)chosen)), nullptr) {}
   MOTES_INLINE std::size_t number() const { return number_; }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm256_permutevar8x32_epi32((__m256i)v, order_); }
+  MOTES_INLINE Mask front_of(Mask pressed) const {
+    return pressed & (Ints{0, 1, 2, 3, 4, 5, 6, 7} < static_cast<std::int32_t>(number_));
+  }
 
  private:
   MOTES_INLINE Selected(unsigned set, std::nullptr_t)
@@ -75,7 +80,21 @@ MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Ui
 #endif
 }
 
-/// The same; returns how many they are.
+/// The same as 16 bits each, which they must fit.
+MOTES_INLINE void store_selected(std::uint16_t* to, const Selected& selected, Uints v) {
+#if MOTES_WIDTH == 512
+  const __m512i pressed = (__m512i)selected.pressed(v);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm512_maskz_cvtepi32_epi16(0xffff, pressed));
+#elif MOTES_WIDTH == 256
+  const auto pressed = (__m256i)selected.pressed(v);
+  const __m256i narrow = _mm256_permute4x64_epi64(_mm256_packus_epi32(pressed, pressed), 0x08);
+  _mm_storeu_si128(reinterpret_cast<__m128i*>(to), _mm256_castsi256_si128(narrow));
+#else
+  for (std::size_t lane = 0; lane < kLanes; ++lane) to[selected.place(lane)] = static_cast<std::uint16_t>(v[lane]);
+#endif
+}
+
+/// Writes those that are chosen; returns how many they are.
 MOTES_INLINE std::size_t squeeze(std::uint32_t* to, Uints v, Mask chosen) {
   const Selected selected(chosen);
   store_selected(to, selected, v);

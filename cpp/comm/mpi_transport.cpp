@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "comm/clock.h"
 #include "comm/mpi_calls.h"
 #include "comm/mpi_losses.h"
 
@@ -53,18 +54,36 @@ void keep_for_ever(std::unique_ptr<UnderWay> left) {
   all.push_back(std::move(left));
 }
 
-// First busy, then polite: with more ranks than cores the one waited for needs this one's core.
-void back_off(int round) {
-  if (round < 50) return;
-  if (round < 200) {
-    sched_yield();
-    return;
+// One wait, round by round. First busy, then polite: with more ranks than cores the one waited for needs this one's
+// core. A core that others need does not come back at once; where it does, napping would only be late, by a tenth of a
+// millisecond and more on virtual machines.
+class BackOff {
+ public:
+  void pause(int round) {
+    if (round < kBusy) {
+      crowded_ = false;
+    } else if (round < kPolite || (!crowded_ && round < kAlone)) {
+      const double start = wall_seconds();
+      sched_yield();
+      crowded_ |= wall_seconds() - start > kAtOnce;
+    } else {
+      nap(round);
+    }
   }
+
+ private:
+  static constexpr int kBusy = 50, kPolite = 200, kAlone = 1500;  // rounds: about 2 ms together
+  static constexpr double kAtOnce = 20e-6;                        // s
+
   // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
   // alone.
-  const timespec nap{0, round < 1000 ? 20000 : round < 1400 ? 200000 : 2000000};
-  nanosleep(&nap, nullptr);
-}
+  static void nap(int round) {
+    const timespec nap{0, round < 2500 ? 20000 : round < 2900 ? 200000 : 2000000};
+    nanosleep(&nap, nullptr);
+  }
+
+  bool crowded_ = false;
+};
 
 class MpiTransport : public Transport {
  public:
@@ -168,7 +187,7 @@ class MpiTransport : public Transport {
 
   void pause(int round, double) override {
     if (!lost_) progress();
-    back_off(round);
+    back_off_.pause(round);
   }
 
   bool survives() const override { return survives_; }
@@ -307,6 +326,7 @@ class MpiTransport : public Transport {
   bool decided_ = false;  // whether all have finished
   bool coming_ = false;   // to shrink()
   std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left
+  BackOff back_off_;
   std::unique_ptr<UnderWay> way_;
 };
 

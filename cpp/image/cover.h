@@ -12,6 +12,7 @@ struct Cover {
   std::uint32_t color = 0;  // and alpha, as in a record
   std::uint16_t light = 0;  // as WideRecord::light
   std::uint32_t records = 0;  // that are drawn into it, at most
+  bool saturating = false;  // light may overflow the sums
 
   /// With more of them the light of a sum would not fit into 32 bits.
   static constexpr std::uint32_t kMost = 4096;

@@ -28,20 +28,20 @@ MOTES_INLINE void add_cover(std::uint32_t* to, Eight weights) {
   __builtin_memcpy(to, &sum, sizeof sum);
 }
 
-template <int kPart = 0>
+template <bool kSaturating, int kPart = 0>
 MOTES_INLINE void show_eight(const Tint& tint, Eight cover, std::uint32_t* to) {
   using V = Part<kPart>;
   const V more = spread_eight<kPart>(cover) * part_of<kPart>(tint.part[kPart % 3]);
   V before;
   __builtin_memcpy(&before, to + kPart * kWidth, sizeof before);
   V sum = before + more;
-  sum |= (V)(sum < before);  // a sum stays at its greatest value
+  if (kSaturating) sum |= (V)(sum < before);  // a sum stays at its greatest value
   __builtin_memcpy(to + kPart * kWidth, &sum, sizeof sum);
-  if constexpr (kPart + 1 < kParts) show_eight<kPart + 1>(tint, cover, to);
+  if constexpr (kPart + 1 < kParts) show_eight<kSaturating, kPart + 1>(tint, cover, to);
 }
 
-/// Adds what is covered to the tile's light, and clears it, also beside a tile that is not whole.
-inline void show_cover(const image::TilePlanes& tile, const image::Cover& cover, int rows) {
+template <bool kSaturating>
+void show_rows(const image::TilePlanes& tile, const image::Cover& cover, int rows) {
   const Tint tint = stamp_tint(channels(), cover.color, cover.light);
   for (int row = 0; row < rows; ++row) {
     std::uint32_t* weights = cover.weights + static_cast<std::ptrdiff_t>(row) * image::kPixelStride;
@@ -49,11 +49,16 @@ inline void show_cover(const image::TilePlanes& tile, const image::Cover& cover,
     for (int column = 0; column < image::kTile; column += kStrip) {
       Eight covered;
       __builtin_memcpy(&covered, weights + column, sizeof covered);
-      show_eight(tint, covered, light + static_cast<std::ptrdiff_t>(3) * column);
+      show_eight<kSaturating>(tint, covered, light + static_cast<std::ptrdiff_t>(3) * column);
       covered = Eight{};
       __builtin_memcpy(weights + column, &covered, sizeof covered);
     }
   }
+}
+
+/// Adds what is covered to the tile's light, and clears it, also beside a tile that is not whole.
+inline void show_cover(const image::TilePlanes& tile, const image::Cover& cover, int rows) {
+  cover.saturating ? show_rows<true>(tile, cover, rows) : show_rows<false>(tile, cover, rows);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -18,14 +18,10 @@ constexpr std::size_t kSlack = 32;
 
 // Particles per batch: its projected columns and its records (some 900 kB) stay in the second-level cache, so that
 // neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
-// the offsets would outweigh the records.
-std::size_t batch_size(std::size_t most, int tiles) { return std::max(most, 16 * static_cast<std::size_t>(tiles)); }
-constexpr std::size_t kNarrowBatch = 32768, kWideBatch = 8192;
-
-// `particle_bytes`: of the projected columns, and of a record.
-std::size_t fixed_batch_size(std::size_t particle_bytes, int tiles) {
+// the offsets would outweigh the records. `particle_bytes`: of the columns, and of a record.
+std::size_t batch_size(std::size_t particle_bytes, int tiles) {
   constexpr std::size_t kBytes = 14 << 16, kWhole = 4096;
-  return batch_size(kBytes / particle_bytes / kWhole * kWhole, tiles);
+  return std::max(kBytes / particle_bytes / kWhole * kWhole, 16 * static_cast<std::size_t>(tiles));
 }
 
 // Arrays in memory, one behind the other.
@@ -193,7 +189,7 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
   const bool with_velocity = records.head_.with_velocity != 0, one_color = task.one_color();
   // Few particles touch several tiles, so that their column counts little.
   const std::size_t column_bytes = (one_color ? 6 : 10) + (with_depth ? 4 : 0) + (with_velocity ? 12 : 0);
-  const std::size_t step = fixed_batch_size(column_bytes + record_bytes, grid.tiles());
+  const std::size_t step = batch_size(column_bytes + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
@@ -218,11 +214,12 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   task.form = form(layout);
   task.columns = grid.columns();
   task.bits = grid.far_bits();
-  const std::size_t step = batch_size(layout == Layout::wide ? kWideBatch : kNarrowBatch, grid.tiles());
+  const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
+  // Of columns beside words: of all particles, or of those that touch several tiles, which may be many.
+  const std::size_t step = batch_size(4 * (words + 3) + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
     Columns all(projected_, stride, words + 6);
     WideBatch batch{};
     batch.words = all.take<std::uint32_t>(true, words);

@@ -190,6 +190,7 @@ void TilePainter::start_cover(std::span<const Piece> pieces) {
 }
 
 void TilePainter::show_cover() {
+  cover_.saturating = saturating_;
   if (cover_.records != 0) wide_lanes_->show_cover(planes_, cover_, area_.height);
   cover_.records = 0;
 }

@@ -71,8 +71,9 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
   t.weights.assign(rows * static_cast<std::size_t>(row_bytes), 0);
   t.cover = t.weights;
   t.covered.assign(rows, 0);
-  t.shade.assign((rows + 1) * kSurfaceRow, 0);
-  t.bulge.assign((rows + 1) * kSurfaceRow, 0);
+  const auto surface = static_cast<std::size_t>(surface_row(size));
+  t.shade.assign((rows + 1) * surface, 0);
+  t.bulge.assign((rows + 1) * surface, 0);
   const Daylight daylight(view);
   const double radius = 0.5 * diameter;
   for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
@@ -89,8 +90,9 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
     }
     if (distance >= radius) return;
     t.covered[row] |= static_cast<std::uint16_t>(1u << column);
-    t.shade[row * kSurfaceRow + column] = std::max<std::uint8_t>(1, to_byte(kFull * shade));
-    t.bulge[row * kSurfaceRow + column] = static_cast<float>(nz);
+    const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kFull * shade));
+    t.shade[row * surface + column] = at_least_1 << kShadeShift;
+    t.bulge[row * surface + column] = static_cast<float>(nz);
   });
   return t;
 }

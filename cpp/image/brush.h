@@ -18,7 +18,7 @@ namespace motes::image {
 struct SurfaceTables {
   std::vector<std::uint8_t> weights, cover;  // three per pixel
   std::vector<std::uint16_t> covered;        // bits of a row
-  std::vector<std::uint8_t> shade;           // kSurfaceRow per row; empty: fully lit
+  std::vector<std::uint32_t> shade;          // see Splat; empty: fully lit
   std::vector<float> bulge;                  // the same; empty: flat
 };
 

@@ -157,10 +157,10 @@ void flat_records(const TilePlanes& planes, const Splat& task, const unsigned ch
 
 #if MOTES_WIDTH == 512
 // Eight pixels of a sphere's row, as half vectors: more of these are computed at once.
-MOTES_INLINE void round_eight(image::Nearest* to, const std::uint8_t* shade, const float* bulge, Uints color,
+MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, const float* bulge, Uints color,
                               Floats center, Floats radius, unsigned covered) {
-  const __m256i shades = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(shade)));
-  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), _mm256_slli_epi32(shades, 24));
+  const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
+  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), shades);
   const __m256 nearer = _mm256_mul_ps(_mm512_castps512_ps256((__m512)radius), _mm256_loadu_ps(bulge));
   const __m256 depth =
       _mm256_max_ps(_mm256_sub_ps(_mm512_castps512_ps256((__m512)center), nearer), _mm256_set1_ps(kLeastDepth));
@@ -173,6 +173,7 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint8_t* shade, con
 template <int kVectors, bool kHalf>
 void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
+  constexpr int in_row = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
   image::Nearest* const surfaces = planes.surfaces;
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
@@ -182,20 +183,20 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
     const Floats center = (Floats)all_uints(word_at(r + 8));
     const Floats radius = center * all(s.radius);
     const std::uint16_t* covered = s.covered + at.row;
-    const std::uint8_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * image::kSurfaceRow;
-    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * image::kSurfaceRow;
+    const std::uint32_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * in_row;
+    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * in_row;
     image::Nearest* to = surfaces + at.pixel;
     for (int row = 0; row < s.size; ++row, to += kPixelStride) {
 #if MOTES_WIDTH == 512
       if (kHalf && kVectors == 1) {
         round_eight(to, shade, bulge, color, center, radius, covered[row]);
-        shade += image::kSurfaceRow;
-        bulge += image::kSurfaceRow;
+        shade += in_row;
+        bulge += in_row;
         continue;
       }
 #endif
       for (int j = 0; j < kVectors; ++j) {
-        const Uints surface = color | load_bytes(shade + j * kWidth) << 24;
+        const Uints surface = color | load_uints(shade + j * kWidth);
         const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
         const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
         keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
@@ -203,8 +204,8 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
           keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
         }
       }
-      shade += image::kSurfaceRow;
-      bulge += image::kSurfaceRow;
+      shade += in_row;
+      bulge += in_row;
     }
   }
 }

@@ -15,16 +15,19 @@ inline constexpr int kSceneryShift = 6;
 inline constexpr int kToneBits = 8;
 inline constexpr int kToneEntries = 33 << kToneBits;
 
-/// Pixels per row in the tables of opaque sprites.
-inline constexpr int kSurfaceRow = 16;
+/// Pixels per row in the tables of opaque sprites of this size.
+constexpr int surface_row(int size) { return size <= 8 ? 8 : 16; }
+
+/// Where a surface has its shade, 0..255: see Nearest.
+inline constexpr int kShadeShift = 24;
 
 /// How records of one sprite find their pixels. Rows of a sub-pixel phase follow one another, see Footprint.
 struct Splat {
   const std::uint8_t* weights;  // of light, three per pixel
   const std::uint8_t* cover;  // of what is covered, three per pixel: for alpha; the same table where both are equal
   const std::uint16_t* covered;  // opaque: bit c of a row is set where it covers column c
-  const std::uint8_t* shade;  // opaque: kSurfaceRow per row; null: fully lit
-  const float* bulge;  // opaque: how much nearer than its centre the particle is, in radii; null: flat
+  const std::uint32_t* shade;  // opaque: surface_row(size) per row, shifted by kShadeShift; null: fully lit
+  const float* bulge;  // opaque, as `shade`: how much nearer than its centre the particle is, in radii; null: flat
   float radius;  // of the particle at a depth of 1 m, m
   int size, phase_bits, row_bytes;
   int sub_bits;

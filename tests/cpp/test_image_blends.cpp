@@ -56,11 +56,12 @@ std::vector<Seen> nearest_of(const std::vector<Batch>& batches, const Area& area
       const auto r = batch.record<DeepRecord>(i);
       for_each_fragment(s, r, area, [&](std::size_t pixel, std::size_t row, std::size_t column) {
         if ((s.covered[row] >> column & 1) == 0) return;
-        const std::uint32_t shade = s.shade == nullptr ? 255 : s.shade[row * kSurfaceRow + column];
+        const std::uint32_t shade =
+            s.shade == nullptr ? 255 : s.shade[row * surface_row(s.size) + column] >> kShadeShift;
         const float center = depth_of(r);
         Seen here{center, shade << 24 | static_cast<std::uint32_t>(r.color[2]) << 16 |
                               static_cast<std::uint32_t>(r.color[1]) << 8 | r.color[0]};
-        if (s.bulge != nullptr) here.depth = center - center * s.radius * s.bulge[row * kSurfaceRow + column];
+        if (s.bulge != nullptr) here.depth = center - center * s.radius * s.bulge[row * surface_row(s.size) + column];
         Seen& old = nearest[pixel];
         if (std::tie(here.depth, here.surface) < std::tie(old.depth, old.surface)) old = here;
       });

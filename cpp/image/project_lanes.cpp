@@ -57,22 +57,6 @@ void store_velocity(const image::ProjectTask& t, std::size_t i, const image::Pro
   }
 }
 
-// Lists those of the visible particles n, n + 1, ... that touch several tiles, and returns how many they are.
-MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, const Projected& p, const Selected& visible) {
-#if MOTES_WIDTH >= 256
-  const Uints flags = visible.pressed(p.flags);
-  const Mask touches = visible.front_of((Mask)(flags != 0u));
-  return squeeze(to, (lane_numbers() + static_cast<std::uint32_t>(n)) | flags, touches);
-#else
-  std::size_t count = 0;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    to[count] = static_cast<std::uint32_t>(n + visible.place(lane)) | p.flags[lane];
-    count += static_cast<std::size_t>(p.visible[lane] & static_cast<std::int32_t>(p.flags[lane] != 0));
-  }
-  return count;
-#endif
-}
-
 template <bool kOneColor, bool kDepth>
 image::ProjectedCount project(const image::ProjectTask& task, std::size_t first, std::size_t last,
                               const image::ProjectedBatch& batch) {
@@ -98,7 +82,7 @@ image::ProjectedCount project(const image::ProjectTask& task, std::size_t first,
     store_selected(out.tile + n, k, p.tile);
     if (kDepth) store_selected(out.depth + n, k, p.depth);
     if (kDepth && out.velocity != nullptr) store_velocity(t, i, out, n, k);
-    several += list_several(out.several + several, n, p, k);
+    several += list_several(out.several + several, n, p.flags, p.visible, k);
     n += k.number();
   }
   return {n, several};

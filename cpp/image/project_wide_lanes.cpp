@@ -133,6 +133,9 @@ MOTES_INLINE Span span(Ints middle, Ints reach, int pixels) {
   return {(last >= 0) & (first < pixels), max_ints(first, Ints{}) >> image::kTileBits,
           min_ints(last, all_ints(pixels - 1)) >> image::kTileBits};
 }
+MOTES_INLINE Uints tile_of(const image::WideTask& t, Ints column, Ints row) {
+  return multiply_short((Uints)row, all_uints(static_cast<std::uint32_t>(t.columns))) + (Uints)column;
+}
 MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
 
 constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
@@ -140,12 +143,23 @@ constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
 struct Columns {
   Mask visible;
   Uints word[kMostWords]; // of a record
-  Uints tile, last_tile;
+  Uints tile, flags;      // as in WideBatch
+  Mask many;              // touches more than 2x2 tiles
+  Span across, down;
 };
 
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
 // To the nearest multiple of 2^bits.
 MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> bits; }
+
+// Those that touch many tiles stand in the one of their middle, which a slanting streak does touch.
+MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& c) {
+  const auto tile = [](Ints middle, const Span& span, int pixels) {
+    const Ints at = (middle + pixels * (kUnit / 2)) >> (image::kWideBits + image::kTileBits);
+    return min_ints(max_ints(at, span.first), span.last);
+  };
+  c.tile = (Uints)select(c.many, (Ints)tile_of(t, tile(x, c.across, t.width), tile(y, c.down, t.height)), (Ints)c.tile);
+}
 
 MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
   const Floats3 place = place_of(t, i);
@@ -182,11 +196,31 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[t.form.size / 4] = size;
     if (t.form.way != 0) c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
   }
-  const Ints across = columns.last - columns.first, down = rows.last - rows.first;
-  c.tile = (Uints)(rows.first * t.columns + columns.first) | ((Uints)(across == 1) & image::kNextColumn) |
-           ((Uints)(down == 1) & image::kNextRow) | ((Uints)((across > 1) | (down > 1)) & image::kManyTiles);
-  c.last_tile = (Uints)columns.last | ((Uints)rows.last << 16);
+  const Ints further = columns.last - columns.first, below = rows.last - rows.first;
+  c.many = max_ints(further, below) > 1;
+  c.flags = ((Uints)further << 30 | (Uints)below << 31) & ~(Uints)c.many;
+  c.tile = tile_of(t, columns.first, rows.first);
+  c.across = columns;
+  c.down = rows;
+  if (any(c.visible & c.many)) place_many(t, x, y, c);
   return c;
+}
+
+// The visible particles n, n + 1, ... that touch many tiles: returns how many they are. Few scenes have any.
+__attribute__((noinline)) std::size_t list_many(image::ManyTiles* to, std::size_t n, const Columns& c, Mask visible) {
+  std::size_t count = 0;
+  const auto corner = [](std::int32_t column, std::int32_t row) {
+    return static_cast<std::uint32_t>(column) | static_cast<std::uint32_t>(row) << 16;
+  };
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (visible[lane] == 0) continue;
+    if (c.many[lane] != 0) {
+      to[count++] = {static_cast<std::uint32_t>(n), corner(c.across.first[lane], c.down.first[lane]),
+                     corner(c.across.last[lane], c.down.last[lane])};
+    }
+    ++n;
+  }
+  return count;
 }
 
 MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Selected& k, std::uint32_t* to,
@@ -197,23 +231,26 @@ MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const 
   store_selected(to + 2 * stride, k, finite_bits(velocity.z));
 }
 
-std::size_t project(const image::WideTask& task, std::size_t first, std::size_t last, const image::WideBatch& out) {
-  const image::WideTask t = task; // a copy whose members the stores below cannot change
+image::WideCount project(const image::WideTask& task, std::size_t first, std::size_t last,
+                         const image::WideBatch& batch) {
+  const image::WideTask t = task;  // copies whose members the stores below cannot change
+  const image::WideBatch out = batch;
   const bool same = t.one_color();
   const Uints color_of_all = color_vector(t, 0);
   Ahead ahead(t);
   ahead.add(t.size);
   ahead.add(t.up);
-  std::size_t n = 0;
+  std::size_t n = 0, several = 0, many = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     ahead.fetch(i);
     const Columns c = project_vector(t, i, same ? color_of_all : color_vector(t, i));
     Mask visible = c.visible;
     if (last - i < kLanes) visible &= lanes_below(last - i);
-    if (!any(visible)) continue;
     const Selected k(visible);
+    if (k.number() == 0) continue;
     store_selected(out.tile + n, k, c.tile);
-    store_selected(out.last_tile + n, k, c.last_tile);
+    several += list_several(out.several + several, n, c.flags, visible, k);
+    if (any(visible & c.many)) many += list_many(out.many + many, n, c, visible);
     if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
     int w = 0;
     for (; 4 * w + 16 <= t.form.bytes; w += 4) {
@@ -225,7 +262,7 @@ std::size_t project(const image::WideTask& task, std::size_t first, std::size_t 
     }
     n += k.number();
   }
-  return n;
+  return {n, several, many};
 }
 
 }  // namespace

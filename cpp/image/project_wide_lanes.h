@@ -28,25 +28,31 @@ struct WideTask : SeenTask {
   int bits;        // of their positions
 };
 
-/// Beside kNextColumn and kNextRow in WideBatch::tile: the bounding box touches more tiles than the first one and its
-/// next neighbours.
-inline constexpr std::uint32_t kManyTiles = std::uint32_t{1} << 29;
-inline constexpr std::uint32_t kWideTileNumber = kManyTiles - 1;
+/// A particle whose bounding box touches more than 2x2 tiles, and the box: column | row << 16 of its first and last
+/// tile.
+struct ManyTiles {
+  std::uint32_t particle, first, last;
+};
 
-/// The visible particles, in their order. Each array has room for as many particles as are projected, plus one vector.
+/// The visible particles, in their order. Each array has room for as many particles as are projected, plus two vectors.
 struct WideBatch {
   /// Of records without velocity: four words of each one behind one another, then the next four; what is left of their
   /// number in columns.
   std::uint32_t* words;
-  std::size_t stride;        // from column to column
-  std::uint32_t* tile;       // number of the first tile that the bounding box touches, and flags
-  std::uint32_t* last_tile;  // column | row << 16 of the last one
-  std::uint32_t* velocity; // bits of three floats, in columns as well; null: not wanted
+  std::size_t stride;      // from column to column
+  std::uint16_t* tile;     // number of the first tile touched; of those that touch many, of one of them
+  std::uint32_t* several;  // as in ProjectedBatch, without those that touch many
+  ManyTiles* many;
+  std::uint32_t* velocity;  // bits of three floats, in columns as well; null: not wanted
+};
+
+struct WideCount {
+  std::size_t visible = 0, several = 0, many = 0;
 };
 
 struct ProjectWideLanes {
-  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many are visible.
-  std::size_t (*project)(const WideTask& task, std::size_t first, std::size_t last, const WideBatch& out);
+  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many there are in `out`.
+  WideCount (*project)(const WideTask& task, std::size_t first, std::size_t last, const WideBatch& out);
 };
 
 /// The build that suits this processor.

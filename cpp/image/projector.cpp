@@ -196,18 +196,16 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const ProjectedBatch batch = columns_for(stride, with_depth, with_velocity, projected_);
     const ProjectedCount number = lanes_->project(task, first, last, batch);
     if (number.visible == 0) continue;
-    cursor_.assign(cursors(tiles, columns), 0);
-    further_.resize(kFurtherTiles * (number.several + 1));
-    const std::byte* soon = expect(number.visible * record_bytes, tiles, records);
-    const std::size_t listed = count_fixed(batch, number, columns, cursor_.data(), further_.data(), soon, record_bytes);
+    const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
+    count(touched, tiles, record_bytes, records);
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
-    scatter_fixed(batch, one_color, number.visible, cursor_.data(), further_.data(), listed, to);
+    scatter_fixed(batch, one_color, number.visible, cursor_.data(), further_.all(), to);
   }
 }
 
 void Projector::project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records) {
   const Grid grid{view.width, view.height};
-  const auto tiles = static_cast<std::size_t>(grid.tiles());
+  const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
   const auto layout = static_cast<Layout>(records.head_.layout);
   const std::size_t record_bytes = bytes_of(records.head_);
   WideTask task = wide_task(particles, sprite_, view, projection.dt);
@@ -215,35 +213,34 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   task.columns = grid.columns();
   task.bits = grid.far_bits();
   const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
-  // Of columns beside words: of all particles, or of those that touch several tiles, which may be many.
-  const std::size_t step = batch_size(4 * (words + 3) + record_bytes, grid.tiles());
+  const std::size_t step = batch_size(4 * words + 2 + record_bytes, grid.tiles());
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    Columns all(projected_, stride, words + 6);
+    Columns all(projected_, stride, words + 8);
     WideBatch batch{};
     batch.words = all.take<std::uint32_t>(true, words);
     batch.stride = stride;
-    batch.tile = all.take<std::uint32_t>();
-    batch.last_tile = all.take<std::uint32_t>();
     batch.velocity = all.take<std::uint32_t>(records.head_.with_velocity != 0, 3);
-    auto* several = all.take<std::uint32_t>();
-    const std::size_t visible = wide_lanes_->project(task, first, last, batch);
-    if (visible == 0) continue;
-    cursor_.assign(cursors(tiles, static_cast<std::size_t>(grid.columns())), 0);
-    const std::byte* soon = expect(visible * record_bytes, tiles, records);
-    const std::size_t listed =
-        count_wide(batch, visible, layout, grid, cursor_.data(), several, further_, soon, record_bytes);
-    std::byte* to = open_batch(tiles, record_bytes, visible, records);
-    scatter_wide(batch, visible, layout, cursor_.data(), further_.data(), listed, to);
+    batch.several = all.take<std::uint32_t>();
+    batch.many = all.take<ManyTiles>();
+    batch.tile = all.take<std::uint16_t>();
+    const WideCount number = wide_lanes_->project(task, first, last, batch);
+    if (number.visible == 0) continue;
+    const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
+    count(touched, tiles, record_bytes, records);
+    count_many(batch, number.many, layout, grid, cursor_.data(), further_);
+    std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
+    scatter_wide(batch, number.visible, layout, cursor_.data(), further_.all(), to);
   }
 }
 
-// Makes room for about so many bytes of records, and returns where they will be.
-const std::byte* Projector::expect(std::size_t bytes, std::size_t tiles, Records& records) {
+// Counts the records of each tile, and asks for the memory of those of the first tiles.
+void Projector::count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records) {
+  cursor_.assign(cursors(tiles, touched.columns), 0);
   const std::size_t at = records.buffer_.size() + 4 * (tiles + 1);
-  records.buffer_.reserve(at + bytes);
-  return records.buffer_.data() + at;
+  records.buffer_.reserve(at + touched.visible * record_bytes);
+  count_tiles(touched, cursor_.data(), further_, records.buffer_.data() + at, record_bytes);
 }
 
 // Makes room for as many records as cursor_ counts, and turns its counts into places. Returns where the first one goes.

@@ -38,13 +38,13 @@ class Projector {
  private:
   void project_fixed(const Drawn& particles, const View& view, Records& records);
   void project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records);
-  const std::byte* expect(std::size_t bytes, std::size_t tiles, Records& records);
+  void count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records);
   std::byte* open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records);
 
   const ProjectLanes* lanes_;
   const ProjectWideLanes* wide_lanes_;
   Buffer projected_;
-  BufferOf<FurtherTile> further_;
+  FurtherTiles further_;
   std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then where the next one goes
   std::vector<std::uint32_t> offsets_;  // by slot
   Sprite sprite_;

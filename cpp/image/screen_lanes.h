@@ -95,6 +95,24 @@ MOTES_INLINE Mask lanes_below(std::size_t count) {
   return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
 }
 
+/// Lists those of the visible particles n, n + 1, ... that have flags: they touch several tiles. Returns how many they
+/// are.
+MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints flags, [[maybe_unused]] Mask visible,
+                                      const Selected& selected) {
+#if MOTES_WIDTH >= 256
+  const Uints pressed = selected.pressed(flags);
+  const Mask touches = selected.front_of((Mask)(pressed != 0u));
+  return squeeze(to, (lane_numbers() + static_cast<std::uint32_t>(n)) | pressed, touches);
+#else
+  std::size_t count = 0;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    to[count] = static_cast<std::uint32_t>(n + selected.place(lane)) | flags[lane];
+    count += static_cast<std::size_t>(visible[lane] & static_cast<std::int32_t>(flags[lane] != 0));
+  }
+  return count;
+#endif
+}
+
 /// Four words of each lane, behind one another.
 struct Quads {
   std::uint32_t word[kLanes][4];

@@ -9,8 +9,8 @@ namespace motes::image {
 namespace {
 
 template <bool kOneColor, bool kDepth, bool kVelocity>
-void scatter(const ProjectedBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,
-             std::size_t listed, std::byte* records) {
+void scatter(const ProjectedBatch& batch, std::size_t count, std::uint32_t* cursor,
+             std::span<const FurtherTile> further, std::byte* records) {
   constexpr std::size_t kBytes = (kDepth ? sizeof(DeepRecord) : sizeof(PlainRecord)) + (kVelocity ? kVelocityBytes : 0);
   const ProjectedBatch b = batch;  // a copy whose members the stores below cannot change
   const std::uint64_t color_of_all = std::uint64_t{b.color[0]} << 32;
@@ -24,7 +24,7 @@ void scatter(const ProjectedBatch& batch, std::size_t count, std::uint32_t* curs
     }
   };
   for (std::size_t i = 0; i < count; ++i) put(i, b.tile[i]);
-  for (std::size_t k = 0; k < listed; ++k) put(further[k].particle, further[k].tile);
+  for (const FurtherTile& one : further) put(one.particle, one.tile);
 }
 
 template <bool kOneColor, class... Arguments>
@@ -40,27 +40,26 @@ void scatter_any(const ProjectedBatch& batch, const Arguments&... arguments) {
 
 }  // namespace
 
-std::size_t count_fixed(const ProjectedBatch& b, const ProjectedCount& number, std::size_t columns,
-                        std::uint32_t* counts, FurtherTile* further, const std::byte* records,
-                        std::size_t record_bytes) {
-  for (std::size_t first = 0; first < number.visible; first += kAskedAtOnce) {
+void count_tiles(const Touched& touched, std::uint32_t* counts, FurtherTiles& further, const std::byte* records,
+                 std::size_t record_bytes) {
+  const Touched t = touched;
+  for (std::size_t first = 0; first < t.visible; first += kAskedAtOnce) {
     particles::prefetch_for_write(records + first * record_bytes, kAskedAtOnce * record_bytes);
-    const std::size_t end = std::min(first + kAskedAtOnce, number.visible);
-    for (std::size_t i = first; i < end; ++i) ++counts[b.tile[i]];
+    const std::size_t end = std::min(first + kAskedAtOnce, t.visible);
+    for (std::size_t i = first; i < end; ++i) ++counts[t.tile[i]];
   }
-  FurtherTile* end = further;
-  for (std::size_t k = 0; k < number.several; ++k) {
-    const std::uint32_t word = b.several[k], i = word & kBesideFlags;
-    end = list_further(end, i, b.tile[i], word, static_cast<std::uint32_t>(columns));
+  further.clear(t.several_count);
+  for (std::size_t k = 0; k < t.several_count; ++k) {
+    const std::uint32_t word = t.several[k], i = word & kBesideFlags;
+    further.add_up_to_three(i, t.tile[i], word, static_cast<std::uint32_t>(t.columns));
   }
-  for (const FurtherTile* one = further; one != end; ++one) ++counts[one->tile];
-  return static_cast<std::size_t>(end - further);
+  for (const FurtherTile& one : further.all()) ++counts[one.tile];
 }
 
 void scatter_fixed(const ProjectedBatch& batch, bool one_color, std::size_t count, std::uint32_t* cursor,
-                   const FurtherTile* further, std::size_t listed, std::byte* records) {
-  one_color ? scatter_any<true>(batch, count, cursor, further, listed, records)
-            : scatter_any<false>(batch, count, cursor, further, listed, records);
+                   std::span<const FurtherTile> further, std::byte* records) {
+  one_color ? scatter_any<true>(batch, count, cursor, further, records)
+            : scatter_any<false>(batch, count, cursor, further, records);
 }
 
 }  // namespace motes::image

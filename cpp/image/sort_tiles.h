@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "image/buffer.h"
 #include "image/grid.h"
@@ -39,23 +40,49 @@ inline FurtherTile* list_further(FurtherTile* to, std::uint32_t particle, std::u
   return to + (column & row);
 }
 
-/// Adds the records of each tile to `counts`, and lists `further` tiles, for which there is room for kFurtherTiles of
-/// each particle that touches several, and of one more. Returns how many are listed. Meanwhile it asks for the memory
-/// where the particles' records of `record_bytes` will be written.
-std::size_t count_fixed(const ProjectedBatch& batch, const ProjectedCount& number, std::size_t columns,
-                        std::uint32_t* counts, FurtherTile* further, const std::byte* records,
-                        std::size_t record_bytes);
+/// Further tiles, in memory that grows.
+class FurtherTiles {
+ public:
+  void clear(std::size_t several) {
+    size_ = 0;
+    list_.resize(kFurtherTiles * (several + 1));
+  }
+  void add_up_to_three(std::uint32_t particle, std::uint32_t tile, std::uint32_t word, std::uint32_t columns) {
+    FurtherTile* const end = list_.data() + size_;
+    size_ += static_cast<std::size_t>(list_further(end, particle, tile, word, columns) - end);
+  }
+  void add(std::uint32_t particle, std::size_t tile) {
+    if (size_ == list_.size()) list_.resize(2 * size_);
+    list_.data()[size_++] = {particle, static_cast<std::uint32_t>(tile)};
+  }
+  std::span<const FurtherTile> all() const { return {list_.data(), size_}; }
 
-/// Writes each particle's record to the next place of each of its tiles: `cursor` says which, and is moved on.
+ private:
+  BufferOf<FurtherTile> list_;
+  std::size_t size_ = 0;
+};
+
+/// What is counted: of `visible` particles the first tile, and those that touch several.
+struct Touched {
+  const std::uint16_t* tile;
+  const std::uint32_t* several;
+  std::size_t visible, several_count;
+  std::size_t columns;  // of tiles
+};
+
+/// Adds the records of each tile to `counts`, and lists further tiles. Meanwhile it asks for the memory where the
+/// particles' records of `record_bytes` will be written.
+void count_tiles(const Touched& touched, std::uint32_t* counts, FurtherTiles& further, const std::byte* records,
+                 std::size_t record_bytes);
+
+/// The same for those that touch many tiles.
+void count_many(const WideBatch& batch, std::size_t many, Layout layout, const Grid& grid, std::uint32_t* counts,
+                FurtherTiles& further);
+
+/// Write each particle's record to the next place of each of its tiles: `cursor` says which, and is moved on.
 void scatter_fixed(const ProjectedBatch& batch, bool one_color, std::size_t count, std::uint32_t* cursor,
-                   const FurtherTile* further, std::size_t listed, std::byte* records);
-
-/// The same for records of the other layouts, which may touch any number of tiles: those of particles that touch many
-/// are all among the `further` ones, whose memory grows. `several` has room for all particles.
-std::size_t count_wide(const WideBatch& batch, std::size_t count, Layout layout, const Grid& grid,
-                       std::uint32_t* counts, std::uint32_t* several, BufferOf<FurtherTile>& further,
-                       const std::byte* records, std::size_t record_bytes);
+                   std::span<const FurtherTile> further, std::byte* records);
 void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
-                  const FurtherTile* further, std::size_t listed, std::byte* records);
+                  std::span<const FurtherTile> further, std::byte* records);
 
 }  // namespace motes::image

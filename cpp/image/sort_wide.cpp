@@ -1,10 +1,8 @@
-#include <algorithm>
 #include <cstring>
 
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/sort_tiles.h"
-#include "particles/memory.h"
 
 namespace motes::image {
 namespace {
@@ -63,60 +61,34 @@ WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, 
   return wide_record(form, grid.far_bits(), bytes);
 }
 
-// Calls use(tile) for each tile of a particle that touches many.
+// Calls use(tile) for each tile of a particle that touches many, but for the one where it stands already.
 template <class Use>
-void for_each_of_many(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid, const Use& use) {
-  const auto columns = static_cast<std::uint32_t>(grid.columns());
-  const std::uint32_t number = b.tile[i] & kWideTileNumber, last = b.last_tile[i];
-  const std::uint32_t first = number / columns << 16 | number % columns;
-  const WideRecord record = record_at(b, i, form, grid);
+void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm& form, const Grid& grid,
+                    const Use& use) {
+  const std::size_t own = b.tile[many.particle];
+  const auto others = [&](std::size_t tile) {
+    if (tile != own) use(tile);
+  };
+  const auto columns = static_cast<std::size_t>(grid.columns());
+  const WideRecord record = record_at(b, many.particle, form, grid);
   if (form.way == 0 || record.dx == 0 || record.dy == 0) {
-    return for_each_tile(first, last, columns, use, [](auto, auto) { return true; });
+    return for_each_tile(many.first, many.last, columns, others, [](auto, auto) { return true; });
   }
   const Streak streak(record, grid);
-  for_each_tile(first, last, columns, use, [&](auto column, auto row) { return streak.near(column, row); });
+  for_each_tile(many.first, many.last, columns, others,
+                [&](auto column, auto row) { return streak.near(column, row); });
 }
 
-// Lists further tiles.
-class Further {
- public:
-  // `most`: particles that touch up to four tiles.
-  Further(BufferOf<FurtherTile>& list, std::size_t most) : list_(list) { list_.resize(kFurtherTiles * (most + 1)); }
-
-  void add_up_to_three(std::uint32_t particle, std::uint32_t word, std::uint32_t columns) {
-    FurtherTile* const end = list_.data() + size_;
-    size_ += static_cast<std::size_t>(list_further(end, particle, word & kWideTileNumber, word, columns) - end);
-  }
-  // Room for it is made beside that for the others.
-  void add(std::uint32_t particle, std::size_t tile) {
-    if (extra_ == 0) {
-      extra_ = list_.size();
-      list_.resize(2 * list_.size());
-    }
-    --extra_;
-    list_.data()[size_++] = {particle, static_cast<std::uint32_t>(tile)};
-  }
-  std::size_t size() const { return size_; }
-
- private:
-  BufferOf<FurtherTile>& list_;
-  std::size_t size_ = 0, extra_ = 0;
-};
-
 template <int kWords, bool kVelocity>
-void scatter(const WideBatch& batch, std::size_t count, std::uint32_t* cursor, const FurtherTile* further,
-             std::size_t listed, std::byte* records) {
+void scatter(const WideBatch& batch, std::size_t count, std::uint32_t* cursor, std::span<const FurtherTile> further,
+             std::byte* records) {
   constexpr std::size_t kBytes = 4 * kWords + (kVelocity ? kVelocityBytes : 0);
   const WideBatch b = batch;  // a copy whose members the stores below cannot change
-  for (std::size_t i = 0; i < count; ++i) {
-    const std::uint32_t word = b.tile[i];
-    if ((word & kManyTiles) == 0) {
-      copy_record<kWords, kVelocity>(b, i, records + cursor[word & kWideTileNumber]++ * kBytes);
-    }
-  }
-  for (std::size_t k = 0; k < listed; ++k) {
-    copy_record<kWords, kVelocity>(b, further[k].particle, records + cursor[further[k].tile]++ * kBytes);
-  }
+  const auto put = [&](std::size_t i, std::size_t tile) {
+    copy_record<kWords, kVelocity>(b, i, records + cursor[tile]++ * kBytes);
+  };
+  for (std::size_t i = 0; i < count; ++i) put(i, b.tile[i]);
+  for (const FurtherTile& one : further) put(one.particle, one.tile);
 }
 
 template <bool kVelocity, class... Arguments>
@@ -131,43 +103,24 @@ void scatter_words(int words, const Arguments&... arguments) {
 
 }  // namespace
 
-// Particles in one tile are counted free of branches, as those of fixed size are.
-std::size_t count_wide(const WideBatch& b, std::size_t count, Layout layout, const Grid& grid, std::uint32_t* counts,
-                       std::uint32_t* several, BufferOf<FurtherTile>& further, const std::byte* records,
-                       std::size_t record_bytes) {
-  std::size_t touch_several = 0;
-  for (std::size_t first = 0; first < count; first += kAskedAtOnce) {
-    particles::prefetch_for_write(records + first * record_bytes, kAskedAtOnce * record_bytes);
-    const std::size_t end = std::min(first + kAskedAtOnce, count);
-    for (std::size_t i = first; i < end; ++i) {
-      const std::uint32_t word = b.tile[i];
-      counts[word & kWideTileNumber] += ~word >> 29 & 1;
-      several[touch_several] = static_cast<std::uint32_t>(i);
-      touch_several += word > kWideTileNumber;
-    }
-  }
-  const auto columns = static_cast<std::uint32_t>(grid.columns());
+void count_many(const WideBatch& batch, std::size_t many, Layout layout, const Grid& grid, std::uint32_t* counts,
+                FurtherTiles& further) {
   const RecordForm record_form = form(layout);
-  Further list(further, touch_several);
-  for (std::size_t k = 0; k < touch_several; ++k) {
-    const std::uint32_t i = several[k], word = b.tile[i];
-    if ((word & kManyTiles) == 0) {
-      list.add_up_to_three(i, word, columns);
-    } else {
-      for_each_of_many(b, i, record_form, grid, [&](std::size_t tile) { list.add(i, tile); });
-    }
+  for (std::size_t k = 0; k < many; ++k) {
+    for_each_other(batch, batch.many[k], record_form, grid, [&](std::size_t tile) {
+      further.add(batch.many[k].particle, tile);
+      ++counts[tile];
+    });
   }
-  for (std::size_t k = 0; k < list.size(); ++k) ++counts[further.data()[k].tile];
-  return list.size();
 }
 
 void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
-                  const FurtherTile* further, std::size_t listed, std::byte* records) {
+                  std::span<const FurtherTile> further, std::byte* records) {
   const int words = form(layout).bytes / 4;
   if (batch.velocity != nullptr) {
-    scatter_words<true>(words, batch, count, cursor, further, listed, records);
+    scatter_words<true>(words, batch, count, cursor, further, records);
   } else {
-    scatter_words<false>(words, batch, count, cursor, further, listed, records);
+    scatter_words<false>(words, batch, count, cursor, further, records);
   }
 }
 

@@ -43,6 +43,7 @@ inline FurtherTile* list_further(FurtherTile* to, std::uint32_t particle, std::u
 /// Further tiles, in memory that grows.
 class FurtherTiles {
  public:
+  /// Empties the list, and makes room for the tiles of so many particles that touch up to four.
   void clear(std::size_t several) {
     size_ = 0;
     list_.resize(kFurtherTiles * (several + 1));
@@ -51,6 +52,7 @@ class FurtherTiles {
     FurtherTile* const end = list_.data() + size_;
     size_ += static_cast<std::size_t>(list_further(end, particle, tile, word, columns) - end);
   }
+  /// Of any particle, once all others are listed.
   void add(std::uint32_t particle, std::size_t tile) {
     if (size_ == list_.size()) list_.resize(2 * size_);
     list_.data()[size_++] = {particle, static_cast<std::uint32_t>(tile)};

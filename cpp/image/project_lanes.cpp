@@ -18,9 +18,11 @@ struct Span {
   Mask inside;
   Ints first, next;
 };
+// Lanes without meaning may overflow.
+MOTES_INLINE Ints plus(Ints a, int b) { return (Ints)((Uints)a + static_cast<std::uint32_t>(b)); }
 MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
   const Ints first = start >> sub_bits;
-  const Ints last = first + (footprint - 1);
+  const Ints last = plus(first, footprint - 1);
   const Ints first_tile = max_ints(first, Ints{}) >> image::kTileBits;
   const Ints last_tile = min_ints(last, all_ints(pixels - 1)) >> image::kTileBits;
   const Mask inside = (Mask)((Uints)last < static_cast<std::uint32_t>(pixels + footprint - 1));
@@ -38,8 +40,8 @@ MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i
   const Ints fixed_x = floor_where(sane, screen_x);
   const Ints fixed_y = floor_where(sane, screen_y);
   const int half = 1 << (t.sub_bits - 1);
-  const Span over_x = span(fixed_x + (t.width + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.width);
-  const Span over_y = span(fixed_y + (t.height + 1 - t.footprint) * half, t.sub_bits, t.footprint, t.height);
+  const Span over_x = span(plus(fixed_x, (t.width + 1 - t.footprint) * half), t.sub_bits, t.footprint, t.width);
+  const Span over_y = span(plus(fixed_y, (t.height + 1 - t.footprint) * half), t.sub_bits, t.footprint, t.height);
   Projected p;
   p.visible = sane & over_x.inside & over_y.inside;
   p.position = ((Uints)fixed_x & 0xffffu) | ((Uints)fixed_y << 16);

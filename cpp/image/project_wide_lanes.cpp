@@ -167,8 +167,8 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
   const Mask visible = w.visible & s.visible;
-  const Ints x1 = floor_where(visible, w.x), x0 = floor_where(visible, w.x + w.dx);
-  const Ints y1 = floor_where(visible, w.y), y0 = floor_where(visible, w.y + w.dy);
+  const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
+  const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
   const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
   const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
   const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;

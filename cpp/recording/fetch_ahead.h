@@ -6,7 +6,6 @@
 #include <cstdint>
 #include <vector>
 
-#include "particles/blocks.h"
 #include "particles/store.h"
 
 namespace motes::recording {
@@ -16,29 +15,31 @@ namespace motes::recording {
 class FetchAhead {
  public:
   /// `attributes`: one bit each; those without planes are left out. `ids`: whether the list reads them. `runs`: of
-  /// actions over a block, all sub-steps together. Asks for nothing where it is not `wanted`.
-  FetchAhead(const particles::Store& store, std::uint64_t attributes, bool ids, std::size_t runs, bool wanted) {
-    if (!wanted) return;
+  /// actions over a block, all sub-steps together. `block`: particles; 0: nothing is asked for.
+  FetchAhead(const particles::Store& store, std::uint64_t attributes, bool ids, std::size_t runs, std::size_t block)
+      : block_lines_(4 * block / kLine) {
+    if (block == 0) return;
     for (int a = 0; a < store.schema().size(); ++a) {
       if ((attributes >> a & 1u) == 0 || store.uniform(a)) continue;
       for (int c = 0; c < store.schema()[a].width; ++c) planes_.push_back(store.plane(a, c));
     }
     if (ids) planes_.push_back(store.ids().lower);
     if (ids && store.ids().upper != nullptr) planes_.push_back(store.ids().upper);
-    part_ = (planes_.size() * kLines + runs - 1) / std::max(runs, std::size_t{1});
+    part_ = (planes_.size() * block_lines_ + runs - 1) / std::max(runs, std::size_t{1});
   }
 
   /// Goes on to the block that starts at particle `next`, or to none where that is the end.
   void aim(std::size_t next, std::size_t end) {
     next_ = next;
     line_ = 0;
-    lines_ = next < end ? planes_.size() * kLines : 0;
+    lines_ = next < end ? planes_.size() * block_lines_ : 0;
   }
 
   /// Asks for the next part.
   void fetch() {
     for (const std::size_t stop = std::min(line_ + part_, lines_); line_ < stop; ++line_) {
-      __builtin_prefetch(static_cast<const char*>(planes_[line_ / kLines]) + 4 * next_ + kLine * (line_ % kLines));
+      __builtin_prefetch(static_cast<const char*>(planes_[line_ / block_lines_]) + 4 * next_ +
+                         kLine * (line_ % block_lines_));
     }
   }
 
@@ -46,9 +47,9 @@ class FetchAhead {
   std::size_t left() const { return lines_ - line_; }
 
  private:
-  static constexpr std::size_t kLine = 64;                         // bytes
-  static constexpr std::size_t kLines = 4 * particles::kBlock / kLine;  // of a block's column, four bytes each
+  static constexpr std::size_t kLine = 64;  // bytes
 
+  std::size_t block_lines_;  // of a block's column, four bytes each
   std::vector<const void*> planes_;
   std::size_t part_ = 0, next_ = 0, line_ = 0, lines_ = 0;
 };

@@ -16,6 +16,7 @@ namespace motes::recording {
 namespace {
 
 using particles::kBlock;
+using particles::kShortBlock;
 using particles::Store;
 
 constexpr std::uint64_t kTurning = 1u << particles::up | 1u << particles::rotational_velocity;
@@ -117,9 +118,16 @@ void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& mo
 
 // A range holds so many particles: whole blocks, long enough that starting one costs nothing; the last ones are
 // shorter, so that threads end together.
-constexpr std::size_t kRange = 1024 * kBlock, kLastRange = 16 * kBlock;
-constexpr std::size_t kAlone = 64 * kBlock;  // fewer are not worth waking threads for
+constexpr std::size_t kRange = 1024 * kShortBlock, kLastRange = 16 * kShortBlock;
+constexpr std::size_t kAlone = 64 * kShortBlock;  // fewer are not worth waking threads for
 constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
+
+// Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
+// longer blocks than the processor's guesses are worth.
+constexpr std::size_t kLongList = 8;
+std::size_t block_size(std::size_t actions) {
+  return actions > kLongList && simd::fetches_ahead() ? kBlock : kShortBlock;
+}
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
 template <class Work>
@@ -232,14 +240,15 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
+  const std::size_t size = block_size(operations.size());
   FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
-                   last - first > kBlock && simd::fetches_ahead());
+                   last - first > size && simd::fetches_ahead() ? size : 0);
   std::optional<Front> front;
   if (outcome.gathers) front.emplace(pass.store, first);
-  for (std::size_t at = first; at < last; at += kBlock) {
-    const std::size_t count = std::min(kBlock, last - at);
+  for (std::size_t at = first; at < last; at += size) {
+    const std::size_t count = std::min(size, last - at);
     const std::size_t dead_before = outcome.dead.size(), left_before = outcome.left.size();
-    ahead.aim(at + kBlock, last);
+    ahead.aim(at + size, last);
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws, ahead);

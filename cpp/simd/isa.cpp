@@ -44,7 +44,7 @@ Isa isa() {
 
 bool fetches_ahead() {
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
-  return isa() == Isa::avx512 && __builtin_cpu_is("intel");
+  return isa() != Isa::sse2 && __builtin_cpu_is("intel");
 #else
   return false;
 #endif

@@ -363,26 +363,57 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
 }
 
 TEST(the_next_block_is_asked_for_by_the_time_that_the_last_action_has_run) {
-  const Store store = random_store(1000, 5);
+  const Store store = random_store(2000, 5);
   constexpr std::uint64_t attributes = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
-  constexpr std::size_t lines = (6 + 1) * 4 * particles::kBlock / 64;  // age has no plane
-  for (const std::size_t runs : {1u, 4u, 5u, 12u, 100u}) {
-    FetchAhead ahead(store, attributes, true, runs, true);
-    CHECK(ahead.left() == 0);
-    for (const std::size_t next : {particles::kBlock, 7 * particles::kBlock}) {
-      ahead.aim(next, store.size());
-      CHECK(ahead.left() == lines);
-      for (std::size_t run = 0; run < runs; ++run) {
-        CHECK(ahead.left() * runs <= lines * (runs - run));
-        ahead.fetch();
+  for (const std::size_t block : {particles::kShortBlock, particles::kBlock}) {
+    const std::size_t lines = (6 + 1) * 4 * block / 64;  // age has no plane
+    for (const std::size_t runs : {1u, 4u, 5u, 12u, 100u}) {
+      FetchAhead ahead(store, attributes, true, runs, block);
+      CHECK(ahead.left() == 0);
+      for (const std::size_t next : {block, 7 * block}) {
+        ahead.aim(next, store.size());
+        CHECK(ahead.left() == lines);
+        for (std::size_t run = 0; run < runs; ++run) {
+          CHECK(ahead.left() * runs <= lines * (runs - run));
+          ahead.fetch();
+        }
+        CHECK(ahead.left() == 0);
       }
+      ahead.aim(16 * block, store.size());
       CHECK(ahead.left() == 0);
     }
-    ahead.aim(8 * particles::kBlock, store.size());
-    CHECK(ahead.left() == 0);
   }
-  FetchAhead none(store, attributes, true, 4, false);
+  FetchAhead none(store, attributes, true, 4, 0);
   none.aim(particles::kBlock, store.size());
   none.fetch();
   CHECK(none.left() == 0);
+}
+
+// Such lists may run in longer blocks.
+TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
+  const Store start = random_store(600, 17);
+  std::vector<Action> list;
+  for (int k = 0; k < 4; ++k) list.insert(list.end(), {gravity(), shake(), move()});
+  list.push_back(kill_old(0.15));
+  const Program program(list);
+  const Span span{9, 2, 0.05, 0};
+  Store whole = copy_of(start);
+  Outcome outcome;
+  program.run(whole, 0, 0, span, kKey, {}, outcome);
+  CHECK(outcome.dead.size() == whole.size());  // their age has advanced by 0.2 s
+  for (std::size_t i = 0; i < start.size(); i += 7) {
+    Store one(kSchema);
+    one.grow(1);
+    one.set_id(0, 1000 + i);
+    for (int c = 0; c < 3; ++c) {
+      *one.writable_plane(particles::position, c) = start.plane(particles::position, c)[i];
+      *one.writable_plane(particles::velocity, c) = start.plane(particles::velocity, c)[i];
+    }
+    Outcome own;
+    program.run(one, 0, 0, span, kKey, {}, own);
+    for (int c = 0; c < 3; ++c) {
+      CHECK(*one.plane(particles::position, c) == whole.plane(particles::position, c)[i]);
+      CHECK(*one.plane(particles::velocity, c) == whole.plane(particles::velocity, c)[i]);
+    }
+  }
 }

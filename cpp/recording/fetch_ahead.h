@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -15,9 +16,9 @@ namespace motes::recording {
 class FetchAhead {
  public:
   /// `attributes`: one bit each; those without planes are left out. `ids`: whether the list reads them. `runs`: of
-  /// actions over a block, all sub-steps together. `block`: particles; 0: nothing is asked for.
+  /// actions over a block, all sub-steps together. `block`: particles, a power of two; 0: nothing is asked for.
   FetchAhead(const particles::Store& store, std::uint64_t attributes, bool ids, std::size_t runs, std::size_t block)
-      : block_lines_(4 * block / kLine) {
+      : line_bits_(block == 0 ? 0 : std::countr_zero(4 * block / kLine)) {
     if (block == 0) return;
     for (int a = 0; a < store.schema().size(); ++a) {
       if ((attributes >> a & 1u) == 0 || store.uniform(a)) continue;
@@ -25,21 +26,21 @@ class FetchAhead {
     }
     if (ids) planes_.push_back(store.ids().lower);
     if (ids && store.ids().upper != nullptr) planes_.push_back(store.ids().upper);
-    part_ = (planes_.size() * block_lines_ + runs - 1) / std::max(runs, std::size_t{1});
+    part_ = ((planes_.size() << line_bits_) + runs - 1) / std::max(runs, std::size_t{1});
   }
 
   /// Goes on to the block that starts at particle `next`, or to none where that is the end.
   void aim(std::size_t next, std::size_t end) {
     next_ = next;
     line_ = 0;
-    lines_ = next < end ? planes_.size() * block_lines_ : 0;
+    lines_ = next < end ? planes_.size() << line_bits_ : 0;
   }
 
   /// Asks for the next part.
   void fetch() {
     for (const std::size_t stop = std::min(line_ + part_, lines_); line_ < stop; ++line_) {
-      __builtin_prefetch(static_cast<const char*>(planes_[line_ / block_lines_]) + 4 * next_ +
-                         kLine * (line_ % block_lines_));
+      __builtin_prefetch(static_cast<const char*>(planes_[line_ >> line_bits_]) + 4 * next_ +
+                         kLine * (line_ & ((std::size_t{1} << line_bits_) - 1)));
     }
   }
 
@@ -49,7 +50,7 @@ class FetchAhead {
  private:
   static constexpr std::size_t kLine = 64;  // bytes
 
-  std::size_t block_lines_;  // of a block's column, four bytes each
+  int line_bits_;  // 2 to the power of this: lines of a block's column, four bytes each
   std::vector<const void*> planes_;
   std::size_t part_ = 0, next_ = 0, line_ = 0, lines_ = 0;
 };

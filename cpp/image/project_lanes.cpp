@@ -69,7 +69,8 @@ image::ProjectedCount project(const image::ProjectTask& task, std::size_t first,
     if (!any(gives_light(color, t.dark))) return {};
     out.color[0] = color[0];
   }
-  const Ahead ahead(t);
+  Ahead ahead(t);
+  if (kDepth && out.velocity != nullptr) ahead.add(t.velocity);
   std::size_t n = 0, several = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     ahead.fetch(i);

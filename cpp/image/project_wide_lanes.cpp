@@ -238,8 +238,9 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   const bool same = t.one_color();
   const Uints color_of_all = color_vector(t, 0);
   Ahead ahead(t);
-  ahead.add(t.size);
-  ahead.add(t.up);
+  if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
+  if (!(t.diameter > 0)) ahead.add(t.size);
+  if (t.oriented) ahead.add(t.up);
   std::size_t n = 0, several = 0, many = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     ahead.fetch(i);

@@ -237,7 +237,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
 
 // Counts the records of each tile, and asks for the memory of those of the first tiles.
 void Projector::count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records) {
-  cursor_.assign(cursors(tiles, touched.columns), 0);
+  cursor_.assign(tiles, 0);
   const std::size_t at = records.buffer_.size() + 4 * (tiles + 1);
   records.buffer_.reserve(at + touched.visible * record_bytes);
   count_tiles(touched, cursor_.data(), further_, records.buffer_.data() + at, record_bytes);

@@ -52,13 +52,13 @@ MOTES_INLINE Floats3 place_of(const image::SeenTask& t, std::size_t i) {
   return {load(t.position[0] + i), load(t.position[1] + i), load(t.position[2] + i)};
 }
 
-/// The planes that a projection reads, asked for before they are needed: processors guess too late.
+/// The planes that a projection reads, asked for before they are needed: processors guess too late. Of planes that only
+/// some projections read, those are added.
 class Ahead {
  public:
   explicit Ahead(const image::SeenTask& t) {
     add(t.position);
     add(t.color);
-    add(t.velocity);
     add(t.alpha);
   }
   void add(const float* plane) {

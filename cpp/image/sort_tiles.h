@@ -12,9 +12,6 @@
 
 namespace motes::image {
 
-/// Elements that `counts` and `cursor` below need: increments by 0 may go past the last tile.
-constexpr std::size_t cursors(std::size_t tiles, std::size_t columns) { return tiles + columns + 2; }
-
 /// Particles whose records' memory is asked for at once, while they are counted: nobody waits for it then.
 inline constexpr std::size_t kAskedAtOnce = 64;
 

@@ -173,7 +173,7 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, co
 template <int kVectors, bool kHalf>
 void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
-  constexpr int in_row = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
+  constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
   image::Nearest* const surfaces = planes.surfaces;
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
@@ -183,15 +183,15 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
     const Floats center = (Floats)all_uints(word_at(r + 8));
     const Floats radius = center * all(s.radius);
     const std::uint16_t* covered = s.covered + at.row;
-    const std::uint32_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * in_row;
-    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * in_row;
+    const std::uint32_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * kInRow;
+    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * kInRow;
     image::Nearest* to = surfaces + at.pixel;
     for (int row = 0; row < s.size; ++row, to += kPixelStride) {
 #if MOTES_WIDTH == 512
       if (kHalf && kVectors == 1) {
         round_eight(to, shade, bulge, color, center, radius, covered[row]);
-        shade += in_row;
-        bulge += in_row;
+        shade += kInRow;
+        bulge += kInRow;
         continue;
       }
 #endif
@@ -204,8 +204,8 @@ void round_records(const TilePlanes& planes, const Splat& task, const unsigned c
           keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
         }
       }
-      shade += in_row;
-      bulge += in_row;
+      shade += kInRow;
+      bulge += kInRow;
     }
   }
 }

@@ -270,16 +270,10 @@ MOTES_INLINE Ints floor_where([[maybe_unused]] Mask sane, Floats v) {
 }
 
 /// The products of lanes that are below 2^15.
-MOTES_INLINE Uints multiply_short(Uints a, Uints b) {
-#if MOTES_WIDTH == 512
-  return (Uints)_mm512_madd_epi16((__m512i)a, (__m512i)b);
-#elif MOTES_WIDTH == 256
-  return (Uints)_mm256_madd_epi16((__m256i)a, (__m256i)b);
-#elif MOTES_WIDTH == 128
-  return (Uints)_mm_madd_epi16((__m128i)a, (__m128i)b);
+#if MOTES_WIDTH != 0
+MOTES_INTEGERS(Uints, multiply_short, madd_epi16)
 #else
-  return a * b;
+MOTES_INLINE Uints multiply_short(Uints a, Uints b) { return a * b; }
 #endif
-}
 
 }  // namespace motes::MOTES_ISA

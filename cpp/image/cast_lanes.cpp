@@ -75,7 +75,7 @@ void measure(const CastView& view, const float* x, const float* y, std::size_t c
              image::Reach& reach, std::uint32_t* depth) {
   Floats3 low{all(__FLT_MAX__), all(__FLT_MAX__), all(__FLT_MAX__)}, high = -low;
   for (std::size_t i = 0; i < count; i += kLanes) {
-    const Mask seen = (load_ints(from.surface + i) != 0) & lanes_below(count - i);
+    const Mask seen = (load_ints(from.surface + i) != 0) & first_lanes(count - i);
     const Floats3 along = directions(view, x + i, y + i);
     const Floats distance = load(from.distance + i);
     const Floats3 point = along * distance;
@@ -175,7 +175,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
   for (std::size_t i = 0; i < count; i += kLanes) {
     const Ints surface = load_ints(from.surface + i);
     Shading at{};
-    at.seen = (surface != 0) & lanes_below(count - i);
+    at.seen = (surface != 0) & first_lanes(count - i);
     if (!any(at.seen)) {
       store3(to.light, i, background);
       store_uints(to.shadows + i, Uints{});
@@ -245,7 +245,7 @@ std::size_t edges(const std::uint32_t* marks, const float* const* normal, int st
       const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * stride + x;
       const Mask edge = (edge_towards(marks, normal, at, -1) | edge_towards(marks, normal, at, 1) |
                          edge_towards(marks, normal, at, -stride) | edge_towards(marks, normal, at, stride)) &
-                        lanes_below(static_cast<std::size_t>(width - x));
+                        first_lanes(static_cast<std::size_t>(width - x));
       if (!any(edge)) continue;
       count += squeeze(to + count, lane + static_cast<std::uint32_t>(image::kTile * y + x), edge);
     }

@@ -112,9 +112,7 @@ MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const ima
   Mask seen = (last >= 0) & (first <= task.rows - 1) & (last >= first);
   seen &= (x + extent_x > 0.0f) & (x - extent_x < static_cast<float>(task.columns - 1));
   if (tile.hides) seen &= load_mask(reinterpret_cast<const std::int32_t*>(g.depth)) <= static_cast<int>(tile.farthest);
-  Ints lane;
-  for (int i = 0; i < kWidth; ++i) lane[i] = i;
-  seen &= lane < count;
+  seen &= first_lanes(static_cast<std::size_t>(count));
   const Mask small = (last - first < DiscGroup::kRows) & (strips <= DiscGroup::kStrips);
   store_mask(g.state, seen & select(small, select(moving, all_ints(kMoving), all_ints(kStill)), all_ints(kLarge)));
 

@@ -8,13 +8,6 @@ namespace motes::MOTES_ISA {
 
 inline constexpr int kWidth = static_cast<int>(kLanes);
 
-// The first lanes of a vector.
-MOTES_INLINE Mask first_lanes(int number) {
-  Ints lane{};
-  for (int l = 0; l < kWidth; ++l) lane[l] = l;
-  return lane < number;
-}
-
 // Puts one byte into each lane.
 MOTES_INLINE Uints load_bytes(const std::uint8_t* from) {
 #if MOTES_WIDTH == 512

@@ -81,12 +81,12 @@ template <bool kSaturating>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
                              const Points& p, const unsigned char* records, int number) {
   const Places at = places(s, p.position);
-  if (any(~touch(at, kPointSize) & first_lanes(number))) return false;
+  if (any(~touch(at, kPointSize) & first_lanes(static_cast<std::size_t>(number)))) return false;
   alignas(64) std::int32_t first[kWidth], phase[kWidth];
   store_mask(first, in_light(at));
   store_mask(phase, at.phase);
   const std::uint32_t color = word_at(records + 4);
-  const bool alike = !any((Mask)(p.color != color) & first_lanes(number));
+  const bool alike = !any((Mask)(p.color != color) & first_lanes(static_cast<std::size_t>(number)));
   Light light = light_of(channel, color);
   for (int k = 0; k < number; ++k) {
     if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes + 4));

@@ -75,7 +75,7 @@ image::ProjectedCount project(const image::ProjectTask& task, std::size_t first,
   for (std::size_t i = first; i < last; i += kLanes) {
     ahead.fetch(i);
     Projected p = project_vector(t, i);
-    if (last - i < kLanes) p.visible &= lanes_below(last - i);
+    if (last - i < kLanes) p.visible &= first_lanes(last - i);
     const Uints color = kOneColor ? Uints{} : color_vector(t, i);
     if (!kOneColor) p.visible &= gives_light(color, t.dark);
     const Selected k(p.visible);

@@ -246,7 +246,7 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
     ahead.fetch(i);
     const Columns c = project_vector(t, i, same ? color_of_all : color_vector(t, i));
     Mask visible = c.visible;
-    if (last - i < kLanes) visible &= lanes_below(last - i);
+    if (last - i < kLanes) visible &= first_lanes(last - i);
     const Selected k(visible);
     if (k.number() == 0) continue;
     store_selected(out.tile + n, k, c.tile);

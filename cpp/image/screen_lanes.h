@@ -6,20 +6,13 @@
 
 #include "image/project_lanes.h"
 #include "simd/floats3.h"
+#include "simd/quads.h"
 #include "simd/simd.h"
 #include "simd/squeeze.h"
 
 namespace motes::MOTES_ISA {
 
 inline constexpr float kLargest = 3.402823466e38f;
-
-#if MOTES_WIDTH != 0
-// Words, or pairs of them, of two vectors in turn: of the lower or the upper half of each four lanes.
-MOTES_INTEGERS(Uints, interleave_low, unpacklo_epi32)
-MOTES_INTEGERS(Uints, interleave_high, unpackhi_epi32)
-MOTES_INTEGERS(Uints, interleave_low_pairs, unpacklo_epi64)
-MOTES_INTEGERS(Uints, interleave_high_pairs, unpackhi_epi64)
-#endif
 
 /// 0..1 to 0..255, rounded to nearest; NaN to 0.
 MOTES_INLINE Uints to_byte(Floats v) {
@@ -86,15 +79,6 @@ MOTES_INLINE Mask gives_light(Uints color, std::uint32_t dark) {
   return (((color | dark) & 0xffffffu) != 0u) & ((color >> 24) != 0u);
 }
 
-MOTES_INLINE Uints lane_numbers() {
-  Uints numbers;
-  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::uint32_t>(lane);
-  return numbers;
-}
-MOTES_INLINE Mask lanes_below(std::size_t count) {
-  return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
-}
-
 /// Lists those of the visible particles n, n + 1, ... that have flags: they touch several tiles. Returns how many they
 /// are.
 MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints flags, [[maybe_unused]] Mask visible,
@@ -113,31 +97,6 @@ MOTES_INLINE std::size_t list_several(std::uint32_t* to, std::size_t n, Uints fl
 #endif
 }
 
-/// Four words of each lane, behind one another.
-struct Quads {
-  std::uint32_t word[kLanes][4];
-};
-MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
-  Quads quads;
-#if MOTES_WIDTH != 0
-  const Uints first = interleave_low(a, b), second = interleave_low(c, d);
-  const Uints third = interleave_high(a, b), fourth = interleave_high(c, d);
-  // Part p of these has four words of lane 4 * p, and of the three after it.
-  const Uints rows[] = {interleave_low_pairs(first, second), interleave_high_pairs(first, second),
-                        interleave_low_pairs(third, fourth), interleave_high_pairs(third, fourth)};
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    __builtin_memcpy(quads.word[lane], reinterpret_cast<const std::uint32_t*>(&rows[lane % 4]) + lane / 4 * 4, 16);
-  }
-#else
-  for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    quads.word[lane][0] = a[lane];
-    quads.word[lane][1] = b[lane];
-    quads.word[lane][2] = c[lane];
-    quads.word[lane][3] = d[lane];
-  }
-#endif
-  return quads;
-}
 MOTES_INLINE void store_selected(std::uint32_t* to, const Selected& selected, Uints a, Uints b, Uints c, Uints d) {
 #if MOTES_WIDTH >= 256
   const Quads quads = quads_of(selected.pressed(a), selected.pressed(b), selected.pressed(c), selected.pressed(d));

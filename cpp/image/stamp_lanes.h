@@ -6,263 +6,267 @@
 #include <cstdint>
 
 #include "image/cover_lanes.h"
-#include "image/disc_lanes.h"
+#include "image/stamp_fill_lanes.h"
 #include "image/stamps.h"
+#include "simd/quads.h"
 
 namespace motes::MOTES_ISA {
 
-inline constexpr int kPlaceBits = 6;     // 1/256 px to 1/4 px
-inline constexpr int kFarthestWay = 32;  // px, of streaks that have stamps
-inline constexpr int kWays = 2 * kFarthestWay + 1;
+/// A vector of records.
+struct Streaks {
+  Uints position, color, depth, size, way;
+};
 
-/// Which stamps a vector of records need, and where they stand: pixels from the tile's first one to that of the
-/// streak's middle.
+/// What is drawn of one record's stamp.
+struct StampPart {
+  int first, left;  // row and column of the tile where its first pair begins
+  int pairs;        // of rows
+  int strips, strip_bytes;
+  int block, column;  // its first block and its pair's column: bytes from the first stamp on
+  int cover;          // where in the Cover it begins
+};
+template <class Number>
+MOTES_INLINE Number begin_of_cover(Number first, Number left) {
+  return image::Cover::kPairStride * ((first + 1) >> 1) + image::Cover::kOddRows * (first & 1) + 2 * left;
+}
+
+/// Which stamps a vector of records need, and where they stand.
 struct StampUses {
-  alignas(64) std::uint32_t position[kWidth], color[kWidth], depth[kWidth], size[kWidth], way[kWidth];
-  alignas(64) std::int32_t column[kWidth], row[kWidth], place[kWidth];
-  alignas(64) std::uint32_t key[kWidth];
+  alignas(64) std::uint32_t color[kWidth], depth[kWidth], size[kWidth], key[kWidth];
+  alignas(64) std::int32_t middle_row[kWidth], middle_column[kWidth], place[kWidth], stamp[kWidth];
 
-  /// Of stamps that have one strip and stand within the tile's margin: what is drawn of them.
-  alignas(64) std::int32_t begin[kWidth], rows[kWidth], light[kWidth], pixel[kWidth];
-  bool simple;  // all of them are
-  bool narrow;  // all of their stamps are
+  /// What is drawn of those that have a stamp: see StampPart.
+  alignas(64) std::int32_t first[kWidth], left[kWidth], pairs[kWidth], strips[kWidth], strip_bytes[kWidth];
+  alignas(64) std::int32_t block[kWidth], column[kWidth], cover[kWidth];
+  std::uint32_t most;  // the sum of the greatest weights
+  bool simple;         // all have a stamp, and stand within the tile's margin
+  bool narrow;         // all of their stamps are
+
+  MOTES_INLINE StampPart part(int k) const {
+    return {first[k], left[k], pairs[k], strips[k], strip_bytes[k], block[k], column[k], cover[k]};
+  }
 };
 /// What is drawn so far beside a tile does no harm: beyond it is the margin on the next row's other side.
 inline constexpr int kReach = 2 * image::kMargin;
 
-inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key: of what is larger than 2 px
+inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key: of what has too long a way
 
-MOTES_INLINE void read_streak(const image::RecordForm& form, const unsigned char* bytes, StampUses& uses, int k) {
-  __builtin_memcpy(uses.position + k, bytes, 4);
-  __builtin_memcpy(uses.color + k, bytes + form.color, 4);
-  __builtin_memcpy(uses.depth + k, bytes + form.depth, 4);  // the position, where there is none
-  __builtin_memcpy(uses.size + k, bytes + form.size, 4);
-  __builtin_memcpy(uses.way + k, bytes + form.way, 4);
-}
-
-MOTES_INLINE Ints load_sixteens(const std::int16_t* from) {
-#if MOTES_WIDTH == 512
-  // The masked form: g++ 12 warns of an uninitialised operand in the plain one.
-  return (Ints)_mm512_maskz_cvtepi16_epi32(0xffff, _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from)));
-#elif MOTES_WIDTH == 256
-  return (Ints)_mm256_cvtepi16_epi32(_mm_loadu_si128(reinterpret_cast<const __m128i*>(from)));
-#else
-  Ints v;
-  for (int lane = 0; lane < kWidth; ++lane) v[lane] = from[lane];
-  return v;
-#endif
-}
-MOTES_INLINE Ints steps_of(int step) {
-  Ints v;
-  for (int lane = 0; lane < kWidth; ++lane) v[lane] = lane * step;
-  return v;
-}
-
-MOTES_INLINE Ints gather(const void* base, Ints offsets) {
-#if MOTES_WIDTH == 512
-  return (Ints)_mm512_mask_i32gather_epi32(_mm512_setzero_si512(), 0xffff, (__m512i)offsets, base, 1);
-#else
-  Ints v;
-  for (int lane = 0; lane < kWidth; ++lane) {
-    std::int32_t value;  // a lane has no address
-    __builtin_memcpy(&value, static_cast<const unsigned char*>(base) + offsets[lane], 4);
-    v[lane] = value;
-  }
-  return v;
-#endif
+/// Records of at(lane) and the lanes after it. Those of streaks that have stamps end with their size and way.
+template <class At>
+MOTES_INLINE Streaks read_streaks(const image::RecordForm& form, const At& at) {
+  const FourWords first = load_fours(at);
+  if (form.depth == 0) return {first.word[0], first.word[1], first.word[0], first.word[2], first.word[3]};
+  const FourWords last = load_fours([&](std::size_t lane) { return at(lane) + 4; });
+  return {first.word[0], first.word[1], first.word[2], last.word[2], last.word[3]};
 }
 
 /// The 16 stamps of one way stand beside each other; ways of up to 15 pixels never share a place.
-MOTES_INLINE void find_stamps(const image::WideSplat& task, StampUses& uses, int count) {
-  const auto load = [](const std::uint32_t* from) { return load_mask(reinterpret_cast<const std::int32_t*>(from)); };
+MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& streaks, StampUses& uses, Mask used) {
   const auto first_of = [](Ints pair) { return (Ints)((Uints)pair << 16) >> 16; };
   const int half = 1 << (task.bits - 2), places = image::kWideBits - task.bits;
-  const Ints way = load(uses.way);
+  const Ints way = (Ints)streaks.way;
   Ints across = (first_of(way) + half) >> (task.bits - 1), down = ((way >> 16) + half) >> (task.bits - 1);
   const Mask known = (max_ints(across, -across) <= kFarthestWay) & (max_ints(down, -down) <= kFarthestWay);
   // The same streak the other way round, downwards or to the right.
   const Ints turn = select(down == 0, across, down) >> 31;
   across = (across ^ turn) - turn;
   down = (down ^ turn) - turn;
-  const Ints position = load(uses.position);
+  const Ints position = (Ints)streaks.position;
   const Ints x = (Ints)((Uints)first_of(position) << places) - task.origin_x;
   const Ints y = (Ints)((Uints)(position >> 16) << places) - task.origin_y;
   const Ints phase = (x >> kPlaceBits & 3) | (Ints)((Uints)(y >> kPlaceBits & 3) << 2);
   const Ints number = (Ints)((Uints)(down * kWays + across + kFarthestWay) << 4) | phase;
-  const Ints size = (Ints)((Uints)load(uses.size) << 16);
+  const Ints size = (Ints)(streaks.size << 16);
   const Ints key = (number | size) & known, place = (number + (size >> 16) * 0x610) & (image::kStamps - 1);
   const Ints column = x >> image::kWideBits, row = y >> image::kWideBits;
-  store_mask(uses.column, column);
-  store_mask(uses.row, row);
+  store_mask(uses.middle_column, column);
+  store_mask(uses.middle_row, row);
   store_uints(uses.key, (Uints)key);
   store_mask(uses.place, place);
 
-  const Mask used = steps_of(1) < count;
-  const Ints offsets = place * static_cast<int>(sizeof(image::Stamp));
+  const Ints stamp = place * static_cast<int>(sizeof(image::Stamp));
+  store_mask(uses.stamp, stamp);
   const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
-  const Mask has_stamp = (gather(stamps, offsets) == key) & (key != 0);
-  const Ints shape = gather(stamps + offsetof(image::Stamp, first), offsets);
-  const Ints parts = gather(stamps + offsetof(image::Stamp, strips), offsets), strips = parts & 0xff;
-  uses.narrow = !any(used & ((parts & 0xff00) == 0));
-  const auto byte_of = [&](int number) { return (Ints)((Uints)shape << (24 - 8 * number)) >> 24; };
-  const Mask inside = (column + byte_of(2) >= -kReach) & (column + byte_of(3) <= image::kTile + kReach);
-  uses.simple = !any(used & ~(has_stamp & inside & (strips == 1)));
-  const Ints first = row + byte_of(0), begin = min_ints(max_ints(-first, Ints{}), all_ints(image::Stamp::kRows));
-  store_mask(uses.begin, begin);
-  store_mask(uses.rows, max_ints(min_ints(byte_of(1), task.rows - first) - begin, Ints{}));
-  store_mask(uses.light, row * image::kLightStride + 3 * column);
-  store_mask(uses.pixel, row * image::kPixelStride + column);
+  const FourWords head = load_fours([&](std::size_t lane) { return stamps + uses.stamp[lane]; });
+  const Mask has_stamp = ((Ints)head.word[0] == key) & (key != 0);
+  const auto signed_byte = [&](int number) { return (Ints)(head.word[1] << (24 - 8 * number)) >> 24; };
+  const Ints top = row + signed_byte(0), left = column + signed_byte(1), right = column + signed_byte(2);
+  const Ints strips = (Ints)(head.word[1] >> 24), pairs = (Ints)(head.word[2] & 0xffu);
+  uses.most = sum_of((head.word[2] >> 8 & 0xffu) & (Uints)used);
+  uses.narrow = !any(used & (Mask)((head.word[2] & 0xff0000u) == 0u));
+  const Mask inside = (left >= -kReach) & (right <= image::kTile + kReach);
+  uses.simple = !any(used & ~(has_stamp & inside & (strips != 0)));
+  const Ints begin = max_ints(-top, Ints{}) >> 1, end = min_ints(pairs, (task.rows + 1 - top) >> 1);
+  const Ints first = top + 2 * begin;
+  store_mask(uses.first, first);
+  store_mask(uses.left, left);
+  store_mask(uses.pairs, max_ints(end - begin, Ints{}));
+  store_mask(uses.strips, strips);
+  store_mask(uses.strip_bytes, image::Stamp::kBlock * pairs);
+  store_mask(uses.block, stamp + static_cast<int>(offsetof(image::Stamp, weights)) + image::Stamp::kBlock * begin);
+  store_mask(uses.cover, begin_of_cover(first, left));
+  store_mask(uses.column, stamp + static_cast<int>(offsetof(image::Stamp, column)) + begin);
 }
 
-/// The weights of light in a footprint's steps. What is rounded off is added to the next pixel that the streak covers,
-/// or long narrow ones would lose a hundredth of their light.
-MOTES_INLINE void round_weights(const DiscGroup& g, int rows, int stride, image::Stamp& stamp) {
-  const float scale = g.unit[0] * 255;
-  float rest = 0;
-  for (int row = 0; row < rows; ++row) {
-    for (int strip = 0; strip < stamp.strips; ++strip) {
-      for (int i = 0; i < kStrip; ++i) {
-        const std::uint16_t weight = g.weights[0][(strip * stride + row) * kStrip + i];
-        if (weight != 0) rest += static_cast<float>(weight) * scale;
-        const int rounded = weight == 0 ? 0 : static_cast<int>(rest + 0.5f);
-        const int kept = rounded > 255 ? 255 : rounded;
-        rest -= static_cast<float>(kept);
-        stamp.weights[(strip * rows + row) * kStrip + i] = static_cast<std::uint8_t>(kept);
-        if (i >= image::Stamp::kNarrow && kept != 0) stamp.narrow = 0;
-      }
-    }
-  }
-}
-
-/// Computes a stamp, with the streak's middle in the first pixel of a large tile.
-inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::uint32_t key, DiscGroup& g,
-                                           image::Stamp& stamp) {
-  image::WideSplat alone = task;
-  alone.origin_x = alone.origin_y = 0;
-  alone.columns = alone.rows = image::kTile;
-  const image::TilePlanes nothing{};
-  const int phase = static_cast<int>(key & 15), way = static_cast<int>(key >> 4 & 0xfff);
-  g.at_x[0] = ((phase & 3) << kPlaceBits) + (1 << (kPlaceBits - 1));
-  g.at_y[0] = ((phase >> 2) << kPlaceBits) + (1 << (kPlaceBits - 1));
-  g.size[0] = static_cast<std::int32_t>(key >> 16);
-  g.light[0] = image::kAllLight;
-  g.dx[0] = (way % kWays - kFarthestWay) << image::kWideBits;
-  g.dy[0] = (way / kWays) << image::kWideBits;
-  g.color[0] = g.depth[0] = 0;
-  prepare(g, nothing, alone, 1);
-  stamp.key = key;
-  const int rows = g.last[0] - g.first[0] + 1;
-  const int stride = (rows + kRowsAtOnce - 1) / kRowsAtOnce * kRowsAtOnce;
-  stamp.strips = 0;
-  if ((g.state[0] != kStill && g.state[0] != kMoving) || rows * g.strips[0] > image::Stamp::kRows) return;
-  weigh(g, 1);
-  stamp.first = static_cast<std::int8_t>(g.first[0]);
-  stamp.rows = static_cast<std::int8_t>(rows);
-  stamp.strips = static_cast<std::uint8_t>(g.strips[0]);
-  stamp.narrow = stamp.strips == 1;
-  stamp.left = INT8_MAX;
-  stamp.right = INT8_MIN;
-  for (int row = 0; row < rows; ++row) {
-    const int column = g.state[0] == kMoving ? g.start[0][row] : g.column[0], end = column + kStrip * stamp.strips;
-    stamp.lane[row] = static_cast<std::int16_t>((g.first[0] + row) * image::kLightStride + 3 * column);
-    stamp.pixel[row] = static_cast<std::int16_t>((g.first[0] + row) * image::kPixelStride + column);
-    if (column < stamp.left) stamp.left = static_cast<std::int8_t>(column);
-    if (end > stamp.right) stamp.right = static_cast<std::int8_t>(end);
-  }
-  round_weights(g, rows, stride, stamp);
-}
-
-/// The rows of stamps that are to be drawn, in the order of their records: drawn in one loop, whose length does not
+/// The blocks of stamps that are to be drawn, in the order of their records: drawn in one loop, whose length does not
 /// depend on how many rows each streak has.
-struct RowQueue {
-  static constexpr int kMost = kWidth * image::Stamp::kRows;
+struct BlockQueue {
+  /// Those of a vector of records, and what is written behind the last one.
+  static constexpr int kMost = kWidth * image::Stamp::kBlocks + 16;
 
   int count = 0;
   bool tested = false;  // some of the records may be hidden
   bool one_tint = true;
   bool narrow = false;  // all rows are
-  Tint tints[kWidth];  // of the records; if they are equal, the first one counts
-  alignas(64) std::int32_t light[kMost + kWidth], pixel[kMost + kWidth], weights[kMost + kWidth],
-      record[kMost + kWidth];
+  bool covers = false;  // instead of giving light
+  std::uint32_t most = 0;  // the sum of the greatest weights, where it counts
+  Tint tints[kWidth];   // of the records; if they are equal, the first one counts
+  std::int32_t from[kMost], light[kMost], pixel[kMost], record[kMost];  // pixel, record: where they are asked for
 };
 
+/// Numbers for eight pairs of rows: `from` is that of the first one, were it in column `left`.
+MOTES_INLINE Eight of_pairs(int from, int pair, int column, Eight columns) {
+  constexpr Eight kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+  return kNumbers * static_cast<std::uint32_t>(pair) + columns * static_cast<std::uint32_t>(column) +
+         static_cast<std::uint32_t>(from);
+}
+MOTES_INLINE void store_eight(std::int32_t* to, Eight v) {
+  using Anywhere __attribute__((aligned(4), may_alias)) = Eight;
+  *reinterpret_cast<Anywhere*>(to) = v;
+}
+
+/// Adds a part to the `count` blocks that are queued; returns how many there are then. kCovers: for the Cover; light
+/// needs the numbers of its own planes.
+template <bool kCovers>
+MOTES_INLINE int queue_part(BlockQueue& queue, int count, const unsigned char* stamps, const StampPart& part, int k) {
+  const bool all_planes = !kCovers && (queue.tested || !queue.one_tint);
+  int light = part.first * image::kLightStride + 3 * part.left, block = part.block;
+  int pixel = part.first * image::kPixelStride + part.left, cover = part.cover;
+  for (int strip = part.strips; strip != 0; --strip) {
+    int i = 0;
+    do {
+      const Eight columns = load_eight(stamps + part.column + i);
+      const int at = count + i;
+      store_eight(queue.from + at, of_pairs(block + i * image::Stamp::kBlock, image::Stamp::kBlock, 0, columns));
+      if (kCovers) {
+        store_eight(queue.pixel + at,
+                    of_pairs(cover + i * image::Cover::kPairStride, image::Cover::kPairStride, 2, columns));
+      } else {
+        store_eight(queue.light + at,
+                    of_pairs(light + i * 2 * image::kLightStride, 2 * image::kLightStride, 3, columns));
+      }
+      if (all_planes) {
+        store_eight(queue.pixel + at,
+                    of_pairs(pixel + i * 2 * image::kPixelStride, 2 * image::kPixelStride, 1, columns));
+        store_eight(queue.record + at, eight_of(static_cast<std::uint32_t>(k)));
+      }
+      i += 8;
+    } while (i < part.pairs);
+    count += part.pairs;
+    light += 3 * kStrip;
+    pixel += kStrip;
+    cover += 2 * kStrip;
+    block += part.strip_bytes;
+  }
+  return count;
+}
+MOTES_INLINE void queue_part(BlockQueue& queue, const unsigned char* stamps, const StampPart& part, int k) {
+  queue.count = queue.covers ? queue_part<true>(queue, queue.count, stamps, part, k)
+                             : queue_part<false>(queue, queue.count, stamps, part, k);
+}
+
+MOTES_INLINE void cover_blocks(const image::WideSplat& task, BlockQueue& queue) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  image::Cover& cover = *task.cover;
+  if (cover.most + queue.most > UINT16_MAX) add_up(cover, task.rows);
+  cover.most += queue.most;
+  queue.most = 0;
+  for (int i = 0; i < queue.count; ++i) add_block(cover.weights + queue.pixel[i], stamps + queue.from[i]);
+}
+
 template <bool kOver, bool kSaturating, bool kTest, bool kOneTint, int kUsed = kParts>
-MOTES_INLINE void draw_rows(const image::TilePlanes& tile, const image::WideSplat& task, const RowQueue& queue,
-                            const StampUses& uses) {
-  const auto* weights = reinterpret_cast<const std::uint8_t*>(task.stamps);
+MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                              const StampUses& uses) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
   Tint tint = queue.tints[0];
   tint.shift = image::kStampShift;  // the compiler knows this one
   for (int i = 0; i < queue.count; ++i) {
-    Eight cover = load_eight(weights + queue.weights[i]) << image::kStampShift;
+    const Eight both = load_eight(reinterpret_cast<const std::uint16_t*>(stamps + queue.from[i]));
     if (!kOneTint) {
       const Tint& here = queue.tints[queue.record[i]];
       for (int j = 0; j < (kParts < 3 ? kParts : 3); ++j) tint.part[j] = here.part[j];
       tint.alpha = here.alpha;
     }
-    if (kTest) cover = cover * seen_of(tile.depth + queue.pixel[i], uses.depth[queue.record[i]], task.fade) >> 12;
-    const Eight opacity = kOver ? opacity_of(tint, cover) : Eight{};
-    draw_row<1, kOver, kSaturating, kTest, 0, kUsed>(tint, tile.light + queue.light[i], opacity, cover, nullptr,
-                                                     Eight{});
+    for (int row = 0; row < 2; ++row) {
+      Eight cover = (row == 0 ? both & 0xffu : both >> 8) << image::kStampShift;
+      if (kTest) {
+        const std::uint32_t* walls = tile.depth + queue.pixel[i] + row * image::kPixelStride;
+        cover = cover * seen_of(walls, uses.depth[queue.record[i]], task.fade) >> 12;
+      }
+      const Eight opacity = kOver ? opacity_of(tint, cover) : Eight{};
+      draw_row<1, kOver, kSaturating, kTest, 0, kUsed>(tint, tile.light + queue.light[i] + row * image::kLightStride,
+                                                       opacity, cover, nullptr, Eight{});
+    }
   }
 }
 
 template <bool kOver, bool kSaturating>
-MOTES_INLINE void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, RowQueue& queue,
+MOTES_INLINE void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, BlockQueue& queue,
                              const StampUses& uses) {
-  if (queue.tested) {
-    draw_rows<kOver, kSaturating, true, false>(tile, task, queue, uses);
+  if (queue.covers) {
+    cover_blocks(task, queue);
+  } else if (queue.tested) {
+    draw_blocks<kOver, kSaturating, true, false>(tile, task, queue, uses);
   } else if (!queue.one_tint) {
-    draw_rows<kOver, kSaturating, false, false>(tile, task, queue, uses);
+    draw_blocks<kOver, kSaturating, false, false>(tile, task, queue, uses);
   } else if (!queue.narrow) {
-    draw_rows<kOver, kSaturating, false, true>(tile, task, queue, uses);
+    draw_blocks<kOver, kSaturating, false, true>(tile, task, queue, uses);
   } else {
-    draw_rows<kOver, kSaturating, false, true, 16 / kWidth>(tile, task, queue, uses);
+    draw_blocks<kOver, kSaturating, false, true, 16 / kWidth>(tile, task, queue, uses);
   }
   queue.count = 0;
 }
 
-/// Rows begin .. end - 1 of one strip of record k.
-MOTES_INLINE void queue_rows(RowQueue& queue, const image::Stamp& stamp, int k, int light, int pixel, int weights,
-                             int begin, int end) {
-  const int first = queue.count - begin;
-  for (int i = begin; i < end; i += kWidth) {
-    store_mask(queue.light + first + i, load_sixteens(stamp.lane + i) + light);
-    store_mask(queue.weights + first + i, steps_of(kStrip) + (weights + kStrip * i));
-    if (queue.one_tint && !queue.tested) continue;
-    store_mask(queue.pixel + first + i, load_sixteens(stamp.pixel + i) + pixel);
-    store_mask(queue.record + first + i, all_ints(k));
+/// The stamp of record k, which stands at the tile's edge or has just been computed. Beside the tile, blocks are left
+/// out: they would come to the other side of it, a row farther.
+MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& uses, int k, BlockQueue& queue) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const image::Stamp& stamp = task.stamps[uses.place[k]];
+  const int top = uses.middle_row[k] + stamp.first, left = uses.middle_column[k] + stamp.left;
+  const int begin = top > 0 ? 0 : -top >> 1, below = (task.rows + 1 - top) >> 1;
+  const int end = stamp.pairs < below ? stamp.pairs : below;
+  if (begin >= end) return;
+  queue.most += stamp.most;
+  const int weights = uses.stamp[k] + static_cast<int>(offsetof(image::Stamp, weights));
+  const int columns = uses.stamp[k] + static_cast<int>(offsetof(image::Stamp, column));
+  const auto part_of = [&](int first, int pairs) {
+    return StampPart{top + 2 * first,
+                     left,
+                     pairs,
+                     stamp.strips,
+                     image::Stamp::kBlock * stamp.pairs,
+                     weights + image::Stamp::kBlock * first,
+                     columns + first,
+                     begin_of_cover(top + 2 * first, left)};
+  };
+  if (left >= -kReach && uses.middle_column[k] + stamp.right <= image::kTile + kReach) {
+    return queue_part(queue, stamps, part_of(begin, end - begin), k);
   }
-  queue.count += end - begin;
-}
-
-MOTES_INLINE void queue_stamp(const image::WideSplat& task, const image::Stamp& stamp, const StampUses& uses, int k,
-                              RowQueue& queue) {
-  const int column = uses.column[k], row = uses.row[k], first = row + stamp.first;
-  const int begin = first > 0 ? 0 : -first;
-  const int end = first + stamp.rows <= task.rows ? stamp.rows : task.rows - first;
-  int light = row * image::kLightStride + 3 * column, pixel = row * image::kPixelStride + column;
-  auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint8_t*>(task.stamps));
-  const bool inside = column + stamp.left >= -kReach && column + stamp.right <= image::kTile + kReach;
-  for (int strip = 0; strip < stamp.strips; ++strip) {
-    if (inside) {
-      if (begin < end) queue_rows(queue, stamp, k, light, pixel, weights, begin, end);
-    } else {
-      for (int i = begin; i < end; ++i) {
-        const int from = stamp.pixel[i] - (stamp.first + i) * image::kPixelStride + column + strip * kStrip;
-        if (static_cast<unsigned>(from + kStrip - 1) >= static_cast<unsigned>(task.columns + kStrip - 1)) continue;
-        queue_rows(queue, stamp, k, light, pixel, weights, i, i + 1);
-      }
+  for (int pair = begin; pair < end; ++pair) {
+    StampPart part = part_of(pair, 1);
+    part.strips = 1;
+    for (int strip = 0; strip < stamp.strips;
+         ++strip, part.left += kStrip, part.cover += 2 * kStrip, part.block += part.strip_bytes) {
+      const int column = part.left + stamp.column[pair];
+      if (column > -kStrip && column < task.columns) queue_part(queue, stamps, part, k);
     }
-    light += 3 * kStrip;
-    pixel += kStrip;
-    weights += kStrip * stamp.rows;
   }
 }
 
 /// One record after another: some have no stamp yet, or cannot have one. The order of all stays as it is.
 template <bool kOver, bool kSaturating, class DrawAlone>
 __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, const image::WideSplat& task,
-                                               const StampUses& uses, int count, RowQueue& queue, DiscGroup& g,
+                                               const StampUses& uses, int count, BlockQueue& queue, DiscGroup& g,
                                                const DrawAlone& draw_alone) {
   for (int k = 0; k < count; ++k) {
     image::Stamp& stamp = task.stamps[uses.place[k]];
@@ -271,7 +275,7 @@ __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, co
       fill(task, uses.key[k], g, stamp);
     }
     if (uses.key[k] != kNoStamp && stamp.usable()) {
-      if (!tile.hides || uses.depth[k] <= tile.farthest) queue_stamp(task, stamp, uses, k, queue);
+      if (!tile.hides || uses.depth[k] <= tile.farthest) queue_stamp(task, uses, k, queue);
       continue;
     }
     draw_queue<kOver, kSaturating>(tile, task, queue, uses);
@@ -285,48 +289,44 @@ MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color,
   return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
 }
 
-MOTES_INLINE void cover_queue(const image::WideSplat& task, const RowQueue& queue) {
-  const auto* weights = reinterpret_cast<const std::uint8_t*>(task.stamps);
-  std::uint32_t* to = task.cover->weights;
-  for (int i = 0; i < queue.count; ++i) add_cover(to + queue.pixel[i], load_eight(weights + queue.weights[i]));
+template <bool kCovers>
+MOTES_INLINE void queue_all(BlockQueue& queue, const image::WideSplat& task, const StampUses& uses, int count) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  int blocks = 0;
+  for (int k = 0; k < count; ++k) blocks = queue_part<kCovers>(queue, blocks, stamps, uses.part(k), k);
+  queue.count = blocks;
 }
 
 /// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.
 template <bool kOver, bool kSaturating, class DrawAlone>
-MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, StampUses& uses, int count,
-                               RowQueue& queue, DiscGroup& g, const Channels& channel, const DrawAlone& draw_alone) {
-  find_stamps(task, uses, count);
-  const Mask used = steps_of(1) < count;
-  const Uints color = load_uints(uses.color), size = load_uints(uses.size);
+MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, const Streaks& streaks,
+                               int count, StampUses& uses, BlockQueue& queue, DiscGroup& g, const Channels& channel,
+                               const DrawAlone& draw_alone) {
+  const Mask used = first_lanes(static_cast<std::size_t>(count));
+  find_stamps(task, streaks, uses, used);
+  const Uints color = streaks.color, size = streaks.size;
+  store_uints(uses.color, color);
+  store_uints(uses.size, size);
+  store_uints(uses.depth, streaks.depth);
   queue.count = 0;
-  queue.narrow = false;
-  queue.one_tint = !any(used & (Mask)((color != uses.color[0]) | (size != uses.size[0])));
-  queue.tested = tile.hides && (task.fade > 0 || any(used & (Mask)(load_uints(uses.depth) > tile.nearest)));
+  queue.one_tint = !any(used & (Mask)((color != color[0]) | (size != size[0])));
+  queue.tested = tile.hides && (task.fade > 0 || any(used & (Mask)(streaks.depth > tile.nearest)));
   const bool alike = queue.one_tint && !queue.tested;
   for (int k = 0; k < (alike ? 1 : count); ++k) queue.tints[k] = stamp_tint(channel, uses.color[k], uses.size[k] >> 16);
-  if (!uses.simple || !alike) {
+  queue.covers = !kOver && alike && covers_tile(task, uses.color[0], uses.size[0] >> 16);
+  queue.most = 0;
+  if (!uses.simple || queue.tested) {
+    queue.narrow = false;
     return draw_one_by_one<kOver, kSaturating>(tile, task, uses, count, queue, g, draw_alone);
   }
-  queue.narrow = uses.narrow;
-  const bool covers = !kOver && covers_tile(task, uses.color[0], uses.size[0] >> 16);
-  const std::int32_t* middle = covers ? uses.pixel : uses.light;
-  std::int32_t* queued = covers ? queue.pixel : queue.light;
-  const Ints weights_of_rows = steps_of(kStrip);
-  for (int k = 0; k < count; ++k) {
-    const image::Stamp& stamp = task.stamps[uses.place[k]];
-    const std::int16_t* row = covers ? stamp.pixel : stamp.lane;
-    const int begin = uses.begin[k], rows = uses.rows[k];
-    const auto weights = static_cast<int>(stamp.weights - reinterpret_cast<const std::uint8_t*>(task.stamps));
-    int done = 0;
-    do {
-      const int to = queue.count + done, from = begin + done;
-      store_mask(queued + to, load_sixteens(row + from) + middle[k]);
-      store_mask(queue.weights + to, weights_of_rows + (weights + kStrip * from));
-      done += kWidth;
-    } while (done < rows);
-    queue.count += rows;
+  if (queue.covers) {
+    queue.most = uses.most;
+    queue_all<true>(queue, task, uses, count);
+    return cover_blocks(task, queue);
   }
-  covers ? cover_queue(task, queue) : draw_queue<kOver, kSaturating>(tile, task, queue, uses);
+  queue.narrow = uses.narrow;
+  queue_all<false>(queue, task, uses, count);
+  draw_queue<kOver, kSaturating>(tile, task, queue, uses);
 }
 
 }  // namespace motes::MOTES_ISA

@@ -183,7 +183,10 @@ void TilePainter::start_cover(std::span<const Piece> pieces) {
     if (alike >= kWorthCovering) break;
   }
   if (alike < kWorthCovering) return;
-  if (cover_.weights == nullptr) cover_.weights = cleared(cover_plane_, kPixelNumbers, kFirstPixel);
+  if (cover_.weights == nullptr) {
+    cover_.weights = cleared(cover_weights_, Cover::kNumbers, Cover::kFirst);
+    cover_.sums = cleared(cover_sums_, kPixelNumbers, kFirstPixel);
+  }
   cover_.color = paint.color;
   cover_.light = paint.light;
   covering_ = brush;

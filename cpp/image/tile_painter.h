@@ -104,7 +104,8 @@ class TilePainter {
   BufferOf<Stamp> stamps_;  // of several megabytes: a vector would have them in small pages
 
   // Where streaks are added up, while it is in use by records of this brush.
-  BufferOf<std::uint32_t> cover_plane_;
+  BufferOf<std::uint16_t> cover_weights_;
+  BufferOf<std::uint32_t> cover_sums_;
   Cover cover_;
   const Brush* covering_ = nullptr;
   Ordered ordered_;

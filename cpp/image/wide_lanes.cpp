@@ -166,15 +166,18 @@ void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigne
   const WideSplat t = task;
   const Channels channel = channels();
   StampUses uses;
-  RowQueue queue;
+  BlockQueue queue;
   DiscGroup g;
   Patch<1> patch;
   const auto bytes = static_cast<std::size_t>(t.record_bytes);
   for (std::size_t i = 0; i < count; i += kLanes, records += kLanes * bytes) {
     const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
     const auto record = [&](int k) { return records + static_cast<std::size_t>(k) * bytes; };
-    for (int k = 0; k < number; ++k) read_streak(t.form, record(k), uses, k);
-    draw_streaks<kOver, kSaturating>(tile, t, uses, number, queue, g, channel, [&](int k) {
+    const Streaks streaks =
+        number == kWidth
+            ? read_streaks(t.form, [&](std::size_t k) { return records + k * bytes; })
+            : read_streaks(t.form, [&](std::size_t k) { return records + (k < count - i ? k : 0) * bytes; });
+    draw_streaks<kOver, kSaturating>(tile, t, streaks, number, uses, queue, g, channel, [&](int k) {
       draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, record(k)), channel, patch);
     });
   }

@@ -36,7 +36,7 @@ struct WideSplat {
 
   bool one_size;  // all sprites are equally large
   Stamp* stamps;  // kStamps of them, which the kernels fill
-  const Cover* cover;  // where the light of its colour's streaks is added up; null: nowhere
+  Cover* cover;  // where the light of its colour's streaks is added up; null: nowhere
 
   const ImageLevel* levels;  // images
   int level_count;
@@ -63,7 +63,7 @@ struct WideLanes {
   WideKernels kinds[kSpriteKinds];  // by Sprite::Kind
 
   /// Adds what is covered to the light of `rows` rows, and clears it.
-  void (*show_cover)(const TilePlanes& tile, const Cover& cover, int rows);
+  void (*show_cover)(const TilePlanes& tile, Cover& cover, int rows);
 };
 
 /// The build that suits this processor.

@@ -73,6 +73,17 @@ MOTES_INLINE Floats all(float value) {
 }
 MOTES_INLINE Uints all_uints(std::uint32_t value) { return Uints{} + value; }
 
+/// 0, 1, 2, ...
+MOTES_INLINE Uints lane_numbers() {
+  Uints numbers;
+  for (std::size_t lane = 0; lane < kLanes; ++lane) numbers[lane] = static_cast<std::uint32_t>(lane);
+  return numbers;
+}
+/// The first `count` lanes; all, if there are fewer.
+MOTES_INLINE Mask first_lanes(std::size_t count) {
+  return (Ints)lane_numbers() < static_cast<std::int32_t>(count < kLanes ? count : kLanes);
+}
+
 MOTES_INLINE Floats load(const float* from) {
   Floats v;
   __builtin_memcpy(&v, from, sizeof v);

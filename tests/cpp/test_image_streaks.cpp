@@ -197,6 +197,35 @@ TEST(image_streaks_of_one_color_are_added_up_to_the_same_sums) {
   }
 }
 
+// Some of these reach far beside their tiles. A tile with an odd number of rows is followed by one that has more.
+TEST(image_streaks_at_the_edges_of_tiles_are_added_up_to_the_same_sums) {
+  const View view = small_view(120, 91);
+  Sprite sprite;
+  sprite.pixels = 15;
+  Batch alike(sprite, Layout::moving, view), black(sprite, Layout::moving, view);
+  put_streak(black, 0, 0, 16, 16, 0xff000000u);
+  test::Dice dice(8);
+  const auto some = [&](int range) {
+    return static_cast<int>(dice.below(static_cast<std::uint64_t>(range))) - range / 2;
+  };
+  for (int i = 0; i < 5000; ++i) put_streak(alike, 64 + some(240), 296 + some(240), some(256), some(256), 0x10ffffffu);
+  std::vector<Piece> short_runs;
+  for (std::size_t i = 0; i < alike.count(); i += 100) {
+    short_runs.push_back(alike.piece(i, 100));
+    short_runs.push_back(black.piece());
+  }
+  const auto wides = usable_wide_lanes();
+  for (std::size_t isa = 0; isa < wides.size(); ++isa) {
+    PaintedTile one(view, 2, *usable_splat_lanes()[isa], *wides[isa]);
+    for (const int tile : {2, 0, 3, 1}) {
+      one.scene.render(tile);
+      one.area = one.scene.grid().area(tile);
+      one.painter.start(one.area);
+      CHECK(one.paint({alike.piece()}) == PaintedTile(view, tile).paint(short_runs));
+    }
+  }
+}
+
 // Ways of (8, 2) and (-8, 18) px share a place among the stamps: each replaces the other's while records of both are
 // drawn.
 TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {

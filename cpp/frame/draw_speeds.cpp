@@ -13,6 +13,8 @@ constexpr double kSlowest = 1.0 / 32;  // a rank that was held up once must not 
 
 }  // namespace
 
+double smoothed(double before, double now) { return before > 0 ? (1 - kNewest) * before + kNewest * now : now; }
+
 void DrawSpeeds::add(std::span<const DrawSample> samples) {
   const auto tells = [](const DrawSample& sample) { return std::min(sample.expected_s, sample.seconds) >= kLeast; };
   double expected = 0;
@@ -22,13 +24,14 @@ void DrawSpeeds::add(std::span<const DrawSample> samples) {
     expected += sample.expected_s;
     seconds += sample.seconds;
   }
+  if (expected > 0) slowness_ = smoothed(slowness_, std::clamp(seconds / expected, kSlowest, 1 / kSlowest));
   for (const DrawSample& sample : samples) {
     if (!tells(sample)) continue;
     const auto rank = static_cast<std::size_t>(sample.rank);
     if (rank >= speeds_.size()) speeds_.resize(rank + 1);
     Speed& speed = speeds_[rank];
     const double now = std::clamp(sample.expected_s / sample.seconds * (seconds / expected), kSlowest, 1 / kSlowest);
-    speed.smooth = speed.smooth > 0 ? (1 - kNewest) * speed.smooth + kNewest * now : now;
+    speed.smooth = smoothed(speed.smooth, now);
     if (std::fabs(speed.smooth - speed.used) > kNoise * speed.used) speed.used = speed.smooth;
   }
 }

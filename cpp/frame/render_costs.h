@@ -8,11 +8,11 @@
 namespace motes::frame::render_costs {
 
 // Nanoseconds.
-inline constexpr double kProject = 4.2;  // a particle: projected, culled, sorted by tile
-inline constexpr double kPixel = 1.5;  // a pixel of a tile: started, tone-mapped
-inline constexpr double kByte = 0.22;  // a byte of a message at each of its ends: packed, sent, received
-inline constexpr double kMessage = 6800;  // a message at each of its ends
-inline constexpr double kPartialPixel = 0.57;  // a pixel of a partial tile: cleared, packed; and the same to add it
+inline constexpr double kProject = 1.8;  // a particle: projected, culled, sorted by tile
+inline constexpr double kPixel = 1.1;  // a pixel of a tile: started, tone-mapped
+inline constexpr double kByte = 0.17;  // a byte of a message at each of its ends: packed, sent, received
+inline constexpr double kMessage = 2600;  // a message at each of its ends
+inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cleared, packed; and the same to add it
 
 // Bytes of a pixel.
 inline constexpr double kLightBytes = 12;  // of a partial tile of additive particles
@@ -26,7 +26,7 @@ constexpr double record(const image::Sprite& sprite, const image::View& view) {
                         : sprite.of_height > 0                    ? static_cast<double>(sprite.of_height) * view.height
                         : fixed                                   ? sprite.pixels
                                                                   : 8;  // sizes in metres: unknown
-  double cost = 3 + 0.13 * pixels * pixels;
+  double cost = 2.6 + 0.12 * pixels * pixels;
   if (!view.objects.empty()) cost *= 1.2;
   if (sprite.blend == image::Sprite::Blend::alpha) cost *= 2.5;
   if (view.shutter > 0) cost *= 2;

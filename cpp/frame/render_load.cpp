@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <numeric>
 
 #include "particles/fields.h"
 
@@ -49,6 +50,15 @@ void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load
   }
 }
 
+double pixels_of(const DrawnTiles& tiles, const image::Slots& slots, const image::Grid& grid) {
+  double pixels = 0;
+  for (std::size_t i = 0; i < tiles.counts.size(); ++i) {
+    const image::Area area = grid.area(slots.tile(static_cast<int>(tiles.first + i)));
+    pixels += static_cast<double>(area.width) * area.height;
+  }
+  return pixels;
+}
+
 // Whose tiles took how long. The sprites are those of now, not of that picture: what takes all ranks longer makes no
 // difference.
 void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) {
@@ -57,13 +67,8 @@ void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) 
   std::vector<DrawSample> samples;
   for (const DrawnTiles& tiles : drawn.tiles) {
     if (tiles.first + tiles.counts.size() > load.counts.size()) continue;
-    double records = 0;
-    double pixels = 0;
-    for (std::size_t i = 0; i < tiles.counts.size(); ++i) {
-      const image::Area area = load.grid.area(slots.tile(static_cast<int>(tiles.first + i)));
-      records += tiles.counts[i] * load.scale;
-      pixels += static_cast<double>(area.width) * area.height;
-    }
+    const double records = std::accumulate(tiles.counts.begin(), tiles.counts.end(), 0.0) * load.scale;
+    const double pixels = pixels_of(tiles, slots, load.grid);
     const double expected = drawing_s(*script.record.view, script.record.sprites, records, pixels);
     samples.push_back({tiles.rank, expected, double{tiles.seconds}});
   }
@@ -72,6 +77,17 @@ void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) 
 
 }  // namespace
 
+void note_assembly(const Tail& tail, int image_generator, RenderLoad& load) {
+  if (tail.drawings.path == image::View::Path::gather || !(tail.times.assemble > 0)) return;
+  const image::Slots slots = slots_of(tail.drawings.order, load.grid);
+  double pixels = 0;
+  for (const DrawnTiles& tiles : tail.drawings.tiles) {
+    if (tiles.rank == image_generator || tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    pixels += pixels_of(tiles, slots, load.grid);
+  }
+  if (pixels > 0) load.assembled_pixel_s = smoothed(load.assembled_pixel_s, tail.times.assemble / pixels);
+}
+
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load) {
   const roles::Tree& tree = rank.talk.relay().tree();
   load.calculators.resize(rank.talk.calculators());
@@ -79,6 +95,7 @@ void note_pictures(const Rank& rank, const Script& script, const Round& round, c
   if (round.first == 0 && judged.tail.valid && judged.tail.drawings.width > 0) {
     note_tiles(judged.tail.drawings, tree, load);
     note_speeds(judged.tail.drawings, script, load);
+    note_assembly(judged.tail, rank.talk.cast().image_generator, load);
   }
   if (!script.in_frame()) return;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {

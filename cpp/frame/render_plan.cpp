@@ -150,15 +150,17 @@ RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& lo
 }
 
 // When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
-// over. Calculators act; the manager acts on nothing before it has told the births of the next frame, for which all
-// calculators wait; the image generator alone may go on drawing meanwhile.
+// over: in the time of the machine whose costs are known, as all estimates are. Calculators act; the manager acts on
+// nothing before it has told the births of the next frame, for which all calculators wait; the image generator alone
+// may go on drawing meanwhile.
 std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, int ranks) {
   std::vector<Drawer> drawers(static_cast<std::size_t>(ranks));
   for (std::size_t r = 0; r < drawers.size(); ++r) drawers[r].speed = load.speeds.of(r);
   double most = 0;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
-    drawers[static_cast<std::size_t>(cast.calculators[c])].busy = load.calculators[c].act_s;
-    most = std::max(most, load.calculators[c].act_s);
+    const double act_s = load.calculators[c].act_s / load.speeds.slowness();
+    drawers[static_cast<std::size_t>(cast.calculators[c])].busy = act_s;
+    most = std::max(most, act_s);
   }
   drawers[static_cast<std::size_t>(cast.manager)].busy = most;
   return drawers;
@@ -196,10 +198,10 @@ RenderEstimate estimate_gather(const Work& w, const image::View& view, const Ren
 }
 
 // The image generator puts together what others have drawn.
-double assembly(const Work& w, std::size_t ranks) {
-  const double others = 1 - 1 / static_cast<double>(ranks);
-  return (w.all_pixels * costs::kShownBytes * others * costs::kByte + costs::kMessage * static_cast<double>(ranks)) *
-         kNano;
+double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
+  const double pixels = w.all_pixels * (1 - 1 / static_cast<double>(ranks));
+  if (load.assembled_pixel_s > 0) return pixels * load.assembled_pixel_s / load.speeds.slowness();
+  return (pixels * costs::kShownBytes * costs::kByte + costs::kMessage * static_cast<double>(ranks)) * kNano;
 }
 
 // Records that go from `senders` to `ranks`: that part of all which is sent at all.
@@ -222,7 +224,7 @@ RenderEstimate estimate_tiles(const Work& w, const image::View& view, const Rend
   RenderEstimate e;
   const auto ranks = static_cast<double>(drawers.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
-  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, drawers.size());
+  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
   const std::vector<double> work = drawing(w);
   e.plan = steady(deal_tiles(Path::tiles, w.deal, work, drawers), view, load, work, drawers);
   e.seconds = slowest_projection(load) + exchange(w, 1, view, senders, ranks) + slowest(e.plan, work, drawers);
@@ -244,7 +246,7 @@ RenderEstimate estimate_composite(const Work& w, const image::View& view, const 
     partials += sent;
     most = std::max(most, share * w.merged * w.all_records * w.record_s + sent * tile_pixels * partial_pixel_s);
   }
-  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, drawers.size());
+  drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
   const double others = 1 - w.merged;  // of the records
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {

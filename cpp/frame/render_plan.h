@@ -51,6 +51,7 @@ struct RenderLoad {
   double crossing = -1;                 // the part of records that went to other ranks' tiles; below 0: not known
   RenderPlan last;                      // of the last picture
   DrawSpeeds speeds;                    // of ranks
+  double assembled_pixel_s = 0;         // to put a pixel that another rank drew into the picture; 0: not known
   int axis = 0;                         // of the domains
 };
 

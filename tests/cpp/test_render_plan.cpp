@@ -2,6 +2,7 @@
 #include <numeric>
 
 #include "check.h"
+#include "frame/render_load.h"
 #include "frame/render_plan.h"
 #include "isas.h"
 
@@ -130,6 +131,43 @@ TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
   const image::View v = view(Path::tiles);
   CHECK(frame::estimate(Path::tiles, v, kDiscs, some, cast, 4).seconds <
         1.2 * frame::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
+}
+
+TEST(who_assembles_draws_less_by_what_that_took) {
+  const roles::Cast cast = roles::cast_shared(4);
+  const auto home = cast.image_generator;
+  RenderLoad some = load(cast, 3.2e6);
+  const auto share_with = [&](double assembled_pixel_s) {
+    some.assembled_pixel_s = assembled_pixel_s;
+    return records_of(plan(view(Path::tiles), some, cast, 4), some, home) / 3.2e6;
+  };
+  const double light = share_with(1e-12), heavy = share_with(2e-9);
+  CHECK_NEAR(light, 0.25, 0.01);
+  CHECK(heavy > 0.1 && heavy < 0.22);
+  // On a machine of half the speed drawing takes twice as long, but these seconds were measured on it.
+  some.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.02}, {1, 0.01, 0.02}});
+  CHECK(some.speeds.slowness() == 2);
+  CHECK_NEAR(light - share_with(2e-9), (light - heavy) / 2, 0.01);
+}
+
+TEST(seconds_of_assembly_are_those_per_pixel_of_other_ranks) {
+  RenderLoad some;
+  some.grid = {128, 96};  // 2x2 tiles, two of them with 32 rows
+  some.counts.assign(4, 0);
+  frame::Tail tail;
+  tail.times.assemble = 3e-3;
+  tail.drawings.tiles = {{0, {1, 1}, 0, 0.1f}, {2, {1, 1}, 1, 0.1f}};
+  tail.drawings.path = Path::gather;
+  frame::note_assembly(tail, 0, some);
+  CHECK(some.assembled_pixel_s == 0);  // nobody else had drawn anything
+  tail.drawings.path = Path::tiles;
+  frame::note_assembly(tail, 0, some);
+  CHECK_NEAR(some.assembled_pixel_s * 1e9, 3e6 / (128 * 32), 1e-6);
+  tail.times.assemble = 0;  // an image generator that had nothing to put together
+  frame::note_assembly(tail, 0, some);
+  tail.times.assemble = 30e-3;  // one that was held up
+  frame::note_assembly(tail, 0, some);
+  CHECK(some.assembled_pixel_s * 1e9 > 3e6 / (128 * 32) && some.assembled_pixel_s * 1e9 < 15e6 / (128 * 32));
 }
 
 TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {

@@ -20,7 +20,7 @@ import json, sys
 import motes
 from motes import shapes
 
-log, path, roles, distance, linear = sys.argv[1:]
+log, path, roles, distance, linear, count = sys.argv[1:]
 camera = motes.Camera((0, 0, float(distance)), (0, 0, 0))
 world = motes.World(
     seed=3,
@@ -36,7 +36,7 @@ with world:
     for frame in world.frames(5):
         if frame == 0:
             dust.configure(color=(0.2, 0.5, 1), alpha=0.3)
-            dust.burst(shapes.Box((-8, -4, -1), (8, 4, 1)), count=200_000)
+            dust.burst(shapes.Box((-8, -4, -1), (8, 4, 1)), count=int(count))
         dust.gravity((0, -1, 0))
         dust.move()
         picture = world.render() if frame != 3 else world.step()
@@ -51,9 +51,14 @@ def frames_of(log: Path) -> list[dict[str, Any]]:
     return [json.loads(line) for line in (log / "frames.jsonl").read_text().splitlines()]
 
 
-def pictures(log: Path, size: int, path: str, wish: str, distance: float = 11, linear: int = 0) -> list[Any]:
+COUNT = 200_000
+
+
+def pictures(
+    log: Path, size: int, path: str, wish: str, distance: float = 11, linear: int = 0, count: int = COUNT
+) -> list[Any]:
     """Run the scene; what it said of its pictures."""
-    lines = mpirun(size, SCENE, log, path, wish, distance, linear).lines
+    lines = mpirun(size, SCENE, log, path, wish, distance, linear, count).lines
     return [json.loads(line) for line in lines]
 
 
@@ -69,7 +74,7 @@ def test_any_path_ranks_and_roles(size: int):
 def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
     """Pictures of one rank, with their light."""
     log = tmp_path_factory.mktemp("alone") / "log"
-    return [json.loads(line) for line in python(SCENE, log, "gather", "auto", 11, 1).lines]
+    return [json.loads(line) for line in python(SCENE, log, "gather", "auto", 11, 1, COUNT).lines]
 
 
 @pytest.mark.parametrize("path", PATHS[1:])
@@ -119,10 +124,14 @@ def test_spans_have_the_processor_time_of_each_part(tmp_path: Path):
     assert {"project", "draw", "send records", "wait for records", "assemble"} <= parts
 
 
-@pytest.mark.parametrize(("distance", "chosen"), [(11, "tiles"), (400, "composite")])
-def test_auto_draws_a_far_cloud_where_its_particles_are(distance: float, chosen: str, tmp_path: Path):
+@pytest.mark.parametrize(
+    ("distance", "count", "chosen"), [(11, COUNT, "tiles"), (400, 3 * COUNT, "composite")]
+)
+def test_auto_draws_a_far_cloud_where_its_particles_are(
+    distance: float, count: int, chosen: str, tmp_path: Path
+):
     """A cloud that fills the picture is divided by tiles; one in a tile or two, by particles."""
-    pictures(tmp_path / "log", 3, "auto", "shared", distance)
+    pictures(tmp_path / "log", 3, "auto", "shared", distance, count=count)
     drawn = [row for row in frames_of(tmp_path / "log") if "render_path" in row]
     assert [row["render_path"] for row in drawn[2:]] == [chosen] * 2
 

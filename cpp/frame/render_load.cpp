@@ -77,15 +77,15 @@ void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) 
 
 }  // namespace
 
-void note_assembly(const Tail& tail, int image_generator, RenderLoad& load) {
-  if (tail.drawings.path == image::View::Path::gather || !(tail.times.assemble > 0)) return;
-  const image::Slots slots = slots_of(tail.drawings.order, load.grid);
+void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load) {
+  if (!(drawn.assemble_s > 0)) return;
+  const image::Slots slots = slots_of(drawn.order, load.grid);
   double pixels = 0;
-  for (const DrawnTiles& tiles : tail.drawings.tiles) {
+  for (const DrawnTiles& tiles : drawn.tiles) {
     if (tiles.rank == image_generator || tiles.first + tiles.counts.size() > load.counts.size()) continue;
     pixels += pixels_of(tiles, slots, load.grid);
   }
-  if (pixels > 0) load.assembled_pixel_s = smoothed(load.assembled_pixel_s, tail.times.assemble / pixels);
+  if (pixels > 0) load.assembled_pixel_s = smoothed(load.assembled_pixel_s, drawn.assemble_s / pixels);
 }
 
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load) {
@@ -95,7 +95,7 @@ void note_pictures(const Rank& rank, const Script& script, const Round& round, c
   if (round.first == 0 && judged.tail.valid && judged.tail.drawings.width > 0) {
     note_tiles(judged.tail.drawings, tree, load);
     note_speeds(judged.tail.drawings, script, load);
-    note_assembly(judged.tail, rank.talk.cast().image_generator, load);
+    note_assembly(judged.tail.drawings, rank.talk.cast().image_generator, load);
   }
   if (!script.in_frame()) return;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {

@@ -16,7 +16,7 @@ namespace motes::frame {
 void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load);
 
 /// What the image generator did with the tiles of other ranks, of a picture whose counts have been noted.
-void note_assembly(const Tail& tail, int image_generator, RenderLoad& load);
+void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load);
 
 /// Manager: the plan of the frame's picture, where it has one and this is its first round.
 void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, particles::Bytes& out);

@@ -209,6 +209,7 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
   }();
   if (message.header().failed != 0) return give_up_for(rank, message);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
+  const double start = rank.machine.compute_seconds();
   talk.work("render", [&] {
     particles::Reader in = message.reader();
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
@@ -217,6 +218,7 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
     if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
   });
   talk.comm().reuse(std::move(message));
+  painter.drawing.assemble_s += rank.machine.compute_seconds() - start;
 }
 
 }  // namespace
@@ -266,7 +268,9 @@ void assemble(Rank& rank, const image::View& view, Painter& painter) {
   }
   if (talk.failed() || !image::PictureLight::needed(view, view.linear)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread and show light");
+  const double start = rank.machine.compute_seconds();
   talk.work("render", [&] { painter.whole.finish(painter.scene, painter.pixels, *rank.pool); });
+  painter.drawing.assemble_s += rank.machine.compute_seconds() - start;
 }
 
 }  // namespace motes::frame

@@ -62,6 +62,7 @@ void join(Drawings& into, Drawings&& other) {
   into.records += other.records;
   into.sent += other.sent;
   into.bytes += other.bytes;
+  into.assemble_s += other.assemble_s;  // of one rank
   append(into.active, std::move(other.active));
   append(into.tiles, std::move(other.tiles));
 }
@@ -81,8 +82,16 @@ void join(Tail& into, Tail&& other) {
 }  // namespace
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates) {
-  Drawings one{
-      drawing.width, drawing.height, drawing.path, drawing.order, drawing.records, drawing.sent, drawing.bytes, {}, {}};
+  Drawings one{drawing.width,
+               drawing.height,
+               drawing.path,
+               drawing.order,
+               drawing.records,
+               drawing.sent,
+               drawing.bytes,
+               drawing.assemble_s,
+               {},
+               {}};
   if (drawing.width == 0) return one;
   if (calculates) one.active.push_back(drawing.active);
   if (!drawing.counts.empty()) {

@@ -199,6 +199,7 @@ struct Drawing {
   std::uint32_t first = 0;            // the first slot that it drew
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
   double draw_s = 0;                  // seconds of work that these took; 0: not measured
+  double assemble_s = 0;              // of putting other ranks' tiles into the picture
 };
 
 /// What the ranks of a part of the tree did for it.
@@ -209,6 +210,7 @@ struct Drawings {
   std::uint64_t records = 0;
   std::uint64_t sent = 0;
   std::uint64_t bytes = 0;
+  double assemble_s = 0;
   std::vector<std::uint32_t> active;  // of each calculator
   std::vector<DrawnTiles> tiles;
 };
@@ -216,7 +218,7 @@ struct Drawings {
 template <class Visitor>
 constexpr void fields(Visitor& visit, Drawings& drawings) {
   visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.sent, drawings.bytes,
-        drawings.active, drawings.tiles);
+        drawings.assemble_s, drawings.active, drawings.tiles);
 }
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates);

@@ -154,19 +154,15 @@ TEST(seconds_of_assembly_are_those_per_pixel_of_other_ranks) {
   RenderLoad some;
   some.grid = {128, 96};  // 2x2 tiles, two of them with 32 rows
   some.counts.assign(4, 0);
-  frame::Tail tail;
-  tail.times.assemble = 3e-3;
-  tail.drawings.tiles = {{0, {1, 1}, 0, 0.1f}, {2, {1, 1}, 1, 0.1f}};
-  tail.drawings.path = Path::gather;
-  frame::note_assembly(tail, 0, some);
-  CHECK(some.assembled_pixel_s == 0);  // nobody else had drawn anything
-  tail.drawings.path = Path::tiles;
-  frame::note_assembly(tail, 0, some);
+  frame::Drawings drawn;
+  drawn.tiles = {{0, {1, 1}, 0, 0.1f}, {2, {1, 1}, 1, 0.1f}};
+  frame::note_assembly(drawn, 0, some);
+  CHECK(some.assembled_pixel_s == 0);  // there was nothing to put together
+  drawn.assemble_s = 3e-3;
+  frame::note_assembly(drawn, 0, some);
   CHECK_NEAR(some.assembled_pixel_s * 1e9, 3e6 / (128 * 32), 1e-6);
-  tail.times.assemble = 0;  // an image generator that had nothing to put together
-  frame::note_assembly(tail, 0, some);
-  tail.times.assemble = 30e-3;  // one that was held up
-  frame::note_assembly(tail, 0, some);
+  drawn.assemble_s = 30e-3;  // an image generator that was held up
+  frame::note_assembly(drawn, 0, some);
   CHECK(some.assembled_pixel_s * 1e9 > 3e6 / (128 * 32) && some.assembled_pixel_s * 1e9 < 15e6 / (128 * 32));
 }
 

@@ -62,12 +62,13 @@ class BackOff {
   void pause(int round) {
     if (round < kBusy) {
       crowded_ = false;
+      naps_ = 0;
     } else if (round < kPolite || (!crowded_ && round < kAlone)) {
       const double start = wall_seconds();
       sched_yield();
       crowded_ |= wall_seconds() - start > kAtOnce;
     } else {
-      nap(round);
+      nap();
     }
   }
 
@@ -77,12 +78,14 @@ class BackOff {
 
   // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
   // alone.
-  static void nap(int round) {
-    const timespec nap{0, round < 2500 ? 20000 : round < 2900 ? 200000 : 2000000};
+  void nap() {
+    const timespec nap{0, naps_ < 800 ? 20000 : naps_ < 1200 ? 200000 : 2000000};
     nanosleep(&nap, nullptr);
+    if (naps_ < 1200) ++naps_;
   }
 
   bool crowded_ = false;
+  int naps_ = 0;
 };
 
 class MpiTransport : public Transport {

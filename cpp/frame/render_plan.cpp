@@ -200,8 +200,9 @@ RenderEstimate estimate_gather(const Work& w, const image::View& view, const Ren
 // The image generator puts together what others have drawn.
 double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
   const double pixels = w.all_pixels * (1 - 1 / static_cast<double>(ranks));
-  if (load.assembled_pixel_s > 0) return pixels * load.assembled_pixel_s / load.speeds.slowness();
-  return (pixels * costs::kShownBytes * costs::kByte + costs::kMessage * static_cast<double>(ranks)) * kNano;
+  const double known = load.assembled_pixel_s / load.speeds.slowness();
+  const double pixel_s = known > 0 ? known : costs::kShownBytes * costs::kByte * kNano;
+  return pixels * pixel_s + static_cast<double>(ranks) * costs::kMessage * kNano;
 }
 
 // Records that go from `senders` to `ranks`: that part of all which is sent at all.

@@ -148,6 +148,11 @@ TEST(who_assembles_draws_less_by_what_that_took) {
   some.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.02}, {1, 0.01, 0.02}});
   CHECK(some.speeds.slowness() == 2);
   CHECK_NEAR(light - share_with(2e-9), (light - heavy) / 2, 0.01);
+  // Messages of many ranks take longer than what is in them.
+  const roles::Cast many = roles::cast_shared(512);
+  RenderLoad large = load(many, 3.2e6);
+  large.assembled_pixel_s = 1e-12;
+  CHECK(!plan(view(Path::tiles), large, many, 512).draws(many.image_generator));
 }
 
 TEST(seconds_of_assembly_are_those_per_pixel_of_other_ranks) {

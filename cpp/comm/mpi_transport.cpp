@@ -75,13 +75,14 @@ class BackOff {
  private:
   static constexpr int kBusy = 50, kPolite = 200, kAlone = 1500;  // rounds: about 2 ms together
   static constexpr double kAtOnce = 20e-6;                        // s
+  static constexpr int kShort = 800, kMiddling = 1200;            // naps
 
   // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
   // alone.
   void nap() {
-    const timespec nap{0, naps_ < 800 ? 20000 : naps_ < 1200 ? 200000 : 2000000};
+    const timespec nap{0, naps_ < kShort ? 20000 : naps_ < kMiddling ? 200000 : 2000000};
     nanosleep(&nap, nullptr);
-    if (naps_ < 1200) ++naps_;
+    if (naps_ < kMiddling) ++naps_;
   }
 
   bool crowded_ = false;

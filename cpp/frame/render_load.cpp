@@ -32,12 +32,16 @@ int axis_of_most(const Script& script) {
   return static_cast<int>(std::max_element(particles.begin(), particles.end()) - particles.begin());
 }
 
+bool in_picture(const DrawnTiles& tiles, const RenderLoad& load) {
+  return tiles.first + tiles.counts.size() <= load.counts.size();
+}
+
 void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load) {
   load.grid = {drawn.width, drawn.height};
   load.counts.assign(static_cast<std::size_t>(load.grid.tiles()), 0);
   const image::Slots slots = slots_of(drawn.order, load.grid);
   for (const DrawnTiles& tiles : drawn.tiles) {
-    if (tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    if (!in_picture(tiles, load)) continue;
     for (std::size_t i = 0; i < tiles.counts.size(); ++i) {
       load.counts[static_cast<std::size_t>(slots.tile(static_cast<int>(tiles.first + i)))] = tiles.counts[i];
     }
@@ -66,7 +70,7 @@ void note_speeds(const Drawings& drawn, const Script& script, RenderLoad& load) 
   const image::Slots slots = slots_of(drawn.order, load.grid);
   std::vector<DrawSample> samples;
   for (const DrawnTiles& tiles : drawn.tiles) {
-    if (tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    if (!in_picture(tiles, load)) continue;
     const double records = std::accumulate(tiles.counts.begin(), tiles.counts.end(), 0.0) * load.scale;
     const double pixels = pixels_of(tiles, slots, load.grid);
     const double expected = drawing_s(*script.record.view, script.record.sprites, records, pixels);
@@ -82,7 +86,7 @@ void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load)
   const image::Slots slots = slots_of(drawn.order, load.grid);
   double pixels = 0;
   for (const DrawnTiles& tiles : drawn.tiles) {
-    if (tiles.rank == image_generator || tiles.first + tiles.counts.size() > load.counts.size()) continue;
+    if (tiles.rank == image_generator || !in_picture(tiles, load)) continue;
     pixels += pixels_of(tiles, slots, load.grid);
   }
   if (pixels > 0) load.assembled_pixel_s = smoothed(load.assembled_pixel_s, drawn.assemble_s / pixels);

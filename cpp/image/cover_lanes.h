@@ -36,17 +36,6 @@ MOTES_INLINE void add_block(std::uint16_t* to, const std::uint8_t* weights) {
 #endif
 }
 
-/// Eight pixels of a pair of rows.
-MOTES_INLINE Eight load_pair(const std::uint16_t* from) {
-  Eight v;
-  __builtin_memcpy(&v, from, sizeof v);
-  return v;
-}
-MOTES_INLINE void clear_pair(std::uint16_t* to) {
-  const Eight none{};
-  __builtin_memcpy(to, &none, sizeof none);
-}
-
 /// Takes the weights away, calling use(row, column, weights) for each eight pixels; also beside a tile that is not
 /// whole, and for one more row where their number is odd.
 template <class Use>
@@ -56,16 +45,16 @@ MOTES_INLINE void take_weights(image::Cover& cover, int rows, const Use& use) {
   for (int row = 0; row < rows; row += 2, even += kStride) {
     std::uint16_t* odd = even + image::Cover::kOddRows;
     for (int column = 0; column < image::kTile; column += kStrip) {
-      const Eight both = load_pair(even + 2 * column);
-      const Eight above = load_pair(odd + 2 * column), below = load_pair(odd + kStride + 2 * column);
+      const Eight both = load_words(even + 2 * column);
+      const Eight above = load_words(odd + 2 * column), below = load_words(odd + kStride + 2 * column);
       use(row, column, (both & 0xffffu) + (above >> 16));
       use(row + 1, column, (both >> 16) + (below & 0xffffu));
-      clear_pair(even + 2 * column);
-      clear_pair(odd + 2 * column);
+      store_words(even + 2 * column, Eight{});
+      store_words(odd + 2 * column, Eight{});
     }
   }
   for (int column = 0; column < image::kTile; column += kStrip) {
-    clear_pair(even + image::Cover::kOddRows + 2 * column);
+    store_words(even + image::Cover::kOddRows + 2 * column, Eight{});
   }
   cover.most = 0;
 }
@@ -74,10 +63,7 @@ MOTES_INLINE void take_weights(image::Cover& cover, int rows, const Use& use) {
 inline __attribute__((noinline)) void add_up(image::Cover& cover, int rows) {
   take_weights(cover, rows, [&](int row, int column, Eight weights) {
     std::uint32_t* to = cover.sums + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column;
-    Eight sum;
-    __builtin_memcpy(&sum, to, sizeof sum);
-    sum += weights;
-    __builtin_memcpy(to, &sum, sizeof sum);
+    store_words(to, load_words(to) + weights);
   });
   cover.has_sums = true;
 }
@@ -100,11 +86,8 @@ void show_rows(const image::TilePlanes& tile, image::Cover& cover, int rows) {
   take_weights(cover, rows, [&](int row, int column, Eight weights) {
     if constexpr (kSums) {
       std::uint32_t* sums = cover.sums + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + column;
-      Eight sum;
-      __builtin_memcpy(&sum, sums, sizeof sum);
-      weights += sum;
-      sum = Eight{};
-      __builtin_memcpy(sums, &sum, sizeof sum);
+      weights += load_words(sums);
+      store_words(sums, Eight{});
     }
     show_eight<kSaturating>(tint, weights,
                             tile.light + static_cast<std::ptrdiff_t>(row) * image::kLightStride + 3 * column);

@@ -109,6 +109,13 @@ MOTES_INLINE Shorts rows_within(Shorts weights, int row, int rows) {
 using Eight = std::uint32_t __attribute__((vector_size(32)));
 
 MOTES_INLINE Eight eight_of(std::uint32_t value) { return Eight{} + value; }
+/// 32 bytes, whatever numbers are in them.
+MOTES_INLINE Eight load_words(const void* from) {
+  Eight v;
+  __builtin_memcpy(&v, from, sizeof v);
+  return v;
+}
+MOTES_INLINE void store_words(void* to, Eight v) { __builtin_memcpy(to, &v, sizeof v); }
 #if MOTES_WIDTH >= 256
 MOTES_INLINE Eight load_eight(const std::uint8_t* from) {
   return (Eight)_mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(from)));
@@ -233,8 +240,7 @@ MOTES_INLINE bool tint_of(const Channels& channels, std::uint32_t color, float u
 /// Where the row is seen, in 4096 parts of its light.
 MOTES_INLINE Eight seen_of(const std::uint32_t* walls, std::uint32_t depth, float fade) {
   using Whole = std::int32_t __attribute__((vector_size(32)));
-  Eight wall;
-  __builtin_memcpy(&wall, walls, sizeof wall);
+  const Eight wall = load_words(walls);
   const Eight visible = (Eight)((Whole)wall >= (Whole)eight_of(depth));  // both are bits of positive floats
   if (!(fade > 0)) return visible & 4096u;
   using Numbers = float __attribute__((vector_size(32)));

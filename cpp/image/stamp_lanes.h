@@ -130,10 +130,6 @@ MOTES_INLINE Eight of_pairs(int from, int pair, int column, Eight columns) {
   return kNumbers * static_cast<std::uint32_t>(pair) + columns * static_cast<std::uint32_t>(column) +
          static_cast<std::uint32_t>(from);
 }
-MOTES_INLINE void store_eight(std::int32_t* to, Eight v) {
-  using Anywhere __attribute__((aligned(4), may_alias)) = Eight;
-  *reinterpret_cast<Anywhere*>(to) = v;
-}
 
 /// Adds a part to the `count` blocks that are queued; returns how many there are then. kCovers: for the Cover; light
 /// needs the numbers of its own planes.
@@ -147,18 +143,18 @@ MOTES_INLINE int queue_part(BlockQueue& queue, int count, const unsigned char* s
     do {
       const Eight columns = load_eight(stamps + part.column + i);
       const int at = count + i;
-      store_eight(queue.from + at, of_pairs(block + i * image::Stamp::kBlock, image::Stamp::kBlock, 0, columns));
+      store_words(queue.from + at, of_pairs(block + i * image::Stamp::kBlock, image::Stamp::kBlock, 0, columns));
       if (kCovers) {
-        store_eight(queue.pixel + at,
+        store_words(queue.pixel + at,
                     of_pairs(cover + i * image::Cover::kPairStride, image::Cover::kPairStride, 2, columns));
       } else {
-        store_eight(queue.light + at,
+        store_words(queue.light + at,
                     of_pairs(light + i * 2 * image::kLightStride, 2 * image::kLightStride, 3, columns));
       }
       if (all_planes) {
-        store_eight(queue.pixel + at,
+        store_words(queue.pixel + at,
                     of_pairs(pixel + i * 2 * image::kPixelStride, 2 * image::kPixelStride, 1, columns));
-        store_eight(queue.record + at, eight_of(static_cast<std::uint32_t>(k)));
+        store_words(queue.record + at, eight_of(static_cast<std::uint32_t>(k)));
       }
       i += 8;
     } while (i < part.pairs);

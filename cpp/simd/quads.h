@@ -5,12 +5,25 @@
 
 namespace motes::MOTES_ISA {
 
+/// As vectors.
+struct FourWords {
+  Uints word[4];
+};
+
 #if MOTES_WIDTH != 0
 // Words, or pairs of them, of two vectors in turn: of the lower or the upper half of each four lanes.
 MOTES_INTEGERS(Uints, interleave_low, unpacklo_epi32)
 MOTES_INTEGERS(Uints, interleave_high, unpackhi_epi32)
 MOTES_INTEGERS(Uints, interleave_low_pairs, unpacklo_epi64)
 MOTES_INTEGERS(Uints, interleave_high_pairs, unpackhi_epi64)
+
+/// Rows to columns and back, in each four lanes: lane 4 * p + r of vector c becomes lane 4 * p + c of vector r.
+MOTES_INLINE FourWords transposed(const FourWords& v) {
+  const Uints first = interleave_low(v.word[0], v.word[1]), second = interleave_low(v.word[2], v.word[3]);
+  const Uints third = interleave_high(v.word[0], v.word[1]), fourth = interleave_high(v.word[2], v.word[3]);
+  return {{interleave_low_pairs(first, second), interleave_high_pairs(first, second),
+           interleave_low_pairs(third, fourth), interleave_high_pairs(third, fourth)}};
+}
 #endif
 
 /// As in memory.
@@ -20,13 +33,10 @@ struct Quads {
 MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
   Quads quads;
 #if MOTES_WIDTH != 0
-  const Uints first = interleave_low(a, b), second = interleave_low(c, d);
-  const Uints third = interleave_high(a, b), fourth = interleave_high(c, d);
-  // Part p of these has four words of lane 4 * p, and of the three after it.
-  const Uints rows[] = {interleave_low_pairs(first, second), interleave_high_pairs(first, second),
-                        interleave_low_pairs(third, fourth), interleave_high_pairs(third, fourth)};
+  // Part p of row r has the four words of lane 4 * p + r.
+  const FourWords rows = transposed({{a, b, c, d}});
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    __builtin_memcpy(quads.word[lane], reinterpret_cast<const std::uint32_t*>(&rows[lane % 4]) + lane / 4 * 4, 16);
+    __builtin_memcpy(quads.word[lane], reinterpret_cast<const std::uint32_t*>(&rows.word[lane % 4]) + lane / 4 * 4, 16);
   }
 #else
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
@@ -39,43 +49,33 @@ MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
   return quads;
 }
 
-/// As vectors.
-struct FourWords {
-  Uints word[4];
-};
 /// Those at `at(lane)`, a pointer to bytes.
 template <class At>
 MOTES_INLINE FourWords load_fours(const At& at) {
   FourWords v;
 #if MOTES_WIDTH != 0
   const auto four = [&](std::size_t lane) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at(lane))); };
-  Uints row[4];  // part p of row r is of lane 4 * p + r
-  for (std::size_t r = 0; r < 4; ++r) {
+  for (std::size_t r = 0; r < 4; ++r) {  // part p of row r is of lane 4 * p + r
 #if MOTES_WIDTH == 512
     __m512i parts = _mm512_castsi128_si512(four(r));
     parts = _mm512_inserti32x4(parts, four(4 + r), 1);
     parts = _mm512_inserti32x4(parts, four(8 + r), 2);
-    row[r] = (Uints)_mm512_inserti32x4(parts, four(12 + r), 3);
+    v.word[r] = (Uints)_mm512_inserti32x4(parts, four(12 + r), 3);
 #elif MOTES_WIDTH == 256
-    row[r] = (Uints)_mm256_inserti128_si256(_mm256_castsi128_si256(four(r)), four(4 + r), 1);
+    v.word[r] = (Uints)_mm256_inserti128_si256(_mm256_castsi128_si256(four(r)), four(4 + r), 1);
 #else
-    row[r] = (Uints)four(r);
+    v.word[r] = (Uints)four(r);
 #endif
   }
-  const Uints first = interleave_low(row[0], row[1]), second = interleave_low(row[2], row[3]);
-  const Uints third = interleave_high(row[0], row[1]), fourth = interleave_high(row[2], row[3]);
-  v.word[0] = interleave_low_pairs(first, second);
-  v.word[1] = interleave_high_pairs(first, second);
-  v.word[2] = interleave_low_pairs(third, fourth);
-  v.word[3] = interleave_high_pairs(third, fourth);
+  return transposed(v);
 #else
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     std::uint32_t words[4];
     __builtin_memcpy(words, at(lane), sizeof words);
     for (int w = 0; w < 4; ++w) v.word[w][lane] = words[w];
   }
-#endif
   return v;
+#endif
 }
 
 }  // namespace motes::MOTES_ISA

@@ -27,11 +27,15 @@ WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
   s.x = static_cast<float>(r.x - task.origin_x) * kUnit;
   s.y = static_cast<float>(r.y - task.origin_y) * kUnit;
   s.radius = static_cast<float>(r.size) * (0.5f / (1 << image::kSizeBits));
-  const float dx = static_cast<float>(r.dx) * kUnit, dy = static_cast<float>(r.dy) * kUnit;
-  const float length = __builtin_sqrtf(dx * dx + dy * dy);
-  s.half = 0.5f * length;
-  s.along_x = length > 0 ? dx / length : 1;
-  s.along_y = length > 0 ? dy / length : 0;
+  s.half = s.along_y = 0;
+  s.along_x = 1;
+  if (r.dx != 0 || r.dy != 0) {
+    const float dx = static_cast<float>(r.dx) * kUnit, dy = static_cast<float>(r.dy) * kUnit;
+    const float length = __builtin_sqrtf(dx * dx + dy * dy);
+    s.half = 0.5f * length;
+    s.along_x = dx / length;
+    s.along_y = dy / length;
+  }
   const bool oriented = r.up_x != 0 || r.up_y != 0;
   s.up_x = oriented ? static_cast<float>(r.up_x) * (1.0f / 32767) : 0;
   s.up_y = oriented ? static_cast<float>(r.up_y) * (1.0f / 32767) : -1;
@@ -71,7 +75,8 @@ MOTES_INLINE void count(const PatchPart& p, const std::uint16_t* weights, Weighe
     }
   }
   all.sum += sum_of(sum);
-  for (int lane = 0; lane < kShorts; ++lane) all.most = most[lane] > all.most ? most[lane] : all.most;
+  const int here = greatest_of(most);
+  all.most = here > all.most ? here : all.most;
 }
 
 template <class Kind>
@@ -245,17 +250,16 @@ MOTES_INLINE unsigned bits_of(Mask mask) {
 #endif
 }
 
-// Where a vector of pixels is covered; `at`: see for_each_vector().
-MOTES_INLINE void keep_row(const TilePlanes& tile, const PatchPart& part, int at, unsigned covered, Longs first,
-                           Longs second) {
-  const auto keep = [&](int from, unsigned bits, Longs nearest) {
-    const int row = from / kStrip % part.stride, strip = from / kStrip / part.stride;
-    const int column = part.start[row] + strip * kStrip + from % kStrip;
+// Where a vector of pixels is covered.
+MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, const InPart& at, unsigned covered,
+                              Longs first, Longs second) {
+  const auto keep = [&](int row, int column, unsigned bits, Longs nearest) {
+    column += part.start[row] + at.strip * kStrip;
     if (bits == 0 || row >= part.rows || column <= -kStrip || column >= image::kTile) return;
     keep_nearest(tile.surfaces + static_cast<std::ptrdiff_t>(part.first + row) * kPixelStride + column, nearest, bits);
   };
-  keep(at, covered & ((1u << kLongs) - 1), first);
-  keep(at + kLongs, covered >> kLongs, second);
+  keep(at.row, at.first, covered & ((1u << kLongs) - 1), first);
+  keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
 template <class Kind>
@@ -270,14 +274,14 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
     const Floats center = (Floats)all_uints(s.depth);
     const Floats metres = center * all(task.radius);  // per pixel
     place_in_tile(part, s, o, first, last, task.columns);
-    for_each_vector(part, [&](Floats x, Floats y, int at) {
+    for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
       const Front front = kind.front(x - s.x, y - s.y);
       const unsigned covered = bits_of(front.covered);
       if (covered == 0) return;
       const Uints shade = (Uints)to_ints(clamp(front.shade * 255.0f, 1, 255) + 0.5f);
       const Uints surface = (front.color & 0xffffffu) | shade << 24;
       const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));
-      keep_row(tile, part, at, covered, nearest_of(depth, surface, 0), nearest_of(depth, surface, 1));
+      keep_vector(tile, part, at, covered, nearest_of(depth, surface, 0), nearest_of(depth, surface, 1));
     });
   }
 }

@@ -81,14 +81,20 @@ MOTES_INLINE Place place_of(const PatchPart& p, int strip, int row, int first) {
   return {column + start + static_cast<float>(strip * kStrip + first), down + static_cast<float>(p.first + row)};
 }
 
-/// Calls use(x, y, at) for all vectors of pixels of a part: where they are, and their number in its planes.
+/// Where a vector of pixels begins in a part: a strip, its row, and a column of the strip.
+struct InPart {
+  int strip, row, first;
+  MOTES_INLINE int number(const PatchPart& p) const { return kStrip * (strip * p.stride + row) + first; }
+};
+
+/// Calls use(x, y, in_part) for all vectors of pixels of a part: where they are on the screen, and in the part.
 template <class Use>
 MOTES_INLINE void for_each_vector(const PatchPart& p, const Use& use) {
   for (int strip = 0; strip < p.strips; ++strip) {
     for (int row = 0; row < p.rows; row += kPixelRows) {
       for (int first = 0; first < kStrip; first += kWidth) {
         const Place at = place_of(p, strip, row, first);
-        use(at.x, at.y, kStrip * (strip * p.stride + row) + first);
+        use(at.x, at.y, InPart{strip, row, first});
       }
     }
   }
@@ -100,8 +106,9 @@ MOTES_INLINE Ints weight_of(Floats part) { return to_ints(clamp(part, 0, 1) * kP
 
 template <class Kind>
 MOTES_INLINE void weigh_pixels(const Kind& kind, Patch<2>& p) {
-  for_each_vector(p, [&](Floats x, Floats y, int at) {
+  for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
     const Glow glow = kind.glow(x - kind.s.x, y - kind.s.y);
+    const int at = in_part.number(p);
     store_narrow(p.cover + at, weight_of(glow.cover));
     store_narrow(p.light + at, weight_of(glow.light));
   });

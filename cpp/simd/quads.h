@@ -49,32 +49,68 @@ MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
   return quads;
 }
 
-/// Those at `at(lane)`, a pointer to bytes.
-template <class At>
-MOTES_INLINE FourWords load_fours(const At& at) {
-  FourWords v;
 #if MOTES_WIDTH != 0
+/// Those at `at(lane)`, a pointer to bytes, as rows: part p of row r is of lane 4 * p + r.
+template <class At>
+MOTES_INLINE FourWords load_rows(const At& at) {
   const auto four = [&](std::size_t lane) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at(lane))); };
-  for (std::size_t r = 0; r < 4; ++r) {  // part p of row r is of lane 4 * p + r
+  FourWords rows;
+  for (std::size_t r = 0; r < 4; ++r) {
 #if MOTES_WIDTH == 512
     __m512i parts = _mm512_castsi128_si512(four(r));
     parts = _mm512_inserti32x4(parts, four(4 + r), 1);
     parts = _mm512_inserti32x4(parts, four(8 + r), 2);
-    v.word[r] = (Uints)_mm512_inserti32x4(parts, four(12 + r), 3);
+    rows.word[r] = (Uints)_mm512_inserti32x4(parts, four(12 + r), 3);
 #elif MOTES_WIDTH == 256
-    v.word[r] = (Uints)_mm256_inserti128_si256(_mm256_castsi128_si256(four(r)), four(4 + r), 1);
+    rows.word[r] = (Uints)_mm256_inserti128_si256(_mm256_castsi128_si256(four(r)), four(4 + r), 1);
 #else
-    v.word[r] = (Uints)four(r);
+    rows.word[r] = (Uints)four(r);
 #endif
   }
-  return transposed(v);
+  return rows;
+}
+#endif
+
+/// Those at `at(lane)`, a pointer to bytes.
+template <class At>
+MOTES_INLINE FourWords load_fours(const At& at) {
+#if MOTES_WIDTH != 0
+  return transposed(load_rows(at));
 #else
+  FourWords v;
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
     std::uint32_t words[4];
     __builtin_memcpy(words, at(lane), sizeof words);
     for (int w = 0; w < 4; ++w) v.word[w][lane] = words[w];
   }
   return v;
+#endif
+}
+
+/// Of the eight 16-bit numbers at `at(lane)`, each of the first four with the one four behind it, in the upper half.
+template <class At>
+MOTES_INLINE FourWords load_pairs(const At& at) {
+#if MOTES_WIDTH != 0
+  FourWords rows = load_rows(at);
+  for (Uints& row : rows.word) {
+#if MOTES_WIDTH == 128
+    row = (Uints)_mm_unpacklo_epi16((__m128i)row, _mm_srli_si128((__m128i)row, 8));
+#else
+    const __m128i in_turn = _mm_setr_epi8(0, 1, 8, 9, 2, 3, 10, 11, 4, 5, 12, 13, 6, 7, 14, 15);
+#if MOTES_WIDTH == 512
+    row = (Uints)_mm512_shuffle_epi8((__m512i)row, _mm512_maskz_broadcast_i32x4(0xffff, in_turn));
+#else
+    row = (Uints)_mm256_shuffle_epi8((__m256i)row, _mm256_broadcastsi128_si256(in_turn));
+#endif
+#endif
+  }
+  return transposed(rows);
+#else
+  const FourWords v = load_fours(at);
+  const auto low = [](Uints first, Uints second) { return (first & 0xffffu) | second << 16; };
+  const auto high = [](Uints first, Uints second) { return first >> 16 | (second & 0xffff0000u); };
+  return {
+      {low(v.word[0], v.word[2]), high(v.word[0], v.word[2]), low(v.word[1], v.word[3]), high(v.word[1], v.word[3])}};
 #endif
 }
 

@@ -2,6 +2,7 @@
 // set.
 #pragma once
 
+#include "simd/quads.h"
 #include "simd/simd.h"
 
 namespace motes::MOTES_ISA {
@@ -67,6 +68,45 @@ MOTES_INLINE void store_narrow(Number* to, Ints v) {
 #endif
 }
 
+#if MOTES_WIDTH == 256 || MOTES_WIDTH == 128
+// In each four lanes: 16-bit numbers of two vectors behind one another, and those of the lower and upper half in turn.
+MOTES_INTEGERS(Ints, pack, packs_epi32)
+MOTES_INTEGERS(Ints, interleave_low_shorts, unpacklo_epi16)
+MOTES_INLINE Ints in_turn(Ints v) { return interleave_low_shorts(v, (Ints)interleave_high_pairs((Uints)v, (Uints)v)); }
+#endif
+
+/// Three numbers of each lane as 16 bits each, one behind the other; they must fit, and not be negative. What follows
+/// in memory may be overwritten by one number.
+MOTES_INLINE void store_thirds(std::uint16_t* to, Ints a, Ints b, Ints c) {
+#if MOTES_WIDTH == 512
+  const auto narrow = [](Ints v) { return _mm512_maskz_cvtepi32_epi16(0xffff, (__m512i)v); };
+  const __m512i two = _mm512_inserti64x4(_mm512_castsi256_si512(narrow(a)), narrow(b), 1);
+  const __m512i third = _mm512_castsi256_si512(narrow(c));
+  // Number n is of lane n / 3: of `a` it is number n / 3 of the first vector, of `b` 16 more, of `c` 32 more.
+  using Numbers = std::uint16_t __attribute__((vector_size(64)));
+  Numbers first, last{};
+  for (int n = 0; n < 32; ++n) first[n] = static_cast<std::uint16_t>(n % 3 * 16 + n / 3);
+  for (int n = 32; n < 48; ++n) last[n - 32] = static_cast<std::uint16_t>(n % 3 * 16 + n / 3);
+  _mm512_storeu_si512(to, _mm512_permutex2var_epi16(two, (__m512i)first, third));
+  const __m512i rest = _mm512_permutex2var_epi16(two, (__m512i)last, third);
+  _mm256_storeu_si256(reinterpret_cast<__m256i*>(to + 32), _mm512_castsi512_si256(rest));
+#elif MOTES_WIDTH != 0
+  // Of each lane its three numbers and a fourth one, which the next lane overwrites: two lanes' in each four lanes.
+  const Ints ab = in_turn(pack(a, b)), c0 = in_turn(pack(c, Ints{}));
+  const Uints lower = interleave_low((Uints)ab, (Uints)c0), upper = interleave_high((Uints)ab, (Uints)c0);
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    const Uints& four = lane % 4 < 2 ? lower : upper;
+    __builtin_memcpy(to + 3 * lane, reinterpret_cast<const std::uint64_t*>(&four) + lane / 4 * 2 + lane % 2, 8);
+  }
+#else
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    to[3 * i] = static_cast<std::uint16_t>(a[i]);
+    to[3 * i + 1] = static_cast<std::uint16_t>(b[i]);
+    to[3 * i + 2] = static_cast<std::uint16_t>(c[i]);
+  }
+#endif
+}
+
 /// One number for each eight lanes: kShorts / 8 numbers are read.
 MOTES_INLINE Shorts by_eights(const std::int16_t* from) {
 #if MOTES_WIDTH == 512
@@ -95,6 +135,13 @@ MOTES_INLINE Shorts eight_again(const std::int16_t* from) {
   return v;
 #endif
 }
+
+/// Sums of two products per lane: of its lower halves, and of its upper ones.
+#if MOTES_WIDTH != 0
+MOTES_INTEGERS(Ints, pair_products, madd_epi16)
+#else
+MOTES_INLINE Ints pair_products(Ints a, Ints b) { return (a << 16 >> 16) * (b << 16 >> 16) + (a >> 16) * (b >> 16); }
+#endif
 
 /// The sums of neighbouring lanes.
 MOTES_INLINE Uints pair_sums(Shorts v) {
@@ -126,6 +173,30 @@ MOTES_INLINE std::uint32_t sum_of(Uints v) {
   std::uint32_t sum = 0;
   for (std::size_t i = 0; i < kLanes; ++i) sum += v[i];
   return sum;
+#endif
+}
+
+/// Of numbers that are not negative.
+MOTES_INLINE int greatest_of(Shorts v) {
+#if MOTES_WIDTH != 0
+  // The maximum of halves is in the lower one, down to eight numbers; of those, and of pairs, at the front.
+#if MOTES_WIDTH == 512
+  const __m256i sixteen =
+      _mm256_max_epi16(_mm512_castsi512_si256((__m512i)v), _mm512_extracti64x4_epi64((__m512i)v, 1));
+  __m128i eight = _mm_max_epi16(_mm256_castsi256_si128(sixteen), _mm256_extracti128_si256(sixteen, 1));
+#elif MOTES_WIDTH == 256
+  __m128i eight = _mm_max_epi16(_mm256_castsi256_si128((__m256i)v), _mm256_extracti128_si256((__m256i)v, 1));
+#else
+  __m128i eight = (__m128i)v;
+#endif
+  eight = _mm_max_epi16(eight, _mm_shuffle_epi32(eight, 0x4e));
+  eight = _mm_max_epi16(eight, _mm_shuffle_epi32(eight, 0xb1));
+  const int two = _mm_cvtsi128_si32(eight), first = two & 0xffff, second = two >> 16;
+  return first > second ? first : second;
+#else
+  int most = 0;
+  for (int i = 0; i < kShorts; ++i) most = v[i] > most ? v[i] : most;
+  return most;
 #endif
 }
 

@@ -17,6 +17,14 @@ struct Probe {
   void (*cos_sin_turn)(const float* turn, std::size_t count, float* cosine, float* sine);
   void (*log)(const float* v, std::size_t count, float* out);
   void (*cube_root)(const float* v, std::size_t count, float* out);
+
+  /// Of 16 groups of eight 16-bit numbers, numbers k and k + 4 times the halves of the group's weights, added: four
+  /// planes of 16.
+  void (*pairs)(const std::uint16_t* groups, const std::int32_t* weights, std::int32_t* out);
+  /// Three planes of 16 numbers in turn.
+  void (*thirds)(const std::int32_t* planes, std::uint16_t* out);
+  /// The greatest of the first numbers that a vector has; 2 * lanes are read.
+  int (*greatest)(const std::int16_t* numbers);
 };
 
 }  // namespace test

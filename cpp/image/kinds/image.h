@@ -2,11 +2,14 @@
 #pragma once
 
 #include "image/wide_sprite.h"
+#include "simd/quads.h"
 
 namespace motes::MOTES_ISA {
 
-/// Four numbers, of red, green, blue and alpha.
-using Texel = std::int32_t __attribute__((vector_size(16)));
+/// Red, green, blue and alpha at a vector of pixels, as in an ImageLevel.
+struct Texels {
+  Ints channel[4];
+};
 
 struct Image {
   static constexpr int kPlanes = 4;
@@ -45,32 +48,25 @@ struct Image {
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
   MOTES_INLINE void weigh(Patch<4>& p) const {
-    for_each_vector(p, [&](Floats x, Floats y, int at) {
-      Texel texel[kLanes];
-      texels(x - s.x, y - s.y, texel);
-      for (int lane = 0; lane < kWidth; ++lane) {
-        p.cover[at + lane] = static_cast<std::uint16_t>(texel[lane][3]);
-        store_color(p.light + 3 * (at + lane), texel[lane]);
-      }
+    for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
+      const Texels t = mean(x - s.x, y - s.y);
+      const int at = in_part.number(p);
+      store_narrow(p.cover + at, t.channel[3]);
+      store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);
     });
   }
 
   /// Where it is at least half opaque, in the middle of its streak.
   MOTES_INLINE Front front(Floats x, Floats y) const {
-    Texel texel[kLanes];
-    place(x, y, texel);
+    const Texels t = texels(x, y);
     Front front;
-    Floats channel[4];
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      for (int c = 0; c < 4; ++c) channel[c][lane] = static_cast<float>(texel[lane][c]);
-    }
-    const Floats alpha = max(channel[3], all(0.5f * kPixelWeight));
+    const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(0.5f * kPixelWeight));
     front.color = Uints{};
     for (int c = 0; c < 3; ++c) {
       const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
-      front.color |= (Uints)to_ints(min(own * channel[c] / alpha, all(255.0f)) + 0.5f) << (8 * c);
+      front.color |= (Uints)to_ints(min(own * to_floats(t.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
     }
-    front.covered = channel[3] >= 0.5f * kPixelWeight;
+    front.covered = opacity >= 0.5f * kPixelWeight;
     front.shade = all(1.0f);
     front.nearer = Floats{};
     return front;
@@ -86,25 +82,22 @@ struct Image {
            scale;
   }
 
-  static MOTES_INLINE void store_color(std::uint16_t* to, Texel t) {
-    for (int c = 0; c < 3; ++c) to[c] = static_cast<std::uint16_t>(t[c]);
-  }
-
-  /// The mean over the streak.
-  MOTES_INLINE void texels(Floats x, Floats y, Texel (&to)[kLanes]) const {
-    if (steps == 1) return place(x, y, to);
-    Texel sum[kLanes] = {};
+  /// Over the streak.
+  MOTES_INLINE Texels mean(Floats x, Floats y) const {
+    if (steps == 1) return texels(x, y);
+    Texels sum{};
     for (int i = 0; i < steps; ++i) {
       const float along = (static_cast<float>(i) + 0.5f) * step - s.half;
-      place(x - along * s.along_x, y - along * s.along_y, to);
-      for (std::size_t lane = 0; lane < kLanes; ++lane) sum[lane] += to[lane];
+      const Texels t = texels(x - along * s.along_x, y - along * s.along_y);
+      for (int c = 0; c < 4; ++c) sum.channel[c] += t.channel[c];
     }
     const int part = 65536 / steps;
-    for (std::size_t lane = 0; lane < kLanes; ++lane) to[lane] = sum[lane] * part >> 16;
+    for (Ints& channel : sum.channel) channel = channel * part >> 16;
+    return sum;
   }
 
   /// Between the middles of four texels, by how near they are: weights like those of Patch.
-  MOTES_INLINE void place(Floats x, Floats y, Texel (&to)[kLanes]) const {
+  MOTES_INLINE Texels texels(Floats x, Floats y) const {
     // The picture's x is a quarter turn to the right of `up`.
     const Floats across = (y * s.up_x - x * s.up_y) * scale, down = -(x * s.up_x + y * s.up_y) * scale;
     const float width = static_cast<float>(level.width), height = static_cast<float>(level.height);
@@ -118,32 +111,20 @@ struct Image {
     // Weights of the left and right texel: the lower and upper half of each lane.
     const Ints pair = (kOne - right) | right << 16;
     const int stride = 4 * (level.width + 2);
-    std::int32_t index[kLanes], upper[kLanes], lower[kLanes];
+    std::int32_t index[kLanes];
     store_mask(index, first_row * stride + first_column * 4);
-    store_mask(upper, pair * (kOne - below));
-    store_mask(lower, pair * below);
-    for (std::size_t lane = 0; lane < kLanes; ++lane) {
-      to[lane] = between(level.texels + index[lane], stride, upper[lane], lower[lane]);
-    }
+    Texels sum{};
+    add_row(sum, level.texels, index, pair * (kOne - below));
+    add_row(sum, level.texels + stride, index, pair * below);
+    for (Ints& channel : sum.channel) channel >>= 15;
+    return sum;
   }
 
-  static MOTES_INLINE Texel between(const std::uint16_t* texels, int stride, std::int32_t upper, std::int32_t lower) {
-#if MOTES_WIDTH != 0
-    const auto row = [](const std::uint16_t* from, std::int32_t weights) {
-      const __m128i two = _mm_loadu_si128(reinterpret_cast<const __m128i*>(from));
-      return _mm_madd_epi16(_mm_unpacklo_epi16(two, _mm_srli_si128(two, 8)), _mm_set1_epi32(weights));
-    };
-    return (Texel)_mm_add_epi32(row(texels, upper), row(texels + stride, lower)) >> 15;
-#else
-    Texel sum;
-    for (int c = 0; c < 4; ++c) {
-      const auto row = [&](const std::uint16_t* from, std::int32_t weights) {
-        return from[c] * (weights & 0xffff) + from[c + 4] * (weights >> 16);
-      };
-      sum[c] = (row(texels, upper) + row(texels + stride, lower)) >> 15;
-    }
-    return sum;
-#endif
+  /// Of each lane two neighbouring texels, which begin at its index: pairs of one of their numbers times the weights.
+  static MOTES_INLINE void add_row(Texels& sum, const std::uint16_t* texels, const std::int32_t (&index)[kLanes],
+                                   Ints weights) {
+    const FourWords pairs = load_pairs([&](std::size_t lane) { return texels + index[lane]; });
+    for (int c = 0; c < 4; ++c) sum.channel[c] += pair_products((Ints)pairs.word[c], weights);
   }
 };
 

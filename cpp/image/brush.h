@@ -35,6 +35,9 @@ class Brush {
   Splat splat_at(int x, int y) const;
   WideSplat wide_at(const Area& area) const;
 
+  /// Pixels of a footprint in each direction; 0: each record has its own.
+  int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
+
   /// Whether its streaks are drawn from stamps: see Stamp.
   bool has_stamps() const { return wide_.one_size; }
 

@@ -14,16 +14,21 @@ constexpr std::uint32_t kFarAway = std::bit_cast<std::uint32_t>(std::numeric_lim
 
 const float* DepthBlocks::met(const TilePlanes& tile, const Area& area, int size) {
   const int reach = (size + kBlock - 2) >> kBits;
-  const bool known = measured_ && reach_ == reach;
   if (!measured_) measure(tile, area);
-  if (!known) widen(reach);
+  if (reach_ != reach) widen(reach);
   return met_[0][0];
 }
 
-void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
+void DepthBlocks::clear() {
   // Of no pixel: whatever it is joined with, the other one is left.
   constexpr Range kOfNone{std::numeric_limits<float>::infinity(), 0};
   std::fill_n(own_[0], (kSide + kReach) * (kSide + kReach), kOfNone);
+  measured_ = true;
+  reach_ = -1;
+}
+
+void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
+  clear();
   for (int first = 0; first < area.height; first += kBlock) {
     // Of the columns; what is beyond the last one is not looked at.
     std::uint32_t nearest[kTile], farthest[kTile];
@@ -44,7 +49,19 @@ void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
       range.farthest = std::max(range.farthest, std::bit_cast<float>(farthest[x]));
     }
   }
-  measured_ = true;
+}
+
+void DepthBlocks::measure_surfaces(const TilePlanes& tile, const Area& area, const SplatLanes& lanes) {
+  static_assert(kFrontBlock == kBlock);
+  clear();
+  constexpr int kBlocks = kTile / kBlock, kFirst = kBefore / kBlock;
+  std::uint32_t farthest[kBlocks][kBlocks];
+  lanes.measure_surfaces(tile, area.height, area.width, farthest[0]);
+  for (int row = 0; row < kBlocks; ++row) {
+    for (int column = 0; column < kBlocks; ++column) {
+      own_[kFirst + row][kFirst + column] = {0, std::bit_cast<float>(farthest[row][column])};
+    }
+  }
 }
 
 void DepthBlocks::widen(int reach) {

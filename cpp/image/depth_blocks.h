@@ -6,6 +6,7 @@
 #include <cstdint>
 
 #include "image/grid.h"
+#include "image/splat_lanes.h"
 #include "image/tile_planes.h"
 
 namespace motes::image {
@@ -29,6 +30,10 @@ class DepthBlocks {
   /// The tile's depths have changed.
   void forget() { measured_ = false; }
 
+  /// From now on depths are those of tile.surfaces as they are now, and no range is narrower than from 0 on. Surfaces
+  /// that come nearer stay within it.
+  void measure_surfaces(const TilePlanes& tile, const Area& area, const SplatLanes& lanes);
+
   /// For each block two numbers, the least and the greatest of the depths that footprints of `size` pixels may meet
   /// that begin there, or of more. `area`: of it, only its size is looked at. The tile must have depths.
   const float* met(const TilePlanes& tile, const Area& area, int size);
@@ -37,6 +42,7 @@ class DepthBlocks {
   // Blocks to the right and below that footprints reach, at most.
   static constexpr int kReach = (kMargin + (1 << kBits) - 1) >> kBits;
 
+  void clear();
   void measure(const TilePlanes& tile, const Area& area);
   void widen(int reach);
 

@@ -4,6 +4,7 @@
 
 #include "image/grid.h"
 #include "image/layout.h"
+#include "image/opaque_lanes.h"
 #include "image/pixel_lanes.h"
 #include "image/point_lanes.h"
 #include "image/tested_lanes.h"
@@ -137,79 +138,6 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   }
 }
 
-// `kVectors` of kLongs pixels.
-template <int kVectors>
-void flat_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
-  const Splat s = task;
-  image::Nearest* const surfaces = planes.surfaces;
-  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
-  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
-    Place at;
-    if (!place(s, word_at(r), at)) continue;
-    const Longs here = all_longs(image::Nearest{word_at(r + 8)} << 32 | 0xff000000u | word_at(r + 4));
-    const std::uint16_t* covered = s.covered + at.row;
-    image::Nearest* to = surfaces + at.pixel;
-    for (int row = 0; row < s.size; ++row, to += kPixelStride) {
-      for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
-    }
-  }
-}
-
-#if MOTES_WIDTH == 512
-// Eight pixels of a sphere's row, as half vectors: more of these are computed at once.
-MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, const float* bulge, Uints color,
-                              Floats center, Floats radius, unsigned covered) {
-  const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
-  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), shades);
-  const __m256 nearer = _mm256_mul_ps(_mm512_castps512_ps256((__m512)radius), _mm256_loadu_ps(bulge));
-  const __m256 depth =
-      _mm256_max_ps(_mm256_sub_ps(_mm512_castps512_ps256((__m512)center), nearer), _mm256_set1_ps(kLeastDepth));
-  keep_nearest(to, nearest_of((Uints)_mm512_castps256_ps512(depth), (Uints)_mm512_castsi256_si512(surface), 0),
-               covered);
-}
-#endif
-
-// `kVectors` of kWidth pixels; kHalf: the last one of half as many.
-template <int kVectors, bool kHalf>
-void round_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
-  const Splat s = task;
-  constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
-  image::Nearest* const surfaces = planes.surfaces;
-  const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
-  for (const unsigned char* r = records; r != end; r += s.record_bytes) {
-    Place at;
-    if (!place(s, word_at(r), at)) continue;
-    const Uints color = all_uints(word_at(r + 4) & 0xffffffu);
-    const Floats center = (Floats)all_uints(word_at(r + 8));
-    const Floats radius = center * all(s.radius);
-    const std::uint16_t* covered = s.covered + at.row;
-    const std::uint32_t* shade = s.shade + static_cast<std::ptrdiff_t>(at.row) * kInRow;
-    const float* bulge = s.bulge + static_cast<std::ptrdiff_t>(at.row) * kInRow;
-    image::Nearest* to = surfaces + at.pixel;
-    for (int row = 0; row < s.size; ++row, to += kPixelStride) {
-#if MOTES_WIDTH == 512
-      if (kHalf && kVectors == 1) {
-        round_eight(to, shade, bulge, color, center, radius, covered[row]);
-        shade += kInRow;
-        bulge += kInRow;
-        continue;
-      }
-#endif
-      for (int j = 0; j < kVectors; ++j) {
-        const Uints surface = color | load_uints(shade + j * kWidth);
-        const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
-        const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
-        keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
-        if (!kHalf || j + 1 < kVectors) {
-          keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
-        }
-      }
-      shade += kInRow;
-      bulge += kInRow;
-    }
-  }
-}
-
 template <int kVectors, bool kSaturating, bool kOver, bool kDepth, bool kFade>
 MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const unsigned char* records,
                                 std::size_t count) {
@@ -240,23 +168,6 @@ void blend_from(const TilePlanes& tile, const Splat& s, const unsigned char* rec
                : blend_in<kVectors, false, kOver>(tile, s, records, count);
 }
 
-template <int kVectors>
-void flat_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if constexpr (kVectors * kLongs < image::kMaxFootprint) {
-    if (kVectors * kLongs < s.size) return flat_from<kVectors + 1>(tile, s, records, count);
-  }
-  flat_records<kVectors>(tile, s, records, count);
-}
-
-template <int kVectors>
-void round_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if constexpr (kVectors * kWidth < image::kMaxFootprint) {
-    if (kVectors * kWidth < s.size) return round_from<kVectors + 1>(tile, s, records, count);
-  }
-  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true>(tile, s, records, count);
-  round_records<kVectors, false>(tile, s, records, count);
-}
-
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   if (s.size == 2 && s.record_bytes == sizeof(image::PlainRecord) && !s.with_depth) {
     return s.saturating ? add_points<true>(tile, s, records, count) : add_points<false>(tile, s, records, count);
@@ -266,10 +177,6 @@ void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* record
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   blend_from<1, true>(tile, s, records, count);
 }
-void opaque_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  s.bulge != nullptr ? round_from<1>(tile, s, records, count) : flat_from<1>(tile, s, records, count);
-}
-
 // Shifts that bring a pixel's red, green, blue to the lowest byte, in the order of the lanes of light.
 struct Shifts {
   Uints part[3];
@@ -396,6 +303,7 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
 
 }  // namespace
 
-extern const image::SplatLanes splat_lanes = {add_any, over_any, opaque_any, show_surfaces, brightest, start, tone};
+extern const image::SplatLanes splat_lanes = {add_any,       over_any,  opaque_any, measure_surfaces,
+                                              show_surfaces, brightest, start,      tone};
 
 }  // namespace motes::MOTES_ISA

@@ -65,6 +65,7 @@ void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std
   std::fill_n(alone.data(), kPixelNumbers, no_surface(Scenery::kNothing));
   TilePlanes tile = planes_;
   tile.surfaces = alone.data() + kFirstPixel;
+  tile.blocks = nullptr;  // what others met
   std::vector<std::uint8_t> found(static_cast<std::size_t>(kTile) * kTile, 0);
   for (const Piece& piece : pieces) {
     if (!piece.brush->blends(Sprite::Blend::opaque)) continue;

@@ -25,6 +25,9 @@ std::uint32_t most_light(std::uint32_t alpha) {
 // What can be added to sums before one may overflow, where the greatest is now `brightest`.
 std::uint32_t room(std::uint32_t brightest) { return std::numeric_limits<std::uint32_t>::max() - brightest; }
 
+// Pieces whose records are fetched ahead.
+constexpr std::size_t kAhead = 2;
+
 void prefetch(const Piece& piece) {
   const std::size_t bytes = std::min<std::size_t>(piece.count * piece.brush->record_bytes(), 4096);
   for (std::size_t i = 0; i < bytes; i += 64) __builtin_prefetch(piece.records + i);
@@ -45,6 +48,23 @@ Paint paint_of(const Piece& piece) {
   std::memcpy(&paint.color, piece.records + f.color, sizeof paint.color);
   std::memcpy(&paint.light, piece.records + f.size + 2, sizeof paint.light);
   return paint;
+}
+
+// Surfaces are looked at when they have been drawn over so many times, then each time that half as much has been drawn
+// again: before that hardly anything is hidden. With so little left it is not worth it.
+constexpr std::size_t kFirstLook = 6, kWorthLooking = 2;
+
+// Pixels that an opaque record is drawn over, roughly.
+std::size_t pixels_of(const Piece& piece) {
+  const int size = piece.brush->footprint_pixels();
+  return size > 0 ? static_cast<std::size_t>(size) * static_cast<std::size_t>(size) : 64;
+}
+std::size_t pixels_of(std::span<const Piece> pieces) {
+  std::size_t sum = 0;
+  for (const Piece& piece : pieces) {
+    if (piece.brush->blends(Sprite::Blend::opaque)) sum += piece.count * pixels_of(piece);
+  }
+  return sum;
 }
 
 const unsigned char* raw(const std::byte* bytes) { return reinterpret_cast<const unsigned char*>(bytes); }
@@ -158,7 +178,6 @@ void TilePainter::paint_bare(std::span<const Piece> pieces) {
 }
 
 void TilePainter::add(std::span<const Piece> pieces) {
-  constexpr std::size_t kAhead = 2;
   for (std::size_t i = 0; i < pieces.size(); ++i) {
     if (i + kAhead < pieces.size()) prefetch(pieces[i + kAhead]);
     if (pieces[i].count == 0 || !pieces[i].brush->blends(Sprite::Blend::add)) continue;
@@ -203,13 +222,36 @@ void TilePainter::end_cover() {
   covering_ = nullptr;
 }
 
+// In parts: between them it is looked at how far away surfaces have remained, since what is farther is hidden.
 void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
   start_surfaces();
-  for (const Piece& piece : pieces) {
+  planes_.blocks = nullptr;
+  const auto pixels = static_cast<std::size_t>(area_.width) * static_cast<std::size_t>(area_.height);
+  std::size_t left = pixels_of(pieces), drawn = 0, next = planes_.hides ? 0 : kFirstLook * pixels;
+  for (std::size_t i = 0; i < pieces.size(); ++i) {
+    if (i + kAhead < pieces.size()) prefetch(pieces[i + kAhead]);
+    const Piece& piece = pieces[i];
     if (!piece.brush->blends(Sprite::Blend::opaque)) continue;
-    prefetch(piece);
-    draw_opaque(piece, planes_);
+    const int size = piece.brush->footprint_pixels();
+    if (planes_.blocks != nullptr) planes_.blocks = fronts_.met(planes_, area_, std::max(size, 1));
+    for (Piece rest = piece; rest.count != 0;) {
+      Piece part = rest;
+      if (left >= kWorthLooking * pixels) {
+        if (drawn >= next) {
+          fronts_.measure_surfaces(planes_, area_, *lanes_);
+          planes_.blocks = fronts_.met(planes_, area_, std::max(size, 1));
+          next = drawn + std::max(drawn / 2, kFirstLook * pixels);
+        }
+        part.count = std::min(rest.count, (next - drawn) / pixels_of(piece) + 1);
+      }
+      draw_opaque(part, planes_);
+      rest.records += part.count * piece.brush->record_bytes();
+      rest.count -= part.count;
+      drawn += part.count * pixels_of(piece);
+      left -= part.count * pixels_of(piece);
+    }
   }
+  planes_.blocks = nullptr;
 }
 
 void TilePainter::take_up(const Brush& brush) {
@@ -290,7 +332,7 @@ void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_
 
 void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
-  constexpr int kAhead = 8;  // rows
+  constexpr int kAhead = 2;  // rows
   for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
     if (y + kAhead < area_.height) particles::prefetch_for_write(pixels + kAhead * row_bytes, lanes);
     lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);

@@ -100,7 +100,7 @@ class TilePainter {
   BufferOf<std::uint32_t> light_, depth_;
   BufferOf<Nearest> nearest_;
   TilePlanes planes_{};
-  DepthBlocks blocks_;
+  DepthBlocks blocks_, fronts_;  // of the tile's depths; of surfaces while they are drawn
   BufferOf<Stamp> stamps_;  // of several megabytes: a vector would have them in small pages
 
   // Where streaks are added up, while it is in use by records of this brush.

@@ -55,7 +55,8 @@ struct TilePlanes {
   /// The least and greatest depth in the tile: a particle in front of or behind both needs no test per pixel.
   std::uint32_t nearest, farthest;
 
-  /// What footprints of the records being added meet: see DepthBlocks. Only where something hides.
+  /// What footprints of the records being drawn meet, and what is not farther away (see DepthBlocks): of those that are
+  /// added, where something hides; of opaque ones, null where it is not known.
   const float* blocks;
 };
 

@@ -2,6 +2,7 @@
 #include "image/wide_lanes.h"
 
 #include "image/all_kinds.h"
+#include "image/depth_blocks.h"
 #include "image/disc_lanes.h"
 #include "image/grid.h"
 #include "image/stamp_lanes.h"
@@ -262,6 +263,24 @@ MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, con
   keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
 }
 
+// Whether all that the sprite would meet is nearer than its front, as far as is known. `extent_x`: see Outline.
+MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
+                            float front) {
+  if (tile.blocks == nullptr) return false;
+  const int begin = floor_of(s.x - extent_x), end = floor_of(s.x + extent_x) + 1;
+  const int left = (begin > 0 ? begin : 0) >> image::DepthBlocks::kBits;
+  const int right = (end < image::kTile ? end : image::kTile - 1) >> image::DepthBlocks::kBits;
+  float farthest = 0;
+  for (int row = first >> image::DepthBlocks::kBits; row <= last >> image::DepthBlocks::kBits; ++row) {
+    for (int column = left; column <= right; ++column) {
+      const int block = image::DepthBlocks::at(column << image::DepthBlocks::kBits, row << image::DepthBlocks::kBits);
+      const float here = tile.blocks[2 * block + 1];
+      farthest = here > farthest ? here : farthest;
+    }
+  }
+  return front > farthest;
+}
+
 template <class Kind>
 void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
   PatchPart part;
@@ -273,6 +292,8 @@ void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned c
     if (first > last || beside(task, s, kind.box_x())) continue;
     const Floats center = (Floats)all_uints(s.depth);
     const Floats metres = center * all(task.radius);  // per pixel
+    const float extent_x = kind.box_x() + s.half * size_of(s.along_x);
+    if (is_hidden(tile, s, extent_x, first, last, center[0] - metres[0] * s.radius)) continue;
     place_in_tile(part, s, o, first, last, task.columns);
     for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
       const Front front = kind.front(x - s.x, y - s.y);

@@ -1,6 +1,7 @@
 // Wide records and the pictures that they make.
 #pragma once
 
+#include <cmath>
 #include <numeric>
 #include <vector>
 

@@ -125,7 +125,7 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
           more &= seen;
           opacity &= seen;
         }
-        const Uints kept = behind(load_uints(to + j * kWidth), opacity);
+        const Uints kept = behind(in_register(load_uints(to + j * kWidth)), opacity);
         Uints sum = kept + more;
         if (kSaturating) sum |= (Uints)(sum < kept);
         store_uints(to + j * kWidth, sum);

@@ -114,6 +114,18 @@ MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
+/// For what is used several times and has just been loaded: compilers would read it from memory each time, which costs as
+/// much as the first time where it crosses the border of a cache line.
+template <class Vector>
+MOTES_INLINE Vector in_register(Vector v) {
+#if MOTES_WIDTH == 512
+  asm("" : "+v"(v));
+#elif MOTES_WIDTH != 0
+  if constexpr (sizeof v <= MOTES_WIDTH / 8) asm("" : "+x"(v));
+#endif
+  return v;
+}
+
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);

@@ -114,8 +114,8 @@ MOTES_INLINE void store_uints(std::uint32_t* to, Uints v) {
   *reinterpret_cast<Anywhere*>(to) = v;
 }
 
-/// For what is used several times and has just been loaded: compilers would read it from memory each time, which costs as
-/// much as the first time where it crosses the border of a cache line.
+/// For what is used several times and has just been loaded: compilers would read it from memory each time, which costs
+/// as much as the first time where it crosses the border of a cache line.
 template <class Vector>
 MOTES_INLINE Vector in_register(Vector v) {
 #if MOTES_WIDTH == 512

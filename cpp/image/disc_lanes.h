@@ -47,6 +47,10 @@ struct DiscShape {
 struct DiscGroup {
   static constexpr int kRows = 32, kStrips = 3; // of what is drawn in groups
   static constexpr int kPixels = kRows * kStrips * kStrip;
+  // Of the usual disc, which has one strip. All small ones get as many: the end of a loop that is mispredicted costs
+  // more than rows beyond the last, where weights are 0.
+  static constexpr int kSmallRows = 8;
+  static constexpr bool kHasSmall = kWidth >= 8; // for narrower vectors more rows cost more than they save
 
   alignas(64) std::int32_t at_x[kWidth], at_y[kWidth], size[kWidth], light[kWidth], dx[kWidth], dy[kWidth];
   alignas(64) std::uint32_t color[kWidth], depth[kWidth];
@@ -55,6 +59,7 @@ struct DiscGroup {
   alignas(64) float left[kWidth], slope[kWidth], total[kWidth];
   alignas(64) float narrow[kWidth], end[kWidth], level[kWidth], unit[kWidth];
   alignas(64) std::int32_t first[kWidth], last[kWidth], strips[kWidth], column[kWidth], state[kWidth];
+  alignas(64) std::int32_t small[kWidth]; // true: a still disc of one strip
   alignas(64) std::int32_t row_base[kWidth], column_base[kWidth], step[kWidth], step_side[kWidth], step_end[kWidth];
   alignas(64) std::uint32_t sum[kWidth], number[kWidth], shift[kWidth];
 
@@ -128,6 +133,10 @@ MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const ima
   store_mask(g.last, last);
   store_mask(g.column, column);
   store_mask(g.strips, strips);
+  // A still disc is as high as it is wide: one strip has at most as many rows as columns. What is seen of it begins at
+  // most so far beside the tile that margins hold the rest.
+  static_assert(DiscGroup::kSmallRows == kStrip && kStrip <= image::kMargin);
+  store_mask(g.small, DiscGroup::kHasSmall ? seen & ~moving & (strips == 1) : Mask{});
 
   const Floats level = max(half_radii - 1.0f, Floats{}), ramp = select(half_radii > 1.0f, all(2.0f), half_radii + 1.0f);
   const Floats narrow = per_radius * DiscShape::kSlim, end = per_radius / ramp;
@@ -141,12 +150,12 @@ MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const ima
   store_mask(g.column_base, DiscShape::fixed((to_floats(column) - x) * per_radius));
 }
 
-MOTES_INLINE void weigh_still(DiscGroup& g, int i, std::uint16_t* to) {
-  const int rows = g.last[i] - g.first[i] + 1, step = g.step[i];
+MOTES_INLINE void weigh_still(DiscGroup& g, int i, int rows, int strips, std::uint16_t* to) {
+  const int step = g.step[i];
   const Shorts across = columns_of_lanes() * all_shorts(step);
   const Shorts next = all_shorts(step * kRowsAtOnce);
   Uints sum{};
-  for (int strip = 0; strip < g.strips[i]; ++strip) {
+  for (int strip = 0; strip < strips; ++strip) {
     const Shorts side =
         DiscShape::square_of(add_saturating(all_shorts(g.column_base[i] + strip * kStrip * step), across));
     Shorts down = rows_of_lanes() * all_shorts(step) + all_shorts(g.row_base[i]);
@@ -196,8 +205,15 @@ MOTES_INLINE void weigh(DiscGroup& g, int count) {
     g.weights[i] = to;
     g.sum[i] = 1;
     if (g.state[i] != kStill && g.state[i] != kMoving) continue;
-    g.state[i] == kStill ? weigh_still(g, i, to) : weigh_streak(g, i, to);
-    const int rows = g.last[i] - g.first[i] + 1;
+    const bool small = g.small[i] != 0;
+    const int rows = small ? DiscGroup::kSmallRows : g.last[i] - g.first[i] + 1;
+    if (small) {
+      weigh_still(g, i, DiscGroup::kSmallRows, 1, to);
+    } else if (g.state[i] == kStill) {
+      weigh_still(g, i, rows, g.strips[i], to);
+    } else {
+      weigh_streak(g, i, to);
+    }
     to += (rows + kRowsAtOnce - 1) / kRowsAtOnce * kShorts * g.strips[i];
   }
   const Floats sum = to_floats((Ints)load_uints(g.sum));
@@ -238,6 +254,17 @@ MOTES_INLINE void draw_in_group(const image::TilePlanes& tile, const image::Wide
   }
 }
 
+/// All rows that small ones get.
+template <bool kOver, bool kSaturating>
+MOTES_INLINE void draw_small(const image::TilePlanes& tile, const DiscGroup& g, int i, const Tint& tint) {
+  const std::uint16_t* weights = g.weights[i];
+  std::uint32_t* line = tile.light + static_cast<std::ptrdiff_t>(g.first[i]) * image::kLightStride + 3 * g.column[i];
+  for (int row = 0; row < DiscGroup::kSmallRows; ++row, weights += kStrip, line += image::kLightStride) {
+    const Eight cover = load_eight(weights), opacity = kOver ? opacity_of(tint, cover) : Eight{};
+    draw_row<1, kOver, kSaturating, false>(tint, line, opacity, cover, nullptr, Eight{});
+  }
+}
+
 template <bool kOver, bool kSaturating>
 MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& task, const DiscGroup& g, int i,
                        const Channels& channel) {
@@ -245,6 +272,8 @@ MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& ta
   const Tint tint = tint_of(channel, g.color[i], g.number[i], static_cast<int>(g.shift[i]));
   if (tile.hides && (task.fade > 0 || g.depth[i] > tile.nearest)) {
     draw_in_group<kOver, kSaturating, true>(tile, task, g, i, tint);
+  } else if (g.small[i] != 0) {
+    draw_small<kOver, kSaturating>(tile, g, i, tint);
   } else {
     draw_in_group<kOver, kSaturating, false>(tile, task, g, i, tint);
   }

@@ -62,23 +62,24 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
   }
 }
 
-// `kVectors` of kLongs pixels.
+// Rows of `kVectors` of kLongs pixels.
+template <int kVectors>
+MOTES_INLINE void draw_flat(const image::Splat& s, const unsigned char* record, const std::uint16_t* covered,
+                            image::Nearest* to) {
+  const Longs here = all_longs(image::Nearest{word_at(record + 8)} << 32 | 0xff000000u | word_at(record + 4));
+  for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
+    for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
+  }
+}
+
 template <int kVectors>
 void flat_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                   std::size_t count) {
   const image::Splat s = task;
   image::Nearest* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count,
-                [&](const unsigned char* r, std::ptrdiff_t pixel, std::ptrdiff_t in_table)
-                    __attribute__((always_inline)) {
-                      const Longs here = all_longs(image::Nearest{word_at(r + 8)} << 32 | 0xff000000u | word_at(r + 4));
-                      const std::uint16_t* covered = s.covered + in_table;
-                      image::Nearest* to = surfaces + pixel;
-                      for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
-                        for (int j = 0; j < kVectors; ++j)
-                          keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
-                      }
-                    });
+  for_each_seen(planes, s, records, count, [&](const unsigned char* record, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_flat<kVectors>(s, record, s.covered + row, surfaces + pixel);
+  });
 }
 
 #if MOTES_WIDTH == 512
@@ -95,45 +96,44 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, co
 }
 #endif
 
-// `kVectors` of kWidth pixels; kHalf: the last one of half as many.
+// Rows of `kVectors` of kWidth pixels; kHalf: the last one of half as many. `in_tables`: the first row there.
+template <int kVectors, bool kHalf>
+MOTES_INLINE void draw_round(const image::Splat& s, const unsigned char* record, std::ptrdiff_t in_tables,
+                             image::Nearest* to) {
+  constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
+  const Uints color = all_uints(word_at(record + 4) & 0xffffffu);
+  const Floats center = (Floats)all_uints(word_at(record + 8));
+  const Floats radius = center * all(s.radius);
+  const std::uint16_t* covered = s.covered + in_tables;
+  const std::uint32_t* shade = s.shade + in_tables * kInRow;
+  const float* bulge = s.bulge + in_tables * kInRow;
+  for (int row = 0; row < s.size; ++row, to += image::kPixelStride, shade += kInRow, bulge += kInRow) {
+#if MOTES_WIDTH == 512
+    if (kHalf && kVectors == 1) {
+      round_eight(to, shade, bulge, color, center, radius, covered[row]);
+      continue;
+    }
+#endif
+    for (int j = 0; j < kVectors; ++j) {
+      const Uints surface = color | load_uints(shade + j * kWidth);
+      const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
+      const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
+      keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
+      if (!kHalf || j + 1 < kVectors) {
+        keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
+      }
+    }
+  }
+}
+
 template <int kVectors, bool kHalf>
 void round_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
                    std::size_t count) {
   const image::Splat s = task;
-  constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
   image::Nearest* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count,
-                [&](const unsigned char* r, std::ptrdiff_t pixel, std::ptrdiff_t in_table)
-                    __attribute__((always_inline)) {
-                      const Uints color = all_uints(word_at(r + 4) & 0xffffffu);
-                      const Floats center = (Floats)all_uints(word_at(r + 8));
-                      const Floats radius = center * all(s.radius);
-                      const std::uint16_t* covered = s.covered + in_table;
-                      const std::uint32_t* shade = s.shade + in_table * kInRow;
-                      const float* bulge = s.bulge + in_table * kInRow;
-                      image::Nearest* to = surfaces + pixel;
-                      for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
-#if MOTES_WIDTH == 512
-                        if (kHalf && kVectors == 1) {
-                          round_eight(to, shade, bulge, color, center, radius, covered[row]);
-                          shade += kInRow;
-                          bulge += kInRow;
-                          continue;
-                        }
-#endif
-                        for (int j = 0; j < kVectors; ++j) {
-                          const Uints surface = color | load_uints(shade + j * kWidth);
-                          const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
-                          const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
-                          keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
-                          if (!kHalf || j + 1 < kVectors) {
-                            keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
-                          }
-                        }
-                        shade += kInRow;
-                        bulge += kInRow;
-                      }
-                    });
+  for_each_seen(planes, s, records, count, [&](const unsigned char* record, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_round<kVectors, kHalf>(s, record, row, surfaces + pixel);
+  });
 }
 
 template <int kVectors>

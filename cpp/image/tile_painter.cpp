@@ -332,9 +332,9 @@ void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_
 
 void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
   const auto lanes = static_cast<std::size_t>(area_.width) * 3;
-  constexpr int kAhead = 2;  // rows
+  constexpr int kRowsAhead = 8;
   for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
-    if (y + kAhead < area_.height) particles::prefetch_for_write(pixels + kAhead * row_bytes, lanes);
+    if (y + kRowsAhead < area_.height) particles::prefetch_for_write(pixels + kRowsAhead * row_bytes, lanes);
     lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);
   }
 }

@@ -24,7 +24,7 @@ struct Glow {
 };
 
 /// An opaque sprite at a vector of pixels: where it is, its red, green and blue (in the lower 24 bits), the part of
-/// that light it shows (0..1), and how much nearer than its centre it is, in pixels.
+/// that light it shows (0..1), and how much nearer than its centre it is, in pixels, at most its radius.
 struct Front {
   Mask covered;
   Uints color;

@@ -223,17 +223,18 @@ MOTES_INLINE Longs load_longs(const image::Nearest* from) {
 
 // Keeps the lesser number of each pixel where the lowest kLongs bits of `covered` say so. All are positive.
 MOTES_INLINE void keep_nearest(image::Nearest* to, Longs more, unsigned covered) {
-  Longs before = load_longs(to);
 #if MOTES_WIDTH == 512
+  const Longs before = load_longs(to);
   _mm512_storeu_si512(
       to, _mm512_mask_min_epu64((__m512i)before, static_cast<__mmask8>(covered), (__m512i)before, (__m512i)more));
 #elif MOTES_WIDTH == 256
-  before = in_register(before);
+  const Longs before = in_register(load_longs(to));
   const Longs bits = {1, 2, 4, 8};
   const Longs wins = (before > more) & (((Longs{} + static_cast<std::int64_t>(covered)) & bits) == bits);
   _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
                       _mm256_blendv_epi8((__m256i)before, (__m256i)more, (__m256i)wins));
 #else
+  const Longs before = load_longs(to);
   for (int lane = 0; lane < kLongs; ++lane) {
     const auto old = static_cast<image::Nearest>(before[lane]), here = static_cast<image::Nearest>(more[lane]);
     if ((covered >> lane & 1u) != 0 && here < old) to[lane] = here;

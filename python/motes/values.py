@@ -20,7 +20,8 @@ Function = TypeVar("Function", bound=Callable[..., Any])
 class Moving:
     """Base of what stands for a number or a vector that depends on time: `motes.Curve`."""
 
-    # Not an abstract class: whether an argument is one is asked a hundred times per frame, which takes those longer.
+    # Not an abstract class: whether an argument is one is asked a hundred times per frame, and of those it
+    # takes longer.
 
     times: tuple[float, ...]
     """Where it has its extreme values."""

@@ -172,7 +172,7 @@ TEST(image_velocities_of_a_crowd_do_not_depend_on_what_is_added) {
   for (std::size_t i = 0; i < still.count(); ++i) {
     balls.put(Moving{still.record<DeepRecord>(i), {static_cast<float>(i), 1, 2}});
   }
-  Sprite spark{Kind::point, 1};
+  const Sprite spark{Kind::point, 1};
   const Batch sparks = random_batch(spark, view, 500, 3);
   std::vector<std::vector<float>> found;
   for (const bool with_sparks : {false, true}) {

@@ -52,7 +52,6 @@ void DepthBlocks::measure(const TilePlanes& tile, const Area& area) {
 }
 
 void DepthBlocks::measure_surfaces(const TilePlanes& tile, const Area& area, const SplatLanes& lanes) {
-  static_assert(kFrontBlock == kBlock);
   clear();
   constexpr int kBlocks = kTile / kBlock, kFirst = kBefore / kBlock;
   std::uint32_t farthest[kBlocks][kBlocks];

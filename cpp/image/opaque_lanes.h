@@ -160,9 +160,9 @@ inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, con
 
 MOTES_INLINE Longs greater(Longs a, Longs b) { return a > b ? a : b; }
 
-// Numbers for blocks of kBlock pixels in each direction: see SplatLanes::measure_surfaces.
+// See SplatLanes::measure_surfaces.
 inline void measure_surfaces(const image::TilePlanes& tile, int rows, int columns, std::uint32_t* farthest) {
-  constexpr int kBlock = image::kFrontBlock, kVectors = kBlock / kLongs;
+  constexpr int kBlock = 1 << image::DepthBlocks::kBits, kVectors = kBlock / kLongs;
   for (int top = 0; top < image::kTile; top += kBlock) {
     const int bottom = top + kBlock < rows ? top + kBlock : rows;
     for (int left = 0; left < image::kTile; left += kBlock) {

@@ -21,9 +21,6 @@ constexpr int surface_row(int size) { return size <= 8 ? 8 : 16; }
 /// Where a surface has its shade, 0..255: see Nearest.
 inline constexpr int kShadeShift = 24;
 
-/// Pixels of a block in each direction: see SplatLanes::measure_surfaces.
-inline constexpr int kFrontBlock = 8;
-
 /// How records of one sprite find their pixels. Rows of a sub-pixel phase follow one another, see Footprint.
 struct Splat {
   const std::uint8_t* weights;  // of light, three per pixel
@@ -49,7 +46,7 @@ struct SplatLanes {
   SplatKernel* over;  // far to near, in the order of the records
   SplatKernel* opaque;  // the nearest wins; see Nearest
 
-  /// For each block of kFrontBlock x kFrontBlock pixels, row by row, the bits of the greatest depth in tile.surfaces; 0
+  /// For each block of the tile (see DepthBlocks), row by row, the bits of the greatest depth in tile.surfaces; 0
   /// where none of them is in the rows and columns of the tile.
   void (*measure_surfaces)(const TilePlanes& tile, int rows, int columns, std::uint32_t* farthest);
 

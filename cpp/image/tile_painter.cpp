@@ -251,7 +251,6 @@ void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
       left -= part.count * pixels_of(piece);
     }
   }
-  planes_.blocks = nullptr;
 }
 
 void TilePainter::take_up(const Brush& brush) {

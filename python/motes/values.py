@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
@@ -17,18 +18,15 @@ T = TypeVar("T")
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
-class Moving:
+class Moving(ABC):
     """Base of what stands for a number or a vector that depends on time: `motes.Curve`."""
-
-    # Not an abstract class: whether an argument is one is asked a hundred times per frame, and of those it
-    # takes longer.
 
     times: tuple[float, ...]
     """Where it has its extreme values."""
 
+    @abstractmethod
     def __call__(self, time: float) -> Any:
         """Return the number or vector at a time, in seconds."""
-        raise NotImplementedError
 
 
 class Value:

@@ -51,10 +51,12 @@ struct Seen {
 };
 
 // Drawn a few at a time, each on a tile where nothing else is.
-Seen one_by_one(const View& view, int tile, const Batch& batch) {
-  constexpr std::size_t kFew = 40;
+Seen one_by_one(const View& view, int tile, const std::vector<Batch>& batches) {
+  constexpr std::size_t kFew = 20;
   PaintedTile owner(view, tile), others(view, tile);
-  for (std::size_t i = 0; i < batch.count(); i += kFew) owner.painter.merge(others.partial({batch.piece(i, kFew)}));
+  for (const Batch& batch : batches) {
+    for (std::size_t i = 0; i < batch.count(); i += kFew) owner.painter.merge(others.partial({batch.piece(i, kFew)}));
+  }
   owner.painter.paint({});
   return {owner.light(), owner.depth()};
 }
@@ -71,7 +73,7 @@ constexpr int kTiles[] = {0, 3};
 
 void check_crowd(const View& view, Batch batch) {
   for (const int tile : kTiles) {
-    const Seen expected = one_by_one(view, tile, batch);
+    const Seen expected = one_by_one(view, tile, {batch});
     CHECK(*std::max_element(expected.light.begin(), expected.light.end()) > 0);
     test::Dice dice(7);
     const auto wides = usable_wide_lanes();
@@ -108,16 +110,9 @@ TEST(image_crowds_of_several_brushes_look_as_if_each_record_was_drawn) {
   test::Dice dice(3);
   for (const int tile : kTiles) {
     std::vector<Batch> batches;
-    PaintedTile owner(view, tile), others(view, tile);
     for (const Fixed& fixed : kFixed) batches.push_back(random_batch(opaque(fixed), view, 3000, batches.size()));
     batches.push_back(wide_crowd(wide_sprite(Kind::sphere, Blend::opaque), view, 1000));
-    for (const Batch& batch : batches) {
-      for (std::size_t i = 0; i < batch.count(); i += 20) {
-        owner.painter.merge(others.partial({batch.piece(i, 20)}));
-      }
-    }
-    owner.painter.paint({});
-    const Seen expected{owner.light(), owner.depth()};
+    const Seen expected = one_by_one(view, tile, batches);
     for (int order = 0; order < 3; ++order) {
       const std::vector<Piece> pieces = shuffled_pieces(batches, dice);
       CHECK(together(view, tile, pieces, splat_lanes(), wide_lanes()) == expected);

@@ -41,6 +41,7 @@ image::Projection projection(const Script& script, std::size_t system) {
   p.system = static_cast<int>(system);
   const auto& view = script.record.view;
   p.any_depth = view && image::anything_hides(*view, script.record.sprites);
+  p.in_order = image::in_order_of_depth(script.record.sprites);
   p.dt = script.record.dt;
   return p;
 }

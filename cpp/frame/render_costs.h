@@ -33,7 +33,7 @@ constexpr double record(const image::Sprite& sprite, const image::View& view) {
   return cost;
 }
 
-/// Bytes of a record in a message.
+/// Bytes of a record in a message, before any has been sent.
 constexpr double record_bytes(const image::View& view) { return view.objects.empty() ? 8 : 12; }
 
 }  // namespace motes::frame::render_costs

@@ -49,7 +49,9 @@ void note_tiles(const Drawings& drawn, const roles::Tree& tree, RenderLoad& load
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
     load.calculators[c].active = drawn.active.at(static_cast<std::size_t>(tree.row_of(static_cast<int>(c))));
   }
-  if (drawn.path != image::View::Path::gather && drawn.records > 0) {
+  if (drawn.records == 0) return;
+  load.record_bytes = static_cast<double>(drawn.record_bytes) / static_cast<double>(drawn.records);
+  if (drawn.path != image::View::Path::gather) {
     load.crossing = static_cast<double>(drawn.sent) / static_cast<double>(drawn.records);
   }
 }

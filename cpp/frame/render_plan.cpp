@@ -20,6 +20,7 @@ struct Work {
   double active = 0;              // tiles with records
   double particles = 0;
   double record_s = 0;            // drawing one record, the mean over systems
+  double record_bytes = 0;        // of one, the mean
   double byte_s = costs::kByte * kNano;
   double crossing = 0;            // the part of records that go to other ranks' tiles
   double merged = 0;              // the part of records that may be drawn into partial tiles
@@ -60,6 +61,7 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
     w.partial_bytes = *blend == image::Sprite::Blend::add ? costs::kLightBytes : costs::kSurfaceBytes;
   }
   w.record_s = mean_record_s(view, sprites);
+  w.record_bytes = load.record_bytes > 0 ? load.record_bytes : costs::record_bytes(view);
   return w;
 }
 
@@ -152,10 +154,11 @@ RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& lo
 // When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
 // over: in the time of the machine whose costs are known, as all estimates are. Calculators act; the manager acts on
 // nothing before it has told the births of the next frame, for which all calculators wait; the image generator alone
-// may go on drawing meanwhile.
+// may go on drawing meanwhile. If it is the manager, too, nobody acts before the picture is complete.
 std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, int ranks) {
   std::vector<Drawer> drawers(static_cast<std::size_t>(ranks));
   for (std::size_t r = 0; r < drawers.size(); ++r) drawers[r].speed = load.speeds.of(r);
+  if (cast.manager == cast.image_generator) return drawers;
   double most = 0;
   for (std::size_t c = 0; c < load.calculators.size(); ++c) {
     const double act_s = load.calculators[c].act_s / load.speeds.slowness();
@@ -178,7 +181,7 @@ double slowest_projection(const RenderLoad& load) {
   return most * load.scale * costs::kProject * kNano;
 }
 
-RenderEstimate estimate_gather(const Work& w, const image::View& view, const RenderLoad& load, const roles::Cast& cast,
+RenderEstimate estimate_gather(const Work& w, const RenderLoad& load, const roles::Cast& cast,
                                std::vector<Drawer> drawers) {
   RenderEstimate e;
   const auto home = static_cast<std::size_t>(cast.image_generator);
@@ -189,7 +192,7 @@ RenderEstimate estimate_gather(const Work& w, const image::View& view, const Ren
   const double own = cast.calculator_of(cast.image_generator) >= 0 && !load.calculators.empty()
                          ? 1.0 / static_cast<double>(load.calculators.size())
                          : 0.0;
-  const double bytes = w.all_records * (1 - own) * costs::record_bytes(view);
+  const double bytes = w.all_records * (1 - own) * w.record_bytes;
   drawers[home].busy +=
       bytes * w.byte_s + (w.all_records * w.record_s + w.all_pixels * costs::kPixel * kNano) / drawers[home].speed;
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
@@ -206,8 +209,8 @@ double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
 }
 
 // Records that go from `senders` to `ranks`: that part of all which is sent at all.
-double exchange(const Work& w, double part, const image::View& view, double senders, double ranks) {
-  const double bytes = w.all_records * part * w.crossing * costs::record_bytes(view);
+double exchange(const Work& w, double part, double senders, double ranks) {
+  const double bytes = w.all_records * part * w.crossing * w.record_bytes;
   return bytes * w.byte_s * (1 / senders + 1 / ranks) + (ranks + senders) * costs::kMessage * kNano;
 }
 
@@ -228,12 +231,12 @@ RenderEstimate estimate_tiles(const Work& w, const image::View& view, const Rend
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
   const std::vector<double> work = drawing(w);
   e.plan = steady(deal_tiles(Path::tiles, w.deal, work, drawers), view, load, work, drawers);
-  e.seconds = slowest_projection(load) + exchange(w, 1, view, senders, ranks) + slowest(e.plan, work, drawers);
+  e.seconds = slowest_projection(load) + exchange(w, 1, senders, ranks) + slowest(e.plan, work, drawers);
   return e;
 }
 
-RenderEstimate estimate_composite(const Work& w, const image::View& view, const RenderLoad& load,
-                                  const roles::Cast& cast, std::vector<Drawer> drawers) {
+RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const roles::Cast& cast,
+                                  std::vector<Drawer> drawers) {
   RenderEstimate e;
   const auto ranks = static_cast<double>(drawers.size());
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
@@ -256,8 +259,7 @@ RenderEstimate estimate_composite(const Work& w, const image::View& view, const 
   }
   // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
   e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
-  e.seconds =
-      slowest_projection(load) + most + exchange(w, others, view, senders, ranks) + slowest(e.plan, work, drawers);
+  e.seconds = slowest_projection(load) + most + exchange(w, others, senders, ranks) + slowest(e.plan, work, drawers);
   return e;
 }
 
@@ -281,8 +283,8 @@ RenderEstimate estimate(Path path, const image::View& view, std::span<const imag
   const Work w = work_of(view, sprites, load, cast, ranks);
   std::vector<Drawer> drawers = drawers_of(load, cast, ranks);
   if (path == Path::tiles) return estimate_tiles(w, view, load, cast, std::move(drawers));
-  if (path == Path::composite) return estimate_composite(w, view, load, cast, std::move(drawers));
-  return estimate_gather(w, view, load, cast, std::move(drawers));
+  if (path == Path::composite) return estimate_composite(w, load, cast, std::move(drawers));
+  return estimate_gather(w, load, cast, std::move(drawers));
 }
 
 RenderPlan plan_render(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,

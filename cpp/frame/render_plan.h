@@ -48,6 +48,7 @@ struct RenderLoad {
   std::vector<std::uint32_t> counts;    // records in each of its tiles
   std::vector<Calculator> calculators;  // in the order of the domains
   double scale = 1;                     // under a simulator: what each particle and record stands for
+  double record_bytes = 0;              // of each, the mean; 0: not known
   double crossing = -1;                 // the part of records that went to other ranks' tiles; below 0: not known
   RenderPlan last;                      // of the last picture
   DrawSpeeds speeds;                    // of ranks

@@ -93,15 +93,19 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
     const auto tiles = static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles());
     painter.counts.assign(tiles, 0);
     std::vector<std::vector<std::uint32_t>> counts(painter.projectors.size(), painter.counts);
+    std::vector<std::uint64_t> bytes(parts.size());
     rank.pool->run(parts.size(), [&](std::size_t p, std::size_t worker) {
       const PartOfSystem& part = parts[p];
       image::Projection how = projection(script, part.system);
       how.slots = &painter.slots;
       painter.projectors[worker].project(part.particles, script.record.sprites[part.system], view, painter.records[p],
                                          how);
-      image::RecordsView(painter.records[p].bytes()).add_counts(counts[worker]);
+      const image::RecordsView records(painter.records[p].bytes());
+      records.add_counts(counts[worker]);
+      bytes[p] = records.count() * records.record_bytes();
     });
     add_up(counts, painter);
+    painter.drawing.record_bytes = std::accumulate(bytes.begin(), bytes.end(), std::uint64_t{0});
     std::uint64_t particles = 0;
     for (const PartOfSystem& part : parts) particles += part.particles.count;
     rank.machine.charge(rank.machine.costs().record * static_cast<double>(particles));

@@ -60,6 +60,7 @@ void join(Drawings& into, Drawings&& other) {
     into.order = other.order;
   }
   into.records += other.records;
+  into.record_bytes += other.record_bytes;
   into.sent += other.sent;
   into.bytes += other.bytes;
   into.assemble_s += other.assemble_s;  // of one rank
@@ -87,6 +88,7 @@ Drawings drawings_of(Drawing drawing, int rank, bool calculates) {
                drawing.path,
                drawing.order,
                drawing.records,
+               drawing.record_bytes,
                drawing.sent,
                drawing.bytes,
                drawing.assemble_s,

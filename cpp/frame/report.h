@@ -192,6 +192,7 @@ struct Drawing {
   std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
   image::View::Path path = image::View::Path::gather;
   std::uint64_t records = 0;  // of its own particles
+  std::uint64_t record_bytes = 0;  // of all of these
   std::uint64_t sent = 0;     // those that went to other ranks, as they are or drawn
   std::uint64_t bytes = 0;    // sent to other ranks
   std::uint32_t active = 0;   // tiles that its own particles touch
@@ -208,6 +209,7 @@ struct Drawings {
   image::View::Path path = image::View::Path::gather;
   TileOrder order = TileOrder::rows;
   std::uint64_t records = 0;
+  std::uint64_t record_bytes = 0;
   std::uint64_t sent = 0;
   std::uint64_t bytes = 0;
   double assemble_s = 0;
@@ -217,8 +219,8 @@ struct Drawings {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Drawings& drawings) {
-  visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.sent, drawings.bytes,
-        drawings.assemble_s, drawings.active, drawings.tiles);
+  visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.record_bytes,
+        drawings.sent, drawings.bytes, drawings.assemble_s, drawings.active, drawings.tiles);
 }
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates);

@@ -105,16 +105,16 @@ float gain_at(Sprite::Kind kind, int pixels) {
   return static_cast<float>(sum / 3 / (kFull * (kPi / 12) * f.size * f.size));
 }
 
-auto key(const Sprite& s, Layout layout) {
-  return std::tuple(s.kind, s.blend, layout, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
+auto key(const Sprite& s, Layout layout, bool colored) {
+  return std::tuple(s.kind, s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
                     std::bit_cast<std::uint32_t>(s.softness), s.picture);
 }
 
 }  // namespace
 
-Brush::Brush(const Sprite& sprite, Layout layout, const View& view)
-    : sprite_(sprite), layout_(layout),
-      record_bytes_(image::record_bytes(layout) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
+Brush::Brush(const Sprite& sprite, Layout layout, const View& view, bool colored)
+    : sprite_(sprite), layout_(layout), colored_(colored),
+      record_bytes_(image::record_bytes(layout, colored) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
       width_(view.width), height_(view.height) {
   of_fixed_size(layout) ? set_splat(view) : set_wide(view);
 }
@@ -131,7 +131,9 @@ void Brush::set_splat(const View& view) {
   splat_.row_bytes = f.row_bytes;
   splat_.sub_bits = Grid{width_, height_}.sub_bits();
   splat_.record_bytes = static_cast<int>(record_bytes_);
+  splat_.colored = colored_;
   splat_.with_depth = layout_ != Layout::plain;
+  splat_.depth = form().depth;
   splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
   splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
   if (sphere) {
@@ -165,7 +167,7 @@ Splat Brush::splat_at(int x, int y) const {
 
 void Brush::set_wide(const View& view) {
   wide_.record_bytes = static_cast<int>(record_bytes_);
-  wide_.form = form(layout_);
+  wide_.form = form();
   wide_.bits = Grid{width_, height_}.far_bits();
   wide_.one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
   wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
@@ -202,7 +204,7 @@ WideSplat Brush::wide_at(const Area& area) const {
 }
 
 std::strong_ordering Brush::operator<=>(const Brush& other) const {
-  return key(sprite_, layout_) <=> key(other.sprite_, other.layout_);
+  return key(sprite_, layout_, colored_) <=> key(other.sprite_, other.layout_, other.colored_);
 }
 
 }  // namespace motes::image

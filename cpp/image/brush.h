@@ -24,10 +24,13 @@ struct SurfaceTables {
 
 class Brush {
  public:
-  Brush(const Sprite& sprite, Layout layout, const View& view);
+  /// `colored`: records have colours; see form().
+  Brush(const Sprite& sprite, Layout layout, const View& view, bool colored = true);
 
   const Sprite& sprite() const { return sprite_; }
   Layout layout() const { return layout_; }
+  bool colored() const { return colored_; }
+  RecordForm form() const { return image::form(layout_, colored_); }
   bool blends(Sprite::Blend blend) const { return sprite_.blend == blend; }
   std::size_t record_bytes() const { return record_bytes_; }
 
@@ -42,11 +45,13 @@ class Brush {
   bool has_stamps() const { return wide_.one_size; }
 
   /// Whether records of both are drawn in the same way.
-  bool same(const Sprite& sprite, Layout layout) const { return sprite == sprite_ && layout == layout_; }
+  bool same(const Sprite& sprite, Layout layout, bool colored = true) const {
+    return sprite == sprite_ && layout == layout_ && colored == colored_;
+  }
 
   /// A total order that depends only on what is drawn: the same on every rank.
   std::strong_ordering operator<=>(const Brush& other) const;
-  bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_); }
+  bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_, other.colored_); }
 
  private:
   void set_splat(const View& view);
@@ -55,6 +60,7 @@ class Brush {
 
   Sprite sprite_;
   Layout layout_;
+  bool colored_;
   std::size_t record_bytes_;
   int width_, height_;
   Footprint own_; // of a size that no others have

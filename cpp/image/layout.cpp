@@ -24,6 +24,11 @@ bool with_velocity(const Sprite& sprite, const View& view) {
   return (view.layers & kVelocityLayer) != 0 && sprite.blend == Sprite::Blend::opaque;
 }
 
+bool in_order_of_depth(std::span<const Sprite> sprites) {
+  return std::any_of(sprites.begin(), sprites.end(),
+                     [](const Sprite& sprite) { return sprite.blend == Sprite::Blend::alpha; });
+}
+
 bool anything_hides(const View& view, std::span<const Sprite> sprites) {
   return !view.objects.empty() || std::any_of(sprites.begin(), sprites.end(),
                                               [](const Sprite& sprite) { return sprite.blend != Sprite::Blend::add; });

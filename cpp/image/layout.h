@@ -45,23 +45,27 @@ static_assert(sizeof(PlainRecord) == 8 && sizeof(DeepRecord) == 12 && sizeof(Wid
 /// Where the other layouts keep what. They begin with a position of two 16-bit
 /// numbers (see Grid::sub_bits, far_bits), then colour and alpha. Sizes and
 /// light are those of a WideRecord; a way is half of the streak, in the units
-/// of the position.
+/// of the position. Records of a system that has one colour can do without it:
+/// what is behind it moves up.
 struct RecordForm {
-  int bytes, color;
-  int depth, size, way; // 0: there is none
+  int bytes;
+  int color, depth, size, way; // 0: there is none
 };
-constexpr RecordForm form(Layout layout) {
+constexpr RecordForm form(Layout layout, bool colored = true) {
+  const int c = colored ? 4 : 0;
   switch (layout) {
-    case Layout::plain: return {8, 4, 0, 0, 0};
-    case Layout::deep: return {12, 4, 8, 0, 0};
-    case Layout::sized: return {12, 4, 0, 8, 0};
-    case Layout::deep_sized: return {16, 4, 8, 12, 0};
-    case Layout::moving: return {16, 4, 0, 8, 12};
-    case Layout::deep_moving: return {20, 4, 8, 12, 16};
+    case Layout::plain: return {4 + c, c, 0, 0, 0};
+    case Layout::deep: return {8 + c, c, 4 + c, 0, 0};
+    case Layout::sized: return {8 + c, c, 0, 4 + c, 0};
+    case Layout::deep_sized: return {12 + c, c, 4 + c, 8 + c, 0};
+    case Layout::moving: return {12 + c, c, 0, 4 + c, 8 + c};
+    case Layout::deep_moving: return {16 + c, c, 4 + c, 8 + c, 12 + c};
     case Layout::wide: break;
   }
   return {sizeof(WideRecord), 8, 12, 16, 24};
 }
+/// Wide records do not: they are large anyway.
+constexpr bool may_lack_color(Layout layout) { return layout != Layout::wide; }
 constexpr bool has_depth(Layout layout) { return form(layout).depth != 0; }
 constexpr bool of_fixed_size(Layout layout) { return layout == Layout::plain || layout == Layout::deep; }
 
@@ -72,6 +76,9 @@ inline constexpr std::uint16_t kAllLight = 1 << 15; // WideRecord::light of what
 /// Three floats, m/s: they follow a record of an opaque system where the view has kVelocityLayer.
 inline constexpr std::size_t kVelocityBytes = 12;
 bool with_velocity(const Sprite& sprite, const View& view);
+
+/// Whether records of a picture are drawn in the order of their depths, which needs each one's colour with it.
+bool in_order_of_depth(std::span<const Sprite> sprites);
 
 /// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
@@ -86,12 +93,15 @@ float diameter_of(const Sprite& sprite, int height);
 Layout layout(const Sprite& sprite, const View& view, bool any_depth);
 
 /// Bytes of one record, without velocity.
-constexpr std::size_t record_bytes(Layout layout) { return static_cast<std::size_t>(form(layout).bytes); }
+constexpr std::size_t record_bytes(Layout layout, bool colored = true) {
+  return static_cast<std::size_t>(form(layout, colored).bytes);
+}
 
 /// A record of any layout but plain and deep, in a picture of which positions
-/// have these bits. Always inlined: files that are compiled once for each
-/// instruction set use it.
-__attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& form, int bits, const std::byte* bytes) {
+/// have these bits. `color`: what it gets where it has none. Always inlined:
+/// files that are compiled once for each instruction set use it.
+__attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& form, int bits, const std::byte* bytes,
+                                                             std::uint32_t color = 0) {
   WideRecord r{};
   if (form.color == 8) {
     __builtin_memcpy(&r, bytes, sizeof r);
@@ -104,7 +114,8 @@ __attribute__((always_inline)) inline WideRecord wide_record(const RecordForm& f
     y = both[1] * (1 << shift);
   };
   pair(0, r.x, r.y, 8 - bits);
-  __builtin_memcpy(r.color, bytes + 4, 4);
+  if (form.color != 0) __builtin_memcpy(&color, bytes + form.color, 4);
+  __builtin_memcpy(r.color, &color, 4);
   if (form.depth != 0) __builtin_memcpy(&r.depth, bytes + form.depth, 4);
   __builtin_memcpy(&r.size, bytes + form.size, 4);
   if (form.way != 0) pair(form.way, r.dx, r.dy, 9 - bits);

@@ -21,12 +21,9 @@ struct Crowd {
 
 // Finds those of `count` records that are not behind everything they would meet, as far as is known. Without branches:
 // whether one is seen has nothing to do with whether the next is.
-MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* r,
+MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                                    std::size_t count, Crowd& crowd) {
-  for (std::size_t i = 0; i < count; ++i, r += s.record_bytes) {
-    crowd.position[i] = word_at(r);
-    crowd.depth[i] = word_at(r + 8);
-  }
+  read_places(s, records, count, crowd.position, crowd.depth);
   const float radius = s.bulge != nullptr ? s.radius : 0;
   std::size_t seen = 0;
   for (std::size_t i = 0; i < count; i += kLanes) {
@@ -44,7 +41,12 @@ MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::S
   return seen;
 }
 
-// Calls draw(record, pixel, row) for those that are seen: see Crowd.
+// How one of them looks.
+struct Coat {
+  std::uint32_t color, depth;
+};
+
+// Calls draw(coat, pixel, row) for those that are seen: see Crowd.
 template <class Draw>
 MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Splat& s, const unsigned char* records,
                                 std::size_t count, const Draw& draw) {
@@ -55,7 +57,8 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
     const std::size_t seen = find_seen(planes, s, records, number, crowd);
     for (std::size_t k = 0; k < seen; ++k) {
       const std::size_t i = crowd.seen[k];
-      draw(records + i * bytes, crowd.pixel[i], crowd.row[i]);
+      const std::uint32_t color = s.colored ? word_at(records + i * bytes + 4) : s.color;
+      draw(Coat{color, crowd.depth[i]}, crowd.pixel[i], crowd.row[i]);
     }
     records += number * bytes;
     count -= number;
@@ -64,9 +67,8 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
 
 // Rows of `kVectors` of kLongs pixels.
 template <int kVectors>
-MOTES_INLINE void draw_flat(const image::Splat& s, const unsigned char* record, const std::uint16_t* covered,
-                            image::Nearest* to) {
-  const Longs here = all_longs(image::Nearest{word_at(record + 8)} << 32 | 0xff000000u | word_at(record + 4));
+MOTES_INLINE void draw_flat(const image::Splat& s, const Coat& coat, const std::uint16_t* covered, image::Nearest* to) {
+  const Longs here = all_longs(image::Nearest{coat.depth} << 32 | 0xff000000u | coat.color);
   for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
     for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
   }
@@ -77,8 +79,8 @@ void flat_records(const image::TilePlanes& planes, const image::Splat& task, con
                   std::size_t count) {
   const image::Splat s = task;
   image::Nearest* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count, [&](const unsigned char* record, std::ptrdiff_t pixel, std::ptrdiff_t row) {
-    draw_flat<kVectors>(s, record, s.covered + row, surfaces + pixel);
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_flat<kVectors>(s, coat, s.covered + row, surfaces + pixel);
   });
 }
 
@@ -98,11 +100,10 @@ MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, co
 
 // Rows of `kVectors` of kWidth pixels; kHalf: the last one of half as many. `in_tables`: the first row there.
 template <int kVectors, bool kHalf>
-MOTES_INLINE void draw_round(const image::Splat& s, const unsigned char* record, std::ptrdiff_t in_tables,
-                             image::Nearest* to) {
+MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables, image::Nearest* to) {
   constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
-  const Uints color = all_uints(word_at(record + 4) & 0xffffffu);
-  const Floats center = (Floats)all_uints(word_at(record + 8));
+  const Uints color = all_uints(coat.color & 0xffffffu);
+  const Floats center = (Floats)all_uints(coat.depth);
   const Floats radius = center * all(s.radius);
   const std::uint16_t* covered = s.covered + in_tables;
   const std::uint32_t* shade = s.shade + in_tables * kInRow;
@@ -131,8 +132,8 @@ void round_records(const image::TilePlanes& planes, const image::Splat& task, co
                    std::size_t count) {
   const image::Splat s = task;
   image::Nearest* const surfaces = planes.surfaces;
-  for_each_seen(planes, s, records, count, [&](const unsigned char* record, std::ptrdiff_t pixel, std::ptrdiff_t row) {
-    draw_round<kVectors, kHalf>(s, record, row, surfaces + pixel);
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_round<kVectors, kHalf>(s, coat, row, surfaces + pixel);
   });
 }
 

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cstring>
 #include <numeric>
+#include <stdexcept>
 
 namespace motes::image {
 namespace {
@@ -43,6 +44,7 @@ void Ordered::sort(std::span<const Piece> pieces) {
   bool alike = true;
   for (const Piece& piece : pieces) {
     if (!is_wanted(piece)) continue;
+    if (!piece.brush->colored()) throw std::runtime_error("image records: colours are missing");
     if (brush_ == nullptr) brush_ = piece.brush;
     alike &= piece.brush == brush_;
     count_ += piece.count;

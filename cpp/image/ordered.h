@@ -15,7 +15,8 @@ namespace motes::image {
 /// content (brush, then bytes), so the order depends only on the set of records. Keeps its memory from tile to tile.
 class Ordered {
  public:
-  /// Records without a depth are nearer than all others. The pieces must not change while the order is in use.
+  /// Records without a depth are nearer than all others. Throws std::runtime_error where some have no colour: see
+  /// in_order_of_depth(). The pieces must not change while the order is in use.
   void sort(std::span<const Piece> pieces);
 
   /// Neighbours that share a brush, one behind the other in memory; in order.

@@ -18,16 +18,16 @@ void Pieces::add(std::span<const std::byte> message) {
       (!seen.with_depth() && !view_.objects.empty()) || seen.with_velocity() != with_velocity(seen.sprite(), view_)) {
     throw std::runtime_error("image records: made for a different view");
   }
-  const Brush& brush = brush_for(seen.sprite(), seen.layout());
+  const Brush& brush = brush_for(seen);
   parts_.push_back({std::move(seen), &brush});
 }
 
 // Systems with equal sprites share a brush.
-const Brush& Pieces::brush_for(const Sprite& sprite, Layout layout) {
+const Brush& Pieces::brush_for(const RecordsView& records) {
   for (const Brush& brush : brushes_) {
-    if (brush.same(sprite, layout)) return brush;
+    if (brush.same(records.sprite(), records.layout(), records.colored())) return brush;
   }
-  return brushes_.emplace_back(sprite, layout, view_);
+  return brushes_.emplace_back(records.sprite(), records.layout(), view_, records.colored());
 }
 
 std::size_t Pieces::collect(int tile, std::vector<Piece>& pieces) const {
@@ -38,7 +38,7 @@ std::size_t Pieces::collect(int tile, std::vector<Piece>& pieces) const {
     for (const RecordsView::Batch& batch : part.records.batches()) {
       const RecordsView::Piece piece = part.records.piece(batch, slot);
       if (piece.count == 0) continue;
-      pieces.push_back({part.brush, piece.records, piece.count, part.records.most_alpha()});
+      pieces.push_back({part.brush, piece.records, piece.count, part.records.most_alpha(), part.records.color()});
       count += piece.count;
     }
   }

@@ -19,6 +19,7 @@ struct Piece {
   const std::byte* records;  // any alignment
   std::size_t count;
   std::uint8_t most_alpha = 255;  // no record has more
+  std::uint32_t color = 0;        // of all records, where the brush has none: r | g << 8 | b << 16 | alpha << 24
 };
 
 /// All messages of a frame, from any number of ranks.
@@ -41,7 +42,7 @@ class Pieces {
     const Brush* brush;
   };
 
-  const Brush& brush_for(const Sprite& sprite, Layout layout);
+  const Brush& brush_for(const RecordsView& records);
 
   View view_;
   Slots slots_;

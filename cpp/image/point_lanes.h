@@ -11,7 +11,8 @@ namespace motes::MOTES_ISA {
 // The pixels that a point touches in each direction, the bytes of a row of their weights, and the vectors of a row.
 inline constexpr int kPointSize = 2, kPointRow = 16;
 inline constexpr int kPointVectors = (3 * kPointSize + kWidth - 1) / kWidth;
-inline constexpr std::size_t kPointBytes = sizeof(image::PlainRecord);
+template <bool kColored>
+inline constexpr std::size_t kPointBytes = image::record_bytes(image::Layout::plain, kColored);
 
 #if MOTES_WIDTH == 512
 // Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
@@ -49,35 +50,65 @@ MOTES_INLINE Mask touch(const Places& at, int size) {
 }
 MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
 
-// The words of records of points.
+// Positions and depths of records, which have depths. There is room for whole vectors.
+MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* records, std::size_t count,
+                              std::uint32_t* positions, std::uint32_t* depths) {
+  std::size_t i = 0;
+  if (s.record_bytes == 8) {
+    for (; i + kLanes <= count; i += kLanes) {
+      Uints position, depth;
+      split(records + i * 8, position, depth);
+      store_uints(positions + i, position);
+      store_uints(depths + i, depth);
+    }
+  }
+  for (const auto bytes = static_cast<std::size_t>(s.record_bytes); i < count; ++i) {
+    positions[i] = word_at(records + i * bytes);
+    depths[i] = word_at(records + i * bytes + s.depth);
+  }
+  for (; i % kLanes != 0; ++i) positions[i] = depths[i] = 0;
+}
+
+// The words of records of points; without colours that word has no meaning.
 struct Points {
   Uints position, color;
 };
 
+template <bool kColored>
 MOTES_INLINE Points whole_points(const unsigned char* from) {
-  Points p;
-  split(from, p.position, p.color);
+  Points p{};
+  if (kColored) {
+    split(from, p.position, p.color);
+  } else {
+    __builtin_memcpy(&p.position, from, sizeof p.position);
+  }
   return p;
 }
 
 // Of fewer records than a vector has lanes: what is in the others has no meaning.
+template <bool kColored>
 MOTES_INLINE Points some_points(const unsigned char* from, int number) {
-  Points p;
+  constexpr std::size_t kBytes = kPointBytes<kColored>;
 #if MOTES_WIDTH == 512
-  const std::uint32_t words = (1u << 2 * number) - 1;
+  Points p{};
+  const std::uint32_t words = (1u << static_cast<int>(kBytes / 4) * number) - 1;
   const __m512i low = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words), from);
-  const __m512i high = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words >> 16), from + kLongs * kPointBytes);
-  split(low, high, p.position, p.color);
-#else
-  alignas(64) unsigned char padded[kLanes * kPointBytes] = {};
-  for (int k = 0; k < number; ++k) __builtin_memcpy(padded + k * kPointBytes, from + k * kPointBytes, kPointBytes);
-  split(padded, p.position, p.color);
-#endif
+  if (kColored) {
+    const __m512i high = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words >> 16), from + kLongs * kBytes);
+    split(low, high, p.position, p.color);
+  } else {
+    p.position = (Uints)low;
+  }
   return p;
+#else
+  alignas(64) unsigned char padded[kLanes * kBytes] = {};
+  for (int k = 0; k < number; ++k) __builtin_memcpy(padded + k * kBytes, from + k * kBytes, kBytes);
+  return whole_points<kColored>(padded);
+#endif
 }
 
 // Draws the first `number` of a vector of points; false, and nothing is drawn, where some do not belong to this tile.
-template <bool kSaturating>
+template <bool kSaturating, bool kColored>
 MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
                              const Points& p, const unsigned char* records, int number) {
   const Places at = places(s, p.position);
@@ -85,11 +116,11 @@ MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat
   alignas(64) std::int32_t first[kWidth], phase[kWidth];
   store_mask(first, in_light(at));
   store_mask(phase, at.phase);
-  const std::uint32_t color = word_at(records + 4);
-  const bool alike = !any((Mask)(p.color != color) & first_lanes(static_cast<std::size_t>(number)));
+  const std::uint32_t color = kColored ? word_at(records + 4) : s.color;
+  const bool alike = !kColored || !any((Mask)(p.color != color) & first_lanes(static_cast<std::size_t>(number)));
   Light light = light_of(channel, color);
   for (int k = 0; k < number; ++k) {
-    if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes + 4));
+    if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes<kColored> + 4));
     add_point<kSaturating>(light, s.weights + phase[k] * (kPointSize * kPointRow), planes.light + first[k]);
   }
   return true;

@@ -190,11 +190,12 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
     c.word[7] = (Uints)dy;
   } else {
     const int less = image::kWideBits - t.bits;
-    c.word[0] = pair_of(rounded(x, less), rounded(y, less));
-    c.word[1] = color;
-    c.word[2] = (Uints)now.depth;
+    // What a record does not have goes where its position is, which is written last.
+    c.word[t.form.color / 4] = color;
+    c.word[t.form.depth / 4] = (Uints)now.depth;
+    c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
     c.word[t.form.size / 4] = size;
-    if (t.form.way != 0) c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
+    c.word[0] = pair_of(rounded(x, less), rounded(y, less));
   }
   const Ints further = columns.last - columns.first, below = rows.last - rows.first;
   c.many = max_ints(further, below) > 1;
@@ -241,6 +242,8 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
   if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
   if (!(t.diameter > 0)) ahead.add(t.size);
   if (t.oriented) ahead.add(t.up);
+  const auto words = static_cast<std::size_t>(t.form.bytes) / 4;
+  const std::size_t in_fours = image::kFour * image::fours_of(words);
   std::size_t n = 0, several = 0, many = 0;
   for (std::size_t i = first; i < last; i += kLanes) {
     ahead.fetch(i);
@@ -253,17 +256,15 @@ image::WideCount project(const image::WideTask& task, std::size_t first, std::si
     several += list_several(out.several + several, n, c.flags, visible, k);
     if (any(visible & c.many)) many += list_many(out.many + many, n, c, visible);
     if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
-    int w = 0;
-    for (; 4 * w + 16 <= t.form.bytes; w += 4) {
-      store_selected(out.words + static_cast<std::size_t>(w) * out.stride + 4 * n, k, c.word[w], c.word[w + 1],
-                     c.word[w + 2], c.word[w + 3]);
+    std::size_t w = 0;
+    for (; w < in_fours; w += image::kFour) {
+      store_selected(out.words + w * out.stride + image::kFour * n, k, c.word[w], c.word[w + 1], c.word[w + 2],
+                     c.word[w + 3]);
     }
-    for (; 4 * w < t.form.bytes; ++w) {
-      store_selected(out.words + static_cast<std::size_t>(w) * out.stride + n, k, c.word[w]);
-    }
+    for (; w < words; ++w) store_selected(out.words + w * out.stride + n, k, c.word[w]);
     n += k.number();
   }
-  return {n, several, many};
+  return {n, several, many, same ? color_of_all[0] : 0};
 }
 
 }  // namespace

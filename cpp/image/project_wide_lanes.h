@@ -34,10 +34,14 @@ struct ManyTiles {
   std::uint32_t particle, first, last;
 };
 
+/// What a batch has of its words: four of each record behind one another, then the next four. Where three are left the
+/// fourth has no meaning; fewer are in columns.
+inline constexpr std::size_t kFour = 4;
+constexpr std::size_t fours_of(std::size_t words) { return (words + 1) / kFour; }
+
 /// The visible particles, in their order. Each array has room for as many particles as are projected, plus two vectors.
 struct WideBatch {
-  /// Of records without velocity: four words of each one behind one another, then the next four; what is left of their
-  /// number in columns.
+  /// Of records without velocity: see fours_of().
   std::uint32_t* words;
   std::size_t stride;      // from column to column
   std::uint16_t* tile;     // number of the first tile touched; of those that touch many, of one of them
@@ -48,6 +52,7 @@ struct WideBatch {
 
 struct WideCount {
   std::size_t visible = 0, several = 0, many = 0;
+  std::uint32_t color = 0;  // of all particles, where they have one: as in ProjectedBatch
 };
 
 struct ProjectWideLanes {

@@ -141,6 +141,8 @@ RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& pr
   head.blend = static_cast<std::uint8_t>(sprite.blend);
   head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
   head.with_velocity = with_velocity(sprite, view);
+  const bool in_order = projection.in_order || in_order_of_depth({&sprite, 1});
+  head.colored = in_order || !may_lack_color(static_cast<Layout>(head.layout)) ? 1 : 0;
   head.pixels = sprite.kind == Sprite::Kind::point ? 1 : sprite.pixels;
   head.of_height = sprite.of_height;
   head.softness = sprite.softness;
@@ -151,8 +153,10 @@ RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& pr
   return head;
 }
 
+RecordForm form_of(const RecordsHead& head) { return form(static_cast<Layout>(head.layout), head.colored != 0); }
+
 std::size_t bytes_of(const RecordsHead& head) {
-  return record_bytes(static_cast<Layout>(head.layout)) + (head.with_velocity != 0 ? kVelocityBytes : 0);
+  return static_cast<std::size_t>(form_of(head).bytes) + (head.with_velocity != 0 ? kVelocityBytes : 0);
 }
 
 }  // namespace
@@ -184,6 +188,7 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
   const ProjectTask task = fixed_task(particles, sprite_, view);
+  if (!task.one_color()) records.head_.colored = 1;
   const std::size_t record_bytes = bytes_of(records.head_);
   const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
   const bool with_velocity = records.head_.with_velocity != 0, one_color = task.one_color();
@@ -199,17 +204,19 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
     count(touched, tiles, record_bytes, records);
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
-    scatter_fixed(batch, one_color, number.visible, cursor_.data(), further_.all(), to);
+    if (one_color) records.head_.color = batch.color[0];
+    const Colors colors = !one_color ? Colors::each : records.head_.colored != 0 ? Colors::same : Colors::none;
+    scatter_fixed(batch, colors, number.visible, cursor_.data(), further_.all(), to);
   }
 }
 
 void Projector::project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records) {
   const Grid grid{view.width, view.height};
   const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
-  const auto layout = static_cast<Layout>(records.head_.layout);
-  const std::size_t record_bytes = bytes_of(records.head_);
   WideTask task = wide_task(particles, sprite_, view, projection.dt);
-  task.form = form(layout);
+  if (!task.one_color()) records.head_.colored = 1;
+  const std::size_t record_bytes = bytes_of(records.head_);
+  task.form = form_of(records.head_);
   task.columns = grid.columns();
   task.bits = grid.far_bits();
   const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
@@ -217,9 +224,9 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
   for (std::size_t first = 0; first < particles.count; first += step) {
     const std::size_t last = std::min(first + step, particles.count);
     const std::size_t stride = last - first + kSlack;
-    Columns all(projected_, stride, words + 8);
+    Columns all(projected_, stride, words + 9);
     WideBatch batch{};
-    batch.words = all.take<std::uint32_t>(true, words);
+    batch.words = all.take<std::uint32_t>(true, std::max(words, kFour * fours_of(words)));
     batch.stride = stride;
     batch.velocity = all.take<std::uint32_t>(records.head_.with_velocity != 0, 3);
     batch.several = all.take<std::uint32_t>();
@@ -229,9 +236,10 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     if (number.visible == 0) continue;
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
     count(touched, tiles, record_bytes, records);
-    count_many(batch, number.many, layout, grid, cursor_.data(), further_);
+    count_many(batch, number.many, task.form, grid, cursor_.data(), further_);
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
-    scatter_wide(batch, number.visible, layout, cursor_.data(), further_.all(), to);
+    if (task.one_color()) records.head_.color = number.color;
+    scatter_wide(batch, number.visible, words, cursor_.data(), further_.all(), to);
   }
 }
 

@@ -19,6 +19,7 @@ namespace motes::image {
 struct Projection {
   int system = 0;                // its number, for those who draw
   bool any_depth = false;        // see anything_hides()
+  bool in_order = false;         // see in_order_of_depth()
   double dt = 0;                 // s per frame: how far a particle moves while the shutter is open
   const Slots* slots = nullptr;  // null: tiles in their order
 };
@@ -29,7 +30,8 @@ class Projector {
   explicit Projector(const ProjectLanes& lanes = project_lanes(), const ProjectWideLanes& wide = project_wide_lanes())
       : lanes_(&lanes), wide_lanes_(&wide) {}
 
-  /// Replaces the content of `records` by the records of `particles`, reusing its memory. Particles that are not
+  /// Replaces the content of `records` by the records of `particles`, reusing its memory. They have no colours where
+  /// one colour and alpha hold for all particles and nothing needs more. Particles that are not
   /// finite, nearer than the camera's `near`, outside the image, without light or not wider than 0 are left out. Throws
   /// std::invalid_argument where view, sprite or slots are not valid, or a position plane is missing.
   void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records,

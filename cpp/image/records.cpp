@@ -56,6 +56,10 @@ void RecordsView::check_head() const {
   if (head_.layout >= particles::enumerators<Layout>() || head_.with_velocity > 1 || head_.most_alpha > 255) {
     refuse("unknown layout");
   }
+  const bool blends_alpha = head_.blend == static_cast<std::uint8_t>(Sprite::Blend::alpha);
+  if (head_.colored > 1 || (head_.colored == 0 && (blends_alpha || !may_lack_color(layout())))) {
+    refuse("colours are missing");
+  }
   Sprite sprite;
   sprite.kind = static_cast<Sprite::Kind>(head_.kind);
   sprite.pixels = head_.pixels;

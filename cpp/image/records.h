@@ -22,7 +22,7 @@ namespace motes::image {
 /// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
 /// their order, and the order of records within a slot, has no meaning.
 struct RecordsHead {
-  static constexpr std::uint32_t kMagic = 0x3353544d;  // "MTS3"
+  static constexpr std::uint32_t kMagic = 0x3453544d;  // "MTS4"
 
   std::uint32_t magic = kMagic;
   std::uint32_t system = 0;
@@ -40,9 +40,11 @@ struct RecordsHead {
   std::uint32_t slots = 0;
   std::uint32_t batches = 0;
   std::uint32_t most_alpha = 255;  // no record has more: a bound for sums of light
+  std::uint32_t colored = 1;       // 0: records have no colour, but all the same one
+  std::uint32_t color = 0;         // r | g << 8 | b << 16 | alpha << 24
   std::uint64_t records = 0;
 };
-static_assert(sizeof(RecordsHead) == 64);
+static_assert(sizeof(RecordsHead) == 72);
 
 /// A message that a Projector fills. Slots are tiles in the order that was given to it.
 class Records {
@@ -77,11 +79,16 @@ class RecordsView {
   const Grid& grid() const { return grid_; }
   Layout layout() const { return static_cast<Layout>(head_.layout); }
   bool with_depth() const { return has_depth(layout()); }
+  /// Whether each record has its own colour; else color() holds for all.
+  bool colored() const { return head_.colored != 0; }
+  std::uint32_t color() const { return head_.color; }
   bool with_velocity() const { return head_.with_velocity != 0; }
   /// No record has a greater alpha, 0..255.
   std::uint8_t most_alpha() const { return static_cast<std::uint8_t>(head_.most_alpha); }
   /// Bytes from one record to the next.
-  std::size_t record_bytes() const { return image::record_bytes(layout()) + (with_velocity() ? kVelocityBytes : 0); }
+  std::size_t record_bytes() const {
+    return image::record_bytes(layout(), colored()) + (with_velocity() ? kVelocityBytes : 0);
+  }
 
   /// Records in all batches; a particle on a tile's edge counts once per tile.
   std::size_t count() const { return count_; }

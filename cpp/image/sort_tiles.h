@@ -75,13 +75,16 @@ void count_tiles(const Touched& touched, std::uint32_t* counts, FurtherTiles& fu
                  std::size_t record_bytes);
 
 /// The same for those that touch many tiles.
-void count_many(const WideBatch& batch, std::size_t many, Layout layout, const Grid& grid, std::uint32_t* counts,
-                FurtherTiles& further);
+void count_many(const WideBatch& batch, std::size_t many, const RecordForm& form, const Grid& grid,
+                std::uint32_t* counts, FurtherTiles& further);
+
+/// What records have: no colour, all that of the first particle, or each its own.
+enum class Colors { none, same, each };
 
 /// Write each particle's record to the next place of each of its tiles: `cursor` says which, and is moved on.
-void scatter_fixed(const ProjectedBatch& batch, bool one_color, std::size_t count, std::uint32_t* cursor,
+void scatter_fixed(const ProjectedBatch& batch, Colors colors, std::size_t count, std::uint32_t* cursor,
                    std::span<const FurtherTile> further, std::byte* records);
-void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
+void scatter_wide(const WideBatch& batch, std::size_t count, std::size_t words, std::uint32_t* cursor,
                   std::span<const FurtherTile> further, std::byte* records);
 
 }  // namespace motes::image

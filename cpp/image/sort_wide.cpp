@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstring>
 
 #include "image/grid.h"
@@ -41,23 +42,20 @@ void for_each_tile(std::uint32_t first, std::uint32_t last, std::size_t columns,
   }
 }
 
-// Copies the words of a record from their places: see WideBatch.
-template <int kWords, bool kVelocity>
-void copy_record(const WideBatch& b, std::size_t i, std::byte* to) {
+// Copies the words of a record from their places: see WideBatch. Always inlined: with a known number of words there is
+// no loop.
+__attribute__((always_inline)) inline void copy_words(const WideBatch& b, std::size_t words, std::size_t i,
+                                                      std::byte* to) {
   std::size_t w = 0;
-  for (; w + 4 <= kWords; w += 4) std::memcpy(to + 4 * w, b.words + w * b.stride + 4 * i, 16);
-  for (; w < kWords; ++w) std::memcpy(to + 4 * w, b.words + w * b.stride + i, 4);
-  for (std::size_t c = 0; kVelocity && c < 3; ++c) {
-    std::memcpy(to + 4 * (kWords + c), b.velocity + c * b.stride + i, 4);
+  for (; w < kFour * fours_of(words); w += kFour) {
+    std::memcpy(to + 4 * w, b.words + w * b.stride + kFour * i, 4 * std::min(words - w, kFour));
   }
+  for (; w < words; ++w) std::memcpy(to + 4 * w, b.words + w * b.stride + i, 4);
 }
 
 WideRecord record_at(const WideBatch& b, std::size_t i, const RecordForm& form, const Grid& grid) {
   std::byte bytes[sizeof(WideRecord)];
-  const auto words = static_cast<std::size_t>(form.bytes) / 4;
-  std::size_t w = 0;
-  for (; w + 4 <= words; w += 4) std::memcpy(bytes + 4 * w, b.words + w * b.stride + 4 * i, 16);
-  for (; w < words; ++w) std::memcpy(bytes + 4 * w, b.words + w * b.stride + i, 4);
+  copy_words(b, static_cast<std::size_t>(form.bytes) / 4, i, bytes);
   return wide_record(form, grid.far_bits(), bytes);
 }
 
@@ -79,21 +77,26 @@ void for_each_other(const WideBatch& b, const ManyTiles& many, const RecordForm&
                 [&](auto column, auto row) { return streak.near(column, row); });
 }
 
-template <int kWords, bool kVelocity>
+template <std::size_t kWords, bool kVelocity>
 void scatter(const WideBatch& batch, std::size_t count, std::uint32_t* cursor, std::span<const FurtherTile> further,
              std::byte* records) {
   constexpr std::size_t kBytes = 4 * kWords + (kVelocity ? kVelocityBytes : 0);
   const WideBatch b = batch;  // a copy whose members the stores below cannot change
   const auto put = [&](std::size_t i, std::size_t tile) {
-    copy_record<kWords, kVelocity>(b, i, records + cursor[tile]++ * kBytes);
+    std::byte* to = records + cursor[tile]++ * kBytes;
+    copy_words(b, kWords, i, to);
+    for (std::size_t c = 0; kVelocity && c < 3; ++c) {
+      std::memcpy(to + 4 * (kWords + c), b.velocity + c * b.stride + i, 4);
+    }
   };
   for (std::size_t i = 0; i < count; ++i) put(i, b.tile[i]);
   for (const FurtherTile& one : further) put(one.particle, one.tile);
 }
 
 template <bool kVelocity, class... Arguments>
-void scatter_words(int words, const Arguments&... arguments) {
+void scatter_words(std::size_t words, const Arguments&... arguments) {
   switch (words) {
+    case 2: return scatter<2, kVelocity>(arguments...);
     case 3: return scatter<3, kVelocity>(arguments...);
     case 4: return scatter<4, kVelocity>(arguments...);
     case 5: return scatter<5, kVelocity>(arguments...);
@@ -103,20 +106,18 @@ void scatter_words(int words, const Arguments&... arguments) {
 
 }  // namespace
 
-void count_many(const WideBatch& batch, std::size_t many, Layout layout, const Grid& grid, std::uint32_t* counts,
-                FurtherTiles& further) {
-  const RecordForm record_form = form(layout);
+void count_many(const WideBatch& batch, std::size_t many, const RecordForm& form, const Grid& grid,
+                std::uint32_t* counts, FurtherTiles& further) {
   for (std::size_t k = 0; k < many; ++k) {
-    for_each_other(batch, batch.many[k], record_form, grid, [&](std::size_t tile) {
+    for_each_other(batch, batch.many[k], form, grid, [&](std::size_t tile) {
       further.add(batch.many[k].particle, tile);
       ++counts[tile];
     });
   }
 }
 
-void scatter_wide(const WideBatch& batch, std::size_t count, Layout layout, std::uint32_t* cursor,
+void scatter_wide(const WideBatch& batch, std::size_t count, std::size_t words, std::uint32_t* cursor,
                   std::span<const FurtherTile> further, std::byte* records) {
-  const int words = form(layout).bytes / 4;
   if (batch.velocity != nullptr) {
     scatter_words<true>(words, batch, count, cursor, further, records);
   } else {

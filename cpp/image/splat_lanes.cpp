@@ -43,36 +43,35 @@ MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
   return true;
 }
 
-template <int kVectors, bool kSaturating>
+template <int kVectors, bool kSaturating, bool kColored>
 void add_records(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
   const Splat s = task;
   const TilePlanes tile = planes;
   const Channels channel = channels();
+  const Light of_all = light_of(channel, s.color);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
     Place at;
     if (!place(s, word_at(r), at)) continue;
-    const Light light = light_of(channel, word_at(r + 4));
+    const Light light = kColored ? light_of(channel, word_at(r + 4)) : of_all;
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
     add_open<kVectors, kSaturating>(s, light, weights, tile.light + at.light);
   }
 }
 
 // Points that nothing hides.
-template <bool kSaturating>
+template <bool kSaturating, bool kColored>
 void add_points(const TilePlanes& planes, const Splat& task, const unsigned char* records, std::size_t count) {
+  constexpr std::size_t kBytes = kPointBytes<kColored>;
   const Splat s = task;
   const TilePlanes tile = planes;
   const Channels channel = channels();
-  const auto one_by_one = [&](const unsigned char* from, std::size_t number) {
-    add_records<kPointVectors, kSaturating>(tile, s, from, number);
+  const auto draw = [&](const Points& points, std::size_t number) {
+    if (add_vector<kSaturating, kColored>(tile, s, channel, points, records, static_cast<int>(number))) return;
+    add_records<kPointVectors, kSaturating, kColored>(tile, s, records, number);
   };
-  for (; count >= kLanes; count -= kLanes, records += kLanes * kPointBytes) {
-    if (!add_vector<kSaturating>(tile, s, channel, whole_points(records), records, kWidth)) one_by_one(records, kLanes);
-  }
-  if (count == 0) return;
-  const auto rest = static_cast<int>(count);
-  if (!add_vector<kSaturating>(tile, s, channel, some_points(records, rest), records, rest)) one_by_one(records, count);
+  for (; count >= kLanes; count -= kLanes, records += kLanes * kBytes) draw(whole_points<kColored>(records), kLanes);
+  if (count != 0) draw(some_points<kColored>(records, static_cast<int>(count)), count);
 }
 
 // Whether some of the records are nearer than everything in the tile and some are not: then it is cheaper to test the
@@ -145,8 +144,10 @@ MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const un
     over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
   } else if constexpr (kDepth) {
     add_among<kVectors, kSaturating, kFade>(tile, s, records, count);
+  } else if (s.colored) {
+    add_records<kVectors, kSaturating, true>(tile, s, records, count);
   } else {
-    add_records<kVectors, kSaturating>(tile, s, records, count);
+    add_records<kVectors, kSaturating, false>(tile, s, records, count);
   }
 }
 
@@ -168,11 +169,15 @@ void blend_from(const TilePlanes& tile, const Splat& s, const unsigned char* rec
                : blend_in<kVectors, false, kOver>(tile, s, records, count);
 }
 
+template <bool kColored>
+void add_points_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
+  s.saturating ? add_points<true, kColored>(tile, s, records, count)
+               : add_points<false, kColored>(tile, s, records, count);
+}
+
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if (s.size == 2 && s.record_bytes == sizeof(image::PlainRecord) && !s.with_depth) {
-    return s.saturating ? add_points<true>(tile, s, records, count) : add_points<false>(tile, s, records, count);
-  }
-  blend_from<1, false>(tile, s, records, count);
+  if (s.size != 2 || s.with_depth) return blend_from<1, false>(tile, s, records, count);
+  s.colored ? add_points_any<true>(tile, s, records, count) : add_points_any<false>(tile, s, records, count);
 }
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   blend_from<1, true>(tile, s, records, count);

@@ -32,6 +32,9 @@ struct Splat {
   int size, phase_bits, row_bytes;
   int sub_bits;
   int record_bytes;
+  int depth;             // where a record has its depth
+  bool colored;          // records have colours
+  std::uint32_t color;   // else: that of all
   int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
   bool with_depth;  // records have a depth
   bool saturating;  // the sums may overflow

@@ -53,7 +53,14 @@ inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key: of what has too
 
 /// Records of at(lane) and the lanes after it. Those of streaks that have stamps end with their size and way.
 template <class At>
-MOTES_INLINE Streaks read_streaks(const image::RecordForm& form, const At& at) {
+MOTES_INLINE Streaks read_streaks(const image::WideSplat& task, const At& at) {
+  const image::RecordForm& form = task.form;
+  if (form.color == 0) {
+    const Uints color = all_uints(task.color);
+    const FourWords all = form.depth == 0 ? load_threes(at) : load_fours(at);
+    if (form.depth == 0) return {all.word[0], color, all.word[0], all.word[1], all.word[2]};
+    return {all.word[0], color, all.word[1], all.word[2], all.word[3]};
+  }
   const FourWords first = load_fours(at);
   if (form.depth == 0) return {first.word[0], first.word[1], first.word[0], first.word[2], first.word[3]};
   const FourWords last = load_fours([&](std::size_t lane) { return at(lane) + 4; });

@@ -20,7 +20,7 @@ MOTES_INLINE void add_open(const image::Splat& s, const Light& light, const std:
 struct Among {
   static constexpr std::size_t kMost = 128;
 
-  alignas(64) std::uint32_t position[kMost], color[kMost], depth[kMost];
+  alignas(64) std::uint32_t position[kMost], depth[kMost];
   // From the tile's first pixel, and in the table of weights.
   alignas(64) std::int32_t light[kMost], pixel[kMost], weights[kMost];
   // -1 or 0: nothing hides any of it; something may.
@@ -28,16 +28,6 @@ struct Among {
   std::uint8_t open[kMost], tested[kMost];
   std::size_t opens, testeds;
 };
-
-MOTES_INLINE void load_among(const unsigned char* r, int record_bytes, std::size_t count, Among& some) {
-  std::size_t i = 0;
-  for (; i < count; ++i, r += record_bytes) {
-    some.position[i] = word_at(r);
-    some.color[i] = word_at(r + 4);
-    some.depth[i] = word_at(r + 8);
-  }
-  for (; i % kLanes != 0; ++i) some.position[i] = some.depth[i] = 0;
-}
 
 template <bool kFade>
 MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& s, std::size_t i, Among& some) {
@@ -58,7 +48,7 @@ MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& 
 template <bool kFade>
 MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
                              std::size_t count, Among& some) {
-  load_among(records, s.record_bytes, count, some);
+  read_places(s, records, count, some.position, some.depth);
   for (std::size_t i = 0; i < count; i += kLanes) find_among<kFade>(tile, s, i, some);
   std::size_t opens = 0, testeds = 0;
   for (std::size_t i = 0; i < count; ++i) {
@@ -97,19 +87,21 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
   const image::TilePlanes tile = planes;
   const Channels channel = channels();
   const Spread spreading = spread();
+  const Light of_all = light_of(channel, s.color);
+  const auto light = [&](std::size_t i) {
+    return s.colored ? light_of(channel, word_at(records + i * static_cast<std::size_t>(s.record_bytes) + 4)) : of_all;
+  };
   Among some;
   while (count != 0) {
     const std::size_t number = count < Among::kMost ? count : Among::kMost;
     sort_among<kFade>(tile, s, records, number, some);
     for (std::size_t k = 0; k < some.opens; ++k) {
       const std::size_t i = some.open[k];
-      const Light light = light_of(channel, some.color[i]);
-      add_open<kVectors, kSaturating>(s, light, s.weights + some.weights[i], tile.light + some.light[i]);
+      add_open<kVectors, kSaturating>(s, light(i), s.weights + some.weights[i], tile.light + some.light[i]);
     }
     for (std::size_t k = 0; k < some.testeds; ++k) {
       const std::size_t i = some.tested[k];
-      const Light light = light_of(channel, some.color[i]);
-      add_tested<kVectors, kSaturating, kFade>(tile, s, spreading, light, some, i);
+      add_tested<kVectors, kSaturating, kFade>(tile, s, spreading, light(i), some, i);
     }
     records += number * static_cast<std::size_t>(s.record_bytes);
     count -= number;

@@ -37,7 +37,7 @@ void TilePainter::alpha(std::span<const Piece> pieces, float* alphas, std::size_
     if (!piece.brush->blends(Sprite::Blend::alpha)) continue;
     const std::size_t bytes = piece.brush->record_bytes();
     black.emplace_back(piece.records, piece.records + piece.count * bytes);
-    for (auto i = static_cast<std::size_t>(form(piece.brush->layout()).color); i < black.back().size(); i += bytes) {
+    for (auto i = static_cast<std::size_t>(piece.brush->form().color); i < black.back().size(); i += bytes) {
       std::fill_n(black.back().begin() + static_cast<std::ptrdiff_t>(i), 3, std::byte{0});
     }
     hiding.push_back({piece.brush, black.back().data(), piece.count});
@@ -70,10 +70,12 @@ void TilePainter::velocity(std::span<const Piece> pieces, float* velocities, std
   for (const Piece& piece : pieces) {
     if (!piece.brush->blends(Sprite::Blend::opaque)) continue;
     const std::size_t bytes = piece.brush->record_bytes();
-    for (const std::byte* record = piece.records; record != piece.records + piece.count * bytes; record += bytes) {
-      draw_opaque({piece.brush, record, 1}, tile);
+    Piece one = piece;
+    one.count = 1;
+    for (; one.records != piece.records + piece.count * bytes; one.records += bytes) {
+      draw_opaque(one, tile);
       Velocity velocity;
-      std::memcpy(velocity.data(), record + bytes - kVelocityBytes, kVelocityBytes);
+      std::memcpy(velocity.data(), one.records + bytes - kVelocityBytes, kVelocityBytes);
       for (int y = 0; y < area_.height; ++y) {
         float* to = velocities + static_cast<std::size_t>(y) * row_floats;
         take_fronts(tile.surfaces + y * kPixelStride, planes_.surfaces + y * kPixelStride, area_.width, velocity,

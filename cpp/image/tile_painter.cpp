@@ -43,9 +43,9 @@ struct Paint {
   bool operator==(const Paint&) const = default;
 };
 Paint paint_of(const Piece& piece) {
-  const RecordForm f = form(piece.brush->layout());
-  Paint paint;
-  std::memcpy(&paint.color, piece.records + f.color, sizeof paint.color);
+  const RecordForm f = piece.brush->form();
+  Paint paint{piece.color, 0};
+  if (f.color != 0) std::memcpy(&paint.color, piece.records + f.color, sizeof paint.color);
   std::memcpy(&paint.light, piece.records + f.size + 2, sizeof paint.light);
   return paint;
 }
@@ -253,7 +253,12 @@ void TilePainter::paint_surfaces(std::span<const Piece> pieces) {
   }
 }
 
-void TilePainter::take_up(const Brush& brush) {
+void TilePainter::take_up(const Piece& piece) {
+  set_brush(*piece.brush);
+  splat_.color = wide_splat_.color = piece.color;
+}
+
+void TilePainter::set_brush(const Brush& brush) {
   if (brush_ == &brush) return;
   brush_ = &brush;
   if (of_fixed_size(brush.layout())) {
@@ -269,7 +274,7 @@ void TilePainter::take_up(const Brush& brush) {
 }
 
 void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) {
-  take_up(*piece.brush);
+  take_up(piece);
   if (!of_fixed_size(piece.brush->layout())) {
     kernels(*piece.brush).opaque(planes, wide_splat_, raw(piece.records), piece.count);
   } else {
@@ -279,7 +284,7 @@ void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) {
 
 void TilePainter::blend(const Piece& piece) {
   const Brush& brush = *piece.brush;
-  take_up(brush);
+  take_up(piece);
   const bool over = brush.blends(Sprite::Blend::alpha);
   if (!of_fixed_size(brush.layout())) {
     WideKernel* kernel = over ? kernels(brush).over : kernels(brush).add;

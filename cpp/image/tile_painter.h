@@ -79,7 +79,8 @@ class TilePainter {
   template <class Draw>
   void in_parts(const Piece& piece, const Draw& draw);
   const WideKernels& kernels(const Brush& brush) const;
-  void take_up(const Brush& brush);
+  void take_up(const Piece& piece);
+  void set_brush(const Brush& brush);
 
   const SplatLanes* lanes_;
   const WideLanes* wide_lanes_;

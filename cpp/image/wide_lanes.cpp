@@ -18,7 +18,7 @@ using image::WideSplat;
 constexpr float kLongest = 512;
 
 MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {
-  return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes));
+  return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes), task.color);
 }
 
 WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
@@ -180,9 +180,8 @@ void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigne
     const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
     const auto record = [&](int k) { return records + static_cast<std::size_t>(k) * bytes; };
     const Streaks streaks =
-        number == kWidth
-            ? read_streaks(t.form, [&](std::size_t k) { return records + k * bytes; })
-            : read_streaks(t.form, [&](std::size_t k) { return records + (k < count - i ? k : 0) * bytes; });
+        number == kWidth ? read_streaks(t, [&](std::size_t k) { return records + k * bytes; })
+                         : read_streaks(t, [&](std::size_t k) { return records + (k < count - i ? k : 0) * bytes; });
     draw_streaks<kOver, kSaturating>(tile, t, streaks, number, uses, queue, g, channel, [&](int k) {
       draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, record(k)), channel, patch);
     });

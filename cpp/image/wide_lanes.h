@@ -22,6 +22,7 @@ struct WideSplat {
   int columns, rows;       // of the tile
   int record_bytes;
   RecordForm form; // of the records
+  std::uint32_t color;  // of all of them, where they have none
   int bits;        // of their positions
   bool saturating; // the sums may overflow
   float fade;      // 1 / softness, 1/m; 0: hard

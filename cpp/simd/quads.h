@@ -50,10 +50,23 @@ MOTES_INLINE Quads quads_of(Uints a, Uints b, Uints c, Uints d) {
 }
 
 #if MOTES_WIDTH != 0
+/// The first `kWords` at an address, three or four; no more are read.
+template <int kWords>
+MOTES_INLINE __m128i load_words(const void* from) {
+  if (kWords == 4) return _mm_loadu_si128(static_cast<const __m128i*>(from));
+#if MOTES_WIDTH == 512
+  return _mm_maskz_loadu_epi32(7, from);
+#else
+  int last;
+  __builtin_memcpy(&last, static_cast<const unsigned char*>(from) + 8, sizeof last);
+  return _mm_unpacklo_epi64(_mm_loadl_epi64(static_cast<const __m128i*>(from)), _mm_cvtsi32_si128(last));
+#endif
+}
+
 /// Those at `at(lane)`, a pointer to bytes, as rows: part p of row r is of lane 4 * p + r.
-template <class At>
+template <int kWords = 4, class At>
 MOTES_INLINE FourWords load_rows(const At& at) {
-  const auto four = [&](std::size_t lane) { return _mm_loadu_si128(reinterpret_cast<const __m128i*>(at(lane))); };
+  const auto four = [&](std::size_t lane) { return load_words<kWords>(at(lane)); };
   FourWords rows;
   for (std::size_t r = 0; r < 4; ++r) {
 #if MOTES_WIDTH == 512
@@ -71,20 +84,28 @@ MOTES_INLINE FourWords load_rows(const At& at) {
 }
 #endif
 
-/// Those at `at(lane)`, a pointer to bytes.
-template <class At>
-MOTES_INLINE FourWords load_fours(const At& at) {
+/// Those at `at(lane)`, a pointer to bytes; of three words the fourth has no meaning.
+template <int kWords, class At>
+MOTES_INLINE FourWords load_each(const At& at) {
 #if MOTES_WIDTH != 0
-  return transposed(load_rows(at));
+  return transposed(load_rows<kWords>(at));
 #else
-  FourWords v;
+  FourWords v{};
   for (std::size_t lane = 0; lane < kLanes; ++lane) {
-    std::uint32_t words[4];
+    std::uint32_t words[kWords];
     __builtin_memcpy(words, at(lane), sizeof words);
-    for (int w = 0; w < 4; ++w) v.word[w][lane] = words[w];
+    for (int w = 0; w < kWords; ++w) v.word[w][lane] = words[w];
   }
   return v;
 #endif
+}
+template <class At>
+MOTES_INLINE FourWords load_fours(const At& at) {
+  return load_each<4>(at);
+}
+template <class At>
+MOTES_INLINE FourWords load_threes(const At& at) {
+  return load_each<3>(at);
 }
 
 /// Of the eight 16-bit numbers at `at(lane)`, each of the first four with the one four behind it, in the upper half.

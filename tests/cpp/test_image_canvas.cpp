@@ -93,8 +93,9 @@ TEST(image_crowded_tiles_saturate_the_same_by_either_path) {
   for (const std::size_t count : {4000u, 4144u, 4145u, 9000u}) {
     const auto records = message(Cloud(count), {Sprite::Kind::disc, 3}, view);
     const RecordsView seen(records);
-    const Brush brush({Sprite::Kind::disc, 3}, Layout::plain, view);
+    const Brush brush({Sprite::Kind::disc, 3}, Layout::plain, view, seen.colored());
     Splat splat = brush.splat_at(0, 0);
+    splat.color = seen.color();
     splat.saturating = true;
     const RecordsView::Piece piece = seen.piece(seen.batches()[0], 0);
     for (const auto* lanes : usable_splat_lanes()) {

@@ -69,7 +69,7 @@ TEST(image_opaque_records_carry_velocities_for_their_layer) {
     ball.blend = Sprite::Blend::opaque;
     const auto bytes = projected(drawn, ball, view, {});
     const RecordsView seen(bytes);
-    CHECK(seen.with_velocity() && seen.record_bytes() == (pixels == 5 ? 24u : 28u));
+    CHECK(seen.with_velocity() && !seen.colored() && seen.record_bytes() == (pixels == 5 ? 20u : 24u));
     int found = 0;
     for (int tile = 0; tile < 12; ++tile) {
       const auto piece = seen.piece(seen.batches()[0], tile);

@@ -25,6 +25,7 @@ struct Record {
 
 std::vector<Record> records_of(const std::vector<std::byte>& bytes) {
   const RecordsView view(bytes);
+  const RecordForm f = form(view.layout(), view.colored());
   std::vector<Record> records;
   for (const auto& batch : view.batches()) {
     for (int tile = 0; tile < view.grid().tiles(); ++tile) {
@@ -34,8 +35,9 @@ std::vector<Record> records_of(const std::vector<std::byte>& bytes) {
         const std::byte* from = piece.records + i * view.record_bytes();
         std::memcpy(&r.x, from, 2);
         std::memcpy(&r.y, from + 2, 2);
-        std::memcpy(&r.color, from + 4, 4);
-        if (view.with_depth()) std::memcpy(&r.depth, from + 8, 4);
+        r.color = view.color();
+        if (f.color != 0) std::memcpy(&r.color, from + f.color, 4);
+        if (f.depth != 0) std::memcpy(&r.depth, from + f.depth, 4);
         r.tile = tile;
         records.push_back(r);
       }
@@ -189,7 +191,7 @@ TEST(image_particles_that_cannot_be_seen_are_culled) {
 
 TEST(image_empty_systems_give_empty_messages) {
   const auto bytes = message(Cloud(0), {}, small_view());
-  CHECK(bytes.size() == 64);
+  CHECK(bytes.size() == sizeof(RecordsHead));
   CHECK(RecordsView(bytes).count() == 0);
   Drawn nowhere;
   nowhere.count = 5;
@@ -292,8 +294,8 @@ TEST(image_slots_are_tiles_in_another_order) {
 
 TEST(image_malformed_records_are_refused) {
   const View view = small_view();
-  const auto good = message(random_cloud(1000, 5), {}, view);
-  CHECK(RecordsView(good).count() > 100);
+  const auto good = message(random_cloud(1000, 5, false), {}, view);
+  CHECK(RecordsView(good).count() > 100 && !RecordsView(good).colored());
   for (std::size_t size = 0; size < good.size(); size += 1 + size / 8) {
     const std::vector<std::byte> cut(good.begin(), good.begin() + static_cast<std::ptrdiff_t>(size));
     CHECK_THROWS(RecordsView(cut), std::runtime_error);
@@ -302,11 +304,14 @@ TEST(image_malformed_records_are_refused) {
   longer.push_back(std::byte{0});
   CHECK_THROWS(RecordsView(longer), std::runtime_error);
   for (const std::size_t at :
-       {0u, 8u, 9u, 10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u, 48u, 55u, 56u, 64u, 67u, 72u, 83u, 112u}) {
+       {0u, 8u, 9u, 10u, 11u, 12u, 19u, 23u, 35u, 39u, 43u, 47u, 48u, 55u, 56u, 64u, 72u, 75u, 80u, 91u, 120u}) {
     auto bad = good;
     bad[at] = std::byte{0xee};
     CHECK_THROWS(RecordsView(bad), std::runtime_error);
   }
+  auto blended = good;
+  blended[offsetof(RecordsHead, blend)] = static_cast<std::byte>(Sprite::Blend::alpha);
+  CHECK_THROWS(RecordsView(blended), std::runtime_error);  // without colours
   Canvas canvas;
   canvas.begin(small_view(64, 64));
   CHECK_THROWS(canvas.add(good), std::runtime_error);
@@ -317,7 +322,7 @@ TEST(image_malformed_records_are_refused) {
 TEST(image_nonsense_positions_stay_inside_memory) {
   const View view = small_view();
   auto bytes = message(random_cloud(2000, 5), {Sprite::Kind::disc, 15}, view);
-  const std::size_t header = 64 + 4 * 13;
+  const std::size_t header = sizeof(RecordsHead) + 4 * 13;
   std::uint32_t state = 1;
   for (std::size_t i = header; i < bytes.size(); ++i) {
     state = state * 1664525u + 1013904223u;

@@ -82,7 +82,7 @@ std::vector<Found> found_in(const RecordsView& view) {
       for (std::size_t i = 0; i < piece.count; ++i) {
         const std::byte* from = piece.records + i * view.record_bytes();
         Found& one = found[std::string(reinterpret_cast<const char*>(from), view.record_bytes())];
-        one.record = wide_record(form(view.layout()), view.grid().far_bits(), from);
+        one.record = wide_record(form(view.layout(), view.colored()), view.grid().far_bits(), from, view.color());
         CHECK(one.tiles.insert(tile).second);
       }
     }

@@ -112,6 +112,11 @@ TEST(who_has_other_things_to_do_draws_less) {
   const RenderPlan q = plan(view(Path::tiles), busy, cast, 4);
   CHECK(records_of(q, busy, 0) >= generator);
   CHECK(records_of(q, busy, 0) < 0.5 * 3.2e6 && q.draws(2));
+  // Where the manager puts the picture together, nobody acts before that is done.
+  const roles::Cast shared = roles::cast_shared(4);
+  RenderLoad uneven = load(shared, 3.2e6);
+  uneven.calculators[2].act_s *= 3;
+  CHECK(plan(view(Path::tiles), uneven, shared, 4) == plan(view(Path::tiles), load(shared, 3.2e6), shared, 4));
 }
 
 TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
@@ -194,6 +199,19 @@ TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
   CHECK(speeds.of(1) == before);
   for (int i = 0; i < 100; ++i) speeds.add(std::vector<frame::DrawSample>{{0, 1, 1}, {1, 1, 1e6}});
   CHECK(speeds.of(1) >= 1.0 / 40);  // and may show that it is not as slow as that
+}
+
+TEST(records_cost_as_many_bytes_as_they_had_in_the_last_picture) {
+  const roles::Cast cast = roles::cast_auto(4);
+  RenderLoad some;
+  const auto seconds = [&](double record_bytes) {
+    some = load(cast, 3.2e6);
+    some.record_bytes = record_bytes;
+    return frame::estimate(Path::gather, view(), kDiscs, some, cast, 4).seconds;
+  };
+  CHECK(seconds(0) == seconds(8));
+  CHECK_NEAR((seconds(12) - seconds(4)) / (seconds(8) - seconds(4)), 2, 1e-6);
+  CHECK(seconds(8) > 1.1 * seconds(4));
 }
 
 TEST(auto_picks_the_path_of_the_least_time) {
@@ -291,12 +309,13 @@ TEST(tiles_with_objects_stay_with_their_owners_while_others_are_no_better) {
   const roles::Cast cast = roles::cast_shared(4);
   image::View still = view(Path::tiles);
   RenderLoad some = load(cast, 3.2e6);
+  some.assembled_pixel_s = 2e-10;  // 0.3 ms, where drawing takes 5
   some.last = plan(still, some, cast, 4);
   RenderLoad later = some;
-  later.calculators[0].act_s *= 1.05;  // of 2.5 ms, where drawing takes 10
+  later.assembled_pixel_s *= 1.2;
   CHECK(plan(still, later, cast, 4) != some.last);
   still.objects.resize(1);
   CHECK(plan(still, later, cast, 4) == some.last);
-  later.calculators[0].act_s *= 2;
+  later.assembled_pixel_s *= 3;
   CHECK(plan(still, later, cast, 4) != some.last);
 }

@@ -3,10 +3,19 @@
 import numpy as np
 
 import motes
+from motes.distributions import Uniform
 from motes.shapes import Plane, Sphere
 
 args = motes.script.options(
-    __doc__, particles=2000, frames=40, size="64x36", space="0,100", first=30.0, step=3.0, spread=2.0
+    __doc__,
+    particles=2000,
+    frames=40,
+    size="64x36",
+    space="0,100",
+    first=30.0,
+    step=3.0,
+    spread=2.0,
+    faintest=1.0,
 )
 gravity, up, life = np.array([0, -9.81, 0]), 16.0, 200 / 60  # m/s^2, m/s, s
 camera = motes.Camera((50, 10, 80), (50, 10, 0), fov_deg=75)
@@ -21,6 +30,8 @@ draw = np.random.default_rng(1)
 with world:
     for frame in world.frames(args.frames):
         for water, nozzle in fountains:
+            if args.faintest < 1:  # each drop's look travels with it, as in the paper
+                water.configure(alpha=Uniform(args.faintest, 1))
             if frame == 0:  # the water is in the air from the start
                 ball = draw.normal(size=(args.particles, 3))
                 ball *= (draw.random((args.particles, 1)) ** (1 / 3)) / np.linalg.norm(

@@ -2,9 +2,10 @@
 
 import motes
 from motes.bench.snow import Snow
+from motes.distributions import Uniform
 
 args = motes.script.options(
-    __doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0, distance=60.0
+    __doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0, distance=60.0, faintest=1.0
 )
 camera = motes.Camera((0, 6, args.distance), (0, 6, 0), fov_deg=60)
 renderer = motes.Renderer(*args.size, camera=camera, path="gather")
@@ -15,5 +16,7 @@ snow = Snow(width=args.width)
 with world:
     for frame in world.frames(args.frames):
         for layer in layers:
+            if args.faintest < 1:  # each flake's look travels with it, as in the paper
+                layer.configure(alpha=Uniform(args.faintest, 1))
             snow.record(layer, frame, args.particles)
         world.render()

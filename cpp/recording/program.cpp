@@ -125,8 +125,11 @@ constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
 // Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
 // longer blocks than the processor's guesses are worth.
 constexpr std::size_t kLongList = 8;
+bool fetches_ahead(std::size_t actions) {
+  return actions > kLongList ? simd::isa() != simd::Isa::sse2 : simd::fetches_ahead();
+}
 std::size_t block_size(std::size_t actions) {
-  return actions > kLongList && simd::fetches_ahead() ? kBlock : kShortBlock;
+  return actions > kLongList && fetches_ahead(actions) ? kBlock : kShortBlock;
 }
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
@@ -242,7 +245,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
   const std::size_t size = block_size(operations.size());
   FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
-                   last - first > size && simd::fetches_ahead() ? size : 0);
+                   last - first > size && fetches_ahead(operations.size()) ? size : 0);
   std::optional<Front> front;
   if (outcome.gathers) front.emplace(pass.store, first);
   for (std::size_t at = first; at < last; at += size) {

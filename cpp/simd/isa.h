@@ -13,8 +13,8 @@ Isa isa();
 
 std::string_view name(Isa isa);
 
-/// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512 on
-/// processors of Intel. Those of AMD foresee all columns by themselves, and such instructions are in the way
+/// Whether short loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512
+/// on processors of Intel. Those of AMD foresee all columns by themselves, and such instructions are in the way
 /// (docs/speed.md).
 bool fetches_ahead();
 

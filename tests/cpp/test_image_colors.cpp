@@ -142,7 +142,8 @@ TEST(image_messages_of_several_colors_keep_them) {
 
 TEST(image_records_that_are_put_in_order_keep_their_colors) {
   const View view = painter_view();
-  const Drawn drawn = OneColor(50, 7).drawn(false);
+  const OneColor one(50, 7);
+  const Drawn drawn = one.drawn(false);
   const Sprite spark{Kind::disc, 5};
   Sprite smoke = spark, leaf{Kind::image, 0};
   smoke.blend = Blend::alpha;

@@ -44,14 +44,6 @@ struct OneColor {
   }
 };
 
-std::vector<std::byte> records_of(const Drawn& drawn, const Sprite& sprite, const View& view,
-                                  const Projection& projection) {
-  Projector projector;
-  Records records;
-  projector.project(drawn, sprite, view, records, projection);
-  return {records.bytes().begin(), records.bytes().end()};
-}
-
 struct Seen {
   std::vector<float> light, depth, velocity;
   bool operator==(const Seen&) const = default;
@@ -107,8 +99,8 @@ TEST(image_records_without_colors_look_the_same) {
         if ((variant & 4) != 0) sprite.softness = 0.7f;
         Projection projection;
         projection.dt = 0.05;
-        const auto with = records_of(one.drawn(true), sprite, view, projection);
-        const auto without = records_of(one.drawn(false), sprite, view, projection);
+        const auto with = projected(one.drawn(true), sprite, view, projection);
+        const auto without = projected(one.drawn(false), sprite, view, projection);
         const RecordsView colored(with), colorless(without);
         CHECK(colored.colored() && !colorless.colored() && colored.count() > 500);
         CHECK(colorless.count() == colored.count() && colorless.record_bytes() + 4 == colored.record_bytes());
@@ -130,7 +122,7 @@ TEST(image_messages_of_several_colors_keep_them) {
       std::vector<float> red(416, 0.1f);
       if (planes) other.color[0] = red.data();
       for (const Drawn& drawn : {first.drawn(planes), other, first.drawn(true)}) {
-        messages[planes].push_back(records_of(drawn, sprite, view, {}));
+        messages[planes].push_back(projected(drawn, sprite, view, {}));
       }
     }
     CHECK(look_alike(messages[1], messages[0], view));
@@ -148,14 +140,14 @@ TEST(image_records_that_are_put_in_order_keep_their_colors) {
   Sprite smoke = spark, leaf{Kind::image, 0};
   smoke.blend = Blend::alpha;
   leaf.picture = two_colors();
-  CHECK(!RecordsView(records_of(drawn, spark, view, {})).colored());
-  CHECK(RecordsView(records_of(drawn, smoke, view, {})).colored());
-  CHECK(RecordsView(records_of(drawn, leaf, view, {})).colored());
+  CHECK(!RecordsView(projected(drawn, spark, view, {})).colored());
+  CHECK(RecordsView(projected(drawn, smoke, view, {})).colored());
+  CHECK(RecordsView(projected(drawn, leaf, view, {})).colored());
   CHECK(in_order_of_depth(std::vector<Sprite>{spark, smoke}) && !in_order_of_depth(std::vector<Sprite>{spark, leaf}));
   Projection beside_smoke;
   beside_smoke.in_order = true;
   beside_smoke.any_depth = true;
-  CHECK(RecordsView(records_of(drawn, spark, view, beside_smoke)).colored());
+  CHECK(RecordsView(projected(drawn, spark, view, beside_smoke)).colored());
   const Brush colorless(spark, Layout::deep, view, false);
   const std::vector<std::byte> record(colorless.record_bytes());
   const std::vector<Piece> pieces{{&colorless, record.data(), 1}};

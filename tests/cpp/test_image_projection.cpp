@@ -10,18 +10,6 @@
 
 using namespace image_test;
 
-namespace {
-
-std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
-                                 const Projection& projection) {
-  Projector projector;
-  Records records;
-  projector.project(drawn, sprite, view, records, projection);
-  return {records.bytes().begin(), records.bytes().end()};
-}
-
-}  // namespace
-
 TEST(image_messages_say_whose_records_they_have) {
   Projection projection;
   projection.system = 7;

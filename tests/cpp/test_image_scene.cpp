@@ -47,6 +47,14 @@ std::vector<const SplatLanes*> usable_splat_lanes() {
   return usable(motes::sse2::splat_lanes, motes::avx2::splat_lanes, motes::avx512::splat_lanes);
 }
 
+std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
+                                 const Projection& projection) {
+  Projector projector;
+  Records records;
+  projector.project(drawn, sprite, view, records, projection);
+  return {records.bytes().begin(), records.bytes().end()};
+}
+
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view, const ProjectLanes& lanes) {
   Projector projector(lanes);
   Records records;

@@ -55,6 +55,8 @@ View small_view(int width = 200, int height = 150);
 std::vector<const ProjectLanes*> usable_project_lanes();
 std::vector<const SplatLanes*> usable_splat_lanes();
 
+std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
+                                 const Projection& projection);
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view,
                                const ProjectLanes& lanes = project_lanes());
 Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages,

@@ -131,9 +131,7 @@ void Brush::set_splat(const View& view) {
   splat_.row_bytes = f.row_bytes;
   splat_.sub_bits = Grid{width_, height_}.sub_bits();
   splat_.record_bytes = static_cast<int>(record_bytes_);
-  splat_.colored = colored_;
-  splat_.with_depth = layout_ != Layout::plain;
-  splat_.depth = form().depth;
+  splat_.form = form();
   splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
   splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
   if (sphere) {

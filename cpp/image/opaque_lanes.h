@@ -57,8 +57,7 @@ MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Sp
     const std::size_t seen = find_seen(planes, s, records, number, crowd);
     for (std::size_t k = 0; k < seen; ++k) {
       const std::size_t i = crowd.seen[k];
-      const std::uint32_t color = s.colored ? word_at(records + i * bytes + 4) : s.color;
-      draw(Coat{color, crowd.depth[i]}, crowd.pixel[i], crowd.row[i]);
+      draw(Coat{color_of(s, records + i * bytes), crowd.depth[i]}, crowd.pixel[i], crowd.row[i]);
     }
     records += number * bytes;
     count -= number;

@@ -50,6 +50,11 @@ MOTES_INLINE Mask touch(const Places& at, int size) {
 }
 MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
 
+// The colour of a record, its own or that of all.
+MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* record) {
+  return s.form.color != 0 ? word_at(record + s.form.color) : s.color;
+}
+
 // Positions and depths of records, which have depths. There is room for whole vectors.
 MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* records, std::size_t count,
                               std::uint32_t* positions, std::uint32_t* depths) {
@@ -64,7 +69,7 @@ MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* record
   }
   for (const auto bytes = static_cast<std::size_t>(s.record_bytes); i < count; ++i) {
     positions[i] = word_at(records + i * bytes);
-    depths[i] = word_at(records + i * bytes + s.depth);
+    depths[i] = word_at(records + i * bytes + s.form.depth);
   }
   for (; i % kLanes != 0; ++i) positions[i] = depths[i] = 0;
 }

@@ -144,7 +144,7 @@ MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const un
     over_records<kVectors, kSaturating, kDepth, kFade>(tile, s, records, count);
   } else if constexpr (kDepth) {
     add_among<kVectors, kSaturating, kFade>(tile, s, records, count);
-  } else if (s.colored) {
+  } else if (s.form.color != 0) {
     add_records<kVectors, kSaturating, true>(tile, s, records, count);
   } else {
     add_records<kVectors, kSaturating, false>(tile, s, records, count);
@@ -153,7 +153,7 @@ MOTES_INLINE void blend_records(const TilePlanes& tile, const Splat& s, const un
 
 template <int kVectors, bool kSaturating, bool kOver>
 MOTES_INLINE void blend_in(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  const bool depth = s.with_depth && tile.hides;
+  const bool depth = s.form.depth != 0 && tile.hides;
   if (!depth) return blend_records<kVectors, kSaturating, kOver, false, false>(tile, s, records, count);
   if (!(s.fade > 0)) return blend_records<kVectors, kSaturating, kOver, true, false>(tile, s, records, count);
   blend_records<kVectors, kSaturating, kOver, true, true>(tile, s, records, count);
@@ -176,8 +176,8 @@ void add_points_any(const TilePlanes& tile, const Splat& s, const unsigned char*
 }
 
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if (s.size != 2 || s.with_depth) return blend_from<1, false>(tile, s, records, count);
-  s.colored ? add_points_any<true>(tile, s, records, count) : add_points_any<false>(tile, s, records, count);
+  if (s.size != 2 || s.form.depth != 0) return blend_from<1, false>(tile, s, records, count);
+  s.form.color != 0 ? add_points_any<true>(tile, s, records, count) : add_points_any<false>(tile, s, records, count);
 }
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   blend_from<1, true>(tile, s, records, count);

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "image/layout.h"
 #include "image/tile_planes.h"
 
 namespace motes::image {
@@ -32,11 +33,9 @@ struct Splat {
   int size, phase_bits, row_bytes;
   int sub_bits;
   int record_bytes;
-  int depth;             // where a record has its depth
-  bool colored;          // records have colours
-  std::uint32_t color;   // else: that of all
+  RecordForm form;      // of the records
+  std::uint32_t color;  // of all of them, where they have none
   int origin_x, origin_y;  // fixed-point position of the particle whose footprint starts at the tile's first pixel
-  bool with_depth;  // records have a depth
   bool saturating;  // the sums may overflow
   float fade;  // 1 / softness, 1/m; 0: hard
 };

@@ -88,8 +88,9 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
   const Channels channel = channels();
   const Spread spreading = spread();
   const Light of_all = light_of(channel, s.color);
+  const auto bytes = static_cast<std::size_t>(s.record_bytes);
   const auto light = [&](std::size_t i) {
-    return s.colored ? light_of(channel, word_at(records + i * static_cast<std::size_t>(s.record_bytes) + 4)) : of_all;
+    return s.form.color != 0 ? light_of(channel, color_of(s, records + i * bytes)) : of_all;
   };
   Among some;
   while (count != 0) {
@@ -103,7 +104,7 @@ void add_among(const image::TilePlanes& planes, const image::Splat& task, const 
       const std::size_t i = some.tested[k];
       add_tested<kVectors, kSaturating, kFade>(tile, s, spreading, light(i), some, i);
     }
-    records += number * static_cast<std::size_t>(s.record_bytes);
+    records += number * bytes;
     count -= number;
   }
 }

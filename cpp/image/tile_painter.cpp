@@ -295,7 +295,7 @@ void TilePainter::blend(const Piece& piece) {
     });
   } else {
     SplatKernel* kernel = over ? lanes_->over : lanes_->add;
-    if (!over && splat_.with_depth && planes_.hides) planes_.blocks = blocks_.met(planes_, area_, splat_.size);
+    if (!over && splat_.form.depth != 0 && planes_.hides) planes_.blocks = blocks_.met(planes_, area_, splat_.size);
     in_parts(piece, [&](const unsigned char* records, std::size_t count) {
       splat_.saturating = saturating_;
       kernel(planes_, splat_, records, count);

@@ -125,11 +125,13 @@ constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
 // Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
 // longer blocks than the processor's guesses are worth.
 constexpr std::size_t kLongList = 8;
-bool fetches_ahead(std::size_t actions) {
-  return actions > kLongList ? simd::isa() != simd::Isa::sse2 : simd::fetches_ahead();
-}
-std::size_t block_size(std::size_t actions) {
-  return actions > kLongList && fetches_ahead(actions) ? kBlock : kShortBlock;
+struct Blocks {
+  bool fetched;  // ahead
+  std::size_t size;
+};
+Blocks blocks_for(std::size_t actions) {
+  const bool is_long = actions > kLongList, fetched = simd::fetches_ahead(is_long);
+  return {fetched, is_long && fetched ? kBlock : kShortBlock};
 }
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
@@ -243,9 +245,9 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
-  const std::size_t size = block_size(operations.size());
+  const auto [fetched, size] = blocks_for(operations.size());
   FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
-                   last - first > size && fetches_ahead(operations.size()) ? size : 0);
+                   last - first > size && fetched ? size : 0);
   std::optional<Front> front;
   if (outcome.gathers) front.emplace(pass.store, first);
   for (std::size_t at = first; at < last; at += size) {

@@ -13,10 +13,10 @@ Isa isa();
 
 std::string_view name(Isa isa);
 
-/// Whether short loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512
-/// on processors of Intel. Those of AMD foresee all columns by themselves, and such instructions are in the way
-/// (docs/speed.md).
-bool fetches_ahead();
+/// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512.
+/// Processors of AMD foresee all columns by themselves, and such instructions are in the way unless there is `much` to
+/// compute (docs/speed.md).
+bool fetches_ahead(bool much);
 
 /// Picks the build that belongs to isa().
 template <class Table>

@@ -48,18 +48,16 @@ std::vector<const SplatLanes*> usable_splat_lanes() {
 }
 
 std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
-                                 const Projection& projection) {
-  Projector projector;
+                                 const Projection& projection, const ProjectLanes& lanes,
+                                 const ProjectWideLanes& wide) {
+  Projector projector(lanes, wide);
   Records records;
   projector.project(drawn, sprite, view, records, projection);
   return {records.bytes().begin(), records.bytes().end()};
 }
 
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view, const ProjectLanes& lanes) {
-  Projector projector(lanes);
-  Records records;
-  projector.project(cloud.drawn(), sprite, view, records);
-  return {records.bytes().begin(), records.bytes().end()};
+  return projected(cloud.drawn(), sprite, view, {}, lanes);
 }
 
 Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages, const SplatLanes& lanes) {

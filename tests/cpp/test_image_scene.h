@@ -56,7 +56,8 @@ std::vector<const ProjectLanes*> usable_project_lanes();
 std::vector<const SplatLanes*> usable_splat_lanes();
 
 std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
-                                 const Projection& projection);
+                                 const Projection& projection, const ProjectLanes& lanes = project_lanes(),
+                                 const ProjectWideLanes& wide = project_wide_lanes());
 std::vector<std::byte> message(const Cloud& cloud, const Sprite& sprite, const View& view,
                                const ProjectLanes& lanes = project_lanes());
 Pixels picture(const View& view, const std::vector<std::vector<std::byte>>& messages,

@@ -94,13 +94,10 @@ std::vector<Found> found_in(const RecordsView& view) {
 
 std::vector<std::byte> wide_message(const Drawn& drawn, const Sprite& sprite, const View& view, double dt,
                                     const ProjectWideLanes& lanes = project_wide_lanes()) {
-  Projector projector(project_lanes(), lanes);
-  Records records;
   Projection projection;
   projection.dt = dt;
   projection.any_depth = true;
-  projector.project(drawn, sprite, view, records, projection);
-  return {records.bytes().begin(), records.bytes().end()};
+  return projected(drawn, sprite, view, projection, project_lanes(), lanes);
 }
 
 std::vector<Found> project_one(const WideCloud& cloud, std::size_t i, const Sprite& sprite, const View& view,

@@ -75,7 +75,7 @@ class _Bench:
         for experiment, finite in scenes:
             own = dict(model()["scene"][experiment])
             space = own.pop("space")
-            options = [*fixed, "--faintest=0.9", f"--space={space if finite else 'infinite'}"]
+            options = [*fixed, f"--space={space if finite else 'infinite'}"]
             options += [f"--{name}={value}" for name, value in own.items()]
             record(self._scene(experiment, finite), FOLDER / f"{experiment}.py", options)
 

@@ -236,20 +236,6 @@ void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned cha
                   : draw_all<Kind, true, false>(tile, task, records, count);
 }
 
-MOTES_INLINE unsigned bits_of(Mask mask) {
-#if MOTES_WIDTH == 512
-  return _mm512_movepi32_mask((__m512i)mask);
-#elif MOTES_WIDTH == 256
-  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
-#elif MOTES_WIDTH == 128
-  return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
-#else
-  unsigned bits = 0;
-  for (int lane = 0; lane < kWidth; ++lane) bits |= static_cast<unsigned>(mask[lane] & 1) << lane;
-  return bits;
-#endif
-}
-
 // Where a vector of pixels is covered.
 MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, const InPart& at, unsigned covered,
                               Longs first, Longs second) {

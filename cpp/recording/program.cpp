@@ -257,7 +257,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws, ahead);
-    if (collect(block, bands, at, outcome)) dead.fill(0);
+    if (collect(block, bands, at, outcome)) std::memset(dead.data(), 0, count * sizeof dead[0]);
     if (front) front->gather(outcome, dead_before, left_before);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));

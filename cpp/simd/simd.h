@@ -137,19 +137,22 @@ MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 }
 MOTES_INLINE Ints select(Mask mask, Ints yes, Ints no) { return (Ints)select(mask, (Floats)yes, (Floats)no); }
 
-MOTES_INLINE bool any(Mask mask) {
+/// One bit per lane, the first lane's lowest.
+MOTES_INLINE unsigned bits_of(Mask mask) {
 #if MOTES_WIDTH == 512
-  return _mm512_movepi32_mask((__m512i)mask) != 0;
+  return _mm512_movepi32_mask((__m512i)mask);
 #elif MOTES_WIDTH == 256
-  return _mm256_movemask_ps((__m256)mask) != 0;
+  return static_cast<unsigned>(_mm256_movemask_ps((__m256)mask));
 #elif MOTES_WIDTH == 128
-  return _mm_movemask_ps((__m128)mask) != 0;
+  return static_cast<unsigned>(_mm_movemask_ps((__m128)mask));
 #else
-  std::int32_t bits = 0;
-  for (std::size_t i = 0; i < kLanes; ++i) bits |= mask[i];
-  return bits != 0;
+  unsigned bits = 0;
+  for (std::size_t i = 0; i < kLanes; ++i) bits |= static_cast<unsigned>(mask[i] & 1) << i;
+  return bits;
 #endif
 }
+
+MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
 
 MOTES_INLINE Floats sqrt(Floats v) {
 #if MOTES_WIDTH == 512

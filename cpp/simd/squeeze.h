@@ -29,7 +29,7 @@ inline constexpr LaneOrders kLaneOrders = lane_orders();
 class Selected {
  public:
 #if MOTES_WIDTH == 512
-  MOTES_INLINE explicit Selected(Mask chosen) : bits_(_mm512_movepi32_mask((__m512i)chosen)) {}
+  MOTES_INLINE explicit Selected(Mask chosen) : bits_(static_cast<__mmask16>(bits_of(chosen))) {}
   MOTES_INLINE std::size_t number() const { return static_cast<std::size_t>(__builtin_popcount(bits_)); }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm512_maskz_compress_epi32(bits_, (__m512i)v); }
   MOTES_INLINE Mask front_of(Mask pressed) const { return pressed; }  // the lanes behind are 0 already
@@ -37,8 +37,7 @@ class Selected {
  private:
   __mmask16 bits_;
 #elif MOTES_WIDTH == 256
-  MOTES_INLINE explicit Selected(Mask chosen)
-      : Selected(static_cast<unsigned>(_mm256_movemask_ps((__m256)chosen)), nullptr) {}
+  MOTES_INLINE explicit Selected(Mask chosen) : Selected(bits_of(chosen), nullptr) {}
   MOTES_INLINE std::size_t number() const { return number_; }
   MOTES_INLINE Uints pressed(Uints v) const { return (Uints)_mm256_permutevar8x32_epi32((__m256i)v, order_); }
   MOTES_INLINE Mask front_of(Mask pressed) const {

@@ -200,6 +200,45 @@ def test_opaque_particles_are_merged_and_others_are_blended(
         assert {row["render_path"] for row in frames_of(log)} == {drawn}
 
 
+SIZES = """
+import sys
+import motes
+from motes import shapes
+
+path, sizes = sys.argv[1], [tuple(map(int, size.split("x"))) for size in sys.argv[2:]]
+world = motes.World(
+    seed=3,
+    space=(-3, 3),
+    roles="shared",
+    renderer=motes.Renderer(
+        64, 64, camera=motes.Camera((0, 1, 8), (0, 0.5, 0)), objects=[shapes.Sphere((0, 0, 0), 1.5)], path=path
+    ),
+    progress="off",
+)
+dust = world.system("dust")
+with world:
+    for frame in world.frames(6):
+        if frame == 0:
+            dust.burst(shapes.Box((-2, -1, -1), (2, 2, 1)), count=2000)
+        dust.move()
+        world.renderer.width, world.renderer.height = sizes[frame % len(sizes)]
+        picture = world.render()
+        if frame == 4:  # a still in between
+            world.renderer.width, world.renderer.height = sizes[-1]
+            world.redraw()
+        if picture:
+            print(frame, picture.digest())
+"""
+
+
+@pytest.mark.parametrize("size", [1, 3])
+@pytest.mark.parametrize("path", ["auto", "tiles", "composite"])
+def test_pictures_of_alternating_sizes_are_drawn_in_full(size: int, path: str):
+    large, small = (python(SIZES, "gather", one).lines for one in ("320x200", "70x130"))
+    lines = mpirun(size, SIZES, path, "320x200", "70x130").lines
+    assert lines == [large[0], small[1], large[2], small[3], large[4], small[5]]
+
+
 def test_paths_are_checked():
     camera = motes.Camera((0, 0, 9), (0, 0, 0))
     with pytest.raises(ArgumentError, match="path.*'gathered'"):

@@ -121,6 +121,9 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   if (!script.record.view) return;
   const Conversation& talk = rank.talk;
   const image::View& view = *script.record.view;
+  if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), talk.size())) {
+    throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks: they have the same
+  }
   painter.drawing.width = view.width;
   painter.drawing.height = view.height;
   painter.drawing.path = painter.plan.path;

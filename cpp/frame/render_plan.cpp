@@ -146,7 +146,7 @@ RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& lo
                   const std::vector<Drawer>& drawers) {
   constexpr double kNoise = 1.02;
   const bool comparable = load.last.path == next.path && load.last.order == next.order &&
-                          load.grid.width == view.width && load.grid.height == view.height;
+                          load.last.covers(static_cast<int>(work.size()), static_cast<int>(drawers.size()));
   if (view.objects.empty() || !comparable) return next;
   return slowest(load.last, work, drawers) <= kNoise * slowest(next, work, drawers) ? load.last : next;
 }
@@ -264,6 +264,17 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
 }
 
 }  // namespace
+
+bool RenderPlan::covers(int tiles, int ranks) const {
+  const auto all = static_cast<std::size_t>(ranks);
+  if (firsts.size() != all || ends.size() != all) return false;
+  std::uint64_t dealt = 0;
+  for (std::size_t r = 0; r < all; ++r) {
+    if (firsts[r] > ends[r] || ends[r] > static_cast<std::uint32_t>(tiles)) return false;
+    dealt += ends[r] - firsts[r];
+  }
+  return dealt == static_cast<std::uint64_t>(tiles);  // stretches do not overlap: see deal_tiles
+}
 
 double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels) {
   return records * mean_record_s(view, sprites) + pixels * costs::kPixel * kNano;

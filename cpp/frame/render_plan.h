@@ -26,6 +26,8 @@ struct RenderPlan {
   int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
   int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
   bool draws(int rank) const { return first(rank) < end(rank); }
+  /// Whether it deals out all tiles of a picture that has so many, to so many ranks.
+  bool covers(int tiles, int ranks) const;
 
   bool operator==(const RenderPlan&) const = default;
 };

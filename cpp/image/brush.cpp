@@ -121,10 +121,9 @@ Brush::Brush(const Sprite& sprite, Layout layout, const View& view, bool colored
 
 void Brush::set_splat(const View& view) {
   const float diameter = diameter_of(sprite_, height_);
-  const bool in_pixels = !(sprite_.of_height > 0);
-  const bool point = sprite_.kind == Sprite::Kind::point || (in_pixels && sprite_.pixels <= 1);
+  const bool point = drawn_as_point(sprite_);
   const bool sphere = sprite_.kind == Sprite::Kind::sphere && !point;
-  if (!point && !in_pixels) own_ = footprint_of(diameter);
+  if (!point && sprite_.of_height > 0) own_ = footprint_of(diameter);
   const Footprint& f = footprint_in_use();
   splat_.size = f.size;
   splat_.phase_bits = f.phase_bits;
@@ -171,7 +170,10 @@ void Brush::set_wide(const View& view) {
   wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
   wide_.radius = static_cast<float>(1 / lens(view).focal_px);
   for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) wide_.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
-  if (sprite_.kind == Sprite::Kind::point) wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
+  if (drawn_as_point(sprite_)) {
+    wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
+    wide_.key_shift = 1;
+  }
   if (sprite_.kind == Sprite::Kind::sphere) {
     const Daylight daylight(view);
     for (std::size_t i = 0; i < 3; ++i) {

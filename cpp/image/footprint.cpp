@@ -15,8 +15,6 @@ namespace {
 // The greatest weight: one below 255, which leaves room for rounding up.
 constexpr double kPeak = 254;
 
-bool is_point(const Sprite& sprite) { return sprite.kind == Sprite::Kind::point || sprite.pixels <= 1; }
-
 // Light at (x, y) pixels from the centre of a disc of this diameter: flat in
 // the middle, soft at the edge.
 double disc_profile(double x, double y, double diameter) {
@@ -103,7 +101,7 @@ Footprint build(double diameter, double light = 0) {
 }  // namespace
 
 int footprint_size(const Sprite& sprite, int height) {
-  return is_point(sprite) ? 2 : static_cast<int>(std::ceil(diameter_of(sprite, height)));
+  return static_cast<int>(std::ceil(diameter_of(sprite, height)));
 }
 
 const Footprint& footprint(const Sprite& sprite) {
@@ -114,7 +112,7 @@ const Footprint& footprint(const Sprite& sprite) {
     }
     return built;
   }();
-  return all[static_cast<std::size_t>(is_point(sprite) ? 1 : sprite.pixels)];
+  return all[static_cast<std::size_t>(drawn_as_point(sprite) ? 1 : sprite.pixels)];
 }
 
 // As bright as those of the next smaller and larger whole diameter: a picture

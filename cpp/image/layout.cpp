@@ -14,8 +14,13 @@ bool has_fixed_footprint(const Sprite& sprite, int height) {
 
 }  // namespace
 
+bool drawn_as_point(const Sprite& sprite) {
+  if (sprite.kind == Sprite::Kind::point) return true;
+  return sprite.kind != Sprite::Kind::image && sprite.pixels == 1 && !(sprite.of_height > 0);
+}
+
 float diameter_of(const Sprite& sprite, int height) {
-  if (sprite.kind == Sprite::Kind::point) return 2;
+  if (drawn_as_point(sprite)) return 2;
   if (sprite.of_height > 0) return sprite.of_height * static_cast<float>(height);
   return static_cast<float>(sprite.pixels == 1 ? 2 : sprite.pixels);
 }
@@ -35,8 +40,8 @@ bool anything_hides(const View& view, std::span<const Sprite> sprites) {
 }
 
 Layout layout(const Sprite& sprite, const View& view, bool any_depth) {
-  const bool deep =
-      any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add || sprite.kind == Sprite::Kind::sphere;
+  const bool deep = any_depth || !view.objects.empty() || sprite.blend != Sprite::Blend::add ||
+                    (sprite.kind == Sprite::Kind::sphere && !drawn_as_point(sprite));
   const bool still = !(view.shutter > 0);
   if (still && has_fixed_footprint(sprite, view.height)) return deep ? Layout::deep : Layout::plain;
   if (sprite.kind == Sprite::Kind::image || Grid{view.width, view.height}.far_bits() == 0) return Layout::wide;

@@ -83,9 +83,12 @@ bool in_order_of_depth(std::span<const Sprite> sprites);
 /// Whether anything in a picture hides what is behind it: objects, or a system that is opaque or blends by alpha.
 bool anything_hides(const View& view, std::span<const Sprite> sprites);
 
+/// Points, and discs and spheres of one pixel.
+bool drawn_as_point(const Sprite& sprite);
+
 /// Pixels of a sprite whose particles all have the same size; 0: they have
-/// their own. Points, and discs that are drawn as points, are 2 px wide: as
-/// much light as their 2x2 pixels get.
+/// their own. What is drawn as a point is 2 px wide: as much light as its 2x2
+/// pixels get.
 float diameter_of(const Sprite& sprite, int height);
 
 /// Equal on every rank, as view and sprites are. `any_depth`: see

@@ -137,13 +137,14 @@ RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& pr
   const Grid grid{view.width, view.height};
   RecordsHead head;
   head.system = static_cast<std::uint32_t>(projection.system);
-  head.kind = static_cast<std::uint8_t>(sprite.kind);
+  const bool point = drawn_as_point(sprite);
+  head.kind = static_cast<std::uint8_t>(point ? Sprite::Kind::point : sprite.kind);
   head.blend = static_cast<std::uint8_t>(sprite.blend);
   head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
   head.with_velocity = with_velocity(sprite, view);
   const bool in_order = projection.in_order || in_order_of_depth({&sprite, 1});
   head.colored = in_order || !may_lack_color(static_cast<Layout>(head.layout)) ? 1 : 0;
-  head.pixels = sprite.kind == Sprite::Kind::point ? 1 : sprite.pixels;
+  head.pixels = point ? 1 : sprite.pixels;
   head.of_height = sprite.of_height;
   head.softness = sprite.softness;
   head.picture = sprite.picture;

@@ -90,7 +90,7 @@ inline __attribute__((noinline)) void fill(const image::WideSplat& task, std::ui
   const int phase = static_cast<int>(key & 15), way = static_cast<int>(key >> 4 & 0xfff);
   g.at_x[0] = ((phase & 3) << kPlaceBits) + (1 << (kPlaceBits - 1));
   g.at_y[0] = ((phase >> 2) << kPlaceBits) + (1 << (kPlaceBits - 1));
-  g.size[0] = static_cast<std::int32_t>(key >> 16);
+  g.size[0] = static_cast<std::int32_t>(key >> 16 << task.key_shift);
   g.light[0] = image::kAllLight;
   g.dx[0] = (way % kWays - kFarthestWay) << image::kWideBits;
   g.dy[0] = (way / kWays) << image::kWideBits;

@@ -83,7 +83,7 @@ MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& strea
   const Ints y = (Ints)((Uints)(position >> 16) << places) - task.origin_y;
   const Ints phase = (x >> kPlaceBits & 3) | (Ints)((Uints)(y >> kPlaceBits & 3) << 2);
   const Ints number = (Ints)((Uints)(down * kWays + across + kFarthestWay) << 4) | phase;
-  const Ints size = (Ints)(streaks.size << 16);
+  const Ints size = (Ints)((streaks.size & 0xffffu) >> task.key_shift << 16);
   const Ints key = (number | size) & known, place = (number + (size >> 16) * 0x610) & (image::kStamps - 1);
   const Ints column = x >> image::kWideBits, row = y >> image::kWideBits;
   store_mask(uses.middle_column, column);

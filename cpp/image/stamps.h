@@ -6,7 +6,8 @@
 namespace motes::image {
 
 /// The streak of a sprite of one size, at one of 16 places in a pixel. What it holds follows from the key alone, so it
-/// does not matter when it was computed.
+/// does not matter when it was computed. A point shines more than a disc of its size, 2 px: its key has half of that,
+/// which no disc has.
 ///
 /// Its rows are kept in pairs, the first with the second: two rows of 8 pixels are a block, and a pair has as many
 /// blocks beside each other as the stamp has strips.

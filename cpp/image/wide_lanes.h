@@ -36,6 +36,7 @@ struct WideSplat {
   float toward_sun[3], upward[3], sun, low, high, mean_shade;
 
   bool one_size;  // all sprites are equally large
+  int key_shift;  // of sizes in keys of stamps; 1 for points: see Stamp
   Stamp* stamps;  // kStamps of them, which the kernels fill
   Cover* cover;  // where the light of its colour's streaks is added up; null: nowhere
 

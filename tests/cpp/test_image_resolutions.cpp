@@ -101,6 +101,22 @@ TEST(image_sizes_in_parts_of_the_height_look_the_same_at_every_resolution) {
   }
 }
 
+TEST(image_sizes_in_parts_of_the_height_do_not_depend_on_pixels) {
+  const Scene scene(3000, 1, 1);
+  const View view = dark_view(320, 180);
+  for (const float part : {0.02f, 0.1f}) {  // of fixed size, and any
+    std::vector<std::vector<float>> light;
+    for (const int pixels : {5, 1, 0}) {
+      Sprite sprite;
+      sprite.of_height = part;
+      sprite.pixels = pixels;
+      light.push_back(light_of(scene.drawn(), sprite, view));
+    }
+    CHECK(light[1] == light[0]);
+    CHECK(light[2] == light[0]);
+  }
+}
+
 TEST(image_streaks_keep_their_light) {
   const View still = dark_view(640, 360);
   View open = still;

@@ -226,6 +226,43 @@ TEST(image_streaks_at_the_edges_of_tiles_are_added_up_to_the_same_sums) {
   }
 }
 
+// Both are 2 px wide, but a point shines more.
+TEST(image_points_and_discs_of_their_size_do_not_share_stamps) {
+  View view = wide_view(128, 128);
+  view.shutter = 1;
+  Cloud cloud = random_cloud(50, 6, false);
+  Drawn drawn = cloud.drawn();
+  drawn.velocity_of_all = {0.3f, 0.1f, 0};
+  Projection moving;
+  moving.dt = 1;
+  const auto of = [&](Kind kind, int pixels) { return projected(drawn, {kind, pixels}, view, moving); };
+  const auto points = of(Kind::point, 1), discs = of(Kind::disc, 2);
+  CHECK(picture(view, {points, discs}) == picture(view, {discs, points}));
+  CHECK(picture(view, {points}) != picture(view, {discs}));
+}
+
+TEST(image_what_is_drawn_as_a_point_looks_like_one_at_rest_and_in_motion) {
+  View view = wide_view(128, 128);
+  Cloud cloud = random_cloud(50, 7, false);
+  for (const float shutter : {0.0f, 1.0f}) {
+    view.shutter = shutter;
+    for (const float speed : {0.0f, 0.4f}) {
+      Drawn drawn = cloud.drawn();
+      drawn.velocity_of_all = {speed, -speed, 0};
+      for (const Blend blend : {Blend::add, Blend::alpha, Blend::opaque}) {
+        Projection how;
+        how.dt = 1;
+        how.any_depth = blend != Blend::add;
+        const auto of = [&](Kind kind) {
+          return picture(view, {projected(drawn, {kind, 1, blend}, view, how)});
+        };
+        CHECK(of(Kind::disc) == of(Kind::point));
+        CHECK(of(Kind::sphere) == of(Kind::point));
+      }
+    }
+  }
+}
+
 // Ways of (8, 2) and (-8, 18) px share a place among the stamps: each replaces the other's while records of both are
 // drawn.
 TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {

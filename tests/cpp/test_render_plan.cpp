@@ -319,3 +319,23 @@ TEST(tiles_with_objects_stay_with_their_owners_while_others_are_no_better) {
   later.assembled_pixel_s *= 3;
   CHECK(plan(still, later, cast, 4) != some.last);
 }
+
+// Ranks tell of a picture while the next one is planned: sizes that alternate come back before their counts do.
+TEST(a_plan_for_another_size_or_for_more_ranks_is_not_taken_again) {
+  image::View large = view(Path::tiles), small = large;
+  small.width = 200;
+  small.height = 150;
+  large.objects.resize(1);
+  small.objects.resize(1);
+  for (const int ranks : {1, 3}) {
+    const roles::Cast cast = roles::cast_shared(ranks);
+    RenderLoad some = load(cast, 3.2e6);
+    for (const image::View& last : {small, large}) {
+      some.last = plan(last, some, cast, ranks);
+      check_owners(plan(large, some, cast, ranks), ranks, kTiles);
+      check_owners(plan(small, some, cast, ranks), ranks, image::Grid{small.width, small.height}.tiles());
+    }
+    some.last = plan(large, some, roles::cast_shared(ranks + 1), ranks + 1);
+    check_owners(plan(large, some, cast, ranks), ranks, kTiles);
+  }
+}

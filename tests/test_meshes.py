@@ -407,6 +407,45 @@ def test_what_was_configured_brings_its_mesh_into_another_process(tmp_path: Path
     assert said.strip() == repr(mesh.sample(5, 1).tolist())
 
 
+UNITED = """
+import motes
+from made_meshes import globe
+from motes import shapes
+world = motes.World(seed=1, progress="off", digest=True, checkpoint=CHECKPOINT)
+world.renderer = motes.Renderer(16, 16, camera=motes.Camera((0, 0, 5), (0, 0, 0)))
+dust = world.system("dust")
+with world:
+    for frame in world.frames(6):
+        if frame == 0:
+            ball = motes.Mesh(*globe(9, 9), solid=True, resolution=16)
+            dust.configure(velocity=ball | shapes.Box((1, 1, 1), (2, 2, 2)))
+        dust.burst(motes.Mesh(*globe(7, 7), solid=True, resolution=16) | shapes.Point((2, 0, 0)), count=300)
+        dust.move()
+        motes.script.print_digest(world, world.render())
+        END
+"""
+
+
+def test_a_union_with_a_solid_mesh_is_the_same_in_a_run_that_goes_on(tmp_path: Path):
+    script = tmp_path / "script.py"
+    place = 'motes.Checkpoint(os.environ["PLACE"], every=2)'
+    stop = 'frame == int(os.environ["STOP"]) and os._exit(3)'
+    script.write_text("import os" + UNITED.replace("CHECKPOINT", place).replace("END", stop))
+    whole = python(script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
+    part = {"PLACE": str(tmp_path / "part")}
+    assert python(script, env={**part, "STOP": "4"}).code == 3
+    rest = python(script, env={**part, "STOP": "99"}).lines
+    assert 0 < len(rest) < 6 and rest == whole[-len(rest) :]
+
+
+def test_a_union_with_a_solid_mesh_is_the_same_in_a_recorded_scene(motes_replay: Path, tmp_path: Path):
+    script, scene = tmp_path / "script.py", tmp_path / "x.motes"
+    script.write_text(UNITED.replace("CHECKPOINT", "None").replace("END", ""))
+    lines = python(script).lines
+    command([sys.executable, "-m", "motes", "record", "-o", scene, script], timeout=60)
+    assert command([str(motes_replay), str(scene), "--digest"]).lines == lines
+
+
 def test_a_run_goes_on_with_the_mesh_that_its_first_frame_configured(tmp_path: Path):
     script = tmp_path / "script.py"
     script.write_text("""

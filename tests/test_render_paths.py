@@ -210,11 +210,10 @@ world = motes.World(
     seed=3,
     space=(-3, 3),
     roles="shared",
-    renderer=motes.Renderer(
-        64, 64, camera=motes.Camera((0, 1, 8), (0, 0.5, 0)), objects=[shapes.Sphere((0, 0, 0), 1.5)], path=path
-    ),
+    renderer=motes.Renderer(64, 64, camera=motes.Camera((0, 1, 8), (0, 0.5, 0)), path=path),
     progress="off",
 )
+world.renderer.objects = [shapes.Sphere((0, 0, 0), 1.5)]
 dust = world.system("dust")
 with world:
     for frame in world.frames(6):

@@ -61,6 +61,23 @@ def test_a_path_without_a_picture_is_refused(tmp_path, content):
         motes.Sprite("image", image=tmp_path / "leaf.png")
 
 
+@pytest.mark.parametrize(("width", "height"), [(14_000, 14_000), (10_000, 10_000), (1, 8193)])
+def test_a_path_to_a_picture_that_is_too_large_is_refused(tmp_path, width, height):
+    """Pillow refuses what is beyond 179 million pixels, and warns beyond 89 million: here an error."""
+    images = pytest.importorskip("PIL.Image")
+    images.new("1", (width, height)).save(tmp_path / "wide.png")
+    with pytest.raises(ArgumentError, match=r"image must be a picture of 1\.\.8192 pixels") as caught:
+        motes.Sprite("image", image=tmp_path / "wide.png")
+    assert caught.value.value == str(tmp_path / "wide.png")
+
+
+def test_pillows_warning_about_large_pictures_is_not_shown(tmp_path, monkeypatch):
+    images = pytest.importorskip("PIL.Image")
+    images.fromarray(LEAF, "RGBA").save(tmp_path / "leaf.png")
+    monkeypatch.setattr(images, "MAX_IMAGE_PIXELS", LEAF.shape[0] * LEAF.shape[1] - 1)
+    assert motes.Sprite("image", image=tmp_path / "leaf.png") == motes.Sprite("image", image=LEAF)
+
+
 def test_a_path_needs_pillow(monkeypatch):
     monkeypatch.setitem(sys.modules, "PIL.Image", None)
     with pytest.raises(MissingExtra, match=r"Pillow.*\.\[image\]"):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import re
 from pathlib import Path
 
 import pytest
@@ -100,6 +101,40 @@ def test_more_ranks_than_processors_have_a_thread_each(tmp_path: Path):
     assert mpirun(min(size, 5), SCENE, log, env={"MOTES_THREADS": ""}).code == 0
     rows = json.loads((log / "run.json").read_text())["ranks"]
     assert all(row["threads"] == 1 for row in rows) or size > 5
+
+
+REFUSED = """
+import os
+import resource
+import motes
+from motes import shapes
+
+def threads():
+    return len(os.listdir("/proc/self/task"))
+
+world = motes.World(seed=1, threads=1000, progress="off")
+snow = world.system("snow")
+try:
+    with world:
+        snow.burst(shapes.Box((-1, -1, -1), (1, 1, 1)), count=100_000)
+        snow.move()
+        before = threads()
+        used = int(open("/proc/self/statm").read().split()[0]) * resource.getpagesize()
+        _, most = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(resource.RLIMIT_AS, (used + (200 << 20), most))  # room for some 25 stacks of 8 MB
+        world.step()
+except motes.MotesError as error:
+    print(threads() - before)
+    print(error)
+"""
+
+
+def test_threads_that_the_system_refuses_are_told():
+    left, text = python(REFUSED).lines
+    found = re.search(r"only (\d+) of 1000 threads could be started \(.+\); (.+)", text)
+    assert found and 1 < int(found[1]) < 1000, text
+    assert found[2] == "World(threads=) or MOTES_THREADS sets fewer"
+    assert left == "0", "no thread is left running"
 
 
 IDLE = """

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -128,6 +129,31 @@ def test_ties_tear_and_both_ends_know():
         s.move()
         w.step()
         assert s.gather().torn.tolist() == [1, 1, 0], "what is torn stays so"
+
+
+def test_ties_that_tear_share_no_particle_with_others_of_the_list():
+    first, second = motes.Ties([(5, 0), (0, 1)], 1), motes.Ties([(2, 1), (1, 7)], 1)
+    apart, pinned = motes.Ties([(2, 7)], 1), motes.Ties([(3, 4)], 1, pinned=[0, 1])
+    wrong = r"^break_at must be infinite where two Ties of a list tie the same particle, as both tie 1 "
+    with world(dt=0.1) as w:
+        s, other = w.system("some"), w.system("other")
+        s.emit(position=[(i, 0, 0) for i in range(8)])
+        for earlier, later in ((1.5, math.inf), (math.inf, 1.5), (1.5, 2)):
+            s.tie(first, break_at=earlier)
+            with pytest.raises(ArgumentError, match=wrong) as caught:
+                s.tie(second, break_at=later)
+            assert (caught.value.argument, float(caught.value.value)) == ("break_at", 1.5)
+            s.tie(first, break_at=3)  # the same ties
+            s.tie(apart, break_at=1.5)
+            s.tie(pinned, break_at=1.5)  # which has no tie of 0 and 1
+            other.tie(second, break_at=1.5)
+            w.step()
+        s.tie(first)
+        s.tie(second)
+        w.step()
+        s.tie(second, break_at=1.5)  # first is not in this frame's list
+        w.step()
+        assert s.count == 8
 
 
 def test_a_dead_partner_does_not_pull():

@@ -46,6 +46,8 @@ void bind_errors(py::module_&) {
       raise(errors("MotesError")(error.what()));
     } catch (const comm::CommError& error) {
       raise(errors("MotesError")(error.what()));
+    } catch (const threads::NoThread& error) {
+      raise(errors("MotesError")(error.what()));
     }
   });
 }

@@ -7,6 +7,17 @@
 #include "particles/fields.h"
 
 namespace motes::frame {
+namespace {
+
+void check_tie(const actions::Action& tie, const std::vector<recording::Item>& list) {
+  meetings::check(tie);
+  for (const recording::Item& item : list) {
+    const auto* earlier = std::get_if<actions::Action>(&item);
+    if (earlier != nullptr && earlier->kind == actions::Kind::tie) meetings::check_together(*earlier, tie);
+  }
+}
+
+}  // namespace
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
     : parts_(std::make_unique<Parts>(std::move(communicator), std::move(cast), std::move(settings))) {
@@ -41,7 +52,7 @@ void Engine::record(int index, recording::Item item) {
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
     actions::check(*action, s.schema);
-    if (action->kind == actions::Kind::tie) meetings::check(*action);
+    if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
     if (action->other >= system_count() || action->other == index) {
       throw std::invalid_argument("an action between particles must name another system of the world");
     }

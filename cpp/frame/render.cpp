@@ -70,6 +70,7 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     for (const comm::Message& message : messages) {
       particles::Reader in = message.reader();
       take_records(in, add);
+      if (!in.done()) throw std::runtime_error("a message has more than its sender's records");
     }
     painter.pixels = painter.canvas.finish();
     rank.machine.charge(rank.machine.costs().draw * records);

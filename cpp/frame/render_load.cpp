@@ -9,7 +9,7 @@
 namespace motes::frame {
 namespace {
 
-// Before the first report of a frame nobody has told anything: particles to be born, shared out evenly.
+// Before the first report: what is alive and will be born, taken as evenly distributed.
 void expect_births(const Script& script, RenderLoad& load) {
   double particles = 0;
   for (const auto& system : script.systems) {

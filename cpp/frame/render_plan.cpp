@@ -34,6 +34,11 @@ double mean_record_s(const image::View& view, std::span<const image::Sprite> spr
   return record * kNano / static_cast<double>(std::max<std::size_t>(1, sprites.size()));
 }
 
+// What drawing takes a rank of speed 1.
+double draw_s(double records, double record_s, double pixels) {
+  return records * record_s + pixels * costs::kPixel * kNano;
+}
+
 Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
              const roles::Cast& cast, int ranks) {
   Work w;
@@ -71,6 +76,8 @@ struct Drawer {
   double speed = 1;
 };
 
+bool less_busy(const Drawer& a, const Drawer& b) { return a.busy < b.busy; }
+
 double sum_of_speeds(const std::vector<Drawer>& drawers) {
   return std::accumulate(drawers.begin(), drawers.end(), 0.0,
                          [](double sum, const Drawer& d) { return sum + d.speed; });
@@ -79,7 +86,7 @@ double sum_of_speeds(const std::vector<Drawer>& drawers) {
 // Work is dealt out so that all ranks end together: `work` is what a rank of speed 1 takes for all of it. Returns when
 // they end.
 double level_of(std::vector<Drawer> drawers, double work) {
-  std::sort(drawers.begin(), drawers.end(), [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; });
+  std::sort(drawers.begin(), drawers.end(), less_busy);
   double level = drawers.front().busy;
   double left = work;
   double speed = 0;  // of all that draw until then
@@ -97,7 +104,6 @@ double level_of(std::vector<Drawer> drawers, double work) {
 // How much more each has to do than who has least, up to an even share of the work: seconds of one frame say little of
 // the next one where many particles were born, and a rank that was thought to be idle must not keep all others waiting.
 std::vector<Drawer> ahead(std::vector<Drawer> drawers, double work) {
-  const auto less_busy = [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; };
   const double least = std::min_element(drawers.begin(), drawers.end(), less_busy)->busy;
   const double most = work / sum_of_speeds(drawers);
   for (Drawer& d : drawers) d.busy = std::min(d.busy - least, most);
@@ -128,8 +134,8 @@ RenderPlan deal_tiles(Path path, const Deal& deal, const std::vector<double>& wo
   return plan;
 }
 
-// The slowest rank's end, with the tiles that it really got.
-double slowest(const RenderPlan& plan, const std::vector<double>& work, const std::vector<Drawer>& drawers) {
+// When the last rank ends, with the tiles that each really got.
+double end_of(const RenderPlan& plan, const std::vector<double>& work, const std::vector<Drawer>& drawers) {
   double most = 0;
   for (std::size_t r = 0; r < drawers.size(); ++r) {
     const int rank = static_cast<int>(r);
@@ -148,7 +154,7 @@ RenderPlan steady(RenderPlan next, const image::View& view, const RenderLoad& lo
   const bool comparable = load.last.path == next.path && load.last.order == next.order &&
                           load.last.covers(static_cast<int>(work.size()), static_cast<int>(drawers.size()));
   if (view.objects.empty() || !comparable) return next;
-  return slowest(load.last, work, drawers) <= kNoise * slowest(next, work, drawers) ? load.last : next;
+  return end_of(load.last, work, drawers) <= kNoise * end_of(next, work, drawers) ? load.last : next;
 }
 
 // When the picture's records are there, each rank has this to do beside drawing until the next frame's actions are
@@ -169,10 +175,9 @@ std::vector<Drawer> drawers_of(const RenderLoad& load, const roles::Cast& cast, 
   return drawers;
 }
 
-double slowest(const std::vector<Drawer>& drawers) {
-  return std::max_element(drawers.begin(), drawers.end(),
-                          [](const Drawer& a, const Drawer& b) { return a.busy < b.busy; })
-      ->busy;
+// When the last rank has nothing else to do.
+double last_free(const std::vector<Drawer>& drawers) {
+  return std::max_element(drawers.begin(), drawers.end(), less_busy)->busy;
 }
 
 double slowest_projection(const RenderLoad& load) {
@@ -193,10 +198,9 @@ RenderEstimate estimate_gather(const Work& w, const RenderLoad& load, const role
                          ? 1.0 / static_cast<double>(load.calculators.size())
                          : 0.0;
   const double bytes = w.all_records * (1 - own) * w.record_bytes;
-  drawers[home].busy +=
-      bytes * w.byte_s + (w.all_records * w.record_s + w.all_pixels * costs::kPixel * kNano) / drawers[home].speed;
+  drawers[home].busy += bytes * w.byte_s + draw_s(w.all_records, w.record_s, w.all_pixels) / drawers[home].speed;
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
-  e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + slowest(drawers);
+  e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + last_free(drawers);
   return e;
 }
 
@@ -217,9 +221,7 @@ double exchange(const Work& w, double part, double senders, double ranks) {
 // Seconds that each slot takes if one rank draws all of it.
 std::vector<double> drawing(const Work& w) {
   std::vector<double> work(w.pixels.size());
-  for (std::size_t s = 0; s < work.size(); ++s) {
-    work[s] = w.records[s] * w.record_s + w.pixels[s] * costs::kPixel * kNano;
-  }
+  for (std::size_t s = 0; s < work.size(); ++s) work[s] = draw_s(w.records[s], w.record_s, w.pixels[s]);
   return work;
 }
 
@@ -231,7 +233,7 @@ RenderEstimate estimate_tiles(const Work& w, const image::View& view, const Rend
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
   const std::vector<double> work = drawing(w);
   e.plan = steady(deal_tiles(Path::tiles, w.deal, work, drawers), view, load, work, drawers);
-  e.seconds = slowest_projection(load) + exchange(w, 1, senders, ranks) + slowest(e.plan, work, drawers);
+  e.seconds = slowest_projection(load) + exchange(w, 1, senders, ranks) + end_of(e.plan, work, drawers);
   return e;
 }
 
@@ -259,7 +261,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
   }
   // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
   e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
-  e.seconds = slowest_projection(load) + most + exchange(w, others, senders, ranks) + slowest(e.plan, work, drawers);
+  e.seconds = slowest_projection(load) + most + exchange(w, others, senders, ranks) + end_of(e.plan, work, drawers);
   return e;
 }
 
@@ -277,7 +279,7 @@ bool RenderPlan::covers(int tiles, int ranks) const {
 }
 
 double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels) {
-  return records * mean_record_s(view, sprites) + pixels * costs::kPixel * kNano;
+  return draw_s(records, mean_record_s(view, sprites), pixels);
 }
 
 std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites) {

@@ -11,8 +11,8 @@ namespace motes::frame {
 /// Makes the records of this calculator's particles.
 void project(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter);
 
-/// Sends each rank the records of its tiles; on the path composite also the partial tiles that all others of them make.
-/// Where projecting has failed each of them hears why.
+/// Sends each rank the records of its tiles; on path composite, partial tiles in place of those records that can be
+/// merged. Where projecting has failed, each rank that draws is told why.
 void send_records(Rank& rank, Painter& painter);
 
 /// Takes the records of such a message, `add(bytes)` for each system.

@@ -4,6 +4,8 @@
 #include <atomic>
 #include <cstring>
 #include <optional>
+#include <stdexcept>
+#include <string>
 
 #include "frame/render_composite.h"
 #include "frame/render_project.h"
@@ -33,7 +35,8 @@ struct Parcel {
 };
 
 // A rank's tiles, in the order in which it draws and sends them: while it draws those of the next message, the image
-// generator can take the last one. Small parts of a picture go at once. All ranks find the same.
+// generator can take the last one. What has fewer than 2 * kBytes goes in one message, larger parts of a picture in
+// several of kBytes or more, less what blank tiles save. All ranks find the same.
 std::vector<Parcel> parcels_of(const RenderPlan& plan, int rank, const image::View& view) {
   constexpr double kBytes = 1 << 19;
   const int first = plan.first(rank), tiles = plan.end(rank) - first;
@@ -161,6 +164,9 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
   const std::size_t row = 3 * static_cast<std::size_t>(area.width);
   const std::size_t picture_row = 3 * static_cast<std::size_t>(view.width);
   const auto content = in.get<std::uint8_t>();
+  if (content > static_cast<std::uint8_t>(Content::pixels)) {
+    throw std::runtime_error("a tile's content must be 0 (one colour) or 1 (pixels), got " + std::to_string(content));
+  }
   const bool blank = content == static_cast<std::uint8_t>(Content::one_color);
   const auto put = [&]<class T>(T* to) {
     const auto bytes = in.take((blank ? 3 : lanes(area)) * sizeof(T));
@@ -185,19 +191,19 @@ void send_tiles(Rank& rank, comm::Message message, bool failed, Painter& painter
   talk.comm().post(talk.cast().image_generator, comm::Phase::tiles, talk.stamp(), std::move(message), 0, failed);
 }
 
-// Another rank has failed: the image generator hears its words in place of tiles.
-void pass_on(Rank& rank, const comm::Message& words, Painter& painter) {
+// Another rank has failed: its message goes on to the image generator in place of tiles.
+void pass_on(Rank& rank, const comm::Message& message, Painter& painter) {
   const Conversation& talk = rank.talk;
   if (!talk.draws()) {
     comm::Message out;
     if (talk.failed()) {
       out = failure_message(talk.rank(), talk.failure());
     } else {
-      out.bytes().put_raw(words.payload().data(), words.payload().size());
+      out.bytes().put_raw(message.payload().data(), message.payload().size());
     }
     send_tiles(rank, std::move(out), true, painter);
   }
-  if (!talk.failed()) give_up_for(rank, words);
+  if (!talk.failed()) give_up_for(rank, message);
 }
 
 // Waits for one message of another rank's tiles, and puts them into the picture.

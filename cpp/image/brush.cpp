@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numeric>
+#include <span>
 #include <tuple>
 
 #include "image/camera.h"
@@ -26,7 +28,7 @@ constexpr bool in_order() {
 }
 static_assert(in_order() && kSpriteKinds == particles::enumerators<Sprite::Kind>());
 
-constexpr double kFull = 255, kWeight = 254;
+constexpr double kFull = 255;
 constexpr double kPi = 3.14159265358979323846;
 
 // Calls `use` for each pixel of each phase: the row in tables, the column, and the distance in pixels from the
@@ -64,6 +66,33 @@ SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
   return t;
 }
 
+// A pixel of a sphere: what part of it is covered, and what part of its light is seen there.
+struct SpherePixel {
+  double edge, shade;
+};
+
+// `pixels`: all phases, in the order of for_each_pixel. Wherever a sphere is in a pixel, its light is that of
+// Sphere::total().
+void set_weights(std::span<const SpherePixel> pixels, double light, const Footprint& f, SurfaceTables& t) {
+  const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
+  double unit = 0;
+  std::size_t i = 0;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double, double) {
+    if (i % in_phase == 0) {
+      const auto here = pixels.subspan(i, in_phase);
+      unit = light / std::accumulate(here.begin(), here.end(), 0.0,
+                                     [](double sum, const SpherePixel& p) { return sum + p.edge * p.shade; });
+    }
+    const SpherePixel& pixel = pixels[i++];
+    const double cover = kFull * unit * pixel.edge;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + c;
+      t.weights[at] = to_byte(std::min(kFull, cover * pixel.shade));
+      t.cover[at] = to_byte(std::min(kFull, cover));
+    }
+  });
+}
+
 SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view) {
   const int size = f.size, phase_bits = f.phase_bits, row_bytes = f.row_bytes;
   SurfaceTables t;
@@ -76,6 +105,7 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
   t.bulge.assign((rows + 1) * surface, 0);
   const Daylight daylight(view);
   const double radius = 0.5 * diameter;
+  std::vector<SpherePixel> pixels;
   for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
     const double distance = std::sqrt(x * x + y * y);
     const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
@@ -83,17 +113,14 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
     const double nx = x * shrink, ny = -y * shrink;
     const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
     const double shade = daylight.shade({nx, ny, nz});
-    for (std::size_t c = 0; c < 3; ++c) {
-      const std::size_t at = row * static_cast<std::size_t>(row_bytes) + 3 * column + c;
-      t.weights[at] = to_byte(kWeight * edge * shade);
-      t.cover[at] = to_byte(kWeight * edge);
-    }
+    pixels.push_back({edge, shade});
     if (distance >= radius) return;
     t.covered[row] |= static_cast<std::uint16_t>(1u << column);
     const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kFull * shade));
     t.shade[row * surface + column] = at_least_1 << kShadeShift;
     t.bulge[row * surface + column] = static_cast<float>(nz);
   });
+  set_weights(pixels, kPi * radius * radius * daylight.mean_shade(), f, t);
   return t;
 }
 

@@ -59,8 +59,23 @@ std::vector<int> apportion(const std::vector<double>& values, int total) {
   return shares;
 }
 
+// Weights of that sum, none above the greatest one: what would be goes to the others.
+void limit(std::vector<double>& weights, double total) {
+  for (double limited = 0, before = -1; limited > before;) {
+    before = limited;
+    double others = 0;
+    for (const double w : weights) others += w < kPeak ? w : 0;
+    const double scale = others > 0 ? (total - limited) / others : 1;
+    limited = 0;
+    for (double& w : weights) {
+      w = w < kPeak ? std::min(w * scale, kPeak) : kPeak;
+      limited += w < kPeak ? 0 : w;
+    }
+  }
+}
+
 // Of a point, where the diameter is 0. As bright as the greatest weight allows,
-// or with this sum of weights, if that is less.
+// or with this sum of weights.
 Footprint build(double diameter, double light = 0) {
   Footprint f;
   f.size = diameter > 0 ? static_cast<int>(std::ceil(diameter)) : 2;
@@ -82,12 +97,12 @@ Footprint build(double diameter, double light = 0) {
   for (const auto& values : profile) {
     highest = std::max(highest, *std::max_element(values.begin(), values.end()) * (mean / sum(values)));
   }
-  const double most = mean * (kPeak / highest);
-  const int total = static_cast<int>(light > 0 ? std::min(light, most) : most);
+  const int total = static_cast<int>(light > 0 ? light : mean * (kPeak / highest));
 
   f.weights.assign(static_cast<std::size_t>(phases * phases * f.size * f.row_bytes), 0);
   std::uint8_t* row = f.weights.data();
-  for (const auto& values : profile) {
+  for (std::vector<double>& values : profile) {
+    if (light > 0) limit(values, total);
     const std::vector<int> shares = apportion(values, total);
     for (int r = 0; r < f.size; ++r, row += f.row_bytes) {
       for (int lane = 0; lane < 3 * f.size; ++lane) {

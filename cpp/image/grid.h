@@ -9,7 +9,7 @@ namespace motes::image {
 inline constexpr int kTile = 64;
 inline constexpr int kTileBits = 6;
 
-/// Largest width and height: the tile's number and two flags share one uint32, coordinates have 16 bits.
+/// Largest width and height: 65536 tiles, whose numbers have 16 bits, as coordinates do.
 inline constexpr int kMaxSize = 16384;
 
 /// Largest footprint of a particle of fixed size in pixels, so that it touches at most 2x2 tiles.

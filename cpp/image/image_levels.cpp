@@ -53,19 +53,58 @@ std::vector<std::uint16_t> first_level(const Picture& picture) {
   return texels;
 }
 
-// Means of 2x2 pixels; where a side is odd, what is beyond it is transparent.
-std::vector<std::uint16_t> halved(const std::vector<std::uint16_t>& from, int from_width, int from_height, int width,
-                                  int height) {
-  std::vector<std::uint16_t> to = framed(width, height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      const int right = std::min(2 * x + 1, from_width), below = std::min(2 * y + 1, from_height);
-      for (std::size_t c = 0; c < 4; ++c) {
-        const std::uint32_t sum = from[texel(from_width, 2 * x, 2 * y) + c] +
-                                  from[texel(from_width, right, 2 * y) + c] +
-                                  from[texel(from_width, 2 * x, below) + c] + from[texel(from_width, right, below) + c];
-        to[texel(width, x, y) + c] = static_cast<std::uint16_t>((sum + 2) / 4);
+// One side of a level.
+struct Side {
+  int pixels;
+  double exact;  // so many pixels it would have if all sides could be halved
+
+  // Of the level that is about half as large. Of less than two pixels two are left: one alone would be seen as a blur.
+  Side half() const {
+    const double half = exact / 2;
+    return {half >= 2 ? static_cast<int>(half + 0.5) : half > 1 ? 2 : 1, half};
+  }
+  float scale() const { return exact < 1 ? 1 : static_cast<float>(pixels / exact); }
+};
+
+// What a pixel of a smaller side shows of a larger one, or how that ends: parts of pixels first, first + 1, ...
+struct Share {
+  int first;
+  std::vector<std::uint64_t> parts;
+  std::uint64_t all;  // what the parts are parts of
+};
+
+std::vector<Share> shares_of(const Side& from, const Side& to) {
+  const auto m = static_cast<std::uint64_t>(from.pixels), n = static_cast<std::uint64_t>(to.pixels);
+  // A side shorter than a pixel is transparent where it is not.
+  const double gone = std::min(1.0, to.exact) / std::min(1.0, from.exact);
+  std::vector<Share> shares;
+  for (std::uint64_t i = 0; i < n; ++i) {
+    Share share{static_cast<int>(i * m / n), {}, static_cast<std::uint64_t>(static_cast<double>(m) / gone + 0.5)};
+    for (std::uint64_t j = i * m / n; j * n < (i + 1) * m; ++j) {
+      share.parts.push_back(std::min((j + 1) * n, (i + 1) * m) - std::max(j * n, i * m));
+    }
+    shares.push_back(std::move(share));
+  }
+  return shares;
+}
+
+std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const Side (&from_sides)[2],
+                                   const Side (&sides)[2]) {
+  const std::vector<Share> columns = shares_of(from_sides[0], sides[0]), rows = shares_of(from_sides[1], sides[1]);
+  std::vector<std::uint16_t> to = framed(sides[0].pixels, sides[1].pixels);
+  for (std::size_t y = 0; y < rows.size(); ++y) {
+    for (std::size_t x = 0; x < columns.size(); ++x) {
+      std::array<std::uint64_t, 4> sum{};
+      for (std::size_t r = 0; r < rows[y].parts.size(); ++r) {
+        for (std::size_t k = 0; k < columns[x].parts.size(); ++k) {
+          const std::size_t at =
+              texel(from_sides[0].pixels, columns[x].first + static_cast<int>(k), rows[y].first + static_cast<int>(r));
+          for (std::size_t c = 0; c < 4; ++c) sum[c] += rows[y].parts[r] * columns[x].parts[k] * from[at + c];
+        }
       }
+      const std::uint64_t all = rows[y].all * columns[x].all;
+      const std::size_t at = texel(sides[0].pixels, static_cast<int>(x), static_cast<int>(y));
+      for (std::size_t c = 0; c < 4; ++c) to[at + c] = static_cast<std::uint16_t>((sum[c] + all / 2) / all);
     }
   }
   return to;
@@ -74,19 +113,21 @@ std::vector<std::uint16_t> halved(const std::vector<std::uint16_t>& from, int fr
 }  // namespace
 
 ImageLevels::ImageLevels(const Picture& picture) {
-  int width = picture.width, height = picture.height;
-  texels_.push_back(first_level(picture));
-  levels_.push_back({texels_.back().data(), width, height});
+  Side sides[] = {{picture.width, double(picture.width)}, {picture.height, double(picture.height)}};
+  const auto add = [&](std::vector<std::uint16_t> texels) {
+    texels_.push_back(std::move(texels));
+    levels_.push_back({texels_.back().data(), sides[0].pixels, sides[1].pixels, sides[0].scale(), sides[1].scale()});
+  };
+  add(first_level(picture));
   std::uint64_t alpha = 0;
   for (std::size_t i = 3; i < picture.rgba.size(); i += 4) alpha += picture.rgba[i];
-  const double longer = std::max(width, height);
+  const double longer = std::max(picture.width, picture.height);
   cover_ = static_cast<double>(alpha) / (255 * longer * longer);
-  while (width > 1 || height > 1) {
-    const int half_width = (width + 1) / 2, half_height = (height + 1) / 2;
-    texels_.push_back(halved(texels_.back(), width, height, half_width, half_height));
-    width = half_width;
-    height = half_height;
-    levels_.push_back({texels_.back().data(), width, height});
+  while (sides[0].pixels > 1 || sides[1].pixels > 1) {
+    const Side halves[] = {sides[0].half(), sides[1].half()};
+    std::vector<std::uint16_t> texels = smaller(texels_.back(), sides, halves);
+    std::copy_n(halves, 2, sides);
+    add(std::move(texels));
   }
 }
 

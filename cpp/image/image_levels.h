@@ -13,9 +13,14 @@ namespace motes::image {
 struct ImageLevel {
   const std::uint16_t* texels;  // the first pixel of the frame
   int width, height;            // without the frame
+  /// How many of its pixels cover as much of the picture as one of exactly half the size, a quarter of it and so on:
+  /// 1 where sides are powers of two.
+  float across, down;
 };
 
-/// The picture, and smaller ones, each of half the size (rounded up) of the one before, down to one pixel.
+/// The picture, and smaller ones, each of about half the size of the one before, down to one pixel. Each covers the
+/// picture exactly, so that none is beside its place; but a side shorter than a pixel is as long as one, and as much
+/// more transparent.
 class ImageLevels {
  public:
   explicit ImageLevels(const Picture& picture);

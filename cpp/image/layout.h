@@ -10,11 +10,12 @@
 
 namespace motes::image {
 
-/// plain: points and discs of fixed size, up to kMaxFootprint pixels. sized:
-/// each particle has its size. moving: all sprites while the shutter is open.
-/// Those have no depth: they are additive, and nothing in the picture hides
-/// anything. The same with `deep` have one, for any blend. wide: images, and
-/// sizes and streaks in very large pictures.
+/// Without depth, where the system is additive and nothing in the picture hides anything:
+///   plain        points and discs of fixed size, up to kMaxFootprint pixels
+///   sized        each record has its size
+///   moving       all sprites but images, while the shutter is open: each record has its size and its streak
+/// deep, deep_sized, deep_moving: the same with a depth, for any blend, and for spheres.
+/// wide: images, and sizes and streaks in very large pictures (see Grid::far_bits); always with a depth.
 enum class Layout : std::uint8_t { plain, deep, sized, deep_sized, moving, deep_moving, wide };
 
 struct PlainRecord {

@@ -9,7 +9,7 @@ namespace motes::image {
 /// Flags beside a number: the particle also touches the next column of tiles, the next row.
 inline constexpr std::uint32_t kNextColumn = std::uint32_t{1} << 30;
 inline constexpr std::uint32_t kNextRow = std::uint32_t{1} << 31;
-inline constexpr std::uint32_t kBesideFlags = kNextColumn - 1;
+inline constexpr std::uint32_t kNumberMask = kNextColumn - 1;
 
 /// A Lens in single precision; `scale` is its focal length in the units of
 /// positions.

@@ -100,8 +100,7 @@ ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View&
   t.sub_bits = grid.sub_bits();
   t.columns = grid.columns();
   t.footprint = footprint_size(sprite, view.height);
-  // Half the image and the largest footprint; at most 32768 - 1 (see
-  // Grid::sub_bits).
+  // Half the image and 12 px, more than half of the largest footprint; below 32768 (see Grid::sub_bits).
   t.limit_x = static_cast<float>((grid.width + 1) / 2 * unit + 12 * unit);
   t.limit_y = static_cast<float>((grid.height + 1) / 2 * unit + 12 * unit);
   return t;

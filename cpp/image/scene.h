@@ -69,7 +69,7 @@ inline constexpr std::uint8_t kAllLayers = 7;
 struct View {
   /// Who makes the picture of particles; the pixels are the same in all of them. automatic: chosen for each frame.
   /// gather: the image generator alone (the paper). tiles: each rank draws a part of the picture. composite: each
-  /// calculator draws its own particles, and each rank adds up a part of the picture.
+  /// calculator draws its own particles, and each rank merges a part of the picture.
   enum class Path : std::uint8_t { automatic, gather, tiles, composite };
 
   int width = 0;   // pixels

@@ -16,7 +16,7 @@ void count_tiles(const Touched& touched, std::uint32_t* counts, FurtherTiles& fu
   }
   further.clear(t.several_count);
   for (std::size_t k = 0; k < t.several_count; ++k) {
-    const std::uint32_t word = t.several[k], i = word & kBesideFlags;
+    const std::uint32_t word = t.several[k], i = word & kNumberMask;
     further.add_up_to_three(i, t.tile[i], word, static_cast<std::uint32_t>(t.columns));
   }
   for (const FurtherTile& one : further.all()) ++counts[one.tile];

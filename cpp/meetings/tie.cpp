@@ -228,6 +228,16 @@ void check(const actions::Action& action) {
                               " ties, one has " + std::to_string(known->most()));
 }
 
+void check_together(const actions::Action& one, const actions::Action& other) {
+  const double break_at = std::min(one.numbers[4], other.numbers[4]);
+  if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
+  const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
+  if (!both) return;
+  throw std::invalid_argument("break_at must be infinite where two Ties of a list tie the same particle, as both tie " +
+                              std::to_string(*both) + " (one Ties of all these pairs can tear), got " +
+                              std::to_string(break_at));
+}
+
 std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
   std::vector<float> pins(3 * bonds.pins(), -kInf);
   for (std::size_t i = 0; bonds.pins() > 0 && i < store.size(); ++i) {

@@ -39,6 +39,10 @@ inline constexpr std::size_t kTearing = 24;
 /// Throws std::invalid_argument where this process keeps no such ties, or they have more bonds than can tear.
 void check(const actions::Action& action);
 
+/// Throws std::invalid_argument where two of one system's list tie the same particle by different ties, and one of them
+/// can tear: the bits of `torn` stand for the bonds of one of them only.
+void check_together(const actions::Action& one, const actions::Action& other);
+
 /// Where the pinned particles of this rank are: x, y, z of each, -infinity for those that are elsewhere.
 std::vector<float> pins_of(const Bonds& bonds, const particles::Store& store);
 

@@ -97,6 +97,23 @@ Kept get(TiesKey key) {
   return found->second;
 }
 
+// By two keys, the lower one first: lists that have both ask in every frame.
+std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>>& shared() {
+  static std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>> found;
+  return found;
+}
+
+std::optional<std::uint64_t> lowest_tied_by_both(const Bonds& a, const Bonds& b) {
+  const auto has_bonds = [](const Bonds& bonds, std::size_t row) { return bonds.first(row) < bonds.first(row + 1); };
+  for (std::size_t i = 0, j = 0; i < a.rows() && j < b.rows();) {
+    if (a.id(i) == b.id(j) && has_bonds(a, i) && has_bonds(b, j)) return a.id(i);
+    const bool next_of_a = a.id(i) <= b.id(j), next_of_b = b.id(j) <= a.id(i);
+    i += next_of_a ? 1 : 0;
+    j += next_of_b ? 1 : 0;
+  }
+  return std::nullopt;
+}
+
 }  // namespace
 
 void check(const Ties& ties) {
@@ -161,6 +178,18 @@ TiesKey keep(Ties ties) {
     throw std::runtime_error("two different sets of ties have the same key: change one of them");
   }
   return key;
+}
+
+std::optional<std::uint64_t> shared_particle(TiesKey one, TiesKey other) {
+  const std::pair<TiesKey, TiesKey> both = std::minmax(one, other);
+  {
+    const std::scoped_lock held(lock());
+    const auto found = shared().find(both);
+    if (found != shared().end()) return found->second;
+  }
+  const std::optional<std::uint64_t> lowest = lowest_tied_by_both(*bonds(one), *bonds(other));
+  const std::scoped_lock held(lock());
+  return shared()[both] = lowest;
 }
 
 std::shared_ptr<const Ties> ties(TiesKey key) { return get(key).ties; }

@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -88,6 +89,9 @@ TiesKey keep(Ties ties);
 /// Throw std::invalid_argument where this process keeps no such ties.
 std::shared_ptr<const Ties> ties(TiesKey key);
 std::shared_ptr<const Bonds> bonds(TiesKey key);
+
+/// The lowest id of a particle that has bonds of both, if there is one. Found once for each two; throws as the above.
+std::optional<std::uint64_t> shared_particle(TiesKey one, TiesKey other);
 
 /// For files, as image/assets.h.
 void write_ties(const std::set<TiesKey>& keys, particles::Bytes& out);

@@ -44,6 +44,7 @@ struct Kept {
   std::mutex building;
   DistanceGrid grid;
   std::vector<std::uint32_t> cells;
+  bool has_volume = false;
   shapes::MeshForm form;
 };
 
@@ -73,6 +74,11 @@ void set_surface(Kept& kept, const image::Mesh& mesh) {
   kept.form.area = sum;
 }
 
+void set_volume(Kept& kept, const image::Mesh& mesh) {
+  kept.form.volume = std::fabs(volume(weld(mesh)));
+  kept.has_volume = true;
+}
+
 // The threads of this process that may run at once: ranks of one host that build at the same time share its processors.
 int threads_for_building() {
   cpu_set_t allowed;
@@ -95,7 +101,6 @@ void set_inside(Kept& kept) {
   form.cell = kept.grid.cell;
   form.cells = kept.cells.data();
   form.cell_count = static_cast<std::uint32_t>(kept.cells.size());
-  form.volume = std::fabs(volume(surface));
   form.distance = kept.grid.distance.data();
 }
 
@@ -112,7 +117,7 @@ std::map<Name, std::unique_ptr<Kept>>& all() {
 
 }  // namespace
 
-const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution) {
+const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution, bool solid) {
   if (resolution < kLeastResolution || resolution > kMostResolution || !image::has_mesh(mesh)) return nullptr;
   const simd::FloatMode mode;
   const std::scoped_lock held(lock());
@@ -123,6 +128,7 @@ const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution) {
     kept->resolution = resolution;
     set_surface(*kept, *image::mesh(mesh));
   }
+  if (solid && !kept->has_volume) set_volume(*kept, *image::mesh(mesh));
   return &kept->form;
 }
 

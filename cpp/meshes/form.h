@@ -6,9 +6,10 @@
 
 namespace motes::meshes {
 
-/// The surface of a kept mesh, for a grid of so many cells along its longest side. Null where this process keeps no
-/// such mesh, or the resolution is not allowed. Thread-safe, as is the next one.
-const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution);
+/// The surface of a kept mesh, for a grid of so many cells along its longest side; with its volume where it is `solid`:
+/// unions share samples out by it, also where nobody has needed the inside yet. Null where this process keeps no such
+/// mesh, or the resolution is not allowed. Thread-safe, as is the next one.
+const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution, bool solid);
 
 /// Builds the grid of distances, unless it is there already. Throws std::invalid_argument, saying what is wrong, where
 /// the surface has no inside.

@@ -11,6 +11,7 @@ struct MeshForm {
   const std::uint32_t* upto = nullptr;  // a number of 32 bits selects the first triangle whose `upto` is not below it
   std::uint32_t triangles = 0;
   double area = 0;  // m^2
+  double volume = 0;  // m^3, once a shape is drawn from the inside
   float low[3] = {}, high[3] = {};  // m, the box around it
 
   // The inside, once it is needed: the distance at the nodes of a grid, x fastest.
@@ -20,7 +21,6 @@ struct MeshForm {
   float cell = 0;  // m
   const std::uint32_t* cells = nullptr;  // those with a corner inside, by the numbers of their first nodes
   std::uint32_t cell_count = 0;
-  double volume = 0;  // m^3
 };
 
 }  // namespace motes::shapes

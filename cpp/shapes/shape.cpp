@@ -111,7 +111,8 @@ bool moves(const Shape& s) {
 
 // Pointers do not travel with a shape's bytes.
 void find_form(Shape& s) {
-  if (s.kind == Kind::mesh) s.form = meshes::form_of(s.mesh, static_cast<int>(s.number[kResolution]));
+  if (s.kind != Kind::mesh) return;
+  s.form = meshes::form_of(s.mesh, static_cast<int>(s.number[kResolution]), s.number[kSolid] != 0);
 }
 
 double add_measure(double sum, const Shape& s) { return sum + measure(s); }

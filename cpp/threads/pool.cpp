@@ -30,6 +30,12 @@ void rest() {
 #endif
 }
 
+// The caller counts as one that runs.
+std::string refusal(int wanted, std::size_t running, const std::exception& error) {
+  return "only " + std::to_string(running) + " of " + std::to_string(wanted) + " threads could be started (" +
+         error.what() + "); World(threads=) or MOTES_THREADS sets fewer";
+}
+
 // Signals belong to the thread that runs the script.
 class WithoutSignals {
  public:
@@ -56,7 +62,9 @@ Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), w
   }
 }
 
-Pool::~Pool() {
+Pool::~Pool() { end(); }
+
+void Pool::end() {
   {
     const std::scoped_lock lock(mutex_);
     ends_ = true;
@@ -72,13 +80,15 @@ void Pool::start() {
   const WithoutSignals blocked;
   process_ = getpid();
   while (workers_.size() < static_cast<std::size_t>(threads_)) {
-    workers_.emplace_back();
-    const std::size_t number = workers_.size() - 1;
+    const std::size_t number = workers_.size();
     try {
+      workers_.emplace_back();
       workers_.back().thread = std::thread([this, number] { serve(number); });
-    } catch (...) {
-      workers_.pop_back();  // those that started are a smaller pool; the next task tries again
-      throw;
+    } catch (const std::exception& error) {
+      end();
+      ends_ = false;
+      workers_.resize(1);  // the caller: the next task tries again
+      throw NoThread(refusal(threads_, number, error));
     }
   }
 }

@@ -9,10 +9,16 @@
 #include <exception>
 #include <functional>
 #include <mutex>
+#include <stdexcept>
 #include <thread>
 #include <vector>
 
 namespace motes::threads {
+
+/// The operating system refused a thread.
+class NoThread : public std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
 
 /// Runs the parts of a task on the calling thread and on threads of its own. What the parts compute must not depend on
 /// who runs them, nor on the order. The pool's threads compute in the engine's floating-point mode. They start with the
@@ -39,11 +45,12 @@ class Pool {
   /// Calls work(part, worker) for the parts 0..parts - 1, and returns when all have ended. Each worker begins with a
   /// share of its own, the same in every task of so many parts, whose memory its processor then has in its caches, and
   /// goes on with what others have left of theirs. After a part has thrown none above it begins; what the lowest of
-  /// them threw is thrown. One task at a time: parts must not call this.
+  /// them threw is thrown. One task at a time: parts must not call this. Throws NoThread, before any part, where not
+  /// all threads can be started; none of them runs then, and the next task tries again.
   void run(std::size_t parts, const Work& work);
 
-  /// What to add to the calling thread's processor time for the time that its work would take on a thread that is as
-  /// fast as all at work: a task that n threads shared counts as the n-th part of their processor time.
+  /// Add this to the calling thread's processor time: then a task that n threads shared counts as one n-th of the
+  /// processor time of all of them.
   double beyond_caller_s() const { return beyond_caller_s_; }
 
  private:
@@ -56,6 +63,7 @@ class Pool {
   };
 
   void start();
+  void end();
   void open(std::size_t parts, const Work& work);
   void close();
   void serve(std::size_t worker);

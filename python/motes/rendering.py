@@ -104,8 +104,9 @@ class Renderer(Settings):
     """What lights the solids besides the sun."""
     path: str
     """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
-    paper). "tiles": each rank a part of the picture. "composite": each calculator a whole picture of its own
-    particles; these are added up. "auto" chooses for each frame."""
+    paper). "tiles": each rank a part of the picture. "composite": each calculator draws its own particles
+    tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
+    frame."""
     shutter: float
     """The part of the frame's time that the shutter is open, 0..1: particles that move become streaks."""
     bloom: float

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import warnings
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,10 @@ __all__ = ["Sprite"]
 KINDS = ("point", "disc", "sphere", "image")
 BLENDS = ("add", "alpha", "opaque")
 MOST_PIXELS = 512
-IMAGE = "a path, or uint8 (height, width, 4) or (height, width, 3), 1..8192 pixels each way"
+MOST_IMAGE_PIXELS = 8192
+"""The longest side of an image."""
+SIDES = f"1..{MOST_IMAGE_PIXELS} pixels each way"
+IMAGE = f"a path, or uint8 (height, width, 4) or (height, width, 3), {SIDES}"
 
 
 @value(init=False)
@@ -32,7 +36,7 @@ class Sprite(Value):
     "image", a picture that faces the camera and is turned by the particle's `up`."""
     pixels: int | None = 5
     """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
-    have none."""
+    have none. With `height` it says nothing."""
     blend: str = "add"
     """"add", light adds up; "alpha", each particle covers what is behind it, from far to near; "opaque", the
     nearest wins."""
@@ -43,8 +47,9 @@ class Sprite(Value):
     uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is opaque. A particle's colour
     multiplies it."""
     height: float | None = None
-    """The diameter as a part of the picture's height, 0..1, instead of `pixels`: it looks the same at any
-    resolution."""
+    """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
+    same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
+    5 counts as left out; any other value, and None, is an error)."""
 
     def __init__(
         self,
@@ -126,7 +131,7 @@ def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
         raise ArgumentError("image", given, IMAGE) from None
     if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
         raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
-    if not 0 < min(array.shape) <= max(array.shape) <= 8192:
+    if not 0 < min(array.shape) <= max(array.shape) <= MOST_IMAGE_PIXELS:
         raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
     whole = np.full((*array.shape[:2], 4), 255, np.uint8)
     whole[:, :, : array.shape[2]] = array
@@ -138,8 +143,17 @@ def _read(path: Any) -> NDArray[np.uint8] | None:
     library = _extras.pillow()
     path = arguments.file_path("image", path)
     try:
-        with library.open(path) as picture:
-            return _image("image", np.asarray(picture.convert("RGBA")))
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", library.DecompressionBombWarning)  # our own limit is lower
+            with library.open(path) as picture:
+                width, height = picture.size
+                if max(width, height) > MOST_IMAGE_PIXELS:  # said before it takes memory
+                    allowed = f"a picture of {SIDES} (this one has {width}x{height})"
+                    raise ArgumentError("image", os.fspath(path), allowed)
+                return _image("image", np.asarray(picture.convert("RGBA")))
+    except library.DecompressionBombError as error:  # Pillow does not tell the size
+        allowed = f"a picture of {SIDES} ({error})"
+        raise ArgumentError("image", os.fspath(path), allowed) from None
     except (OSError, ValueError, SyntaxError) as error:  # what Pillow raises for what is no picture
         if isinstance(error, ArgumentError):
             raise

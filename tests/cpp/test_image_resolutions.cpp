@@ -117,12 +117,50 @@ TEST(image_sizes_in_parts_of_the_height_do_not_depend_on_pixels) {
   }
 }
 
+TEST(image_light_does_not_depend_on_the_place_in_a_pixel) {
+  const View view = dark_view(160, 90);
+  std::vector<Sprite> sprites;
+  for (const float pixels : {2.25f, 2.5f, 3.5f, 4.5f, 9.3f}) {
+    for (const Sprite::Kind kind : {Sprite::Kind::disc, Sprite::Kind::sphere}) {
+      Sprite sprite{kind};
+      sprite.of_height = pixels / 90;
+      sprites.push_back(sprite);
+    }
+  }
+  Picture white;
+  white.width = white.height = 128;
+  white.rgba.assign(std::size_t{4} * 128 * 128, 255);
+  sprites.push_back({Sprite::Kind::image, 5});
+  sprites.back().picture = keep(std::move(white));
+  const double metre = 45 / std::tan(20 * 3.14159265358979323846 / 180) / 10;  // in pixels
+  for (const Sprite& sprite : sprites) {
+    double first = 0;
+    for (int step = 0; step < 100; ++step) {  // over the edge between two tiles, with the picture's corner first
+      const double x = -21 + 0.1 * step, y = -24.5 + (sprite.kind == Sprite::Kind::image ? 0 : 0.11 * step);
+      Cloud one(1);
+      one.place(0, static_cast<float>(x / metre), static_cast<float>(y / metre), 0);
+      Drawn drawn = one.drawn();
+      drawn.up_of_all = {1, 1, 0};
+      const double light = sum(light_of(drawn, sprite, view));
+      if (step == 0) first = light;
+      CHECK_NEAR(light / first, 1, sprite.kind == Sprite::Kind::sphere ? 0.01 : 5e-4);
+    }
+  }
+}
+
 TEST(image_streaks_keep_their_light) {
   const View still = dark_view(640, 360);
   View open = still;
   open.shutter = 0.5f;
-  const Sprite sprites[] = {
-      {Sprite::Kind::disc, 0}, {Sprite::Kind::disc, 5}, {Sprite::Kind::disc, 30}, {Sprite::Kind::point, 1}};
+  std::vector<Sprite> sprites = {{Sprite::Kind::point, 1}};
+  for (const Sprite::Kind kind : {Sprite::Kind::disc, Sprite::Kind::sphere}) {
+    for (const int pixels : {0, 1, 2, 3, 5, 8, 15, 30}) sprites.push_back({kind, pixels});
+    for (const float pixels : {0.5f, 1.3f, 2.25f, 2.5f, 2.75f, 3.5f, 4.5f, 7.7f, 14.5f}) {
+      Sprite sprite{kind};
+      sprite.of_height = pixels / static_cast<float>(still.height);
+      sprites.push_back(sprite);
+    }
+  }
   for (const Sprite& sprite : sprites) {
     for (const float speed : {0.5f, 4.0f, 40.0f}) {
       Cloud one(1);

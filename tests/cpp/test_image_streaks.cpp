@@ -230,7 +230,7 @@ TEST(image_streaks_at_the_edges_of_tiles_are_added_up_to_the_same_sums) {
 TEST(image_points_and_discs_of_their_size_do_not_share_stamps) {
   View view = wide_view(128, 128);
   view.shutter = 1;
-  Cloud cloud = random_cloud(50, 6, false);
+  const Cloud cloud = random_cloud(50, 6, false);
   Drawn drawn = cloud.drawn();
   drawn.velocity_of_all = {0.3f, 0.1f, 0};
   Projection moving;
@@ -243,7 +243,7 @@ TEST(image_points_and_discs_of_their_size_do_not_share_stamps) {
 
 TEST(image_what_is_drawn_as_a_point_looks_like_one_at_rest_and_in_motion) {
   View view = wide_view(128, 128);
-  Cloud cloud = random_cloud(50, 7, false);
+  const Cloud cloud = random_cloud(50, 7, false);
   for (const float shutter : {0.0f, 1.0f}) {
     view.shutter = shutter;
     for (const float speed : {0.0f, 0.4f}) {

@@ -225,6 +225,26 @@ TEST(mesh_shapes_survive_as_bytes_within_unions_too) {
   CHECK(!(one == turned(mesh_shape(test::torus(30, 16), true))));
 }
 
+TEST(a_union_that_is_read_shares_samples_out_as_the_one_that_was_written) {
+  // A process that reads it has not yet built the inside of its mesh.
+  float number[shapes::kNumbers] = {};
+  number[3] = number[10] = number[kSolid] = 1;
+  number[kResolution] = 9;  // no other test has this form
+  const Shape solid = shapes::mesh_shape(image::keep(test::globe(8, 12)), number);
+  Shape ball;
+  ball.kind = Kind::sphere;
+  ball.number[3] = 1;
+  Shape read = shapes::unite({ball, solid});
+  shapes::set_parts(read, shapes::parts_of(read));
+  CHECK(solid.form->distance == nullptr);
+  shapes::check(solid);
+  CHECK(solid.form->distance != nullptr);
+  const Shape written = shapes::unite({ball, solid});
+  CHECK(read == written && shapes::measure(read) == shapes::measure(written));
+  for (int i = 0; i < 2; ++i) CHECK(read.part[i].upto == written.part[i].upto);
+  CHECK(written.part[0].upto > 0.5f && written.part[0].upto < 0.6f);  // the mesh is a little smaller than the ball
+}
+
 TEST(mesh_shapes_that_make_no_sense_are_refused) {
   const Shape good = mesh_shape(test::block(0, 1));
   const auto refused = [&](int number, float value) {

@@ -17,7 +17,8 @@ struct Image {
 
   WideSprite s;
   image::ImageLevel level;
-  float scale;    // texels per pixel
+  float across, down;  // texels per pixel, along its width and its height
+  bool magnified;      // its texels are larger than pixels
   float cover;
   int steps = 1;  // places along the streak
   float step = 0;
@@ -25,19 +26,22 @@ struct Image {
   MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
     const image::ImageLevel& first = task.levels[0];
     const int longer = first.width > first.height ? first.width : first.height;
-    scale = static_cast<float>(longer) / (2 * s.radius);
+    float scale = static_cast<float>(longer) / (2 * s.radius);
     cover = task.image_cover;
     int number = 0;  // the largest level with at most about one texel per pixel
     for (; scale > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
     level = task.levels[number];
+    across = scale * level.across;
+    down = scale * level.down;
+    magnified = number == 0 && scale < 1;
     if (s.half > 0) {
       const float length = 2 * s.half;
       steps = length < kMostSteps ? 1 + static_cast<int>(length) : kMostSteps;
       step = length / static_cast<float>(steps);
     }
   }
-  /// Half of the diagonal of a square, and half a pixel for what is between texels.
-  MOTES_INLINE float reach() const { return s.radius * 1.4143f + 1 / scale; }
+  /// Half of the diagonal of a square.
+  MOTES_INLINE float reach() const { return 1.4143f * (half_width() > half_height() ? half_width() : half_height()); }
   MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
   MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
@@ -76,10 +80,17 @@ struct Image {
   static constexpr int kMostSteps = 64;
   static constexpr int kPartBits = 7;  // of a texel, in places between texels
 
-  /// How far the turned picture and its frame reach along one axis, where its sides are that much along it.
+  /// From the picture's middle to where its light ends: half a texel beyond its edge, or half a pixel where that is
+  /// less.
+  MOTES_INLINE float half(int texels, float per_pixel) const {
+    const float more = magnified ? per_pixel : 1;
+    return (static_cast<float>(texels) + more) * 0.5f / per_pixel;
+  }
+  MOTES_INLINE float half_width() const { return half(level.width, across); }
+  MOTES_INLINE float half_height() const { return half(level.height, down); }
+  /// How far the turned picture reaches along one axis, where its sides are that much along it.
   MOTES_INLINE float box(float of_width, float of_height) const {
-    return (of_width * static_cast<float>(level.width + 1) + of_height * static_cast<float>(level.height + 1)) * 0.5f /
-           scale;
+    return of_width * half_width() + of_height * half_height();
   }
 
   /// Over the streak.
@@ -96,15 +107,30 @@ struct Image {
     return sum;
   }
 
-  /// Between the middles of four texels, by how near they are: weights like those of Patch.
   MOTES_INLINE Texels texels(Floats x, Floats y) const {
     // The picture's x is a quarter turn to the right of `up`.
-    const Floats across = (y * s.up_x - x * s.up_y) * scale, down = -(x * s.up_x + y * s.up_y) * scale;
+    const Floats to_right = (y * s.up_x - x * s.up_y) * across, to_below = -(x * s.up_x + y * s.up_y) * down;
     const float width = static_cast<float>(level.width), height = static_cast<float>(level.height);
     // From the middle of the frame's first texel; outside the frame everything is transparent.
+    const Floats column = to_right + (0.5f * width + 0.5f), row = to_below + (0.5f * height + 0.5f);
+    if (!magnified) return between(clamp(column, 0, width + 1), clamp(row, 0, height + 1));
+    // Its edge is as sharp as pixels are, however large its texels.
+    Texels t = between(clamp(column, 1, width), clamp(row, 1, height));
+    const Floats inside = within(to_right, width, across) * within(to_below, height, down);
+    const Ints part = to_ints(inside * 32768.0f + 0.5f);
+    for (Ints& channel : t.channel) channel = channel * part >> 15;
+    return t;
+  }
+
+  /// The part of a pixel that is between two edges which are so many texels apart.
+  static MOTES_INLINE Floats within(Floats from_middle, float texels, float per_pixel) {
+    return clamp((0.5f * texels - max(from_middle, -from_middle)) * (1 / per_pixel) + 0.5f, 0, 1);
+  }
+
+  /// Between the middles of four texels, by how near they are: weights like those of Patch.
+  MOTES_INLINE Texels between(Floats at_column, Floats at_row) const {
     constexpr int kOne = 1 << kPartBits;
-    const Ints column = to_ints(clamp(across + (0.5f * width + 0.5f), 0, width + 1) * float{kOne});
-    const Ints row = to_ints(clamp(down + (0.5f * height + 0.5f), 0, height + 1) * float{kOne});
+    const Ints column = to_ints(at_column * float{kOne}), row = to_ints(at_row * float{kOne});
     const Ints first_column = min_ints(column >> kPartBits, all_ints(level.width));
     const Ints first_row = min_ints(row >> kPartBits, all_ints(level.height));
     const Ints right = column - (first_column << kPartBits), below = row - (first_row << kPartBits);

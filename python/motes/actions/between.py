@@ -304,7 +304,9 @@ class Tie(Action):
 
     Stiffness comes from sub-steps: 40 of them keep a cloth that falls over a ball within some percent of its
     size. Ties whose partner is dead do not pull. Pinned particles stand still unless the script moves them.
-    In `torn`, each bit stands for one of a particle's ties, in the order of its partners' ids.
+    In `torn`, each bit stands for one of a particle's ties, in the order of its partners' ids. A particle has
+    the bits of one `Ties` only: ties that can tear must not share particles with other ties of the list, and
+    a script that replaces ties by others sets `torn` to 0.
 
     Formula: at x + v dt, correction_ij = -w_i (r - length) / (w_i + w_j + compliance / dt^2) along the tie,
     with w = 1 / mass; x_i moves by 1.8 times the mean of its corrections, less where

@@ -66,22 +66,24 @@ struct Side {
   float scale() const { return exact < 1 ? 1 : static_cast<float>(pixels / exact); }
 };
 
-// What a pixel of a smaller side shows of a larger one, or how that ends: parts of pixels first, first + 1, ...
+// What a pixel of a smaller side shows of a larger one: parts of its pixels first, first + 1, ...
 struct Share {
   int first;
   std::vector<std::uint64_t> parts;
-  std::uint64_t all;  // what the parts are parts of
+  std::uint64_t all;  // what they are parts of
 };
 
 std::vector<Share> shares_of(const Side& from, const Side& to) {
   const auto m = static_cast<std::uint64_t>(from.pixels), n = static_cast<std::uint64_t>(to.pixels);
-  // A side shorter than a pixel is transparent where it is not.
-  const double gone = std::min(1.0, to.exact) / std::min(1.0, from.exact);
+  constexpr std::uint64_t kUnit = 1 << 10;
+  // Beyond a side that is shorter than its pixel, that is transparent.
+  const double within = std::min(1.0, to.exact) / std::min(1.0, from.exact);
+  const auto all = static_cast<std::uint64_t>(static_cast<double>(m * kUnit) / within + 0.5);
   std::vector<Share> shares;
   for (std::uint64_t i = 0; i < n; ++i) {
-    Share share{static_cast<int>(i * m / n), {}, static_cast<std::uint64_t>(static_cast<double>(m) / gone + 0.5)};
+    Share share{static_cast<int>(i * m / n), {}, all};
     for (std::uint64_t j = i * m / n; j * n < (i + 1) * m; ++j) {
-      share.parts.push_back(std::min((j + 1) * n, (i + 1) * m) - std::max(j * n, i * m));
+      share.parts.push_back(kUnit * (std::min((j + 1) * n, (i + 1) * m) - std::max(j * n, i * m)));
     }
     shares.push_back(std::move(share));
   }

@@ -161,7 +161,7 @@ TEST(image_small_pictures_are_means_of_large_ones) {
 // Of any sides, however much smaller or larger it is shown.
 TEST(image_pictures_are_where_and_as_large_as_they_should_be) {
   const View view = wide_view(64, 64);
-  for (const auto& [width, height] : {std::pair{128, 128}, {129, 129}, {127, 63}, {65, 33}, {100, 1}, {3, 5}, {1, 1}}) {
+  for (const auto& [width, height] : {std::pair{128, 128}, {129, 129}, {127, 63}, {65, 33}, {100, 1}, {3, 5}, {5, 3}, {1, 1}}) {
     Picture white;
     white.width = width;
     white.height = height;

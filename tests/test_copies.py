@@ -134,3 +134,34 @@ def test_targets_are_right_where_particles_arrive_after_their_call_was_noted(ran
     count, right = mpirun(ranks, LATE, "shared", 40).lines[-1].split()
     assert int(count) > 1000
     assert right == "True"
+
+
+DEAD = """
+import sys
+import numpy as np
+import motes
+from motes.shapes import Box
+
+world = motes.World(dt=0.1, seed=1, progress="off")
+s = world.system("a")
+with world:
+    s.emit(position=np.zeros((6000, 3), "f4"), velocity=np.ones((6000, 3), "f4"))
+    s.sink(Box((-1, -1, -1), (1, 1, 1)))
+    s.collide(radius=0.001)
+    world.step()
+    s.configure(velocity=(1, 2, 3))
+    s.burst(Box((5, 0, 0), (6, 1, 1)), count=100)
+    if sys.argv[1] == "read":
+        s.total(1)
+    s.set(velocity=motes.column("velocity_b"))
+    world.step()
+    p = s.gather()
+    if p:
+        print(p.velocity.sum(axis=0).tolist())
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+@pytest.mark.parametrize("read", ["no", "read"])
+def test_a_read_in_a_frame_forgets_no_births(ranks, read):
+    assert mpirun(ranks, DEAD, read).lines == ["[100.0, 200.0, 300.0]"]

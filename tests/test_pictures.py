@@ -286,3 +286,23 @@ def test_a_picture_larger_than_memory_says_so():
     job = subprocess.run([sys.executable, "-c", LARGE], capture_output=True, text=True, timeout=60)
     assert "MemoryError: a picture of 16384x16384 pixels" in job.stderr
     assert "does not fit into the memory" in job.stderr
+
+
+@pytest.mark.parametrize("kind", ["disc", "point", "image"])
+@pytest.mark.parametrize("shutter", [0, 0.5])
+def test_white_particles_have_velocities_too(kind: str, shutter: float):
+    renderer = motes.Renderer(64, 48, camera=CAMERA, layers=["depth", "velocity"], shutter=shutter)
+    world = motes.World(seed=1, renderer=renderer, progress="off", dt=1e-6)
+    shown = {
+        "image": {"image": np.full((9, 9, 4), 255, dtype=np.uint8), "height": 0.2},
+        "disc": {"pixels": 9},
+    }
+    white = world.system("white", sprite=motes.Sprite(kind, blend="opaque", **shown.get(kind, {})))
+    with world:
+        white.configure(velocity=(3, 0, 0))
+        white.vertex((0, 0, 0))
+        white.move()
+        frame = world.render()
+    seen = np.isfinite(frame.layer("depth"))
+    assert seen.any()
+    assert (frame.layer("velocity")[seen] == (3, 0, 0)).all()

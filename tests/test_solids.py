@@ -9,6 +9,7 @@ import pytest
 from plain_values import CORNERS, FACES, INF, LEAF, NAN, equal_and_immutable
 
 import motes
+from motes import shapes
 from motes.errors import ArgumentError, MissingExtra
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
@@ -150,3 +151,20 @@ def test_layers_have_one_order_and_suggest_near_names():
     assert renderer.layers == ("depth", "velocity")
     with pytest.raises(ArgumentError, match="did you mean 'velocity'"):
         renderer.layers = ["velocty"]
+
+
+def test_a_plane_is_hidden_by_its_own_distance_at_the_horizon():
+    camera = motes.Camera((0, 1000, 1e5), (0, 1000 - 1.2e-13, 0))  # the middle row meets it beyond 1e18 m
+    background = (0.1, 0.2, 0.3)
+    renderer = motes.Renderer(
+        33,
+        65,
+        camera=camera,
+        objects=[shapes.Plane((0, 0, 0), (0, 1, 0))],
+        background=background,
+        linear=True,
+    )
+    world = motes.World(seed=1, renderer=renderer, progress="off")
+    with world:
+        light = world.render().linear
+    assert light[32] == pytest.approx(np.broadcast_to(background, light[32].shape), abs=1e-3)

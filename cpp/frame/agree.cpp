@@ -248,7 +248,8 @@ void hear_verdict(Rank& rank, Script& script, Round& round) {
     System& system = *script.systems[i];
     system.counts.alive = round.verdict.alive[i];
     system.digest = round.verdict.digests[i];
-    if (system.asks_oldest) system.history.forget_before(round.verdict.oldest[i]);
+    // Between frames, and for a read in a frame, nobody has looked for the oldest, and births may be pending.
+    if (system.asks_oldest && script.in_frame()) system.history.forget_before(round.verdict.oldest[i]);
   }
 }
 

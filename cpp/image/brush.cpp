@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <span>
 #include <tuple>
 
@@ -75,20 +74,20 @@ struct SpherePixel {
 // Sphere::total().
 void set_weights(std::span<const SpherePixel> pixels, double light, const Footprint& f, SurfaceTables& t) {
   const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
-  double unit = 0;
+  std::vector<double> weights;
   std::size_t i = 0;
   for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double, double) {
+    const SpherePixel& pixel = pixels[i];
     if (i % in_phase == 0) {
-      const auto here = pixels.subspan(i, in_phase);
-      unit = light / std::accumulate(here.begin(), here.end(), 0.0,
-                                     [](double sum, const SpherePixel& p) { return sum + p.edge * p.shade; });
+      weights.clear();
+      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade);
+      scale_to(weights, kFull * light);
     }
-    const SpherePixel& pixel = pixels[i++];
-    const double cover = kFull * unit * pixel.edge;
+    const double weight = weights[i++ % in_phase];
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + c;
-      t.weights[at] = to_byte(std::min(kFull, cover * pixel.shade));
-      t.cover[at] = to_byte(std::min(kFull, cover));
+      t.weights[at] = to_byte(weight);
+      t.cover[at] = pixel.edge > 0 ? to_byte(std::min(kFull, weight / pixel.shade)) : std::uint8_t{0};
     }
   });
 }

@@ -25,6 +25,7 @@ void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool) {
   workers_.begin(scene_, pool.threads());
   if (shown_version_ != scene_.version()) render_scenery();
   messages_.begin(view);
+  layers_.begin(view);
   keep_linear_ = keep_linear;
   light_kept_ = false;
 }
@@ -57,7 +58,6 @@ void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
 
 void Canvas::finish_as_a_whole(std::span<std::uint8_t> pixels) {
   light_.begin(scene_.grid());
-  layers_.begin(scene_.view());
   each_tile([&](int tile, const Area& area, TileWorker& by) {
     messages_.collect(tile, by.pieces);
     by.painter.start(area);

@@ -198,7 +198,7 @@ void shade(const image::ShadeView& view, const float* x, const float* y, std::si
     Floats3 color;
     Floats emitted;
     load_materials(view.materials, at.object, at.seen, color, emitted);
-    const Floats square = distance * distance * dot(along, along);
+    const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
     const Floats fog = square / (square + view.fog_square);
     const Floats clear = 1.0f - fog;
     const Floats3 light{color.x * (at.arriving.x + emitted) * clear + background.x * fog,

@@ -59,21 +59,6 @@ std::vector<int> apportion(const std::vector<double>& values, int total) {
   return shares;
 }
 
-// Weights of that sum, none above the greatest one: what would be goes to the others.
-void limit(std::vector<double>& weights, double total) {
-  for (double limited = 0, before = -1; limited > before;) {
-    before = limited;
-    double others = 0;
-    for (const double w : weights) others += w < kPeak ? w : 0;
-    const double scale = others > 0 ? (total - limited) / others : 1;
-    limited = 0;
-    for (double& w : weights) {
-      w = w < kPeak ? std::min(w * scale, kPeak) : kPeak;
-      limited += w < kPeak ? 0 : w;
-    }
-  }
-}
-
 // Of a point, where the diameter is 0. As bright as the greatest weight allows,
 // or with this sum of weights.
 Footprint build(double diameter, double light = 0) {
@@ -102,7 +87,7 @@ Footprint build(double diameter, double light = 0) {
   f.weights.assign(static_cast<std::size_t>(phases * phases * f.size * f.row_bytes), 0);
   std::uint8_t* row = f.weights.data();
   for (std::vector<double>& values : profile) {
-    if (light > 0) limit(values, total);
+    if (light > 0) scale_to(values, total);
     const std::vector<int> shares = apportion(values, total);
     for (int r = 0; r < f.size; ++r, row += f.row_bytes) {
       for (int lane = 0; lane < 3 * f.size; ++lane) {
@@ -114,6 +99,20 @@ Footprint build(double diameter, double light = 0) {
 }
 
 }  // namespace
+
+void scale_to(std::vector<double>& weights, double total) {
+  for (double limited = 0, before = -1; limited > before;) {
+    before = limited;
+    double others = 0;
+    for (const double w : weights) others += w < kPeak ? w : 0;
+    const double scale = others > 0 ? (total - limited) / others : 1;
+    limited = 0;
+    for (double& w : weights) {
+      w = w < kPeak ? std::min(w * scale, kPeak) : kPeak;
+      limited += w < kPeak ? 0 : w;
+    }
+  }
+}
 
 int footprint_size(const Sprite& sprite, int height) {
   return static_cast<int>(std::ceil(diameter_of(sprite, height)));

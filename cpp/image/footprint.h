@@ -28,6 +28,9 @@ int footprint_size(const Sprite& sprite, int height);
 /// pixels, or a point.
 const Footprint& footprint(const Sprite& sprite);
 
+/// Scales weights, of up to 1, to that sum, none above 254: what would be goes to the others.
+void scale_to(std::vector<double>& weights, double total);
+
 /// Of a disc of any diameter up to kMaxFootprint pixels.
 Footprint footprint_of(float diameter);
 

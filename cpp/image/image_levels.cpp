@@ -63,27 +63,22 @@ struct Side {
     const double half = exact / 2;
     return {half >= 2 ? static_cast<int>(half + 0.5) : half > 1 ? 2 : 1, half};
   }
-  float scale() const { return exact < 1 ? 1 : static_cast<float>(pixels / exact); }
+  float scale() const { return static_cast<float>(pixels / exact); }
 };
 
 // What a pixel of a smaller side shows of a larger one: parts of its pixels first, first + 1, ...
 struct Share {
   int first;
-  std::vector<std::uint64_t> parts;
-  std::uint64_t all;  // what they are parts of
+  std::vector<std::uint64_t> parts;  // they add up to the pixels of the larger side
 };
 
 std::vector<Share> shares_of(const Side& from, const Side& to) {
   const auto m = static_cast<std::uint64_t>(from.pixels), n = static_cast<std::uint64_t>(to.pixels);
-  constexpr std::uint64_t kUnit = 1 << 10;
-  // Beyond a side that is shorter than its pixel, that is transparent.
-  const double within = std::min(1.0, to.exact) / std::min(1.0, from.exact);
-  const auto all = static_cast<std::uint64_t>(static_cast<double>(m * kUnit) / within + 0.5);
   std::vector<Share> shares;
   for (std::uint64_t i = 0; i < n; ++i) {
-    Share share{static_cast<int>(i * m / n), {}, all};
+    Share share{static_cast<int>(i * m / n), {}};
     for (std::uint64_t j = i * m / n; j * n < (i + 1) * m; ++j) {
-      share.parts.push_back(kUnit * (std::min((j + 1) * n, (i + 1) * m) - std::max(j * n, i * m)));
+      share.parts.push_back(std::min((j + 1) * n, (i + 1) * m) - std::max(j * n, i * m));
     }
     shares.push_back(std::move(share));
   }
@@ -93,6 +88,7 @@ std::vector<Share> shares_of(const Side& from, const Side& to) {
 std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const Side (&from_sides)[2],
                                    const Side (&sides)[2]) {
   const std::vector<Share> columns = shares_of(from_sides[0], sides[0]), rows = shares_of(from_sides[1], sides[1]);
+  const auto all = static_cast<std::uint64_t>(from_sides[0].pixels) * static_cast<std::uint64_t>(from_sides[1].pixels);
   std::vector<std::uint16_t> to = framed(sides[0].pixels, sides[1].pixels);
   for (std::size_t y = 0; y < rows.size(); ++y) {
     for (std::size_t x = 0; x < columns.size(); ++x) {
@@ -104,7 +100,6 @@ std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const
           for (std::size_t c = 0; c < 4; ++c) sum[c] += rows[y].parts[r] * columns[x].parts[k] * from[at + c];
         }
       }
-      const std::uint64_t all = rows[y].all * columns[x].all;
       const std::size_t at = texel(sides[0].pixels, static_cast<int>(x), static_cast<int>(y));
       for (std::size_t c = 0; c < 4; ++c) to[at + c] = static_cast<std::uint16_t>((sum[c] + all / 2) / all);
     }

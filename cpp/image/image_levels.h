@@ -19,8 +19,7 @@ struct ImageLevel {
 };
 
 /// The picture, and smaller ones, each of about half the size of the one before, down to one pixel. Each covers the
-/// picture exactly, so that none is beside its place; but a side shorter than a pixel is as long as one, and as much
-/// more transparent.
+/// picture exactly, so that none is beside its place.
 class ImageLevels {
  public:
   explicit ImageLevels(const Picture& picture);

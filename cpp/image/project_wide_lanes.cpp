@@ -172,11 +172,9 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
   const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
   const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
-  // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far,
-  // and its edge is as wide as a texel, which may be 5/3 pixels: half of that, turned, less half a pixel, since only
-  // middles of pixels count.
+  // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
   const Ints radius = diameter * (kUnitsPerSize / 2);
-  const Ints reach = t.oriented ? ((radius * 363) >> 8) + kUnit * 3 / 4 : radius + kUnit / 2;
+  const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
   const Span columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
   Columns c;
   c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);

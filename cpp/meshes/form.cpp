@@ -92,8 +92,12 @@ void set_inside(Kept& kept) {
   if (!wrong.empty()) {
     throw std::invalid_argument("Mesh: its surface must be closed, to have an inside, got " + wrong);
   }
-  threads::Pool pool(threads_for_building());
-  kept.grid = distance_grid(surface, kept.resolution, pool);
+  try {
+    threads::Pool pool(threads_for_building());
+    kept.grid = distance_grid(surface, kept.resolution, pool);
+  } catch (const threads::NoThread&) {
+    kept.grid = distance_grid(surface, kept.resolution, threads::alone());
+  }
   kept.cells = inner_cells(kept.grid);
   shapes::MeshForm& form = kept.form;
   std::copy_n(kept.grid.nodes.data(), 3, form.nodes);

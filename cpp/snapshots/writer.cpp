@@ -107,9 +107,15 @@ void Writer::write(std::string path, Description description) {
     const std::scoped_lock lock(mutex_);
     busy_ = true;
   }
-  thread_ = std::thread([this, path = std::move(path), described = std::move(description)]() mutable {
-    run(path, std::move(described));
-  });
+  try {
+    thread_ = std::thread([this, path = std::move(path), described = std::move(description)]() mutable {
+      run(path, std::move(described));
+    });
+  } catch (...) {
+    const std::scoped_lock lock(mutex_);
+    busy_ = false;  // or others would wait for this part for ever
+    throw;
+  }
 }
 
 void Writer::run(const std::string& path, Description description) {

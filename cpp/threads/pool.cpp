@@ -62,17 +62,25 @@ Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), w
   }
 }
 
-Pool::~Pool() { end(); }
+Pool::~Pool() {
+  if (process_ == 0 || process_ == getpid()) {
+    end();
+  } else {
+    for (Worker& worker : workers_) {
+      if (worker.thread.joinable()) worker.thread.detach();
+    }
+    static_cast<void>(waiting_.release());
+  }
+}
 
 void Pool::end() {
   {
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(waiting_->mutex);
     ends_ = true;
   }
-  task_begins_.notify_all();
+  waiting_->task_begins.notify_all();
   for (Worker& worker : workers_) {
-    if (!worker.thread.joinable()) continue;
-    process_ == getpid() ? worker.thread.join() : worker.thread.detach();
+    if (worker.thread.joinable()) worker.thread.join();
   }
 }
 
@@ -108,7 +116,7 @@ void Pool::run(std::size_t parts, const Work& work) {
 
 void Pool::open(std::size_t parts, const Work& work) {
   {
-    const std::scoped_lock lock(mutex_);
+    const std::scoped_lock lock(waiting_->mutex);
     const std::size_t shares = workers_.size();
     for (std::size_t share = 0; share < shares; ++share) {
       workers_[share].took_part = false;
@@ -120,16 +128,16 @@ void Pool::open(std::size_t parts, const Work& work) {
     open_ = true;
     tasks_.fetch_add(1, std::memory_order_release);
   }
-  task_begins_.notify_all();
+  waiting_->task_begins.notify_all();
 }
 
 void Pool::close() {
-  std::unique_lock lock(mutex_);
+  std::unique_lock lock(waiting_->mutex);
   open_ = false;
   lock.unlock();
   for (int look = 0; look < kLooks && at_work_.load(std::memory_order_acquire) != 0; ++look) rest();
   lock.lock();
-  task_ends_.wait(lock, [&] { return at_work_.load(std::memory_order_acquire) == 0; });
+  waiting_->task_ends.wait(lock, [&] { return at_work_.load(std::memory_order_acquire) == 0; });
 }
 
 void Pool::take_parts(std::size_t worker) {
@@ -160,7 +168,7 @@ bool Pool::take_share(Worker& from, std::size_t worker) {
 
 // In a handler.
 void Pool::note_failure(std::size_t part) {
-  const std::scoped_lock lock(mutex_);
+  const std::scoped_lock lock(waiting_->mutex);
   if (part > lowest_failed_.load(std::memory_order_relaxed)) return;
   failure_ = std::current_exception();
   lowest_failed_.store(part, std::memory_order_relaxed);
@@ -170,8 +178,8 @@ void Pool::serve(std::size_t worker) {
   const simd::FloatMode mode;
   for (std::size_t seen = 0; join_task(seen);) {
     take_parts(worker);
-    const std::scoped_lock lock(mutex_);
-    if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) task_ends_.notify_one();
+    const std::scoped_lock lock(waiting_->mutex);
+    if (at_work_.fetch_sub(1, std::memory_order_acq_rel) == 1) waiting_->task_ends.notify_one();
   }
 }
 
@@ -179,8 +187,8 @@ void Pool::serve(std::size_t worker) {
 bool Pool::join_task(std::size_t& seen) {
   for (;;) {
     for (int look = 0; look < kLooks && tasks_.load(std::memory_order_acquire) == seen; ++look) rest();
-    std::unique_lock lock(mutex_);
-    task_begins_.wait(lock, [&] { return ends_ || tasks_.load(std::memory_order_relaxed) != seen; });
+    std::unique_lock lock(waiting_->mutex);
+    waiting_->task_begins.wait(lock, [&] { return ends_ || tasks_.load(std::memory_order_relaxed) != seen; });
     if (ends_) return false;
     seen = tasks_.load(std::memory_order_relaxed);
     if (!open_) continue;

@@ -8,6 +8,7 @@
 #include <deque>
 #include <exception>
 #include <functional>
+#include <memory>
 #include <mutex>
 #include <stdexcept>
 #include <thread>
@@ -83,8 +84,12 @@ class Pool {
   const Work* work_ = nullptr;
   std::atomic<std::size_t> lowest_failed_{0};  // part
 
-  std::mutex mutex_;  // what follows changes under it
-  std::condition_variable task_begins_, task_ends_;
+  // A copy of the process that started the threads must not destroy these: they count threads that it does not have.
+  struct Waiting {
+    std::mutex mutex;  // what follows changes under it
+    std::condition_variable task_begins, task_ends;
+  };
+  std::unique_ptr<Waiting> waiting_ = std::make_unique<Waiting>();
   std::atomic<std::size_t> tasks_{0};  // begun so far
   std::atomic<int> at_work_{0};        // threads of the pool
   bool open_ = false;  // a thread that wakes may still join; one that wakes too late is not waited for

@@ -143,7 +143,7 @@ TEST(image_light_does_not_depend_on_the_place_in_a_pixel) {
       drawn.up_of_all = {1, 1, 0};
       const double light = sum(light_of(drawn, sprite, view));
       if (step == 0) first = light;
-      CHECK_NEAR(light / first, 1, sprite.kind == Sprite::Kind::sphere ? 0.01 : 5e-4);
+      CHECK_NEAR(light / first, 1, sprite.kind == Sprite::Kind::sphere ? 0.005 : 5e-4);
     }
   }
 }

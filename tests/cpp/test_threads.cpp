@@ -1,12 +1,16 @@
 // The pool: each part once, failures, sleep; and what the engine's loops make of it: the same bits as one thread.
 #include "threads/pool.h"
 
+#include <sys/wait.h>
 #include <time.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <atomic>
 #include <chrono>
+#include <csignal>
+#include <memory>
 #include <stdexcept>
 #include <thread>
 #include <vector>
@@ -166,6 +170,31 @@ TEST(a_pool_that_waits_uses_no_processor) {
   const double before = process_seconds();
   std::this_thread::sleep_for(std::chrono::milliseconds(200));
   CHECK(process_seconds() - before < 0.02);
+}
+
+// It has none of the threads.
+TEST(a_copy_of_the_process_can_use_and_destroy_a_pool) {
+  auto pool = std::make_unique<Pool>(3);
+  const auto work = [&] {
+    std::atomic<int> ran{0};
+    pool->run(8, [&](std::size_t, std::size_t) { ++ran; });
+    return ran.load();
+  };
+  CHECK(work() == 8);
+  std::this_thread::sleep_for(std::chrono::milliseconds(100));  // they wait now
+  const pid_t copy = fork();
+  if (copy == 0) {
+    const bool all = work() == 8;
+    pool.reset();
+    _exit(all ? 0 : 1);
+  }
+  int status = -1;
+  for (int i = 0; i < 1000 && waitpid(copy, &status, WNOHANG) == 0; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  CHECK(status == 0);
+  if (status != 0) kill(copy, SIGKILL);
+  CHECK(work() == 8);
 }
 
 TEST(shared_work_counts_as_its_share_of_processor_time) {

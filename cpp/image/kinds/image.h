@@ -17,8 +17,8 @@ struct Image {
 
   WideSprite s;
   image::ImageLevel level;
-  float across, down;  // texels per pixel, along its width and its height
-  bool magnified;      // its texels are larger than pixels
+  float across, down;   // texels per pixel, along its width and its height
+  float width, height;  // px
   float cover;
   int steps = 1;  // places along the streak
   float step = 0;
@@ -33,15 +33,16 @@ struct Image {
     level = task.levels[number];
     across = scale * level.across;
     down = scale * level.down;
-    magnified = number == 0 && scale < 1;
+    width = static_cast<float>(level.width) / across;
+    height = static_cast<float>(level.height) / down;
     if (s.half > 0) {
       const float length = 2 * s.half;
       steps = length < kMostSteps ? 1 + static_cast<int>(length) : kMostSteps;
       step = length / static_cast<float>(steps);
     }
   }
-  /// Half of the diagonal of a square.
-  MOTES_INLINE float reach() const { return 1.4143f * (half_width() > half_height() ? half_width() : half_height()); }
+  /// Half of the diagonal of a square, and half a pixel more on each side.
+  MOTES_INLINE float reach() const { return 1.4143f * ((width > height ? width : height) * 0.5f + 0.5f); }
   MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
   MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
 
@@ -80,17 +81,9 @@ struct Image {
   static constexpr int kMostSteps = 64;
   static constexpr int kPartBits = 7;  // of a texel, in places between texels
 
-  /// From the picture's middle to where its light ends: half a texel beyond its edge, or half a pixel where that is
-  /// less.
-  MOTES_INLINE float half(int texels, float per_pixel) const {
-    const float more = magnified ? per_pixel : 1;
-    return (static_cast<float>(texels) + more) * 0.5f / per_pixel;
-  }
-  MOTES_INLINE float half_width() const { return half(level.width, across); }
-  MOTES_INLINE float half_height() const { return half(level.height, down); }
   /// How far the turned picture reaches along one axis, where its sides are that much along it.
   MOTES_INLINE float box(float of_width, float of_height) const {
-    return of_width * half_width() + of_height * half_height();
+    return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
   }
 
   /// Over the streak.
@@ -107,24 +100,23 @@ struct Image {
     return sum;
   }
 
+  /// Its edge is as sharp as pixels are, however large its texels, and it has its light wherever it is in a pixel,
+  /// however thin it is.
   MOTES_INLINE Texels texels(Floats x, Floats y) const {
     // The picture's x is a quarter turn to the right of `up`.
-    const Floats to_right = (y * s.up_x - x * s.up_y) * across, to_below = -(x * s.up_x + y * s.up_y) * down;
-    const float width = static_cast<float>(level.width), height = static_cast<float>(level.height);
-    // From the middle of the frame's first texel; outside the frame everything is transparent.
-    const Floats column = to_right + (0.5f * width + 0.5f), row = to_below + (0.5f * height + 0.5f);
-    if (!magnified) return between(clamp(column, 0, width + 1), clamp(row, 0, height + 1));
-    // Its edge is as sharp as pixels are, however large its texels.
-    Texels t = between(clamp(column, 1, width), clamp(row, 1, height));
-    const Floats inside = within(to_right, width, across) * within(to_below, height, down);
-    const Ints part = to_ints(inside * 32768.0f + 0.5f);
+    const Floats to_right = y * s.up_x - x * s.up_y, to_below = -(x * s.up_x + y * s.up_y);
+    const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
+    // From the middle of the frame's first texel.
+    Texels t = between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
+                       clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
+    const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
     for (Ints& channel : t.channel) channel = channel * part >> 15;
     return t;
   }
 
-  /// The part of a pixel that is between two edges which are so many texels apart.
-  static MOTES_INLINE Floats within(Floats from_middle, float texels, float per_pixel) {
-    return clamp((0.5f * texels - max(from_middle, -from_middle)) * (1 / per_pixel) + 0.5f, 0, 1);
+  /// The part of a pixel, so far from the middle, that is between two edges so far apart, px.
+  static MOTES_INLINE Floats covered(Floats from_middle, float apart) {
+    return clamp(0.5f * apart + 0.5f - max(from_middle, -from_middle), 0, apart < 1 ? apart : 1);
   }
 
   /// Between the middles of four texels, by how near they are: weights like those of Patch.

@@ -163,6 +163,7 @@ def test_a_plane_is_hidden_by_its_own_distance_at_the_horizon():
         objects=[shapes.Plane((0, 0, 0), (0, 1, 0))],
         background=background,
         linear=True,
+        smooth=False,
     )
     world = motes.World(seed=1, renderer=renderer, progress="off")
     with world:

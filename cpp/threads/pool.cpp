@@ -69,7 +69,7 @@ Pool::~Pool() {
     for (Worker& worker : workers_) {
       if (worker.thread.joinable()) worker.thread.detach();
     }
-    static_cast<void>(waiting_.release());
+    [[maybe_unused]] const Waiting* const left = waiting_.release();
   }
 }
 

@@ -253,9 +253,7 @@ TEST(image_what_is_drawn_as_a_point_looks_like_one_at_rest_and_in_motion) {
         Projection how;
         how.dt = 1;
         how.any_depth = blend != Blend::add;
-        const auto of = [&](Kind kind) {
-          return picture(view, {projected(drawn, {kind, 1, blend}, view, how)});
-        };
+        const auto of = [&](Kind kind) { return picture(view, {projected(drawn, {kind, 1, blend}, view, how)}); };
         CHECK(of(Kind::disc) == of(Kind::point));
         CHECK(of(Kind::sphere) == of(Kind::point));
       }

@@ -409,7 +409,8 @@ def calls(draw: st.DrawFn, meets: bool) -> list[str]:
     others = (*OTHERS, "@.pairs(repel, 0.25)") if meets else OTHERS
     lines = draw(st.lists(one_action(meets).map(lambda text: f"@.apply({text})"), min_size=1, max_size=12))
     ties = [line for line in lines if "Tie(" in line]
-    lines = [line for line in lines if line not in ties[1:]]  # two that can tear must not share particles
+    if any("break_at=" in tie and "np.inf" not in tie for tie in ties):  # what can tear shares no particles
+        lines = [line for line in lines if line not in ties[1:]]
     extras = draw(st.lists(births() | spawns() | st.sampled_from(others), max_size=5))
     for extra in extras:
         lines.insert(draw(st.integers(0, len(lines))), extra)

@@ -26,7 +26,7 @@ struct RenderPlan {
   int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
   int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
   bool draws(int rank) const { return first(rank) < end(rank); }
-  /// Whether it deals out all tiles of a picture that has so many, to so many ranks.
+  /// Whether it deals out `tiles` tiles, all of a picture, to `ranks` ranks.
   bool covers(int tiles, int ranks) const;
 
   bool operator==(const RenderPlan&) const = default;

@@ -149,7 +149,7 @@ with world:
         if frame + 1 == secure:
             with open(f"{log}/frames.jsonl") as file:
                 world.say(len(file.readlines()))
-            world._engine.secure_log()
+            world._engine.secure()
             counts = {}
             for name in ("frames", "load", "density", "balance"):
                 with open(f"{log}/{name}.jsonl") as file:
@@ -210,7 +210,7 @@ with world:
         if frame == 5:
             if "manager" in world.role:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, 4 * 1024))
-            world._engine.secure_log()
+            world._engine.secure()
             print("secured")
 """
 

@@ -16,6 +16,7 @@ from launching import Result, mpirun, python
 from test_same_bits import roles, table, widths
 
 import motes
+from motes import column
 from motes.errors import ArgumentError
 
 SCENE = Path(__file__).parent / "scenes" / "meeting.py"
@@ -393,7 +394,7 @@ def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
         assert row["n_end"] == len(own)
         assert row["copies"] == sum(np.count_nonzero(some) for some in reached)
         messages = sum(bool(some.any()) for some in reached)
-        assert row["copied_bytes"] == 20 * row["copies"] + 24 * messages, "an id and a place each"
+        assert row["copied_bytes"] == 20 * row["copies"] + 32 * messages, "an id and a place each"
         assert row["meetings"] == 1 and row["t_meet_s"] > 0
 
 
@@ -409,3 +410,84 @@ def test_a_refused_read_does_not_end_the_run():
             system.move()
             world.step()
             assert len(system.gather()) == system.total(1) == 10 * (frame + 1)
+
+
+SHARED_OUT = """
+import sys
+import motes
+from motes import column
+from motes.shapes import Box
+
+world = motes.World(seed=3, dt=0.02, substeps=2, space=(-2, 2), roles="shared", progress="off")
+s = world.system("s", attributes={"kind": 0})
+where = {"all": [{}], "two": [{"where": column("kind") < 0.5}, {"where": column("kind") >= 0.5}]}[sys.argv[1]]
+with world:
+    for frame in world.frames(4):
+        if frame == 0:
+            for kind in 0, 1:
+                s.configure(kind=kind, velocity=Box((-9, -9, -9), (9, 9, 9)))
+                s.burst(Box((-2, 0, 10 * kind), (2, 0.5, 10 * kind + 0.5)), count=300)
+        for each in where:
+            s.collide(0.1, **each)
+            if "between" in sys.argv:
+                s.move()
+        s.move()
+        world.step()
+        say = (world.digest(), s.total(column("contacts")), s.total(1, where=column("contacts") > 0))
+        world.say(" ".join(map(str, say)))
+"""
+
+
+def test_collisions_of_some_count_contacts_as_one_of_all_does():
+    """The two kinds are far from each other."""
+    assert python(SHARED_OUT, "two").lines == python(SHARED_OUT, "all").lines
+
+
+@pytest.mark.parametrize("size", [2, 5])
+def test_who_has_collided_is_known_wherever_it_goes_next(size: int):
+    assert mpirun(size, SHARED_OUT, "two", "between").lines == python(SHARED_OUT, "two", "between").lines
+
+
+def touching() -> tuple[motes.World, motes.System]:
+    """Return a world of two pairs of spheres that overlap, far from each other, and not yet open."""
+    world = motes.World(seed=1, dt=0.001, progress="off")
+    return world, world.system("s")
+
+
+PLACES = [(0, 0, 0), (0.9, 0, 0), (9, 0, 0), (9.9, 0, 0)]
+
+
+def test_contacts_of_different_particles_may_stand_in_one_list():
+    world, s = touching()
+    with world:
+        s.emit(position=PLACES)
+        for _ in world.frames(3):
+            s.contact(10, radius=0.5, where=column("position").x < 5)
+            s.contact(10, radius=0.5, where=column("position").x > 5)
+            world.step()
+            v = s.gather().velocity[:, 0]
+            assert v[0] < 0 < v[1]
+            np.testing.assert_allclose(v[2:], v[:2], rtol=1e-3)
+
+
+def test_two_contacts_of_one_particle_are_refused():
+    """Its springs remember one action."""
+    world, s = touching()
+    with pytest.raises(ValueError, match="chosen by two contact actions"), world:
+        s.emit(position=PLACES)
+        s.contact(10, radius=0.5)
+        with pytest.raises(ValueError, match="several of them needs a `where` in each"):
+            s.contact(20, radius=0.5, where=column("position").x < 5)
+        world.step()
+        s.contact(10, radius=0.5, where=column("position").x < 9.5)
+        s.contact(10, radius=0.5, where=column("position").x > 5)
+        world.step()
+
+
+def test_two_contacts_of_one_particle_are_refused_in_the_first_frame():
+    world, s = touching()
+    with pytest.raises(ValueError, match="chosen by two contact actions"), world:
+        s.emit(position=PLACES)
+        for _ in range(2):
+            s.contact(10, radius=0.5, where=column("position").x > 5)
+        world.step()

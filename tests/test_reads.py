@@ -10,6 +10,7 @@ import pytest
 from launching import mpirun
 
 import motes
+from motes import column
 from motes.shapes import Plane, Sphere
 
 SCENE = Path(__file__).parent / "scenes" / "reads.py"
@@ -114,3 +115,115 @@ def test_a_preview_shows_the_living_after_all_substeps():
         s.bounce(Plane((0, 0, 0), (0, 1, 0)))
         world.step()
         assert len(s.gather()) < 200
+
+
+def filled(substeps: int) -> tuple[motes.World, motes.System]:
+    """Return a world with one system, not yet open."""
+    world = motes.World(seed=1, dt=0.1, substeps=substeps, progress="off")
+    return world, world.system("s")
+
+
+def burst(s: motes.System) -> None:
+    s.configure(velocity=Sphere((0, 0, 0), 1))
+    s.burst(Sphere((0, 0, 0), 1), count=50)
+    s.gravity((0, -1, 0))
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_what_is_recorded_while_a_read_is_open_runs_behind_what_it_wrote(substeps):
+    digests = []
+    for inside in (False, True):
+        world, s = filled(substeps)
+        with world:
+            burst(s)
+            with s.local() as p:
+                p.velocity[:, 0] += np.float32(1)
+                if inside:
+                    s.damping((0.5, 0.5, 0.5))
+            if not inside:
+                s.damping((0.5, 0.5, 0.5))
+            s.move()
+            world.step()
+            digests.append(world.digest())
+    assert digests[0] == digests[1]
+
+
+@pytest.mark.parametrize("substeps", [1, 3])
+def test_birth_values_that_a_read_names_first_are_those_of_births(substeps):
+    world, s = filled(substeps)
+    with world:
+        burst(s)
+        with s.local() as p:
+            assert len(p) == 50
+        squares = column("velocity_b").x ** 2
+        assert s.total(squares) > 1, "they were born with velocities"
+        with s.local() as p:
+            at_birth = np.sum(p.velocity_b[:, 0].astype(float) ** 2)
+            p.velocity[:] = 0
+        s.move()
+        world.step()
+        assert s.total(squares) == pytest.approx(at_birth)
+
+
+def test_birth_values_that_are_recorded_while_a_read_is_open_are_those_of_births():
+    world, s = filled(2)
+    with world:
+        burst(s)
+        with s.local() as p:
+            s.set(velocity=column("velocity_b"))
+            p.velocity[:] = 0
+        world.step()
+        assert s.total(column("velocity").x ** 2) > 1
+
+
+def test_a_sum_of_birth_values_leaves_an_open_read_as_it_is():
+    world, s = filled(2)
+    with world:
+        burst(s)
+        with s.local() as p:
+            p.age[:] = 7
+            s.total(column("velocity_b"))
+            p.age[:] += 1
+        world.step()
+        assert s.total(1, where=column("age") == 8) == 50
+
+
+FAILS = """
+import os, sys
+import motes
+from motes.shapes import Sphere
+
+world = motes.World(seed=1, dt=0.1, substeps=int(sys.argv[1]), progress="off")
+s = world.system("s")
+
+calls = []
+
+def act(p):
+    calls.append(p)
+    if world.rank == int(sys.argv[2]) and len(calls) == 1:
+        raise KeyError("no such thing")
+
+with world:
+    s.burst(Sphere((0, 0, 0), 1), count=500)
+    s.gravity((0, -1, 0))
+    s.callback(act)
+    try:
+        with s.local() as p:
+            pass
+    except KeyError:
+        os.write(1, b"caught\\n")
+    s.move()
+    world.step()
+    print("went on")
+"""
+
+
+@pytest.mark.parametrize("substeps", [1, 2])
+@pytest.mark.parametrize("ranks, rank", [(1, 0), (3, 2)])
+def test_a_list_that_fails_while_it_is_read_does_not_run_again(substeps, ranks, rank):
+    """Half of it has run."""
+    result = mpirun(ranks, FAILS, substeps, rank)
+    assert result.code != 0
+    assert result.out.count("caught") == 1
+    assert "went on" not in result.out
+    assert "no such thing" in result.err

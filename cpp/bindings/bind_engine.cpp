@@ -352,7 +352,7 @@ void bind_engine(py::module_& m) {
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
-      .def("secure_log", &Engine::secure_log, Release())
+      .def("secure", &Engine::secure, Release())
       .def("run_frame", &Engine::run_frame, py::arg("view"), py::arg("argument") = "", Release())
       .def("redraw", &Engine::redraw, py::arg("view"), py::arg("argument") = "", Release())
       .def("on_orders", &on_orders)

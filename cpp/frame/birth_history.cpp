@@ -69,6 +69,15 @@ void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t
   stretches_.push_back({first_id, count, call});
 }
 
+std::vector<std::uint64_t> BirthHistory::meshes() const {
+  std::vector<std::uint64_t> keys;
+  for (const Call& call : calls_) {
+    const std::vector<std::uint64_t> its = recording::meshes_of(call.birth);
+    keys.insert(keys.end(), its.begin(), its.end());
+  }
+  return keys;
+}
+
 std::size_t BirthHistory::bytes() const { return call_bytes_ + stretches_.size() * sizeof(Stretch); }
 
 void BirthHistory::forget_before(std::uint64_t oldest) {
@@ -87,6 +96,7 @@ void BirthHistory::restore_copies(Store& store, particles::Key key) {
   auto next = order.begin();
   for (const Stretch& stretch : stretches_) {
     const Call& call = calls_[stretch.call - forgotten_calls_];
+    recording::check(call.birth, store.schema());  // a mesh that came with the history has no inside yet
     // What was emitted has arrays for the whole call; what is drawn can be made in parts.
     const std::uint64_t step = call.birth.kind == Birth::Kind::emit ? stretch.count : kChunk;
     for (std::uint64_t done = 0; done < stretch.count; done += step) {

@@ -12,6 +12,12 @@ namespace motes::frame {
 
 using particles::Store;
 
+namespace {
+
+bool collides(const Piece& piece) { return piece.meeting != nullptr && piece.meeting->kind == actions::Kind::collide; }
+
+}  // namespace
+
 bool meets(const Script& script, const Round& round) {
   bool any = false;
   for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) any = any || script.systems[i]->meets();
@@ -52,7 +58,8 @@ void Course::run() {
 bool Course::run_substep(int substep) {
   for (Runner& runner : runners_) {
     runner.next_piece = 0;
-    runner.collided = false;
+    runner.collided = Collided::none;
+    calculator_.populations[runner.system]->collided.clear();
   }
   std::vector<const Piece*> waits(runners_.size(), nullptr);
   for (std::size_t done = 0; done < runners_.size();) {
@@ -87,7 +94,7 @@ bool Course::run_substep(int substep) {
 Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const {
   Meeting meeting{piece.meeting, piece.end, {first.system, second.system}, &first == &second ? 1u : 2u};
   const auto substeps = static_cast<std::uint64_t>(rank_.settings.substeps);
-  meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep);
+  meeting.substep = static_cast<std::uint32_t>(rank_.talk.frame * substeps) + static_cast<std::uint32_t>(substep) + 1;
   meeting.time = recording::time_of({rank_.talk.frame, rank_.settings.substeps, rank_.settings.dt}, substep);
   meeting.last = substep + 1 == rank_.settings.substeps;
   if (piece.meeting->kind != actions::Kind::collide) return meeting;
@@ -96,7 +103,11 @@ Meeting Course::meeting_of(const Piece& piece, Runner& first, Runner& second, in
     Runner& runner = *runners[side];
     const System& system = *script_.systems[runner.system];
     meeting.newborn_from[side] = runner.newborn_from;
-    meeting.collided[side] = std::exchange(runner.collided, true);
+    meeting.collided[side] = runner.collided;
+    const auto rest = runner.pieces.begin() + static_cast<std::ptrdiff_t>(runner.next_piece);
+    meeting.collides_again[side] = std::any_of(rest, runner.pieces.end(), collides);
+    const bool some = side == 0 && !piece.meeting->where.empty() && runner.collided != Collided::all;
+    runner.collided = some ? Collided::some : Collided::all;
     runner.newborn_from =
         runner.next_group < system.groups.size() ? system.groups[runner.next_group].first_id : system.counts.born;
   }

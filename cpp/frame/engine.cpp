@@ -1,6 +1,7 @@
 // What the script says to the engine between two frames: systems, lists, reads.
 #include "frame/engine.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "frame/replay.h"
@@ -14,6 +15,17 @@ void check_tie(const actions::Action& tie, const std::vector<recording::Item>& l
   for (const recording::Item& item : list) {
     const auto* earlier = std::get_if<actions::Action>(&item);
     if (earlier != nullptr && earlier->kind == actions::Kind::tie) meetings::check_together(*earlier, tie);
+  }
+}
+
+// What a particle remembers of its touches belongs to one action.
+void check_contact(const actions::Action& contact, const std::vector<recording::Item>& list) {
+  for (const recording::Item& item : list) {
+    const auto* earlier = std::get_if<actions::Action>(&item);
+    if (earlier == nullptr || earlier->kind != actions::Kind::contact) continue;
+    if (!earlier->where.empty() && !contact.where.empty()) continue;
+    throw std::invalid_argument(
+        "contact: a list with several of them needs a `where` in each, which choose different particles; one has none");
   }
 }
 
@@ -48,11 +60,12 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
-  bool uses_copies = false;
+  bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);
     actions::check(*action, s.schema);
     if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
+    if (action->kind == actions::Kind::contact) check_contact(*action, s.list);
     if (action->other >= system_count() || action->other == index) {
       throw std::invalid_argument("an action between particles must name another system of the world");
     }
@@ -95,9 +108,21 @@ std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) const {
   return system.next_birth(frame(), settings.dt, settings.substeps);
 }
 
+std::optional<Seen> Engine::try_read(int index) {
+  Rank& rank = parts_->rank;
+  std::optional<Seen> seen;
+  rank.talk.work("act", [&] { seen = read(rank, parts_->script, parts_->calculator, index); });
+  pass_over(rank, system(index));
+  return seen;
+}
+
 Seen Engine::local(int index) {
   catch_up();
-  return read(parts_->rank, parts_->script, parts_->calculator, index);
+  check_readable(system(index));
+  const std::optional<Seen> seen = try_read(index);
+  if (seen) return *seen;
+  parts_->rank.talk.rethrow();
+  throw std::runtime_error(parts_->rank.talk.failure().text);
 }
 
 void Engine::keep_lists(bool compute) {
@@ -108,7 +133,7 @@ void Engine::keep_lists(bool compute) {
 
 particles::Bytes Engine::shared_state() const {
   particles::Bytes bytes;
-  particles::write_fields(frame::shared_state(*parts_), bytes);
+  write(frame::shared_state(*parts_), bytes);
   return bytes;
 }
 
@@ -119,9 +144,7 @@ void Engine::save_part(const std::string& path) {
 }
 
 void Engine::restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples) {
-  SharedState shared;
-  particles::Reader in(state);
-  particles::read_fields(in, shared);
+  const SharedState shared = read_state(state);
   if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples: one per system");
   frame::restore_state(*parts_, shared, samples);
 }

@@ -51,6 +51,7 @@ class Engine {
   std::pair<std::uint64_t, std::uint64_t> next_birth(int system) const;
 
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
+  /// Throws what that fails with: it cannot run again from its middle, so all ranks hear of it in what they say next.
   Seen local(int system);
   /// What the last local() saw.
   Seen seen(int system) { return frame::seen(population(system)); }
@@ -66,9 +67,10 @@ class Engine {
   /// Collective. The start and the end of a run: all ranks are here, with the same systems and seed.
   void start();
   void finish();
-  /// Collective. Waits until the log's rows of all frames so far are on the disk; without that they lag up to two
-  /// frames behind. Does nothing where there is no log.
-  void secure_log();
+  /// Collective, between two frames: returns where no rank has failed in the frames so far, also not behind the point
+  /// at which all agreed on the last one; with the log's rows of all of them on the disk, which otherwise lag up to two
+  /// frames behind.
+  void secure();
 
   /// Collective. Ends the frame; with a view it has a picture. All ranks agree on `argument`.
   void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
@@ -179,7 +181,7 @@ class Engine {
 
   void start_now();
   void finish_now();
-  void secure_log_now();
+  void secure_now();
   void run_frame_now(const std::optional<image::View>& view, const std::string& argument);
   void redraw_now(const image::View& view, const std::string& argument);
   void hear_orders_now(const std::string& argument);
@@ -188,6 +190,8 @@ class Engine {
   recording::Totals sum_now(int system, recording::Verb verb, const recording::Sum& what);
   Notes prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare);
 
+  /// Runs what was recorded so far; nothing where this rank has failed, in that or before.
+  std::optional<Seen> try_read(int system);
   template <class Compute>
   void look_at(int system, const Compute& compute);
   Population& population(int system) { return *parts_->calculator.populations[static_cast<std::size_t>(system)]; }

@@ -173,7 +173,8 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
 void Engine::redraw_now(const image::View& view, const std::string& argument) {
   catch_up();
   for (const auto& system : parts_->script.systems) {
-    if (system->run_items == 0) continue;
+    const auto run = system->list.begin() + static_cast<std::ptrdiff_t>(system->run_items);
+    if (std::none_of(system->list.begin(), run, recording::is_call)) continue;
     throw std::invalid_argument("particles of system '" + system->definition.name +
                                 "' were read after some of this frame's list: redraw before that, or after the frame");
   }
@@ -205,9 +206,9 @@ void Engine::start_now() {
   rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero_, first); });
 }
 
-void Engine::secure_log_now() {
-  if (parts_->rank.settings.log.directory.empty()) return;
+void Engine::secure_now() {
   ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
+  if (parts_->rank.settings.log.directory.empty()) return;
   if (parts_->rank.talk.manages()) {
     parts_->rank.talk.work("log", [&] { parts_->manager.account.secure_rows(); });
   }
@@ -225,8 +226,8 @@ void Engine::finish_now() {
 // What a conversation about particles computes first: it may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
-  parts_->rank.talk.work("act", [&] { compute(local(index)); });
-  pass_over(parts_->rank, system(index));
+  const std::optional<Seen> seen = try_read(index);
+  if (seen) parts_->rank.talk.work("act", [&] { compute(*seen); });
 }
 
 std::vector<particles::Digest> Engine::digest_now() {
@@ -253,7 +254,7 @@ recording::Totals Engine::sum_now(int index, Verb verb, const recording::Sum& wh
   catch_up();
   check_readable(system(index));
   recording::check(what, system(index).schema);
-  if (recording::uses_copies(what, system(index).schema)) keep_copies(system(index), population(index));
+  if (recording::uses_copies(what, system(index).schema)) read_copies(system(index), population(index));
   recording::Summed own;
   look_at(index, [&](const Seen& seen) { own = recording::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
   ask_all(*parts_, verb, system(index).definition.name + ", " + recording::fingerprint(what));

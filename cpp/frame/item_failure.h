@@ -34,10 +34,10 @@ void of_item(const std::vector<recording::Item>& list, std::size_t system, std::
   try {
     work();
   } catch (const std::exception& error) {
-    const auto reads = std::count_if(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(item),
-                                     [](const auto& one) { return std::holds_alternative<recording::Read>(one); });
+    const auto calls =
+        std::count_if(list.begin(), list.begin() + static_cast<std::ptrdiff_t>(item), recording::is_call);
     throw ItemFailure(std::current_exception(), error.what(), recording::name(list[item]),
-                      {static_cast<std::int32_t>(system), static_cast<std::int32_t>(item - reads)});
+                      {static_cast<std::int32_t>(system), static_cast<std::int32_t>(calls)});
   }
 }
 

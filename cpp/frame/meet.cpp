@@ -16,6 +16,7 @@
 #include "frame/word.h"
 #include "meetings/act.h"
 #include "meetings/pyramid.h"
+#include "particles/fields.h"
 #include "recording/select.h"
 
 namespace motes::frame {
@@ -309,7 +310,8 @@ class Swap {
       const std::vector<std::uint32_t> none;
       const std::vector<std::uint32_t>& gone = leaving == leavers_[side].to.end() ? none : leaving->second;
       here.store.pack(gone, bytes, *rank_.pool);
-      put_hits(here, gone, bytes);
+      put_noted(here, here.bounced, gone, bytes);
+      put_noted(here, here.collided, gone, bytes);
       std::vector<std::uint32_t> copied;
       for (const std::uint32_t p : near) {
         if (copy_for(target, p)) copied.push_back(p);
@@ -329,15 +331,23 @@ class Swap {
     take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
   }
 
-  // Which of those that leave have bounced in this frame: their new owner reports it.
-  static void put_hits(const Population& here, const std::vector<std::uint32_t>& gone, particles::Bytes& out) {
-    std::vector<std::uint64_t> hit;
+  // Which of those that leave are noted here: their new owner has to know.
+  template <class Ids>
+  static void put_noted(const Population& here, const Ids& noted, const std::vector<std::uint32_t>& gone,
+                        particles::Bytes& out) {
+    std::vector<std::uint64_t> found;
     for (const std::uint32_t p : gone) {
       const std::uint64_t id = here.store.ids()[p];
-      if (here.bounced.contains(id)) hit.push_back(id);
+      if (noted.contains(id)) found.push_back(id);
     }
-    out.put(static_cast<std::uint64_t>(hit.size()));
-    for (const std::uint64_t id : hit) out.put(id);
+    particles::write_fields(found, out);
+  }
+
+  template <class Ids>
+  static void take_noted(particles::Reader& in, Ids& noted) {
+    std::vector<std::uint64_t> found;
+    particles::read_fields(in, found);
+    noted.insert(found.begin(), found.end());
   }
 
   void remove_leavers(std::size_t side) {
@@ -360,8 +370,8 @@ class Swap {
       here.store.unpack(in, *rank_.pool);
       const std::size_t arrived = here.store.size() - before;
       here.sight.moved_in += arrived;
-      const auto hits = in.get<std::uint64_t>();
-      for (std::uint64_t i = 0; i < hits; ++i) here.bounced.insert(in.get<std::uint64_t>());
+      take_noted(in, here.bounced);
+      take_noted(in, here.collided);
       const std::uint64_t seen = take_copies(in, meetings::read_by(*meeting_.action).size(), copies_[side]);
       count += arrived + seen;
       const Costs& costs = rank_.machine.costs();
@@ -409,12 +419,18 @@ class Swap {
 
   void act() {
     meetings::Side sides[2];
-    std::vector<std::uint8_t> chosen[2];
+    std::vector<std::uint8_t> chosen[2], collided[2];
     for (std::size_t side = 0; side < meeting_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store,      &copies_[side], nullptr, meeting_.newborn_from[side], meeting_.collided[side],
-                     meeting_.substep, meeting_.last};
+      sides[side] = {&here.store, &copies_[side], nullptr, meeting_.newborn_from[side]};
+      sides[side].adds = meeting_.collided[side] != Collided::none;
+      sides[side].now = meeting_.substep;
+      sides[side].last = meeting_.last;
       here.moved = true;
+      if (meeting_.collided[side] == Collided::some) {
+        collided[side] = collided_of(here);
+        sides[side].adds_to = &collided[side];
+      }
       if (meeting_.action->where.empty() || side == 1) continue;
       chosen[side].assign(here.store.size(), 0);
       for (const std::uint32_t p :
@@ -424,6 +440,9 @@ class Swap {
       sides[side].chosen = &chosen[side];
     }
     const meetings::Seen seen = look(sides);
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      if (meeting_.collides_again[side]) note_collided(population(side), sides[side].chosen);
+    }
     for (std::size_t side = 0; side < meeting_.count; ++side) drop(population(side), seen.dropped[side]);
     Sight& sight = population(0).sight;
     sight.pairs += seen.pairs;

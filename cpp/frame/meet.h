@@ -19,8 +19,9 @@ struct Meeting {
   std::size_t systems[2] = {};
   std::size_t count = 1;  // of systems: two where they meet each other
   std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
-  bool collided[2] = {};  // already in this sub-step
-  std::uint32_t substep = 0;  // its number since the run's start
+  Collided collided[2] = {};  // already in this sub-step
+  bool collides_again[2] = {};  // and later in it
+  std::uint32_t substep = 0;  // its number since the run's start, from 1 on
   double time = 0;  // at its start, seconds of the animation
   bool last = false;  // the frame's last sub-step
 };

@@ -6,6 +6,7 @@
 #include <map>
 #include <memory>
 #include <set>
+#include <unordered_set>
 #include <utility>
 #include <vector>
 
@@ -25,7 +26,11 @@ struct Preview {
   particles::Store store;
   std::size_t dead;   // stand behind the others
   std::size_t items;  // of the list, that have run
+  BirthHistory history;  // with the births of these items
 };
+
+/// Which particles of a system have collided in this sub-step: their contacts count from then on.
+enum class Collided : std::uint8_t { none, some, all };
 
 struct Population {
   explicit Population(const particles::Schema& schema) : store(schema) {}
@@ -39,6 +44,7 @@ struct Population {
   bool moved = false;                         // positions may have changed since leavers were looked for
   recording::Outcome outcome;
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
+  std::unordered_set<std::uint64_t> collided;  // the same of those that did so in this sub-step, where only some did
   Tally tally;
   Sight sight;
   std::vector<Sent> sent;  // leavers of this frame, by domain
@@ -73,10 +79,16 @@ struct Calculator {
 /// 0, 1, ... count - 1.
 std::vector<std::uint32_t> first_indices(std::size_t count);
 
+/// For each particle, whether it stands in `collided`.
+std::vector<std::uint8_t> collided_of(const Population& here);
+/// These collide, or all, where none needs to be noted; null: all.
+void note_collided(Population& here, const std::vector<std::uint8_t>* chosen);
+
 /// Starts a frame: nothing has happened yet.
 void start_frame(Population& here);
 
-/// The *_b attributes are in use from here on: particles that live already get copies of what they were at birth.
+/// The *_b attributes are in use from here on: particles that live already, also those of a preview, get copies of what
+/// they were at birth.
 void keep_copies(System& system, Population& here);
 
 }  // namespace motes::frame

@@ -1,7 +1,9 @@
 #include "frame/read.h"
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
+#include <stdexcept>
 #include <utility>
 
 #include "frame/act.h"
@@ -94,8 +96,9 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   Store before(system.schema);
   before.append(here.store);
   const auto restore = [&] {
-    here.preview = std::make_unique<Preview>(
-        Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(), system.list.size()});
+    here.preview =
+        std::make_unique<Preview>(Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(),
+                                          system.list.size(), std::move(system.history)});
     here.outcome = outcome;
     here.tally = tally;
     system.counts = counts;
@@ -114,29 +117,55 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   restore();
 }
 
-Message packed(const Rank& rank, const Seen& seen) {
+// What goes around or to rank 0; where its sender failed, nothing that counts.
+struct Passing {
   Message message;
-  seen.store->pack(first_indices(seen.count), message.bytes(), *rank.pool);
-  return message;
+  std::uint64_t count = 0;
+  bool failed = false;
+};
+
+Passing packed(Rank& rank, const Seen& seen) {
+  Passing own;
+  if (!rank.talk.calculates()) return own;
+  rank.talk.work("gather", [&] {
+    seen.store->pack(first_indices(seen.count), own.message.bytes(), *rank.pool);
+    own.count = seen.count;
+  });
+  own.failed = rank.talk.failed();
+  if (own.failed) own.message = Message();
+  return own;
+}
+
+void post(Conversation& talk, int to, Passing passing) {
+  talk.comm().post(to, Phase::gather, talk.stamp(), std::move(passing.message), passing.count, passing.failed);
+}
+
+Passing expect(Conversation& talk, int from) {
+  Passing heard{talk.comm().expect(from, Phase::gather, talk.stamp())};
+  heard.count = heard.message.header().count;
+  heard.failed = heard.message.header().failed != 0;
+  return heard;
+}
+
+void take(Rank& rank, const Passing& passing, Store& gathered) {
+  rank.talk.work("gather", [&] {
+    if (passing.failed) throw std::runtime_error("another rank could not send its particles");
+    particles::Reader in = passing.message.reader();
+    if (!in.done()) gathered.unpack(in, *rank.pool);
+  });
 }
 
 // Each message goes around once: in step s a rank passes on what came in the step before.
-void pass_around(Rank& rank, Message own, std::uint64_t count, Store& gathered) {
+void pass_around(Rank& rank, Passing passing, Store& gathered) {
   Conversation& talk = rank.talk;
   const int next = (talk.rank() + 1) % talk.size();
   const int previous = (talk.rank() + talk.size() - 1) % talk.size();
-  const auto take = [&](const Message& message) {
-    particles::Reader in = message.reader();
-    if (!in.done()) gathered.unpack(in, *rank.pool);
-  };
-  Message passing = std::move(own);
   for (int step = 1; step < talk.size(); ++step) {
-    take(passing);
-    talk.comm().post(next, Phase::gather, talk.stamp(), std::move(passing), count);
-    passing = talk.comm().expect(previous, Phase::gather, talk.stamp());
-    count = passing.header().count;
+    take(rank, passing, gathered);
+    post(talk, next, std::move(passing));
+    passing = expect(talk, previous);
   }
-  take(passing);
+  take(rank, passing, gathered);
 }
 
 }  // namespace
@@ -177,9 +206,24 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   Population& here = *calculator.populations[i];
   if (!here.preview) return;
   const simd::FloatMode mode;
+  std::vector<recording::Item>& list = script.systems[i]->list;
   const std::unique_ptr<Preview> written = std::move(here.preview);
+  const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // recorded since it was read
+  std::vector<recording::Item> rest(std::make_move_iterator(later), std::make_move_iterator(list.end()));
+  list.erase(later, list.end());
   run_part(rank, script, calculator, i);  // the same particles in the same order
   here.store = std::move(written->store);
+  list.insert(list.end(), std::make_move_iterator(rest.begin()), std::make_move_iterator(rest.end()));
+}
+
+void read_copies(System& system, Population& here) {
+  if (system.keeps_copies) return;
+  keep_copies(system, here);
+  const bool pending = system.pending();
+  const bool shown = here.preview && here.preview->items == system.list.size();
+  system.list.emplace_back(recording::KeepCopies{});
+  if (!pending) system.mark_run();
+  if (shown) here.preview->items = system.list.size();
 }
 
 void note_digest(const Rank& rank, const Seen& seen, Population& here) {
@@ -192,21 +236,19 @@ void note_digest(const Rank& rank, const Seen& seen, Population& here) {
 
 std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
   Conversation& talk = rank.talk;
-  Message own = talk.calculates() ? packed(rank, seen) : Message();
-  const std::uint64_t count = talk.calculates() ? seen.count : 0;
-  if (to_all) {
-    auto gathered = std::make_unique<Store>(system.schema);
-    pass_around(rank, std::move(own), count, *gathered);
-    return gathered;
-  }
-  if (talk.calculates()) talk.comm().post(0, Phase::gather, talk.stamp(), std::move(own), count);
-  if (talk.rank() != 0) return nullptr;
+  Passing own = packed(rank, seen);
   auto gathered = std::make_unique<Store>(system.schema);
-  for (const int from : talk.cast().calculators) {
-    const Message message = talk.comm().expect(from, Phase::gather, talk.stamp());
-    particles::Reader in = message.reader();
-    gathered->unpack(in, *rank.pool);
+  if (to_all) {
+    pass_around(rank, std::move(own), *gathered);
+  } else {
+    if (talk.calculates()) post(talk, 0, std::move(own));
+    const bool takes = talk.rank() == 0;
+    for (std::size_t c = 0; takes && c < talk.calculators(); ++c) {
+      take(rank, expect(talk, talk.cast().calculators[c]), *gathered);
+    }
+    if (!takes) gathered.reset();
   }
+  talk.rethrow();  // the others hear of it in what they say next
   return gathered;
 }
 

@@ -37,6 +37,10 @@ void pass_over(const Rank& rank, System& system);
 /// have run then, before any of the rest. Views of the copy stay as they are.
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);
 
+/// What is read next names *_b attributes: they are in use from here on, also where the list runs again without the
+/// script that reads them.
+void read_copies(System& system, Population& here);
+
 /// Collective, after read(): a fingerprint of what is seen is part of the next report.
 void note_digest(const Rank& rank, const Seen& seen, Population& here);
 

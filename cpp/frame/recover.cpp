@@ -159,8 +159,8 @@ void Engine::finish() {
   surviving([&] { finish_now(); }, false);
 }
 
-void Engine::secure_log() {
-  surviving([&] { secure_log_now(); }, false, [this] { secure_log_now(); });
+void Engine::secure() {
+  surviving([&] { secure_now(); }, false, [this] { secure_now(); });
 }
 
 void Engine::run_frame(const std::optional<image::View>& view, const std::string& argument) {

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cstring>
+#include <set>
 #include <stdexcept>
 #include <utility>
 
 #include "domains/divide.h"
+#include "image/assets.h"
 #include "particles/fields.h"
 
 namespace motes::frame {
@@ -75,6 +77,25 @@ SharedState shared_state(const Parts& parts) {
     for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
     state.manager.alarms = parts.manager.alarms;
   }
+  return state;
+}
+
+// Meshes come first: the shapes of the histories find them when they are read.
+void write(const SharedState& state, particles::Bytes& out) {
+  std::set<image::AssetKey> meshes;
+  for (const SharedSystem& system : state.systems) {
+    for (const image::AssetKey key : system.history.meshes()) meshes.insert(key);
+  }
+  image::write_assets(meshes, out);
+  particles::write_fields(state, out);
+}
+
+SharedState read_state(std::span<const std::byte> bytes) {
+  particles::Reader in(bytes);
+  image::read_assets(in);
+  SharedState state;
+  particles::read_fields(in, state);
+  if (!in.done()) throw std::runtime_error("damaged checkpoint: there is data after the state of the world");
   return state;
 }
 

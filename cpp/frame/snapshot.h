@@ -66,6 +66,11 @@ using Sample = std::array<std::vector<float>, 3>;
 
 SharedState shared_state(const Parts& parts);
 
+/// For files: with the meshes that this process must keep when it goes on.
+void write(const SharedState& state, particles::Bytes& out);
+/// Throws std::runtime_error where the bytes are not such a state. From then on this process keeps its meshes.
+SharedState read_state(std::span<const std::byte> bytes);
+
 /// Describes this calculator's particles, and what is known of its speeds; appends the planes to `out`.
 snapshots::Description copy_part(const Rank& rank, const Script& script, const Calculator& calculator,
                                  particles::Bytes& out);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "meetings/overlap.h"
 #include "particles/blocks.h"
@@ -18,6 +19,8 @@ using particles::Store;
 
 constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
 constexpr std::size_t kRange = std::size_t{1} << 15;
+constexpr const char* kTwice =
+    "where: a particle is chosen by two contact actions of a list; its springs can be of one of them only";
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }
@@ -312,6 +315,7 @@ class Meeting {
     for (const Sight& sight : sights) {
       seen.pairs += sight.pairs;
       seen.softened = seen.softened || sight.softened;
+      if (sight.twice) throw std::invalid_argument(kTwice);
     }
   }
 
@@ -353,12 +357,13 @@ class Meeting {
     const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // the first ones come on top of what is there
     const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
     const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
+    const std::vector<std::uint8_t>* adds_to = sides_[s].adds_to;
     threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
       for (std::size_t k = first; k < last; ++k) {
         const std::uint32_t i = order[k];
         if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
         for (std::size_t c = 0; c < results(); ++c) {
-          const bool adds = c < added || (c == 3 && sides_[s].adds);
+          const bool adds = c < added || (c == 3 && sides_[s].adds && (adds_to == nullptr || (*adds_to)[i] != 0));
           const float out = scratch_.party[s].out[c][k];
           to[c][i] = adds ? to[c][i] + out : out;
         }

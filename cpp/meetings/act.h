@@ -27,7 +27,8 @@ struct Side {
   const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
   bool adds = false;                                  // collide: its contacts come on top of an earlier one's
-  std::uint32_t now = 0;                              // contact: the number of the sub-step
+  const std::vector<std::uint8_t>* adds_to = nullptr;  // of these; null: of all
+  std::uint32_t now = 0;                              // contact: the number of the sub-step, from 1 on
   bool last = false;                                  // sub-step of the frame: overlaps are looked at
 };
 

@@ -209,6 +209,7 @@ struct Contact {
       for (std::uint32_t k = i; k < last; ++k) {
         const std::uint32_t index = task.targets.cells.order[k];
         if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;
+        task.sight->twice = task.sight->twice || task.touches[index].step == task.terms.now;
         after[k - i].step = task.terms.now;
         task.touches[index] = after[k - i];
       }

@@ -48,7 +48,7 @@ struct Terms {
   float restitution = 0;
   float stiffness = 0;  // contact: N/m
   float rolling_friction = 0;
-  std::uint32_t now = 0;  // contact: the number of the sub-step
+  std::uint32_t now = 0;  // contact: the number of the sub-step, from 1 on
   float rest_density = 0;  // fluid: kg/m3
   float viscosity = 0;  // ten times that, m2/s
   float cohesion = 0;  // m/s2
@@ -61,6 +61,7 @@ struct Terms {
 struct Sight {
   std::uint64_t pairs = 0;  // within reach; each counts for both of its particles
   bool softened = false;  // contact: springs were stiffer than the step allows
+  bool twice = false;  // contact: somebody has touched others in this sub-step before
 };
 
 struct Task {

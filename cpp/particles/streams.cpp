@@ -16,10 +16,11 @@ Key system_key(std::uint64_t seed, std::uint32_t system) {
 }
 
 DrawKey draw_key(Key key, std::uint32_t step, std::uint32_t stream, std::uint32_t draw) {
-  const std::uint32_t which = stream << draw_bits | draw;
+  const std::uint32_t attempt = draw >> 16;
+  const std::uint32_t which = stream << draw_bits | (draw & 0xffffu);
   DrawKey made{};
   for (std::uint32_t half = 0; half < 2; ++half) {
-    const Words words = philox({step, which, kMote, half}, key, 10);
+    const Words words = philox({step, which, kMote, 2 * attempt + half}, key, 10);
     for (std::uint32_t i = 0; i < 4; ++i) made.word[4 * half + i] = words[i];
   }
   return made;

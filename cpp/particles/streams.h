@@ -20,6 +20,9 @@ inline constexpr std::uint32_t user_sample = 3;
 /// Draws of one stream: at most 16, numbered from 0.
 inline constexpr int draw_bits = 4;
 
+/// A draw made once more, because what came of it before was rejected; at most 65535 times.
+constexpr std::uint32_t made_again(std::uint32_t draw, std::uint32_t attempt) { return draw | attempt << 16; }
+
 /// The key of one system's draws.
 struct Key {
   std::uint32_t low = 0;

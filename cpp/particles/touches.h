@@ -20,7 +20,7 @@ struct Touches {
   static constexpr std::uint32_t kMost = 12;
 
   std::uint32_t count = 0;
-  std::uint32_t step = 0;  // the sub-step in which they were written down
+  std::uint32_t step = 0;  // the sub-step in which they were written down, from 1 on; 0: never
   Touch touch[kMost];
 
   bool operator==(const Touches& other) const {

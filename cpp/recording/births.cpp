@@ -160,6 +160,17 @@ bool gives_copies(const Birth& birth) {
                      [&](const Emitted& e) { return is_copy(e.attribute); });
 }
 
+std::vector<std::uint64_t> meshes_of(const Birth& birth) {
+  std::vector<std::uint64_t> keys = shapes::meshes_of(birth.shape);
+  const auto add = [&](const shapes::Shape& shape) {
+    const std::vector<std::uint64_t> its = shapes::meshes_of(shape);
+    keys.insert(keys.end(), its.begin(), its.end());
+  };
+  for (const shapes::Shape& shape : birth.before) add(shape);
+  for (const Given& given : birth.state) add(given.distribution.shape);
+  return keys;
+}
+
 std::uint64_t births_between(const Birth& birth, double from, double to, int substep) {
   if (birth.kind != Birth::Kind::source) return birth.amount;
   const auto step = static_cast<std::size_t>(substep);

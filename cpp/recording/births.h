@@ -85,6 +85,9 @@ Moment moment_of(const Birth& birth, float dt, int substep, int substeps);
 /// Throws std::invalid_argument, naming argument, value and what is allowed.
 void check(const Birth& birth, const particles::Schema& schema);
 
+/// The meshes that its shapes are made of.
+std::vector<std::uint64_t> meshes_of(const Birth& birth);
+
 /// How many particles the call creates in the step from time `from` to time `to` (seconds since the run's start): a
 /// source floor(rate to) - floor(rate from), where a product that is an integer up to rounding counts as that integer,
 /// or as many as it says of this sub-step; a burst, vertex or emit the number that it was given.

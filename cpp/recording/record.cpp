@@ -33,7 +33,12 @@ std::string name(const Item& value) {
   if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
   if (const auto* birth = std::get_if<Birth>(&value)) return std::string(particles::name_of(birth->kind));
   if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
+  if (std::holds_alternative<KeepCopies>(value)) return "a sum of birth values";
   return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
+}
+
+bool is_call(const Item& item) {
+  return !std::holds_alternative<Read>(item) && !std::holds_alternative<KeepCopies>(item);
 }
 
 std::string name(Verb verb) {

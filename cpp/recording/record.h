@@ -74,7 +74,15 @@ constexpr void fields(Visitor& visit, Callback& callback) {
   visit(callback.name, callback.number, callback.where, callback.shapes);
 }
 
-using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback>;
+/// Something outside of the lists has named a *_b attribute: it is in use from here on.
+struct KeepCopies {
+  bool operator==(const KeepCopies&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor&, KeepCopies&) {}
+
+using Item = std::variant<Birth, actions::Action, Read, Spawn, Callback, KeepCopies>;
 
 /// What all ranks were asked to do.
 enum class Verb : std::uint8_t {
@@ -94,6 +102,8 @@ enum class Verb : std::uint8_t {
 std::string name(Verb verb);
 /// What a script calls it: "gravity", "burst", "callback NAME", ...
 std::string name(const Item& item);
+/// Whether a call of the script has recorded it, rather than something that the script read.
+bool is_call(const Item& item);
 
 /// One frame's list.
 struct Record {

@@ -49,7 +49,7 @@ Record sample() {
   system.name = "one";
   system.attributes = {{"heat", 1, {}}};
   record.systems = {system};
-  record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}}};
+  record.lists = {{birth, action, Read{}, spawn, Callback{"f", 0, step, {both}}, KeepCopies{}}};
   record.sprites = {{}};
   record.view.emplace();
   record.view->objects = {{both, {}}};
@@ -180,9 +180,7 @@ void add_meshes(const std::vector<Given>& state, std::set<image::AssetKey>& keys
 // The meshes that are shapes of an item.
 void add_meshes(const Item& item, std::set<image::AssetKey>& keys) {
   if (const auto* birth = std::get_if<Birth>(&item)) {
-    add_meshes(birth->shape, keys);
-    add_meshes(birth->before, keys);
-    add_meshes(birth->state, keys);
+    for (const image::AssetKey key : meshes_of(*birth)) keys.insert(key);
   }
   if (const auto* spawn = std::get_if<Spawn>(&item)) {
     add_meshes(spawn->state, keys);

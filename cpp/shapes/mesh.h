@@ -260,7 +260,7 @@ struct MeshLanes {
         }
         return point;
       }
-      bits = random_bits_of(*draws.keys, *draws.ids, draws.at, number + (attempt << 16));
+      bits = random_bits_of(*draws.keys, *draws.ids, draws.at, particles::made_again(number, attempt));
     }
   }
   static constexpr std::uint32_t kAttempts = 1000;

@@ -115,7 +115,7 @@ class Player {
       file.put_raw(planes.data(), planes.size());
       saved.parts[engine_.talk().calculator()] = std::move(file);
     }
-    engine_.secure_log();
+    engine_.secure();
     engine_.digest();
     if (!engine_.talk().manages()) return;
     saved.shared = engine_.shared_state();

@@ -63,7 +63,8 @@ meetings::Seen meet(const Action& action, Store& first, Store* second = nullptr,
                     const std::vector<std::uint8_t>* chosen = nullptr) {
   Extent extent = meetings::extent_of(action, first, kDt, false, threads::alone());
   if (second != nullptr) extent = widest(extent, meetings::extent_of(action, *second, kDt, true, threads::alone()));
-  const meetings::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
+  meetings::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
+  sides[0].now = sides[1].now = 1;
   meetings::Scratch scratch;
   return meetings::act(action, extent, kDt, sides, scratch, threads::alone());
 }
@@ -165,7 +166,8 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
     Store here(kSchema);
     here.append(all, indices_where(all, own));
     const Copies copies = copies_of(action, all, indices_where(all, copied));
-    const meetings::Side sides[2] = {{&here, &copies, nullptr}, {}};
+    meetings::Side sides[2] = {{&here, &copies, nullptr}, {}};
+    sides[0].now = 2;  // they remember what was before
     meetings::Scratch scratch;
     meetings::act(action, extent, kDt, sides, scratch, threads::alone());
     sum += particles::digest(here);

@@ -1,6 +1,7 @@
 // Random numbers: Philox4x32 against the vectors that its authors publish (Random123, tests/kat_vectors), draws against
 // the same function written plainly, in every lane of every build.
 #include <algorithm>
+#include <set>
 #include <vector>
 
 #include "check.h"
@@ -108,6 +109,22 @@ TEST(kept_keys_are_those_of_the_draw_that_is_asked_for) {
       }
     }
   }
+}
+
+// Of streams that share all bits of a draw's number but some.
+TEST(draws_that_are_made_again_are_new_ones) {
+  using namespace motes::particles;
+  std::set<std::vector<std::uint32_t>> seen;
+  std::size_t count = 0;
+  for (const std::uint32_t stream : {birth_attribute, action, action + 1, action + 0x1000}) {
+    for (std::uint32_t draw = 0; draw < 2; ++draw) {
+      for (std::uint32_t attempt = 0; attempt < 40; ++attempt, ++count) {
+        const DrawKey key = draw_key({1, 2}, 0, stream, made_again(draw, attempt));
+        seen.emplace(std::begin(key.word), std::end(key.word));
+      }
+    }
+  }
+  CHECK(seen.size() == count);
 }
 
 TEST(keys_differ_by_seed_and_system) {

@@ -54,6 +54,8 @@ def look(frame: int) -> None:
     smoke.gravity((0, -0.5, 0))
     if sparks.count > 150:
         sparks.burst((0, 2, 0), count=sparks.count % 7)
+    if frame == 5:
+        assert len(world.systems[2].total(column("velocity_b"))) == 3  # which its particles have from here on
     if frame == 5 and world.digest() > "8":
         smoke.random_velocity(shapes.Sphere((0, 0, 0), 1))
 

@@ -17,7 +17,7 @@ from .folder import MANIFEST
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
 FORMAT = "motes checkpoint"
-VERSION = 2
+VERSION = 3
 
 
 @dataclass

@@ -96,7 +96,7 @@ class Saver:
         self.last = manifest.frame
         for movie in open_movies():
             movie._secure()
-        self._engine.secure_log()
+        self._engine.secure()
         manifest.movies = frames_of_movies()
         place = folder.begun(self._directory, manifest.frame)
         world = self._engine.shared_state()

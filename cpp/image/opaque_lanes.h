@@ -172,12 +172,12 @@ inline void measure_surfaces(const image::TilePlanes& tile, int rows, int column
         for (int j = 0; j < kVectors; ++j) most[j] = greater(most[j], load_longs(from + j * kLongs));
       }
       const int inside = columns - left < kBlock ? columns - left : kBlock;
-      std::int64_t greatest = 0;
+      std::int64_t greatest = 1;
       for (int i = 0; i < inside; ++i) {
         const std::int64_t here = most[i / kLongs][i % kLongs];
         greatest = here > greatest ? here : greatest;
       }
-      *farthest++ = static_cast<std::uint32_t>(greatest >> 32);
+      *farthest++ = static_cast<std::uint32_t>((greatest - 1) >> 32);  // no_surface() is the least behind a depth
     }
   }
 }

@@ -213,10 +213,8 @@ image::DepthRange show_surfaces(const TilePlanes& tile, int rows, int columns) {
       Uints surface, front;
       split(tile.surfaces + first + x, surface, front);
       const Uints depth = load_uints(tile.depth + first + x);
-      // Depths are bits of positive floats; the greatest surface stands for
-      // none.
-      const Mask nearer = (Ints)front < (Ints)depth;
-      const Mask shows = nearer | (((Ints)front == (Ints)depth) & (Mask)(surface != image::kNoSurface));
+      // Depths are bits of positive floats; that of none is behind the solid.
+      const Mask shows = (Ints)front <= (Ints)depth;
       store_uints(seen + x, surface & (Uints)shows);
       store_uints(tile.depth + first + x, (front & (Uints)shows) | (depth & ~(Uints)shows));
     }

@@ -16,7 +16,7 @@ using Velocity = std::array<float, 3>;
 void take_fronts(Nearest* alone, const Nearest* nearest, int width, const Velocity& velocity, std::uint8_t* found,
                  float* velocities) {
   for (int x = 0; x < width; ++x) {
-    if (alone[x] == no_surface(Scenery::kNothing)) continue;  // a white surface has the bits of none, but a depth
+    if (alone[x] == no_surface(Scenery::kNothing)) continue;
     Velocity before;
     std::copy_n(velocities + 3 * x, 3, before.begin());
     if (alone[x] == nearest[x] && (found[x] == 0 || velocity < before)) {

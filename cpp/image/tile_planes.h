@@ -31,9 +31,8 @@ inline constexpr std::size_t kPixelNumbers = static_cast<std::size_t>(kTileRows)
 /// (from the upper half to the lowest byte). The least number is the nearest; of equally near ones it is that with the
 /// least surface, so that it does not depend on their order.
 using Nearest = std::uint64_t;
-inline constexpr std::uint32_t kNoSurface = 0xffffffffu;
-/// Nothing nearer than a solid at this depth.
-constexpr Nearest no_surface(std::uint32_t depth) { return Nearest{depth} << 32 | kNoSurface; }
+/// No particle in front of a solid at this depth: more than any surface there, less than any behind it.
+constexpr Nearest no_surface(std::uint32_t depth) { return (Nearest{depth} + 1) << 32; }
 
 /// Bits of depths.
 struct DepthRange {

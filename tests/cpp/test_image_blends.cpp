@@ -147,7 +147,7 @@ TEST(image_of_opaque_particles_the_nearest_shows) {
           const auto depth = painted.depth();
           const auto nearest = nearest_of(batches, painted.area);
           for (std::size_t i = 0; i < nearest.size(); ++i) {
-            const bool hidden = !(nearest[i].depth <= wall[i]) || nearest[i].surface == 0xffffffffu;
+            const bool hidden = !(nearest[i].depth <= wall[i]) || std::isinf(nearest[i].depth);
             CHECK(depth[i] == (hidden ? wall[i] : nearest[i].depth));
             for (std::size_t c = 0; c < 3; ++c) {
               const double shade = (nearest[i].surface >> 24) / 255.0;
@@ -162,6 +162,38 @@ TEST(image_of_opaque_particles_the_nearest_shows) {
         }
       }
     }
+  }
+}
+
+TEST(image_a_particle_on_a_solid_is_seen_whatever_its_color) {
+  const View view = painter_view(true);
+  PaintedTile painted(view);
+  const auto bare = painted.paint({});
+  const std::vector<float> wall = painted.depth();
+  const int width = painted.area.width;
+  const auto middle = static_cast<std::size_t>(width * painted.area.height / 2 + width / 2);
+  std::size_t on = middle;  // a pixel of the solid
+  while (on < wall.size() && !(wall[on] < 100)) ++on;
+  CHECK(on < wall.size());
+  for (const std::uint8_t blue : {std::uint8_t{254}, std::uint8_t{255}}) {
+    Batch one(sprite_of(Kind::point, Blend::opaque, 1), Layout::deep, view);
+    DeepRecord r{};
+    r.x = static_cast<std::int16_t>(16 * (static_cast<int>(on) % width - view.width / 2) + 8);
+    r.y = static_cast<std::int16_t>(16 * (static_cast<int>(on) / width - view.height / 2) + 8);
+    r.color[0] = r.color[1] = 255;
+    r.color[2] = blue;
+    r.alpha = 255;
+    std::memcpy(&r.depth, &wall[on], 4);
+    one.put(r);
+    painted.painter.start(painted.area);
+    const auto light = painted.paint({one.piece()});
+    CHECK_NEAR(light[3 * on], 1, 0.001);
+    CHECK(light[3 * on] > bare[3 * on] + 0.1);
+    PaintedTile part(view);  // another rank's
+    const auto bytes = part.partial({one.piece()});
+    painted.painter.start(painted.area);
+    painted.painter.merge(bytes);
+    CHECK(painted.paint({}) == light);
   }
 }
 

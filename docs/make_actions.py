@@ -1,6 +1,6 @@
-"""Write docs/actions.md from the docstrings of motes.actions: `python docs/make_actions.py`.
+"""Write the pages of actions from the docstrings of motes.actions: `python docs/make_actions.py`.
 
-The test of actions compares the file with `page()`, so it cannot fall behind. What actions cost is in
+The test of actions compares the files with `pages()`, so they cannot fall behind. What actions cost is in
 docs/costs.json: `MOTES_SIMD=avx2 python -m motes bench actions --json > docs/costs.json` measures it anew.
 """
 
@@ -11,28 +11,39 @@ import json
 import re
 import textwrap
 from pathlib import Path
+from types import ModuleType
 
 from motes import actions
 from motes.actions import between, forces, guides, motion, recorder, targets
 
-PAGE = Path(__file__).with_name("actions.md")
+DOCS = Path(__file__).parent
 COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
-FAMILIES = [
+ALONE = [
     ("What pulls, pushes and turns", forces),
     ("What leads along fields and paths", guides),
     ("What leads to given values", targets),
     ("What collides, kills and moves", motion),
-    ("Between particles", between),
 ]
-OPENING = """
-# Actions
-
+PAGES = {
+    "actions_alone.md": ("Actions of each particle alone", "", ALONE),
+    "actions_between.md": (
+        "Actions between particles",
+        "[Particles that meet](meetings.md) says what to know of them.",
+        [("", between)],
+    ),
+}
+WRITTEN = """
 Written by `docs/make_actions.py` from the docstrings of `motes.actions`; change those.
-
-An action acts on each particle alone, except for those [between particles](#between-particles). In the
-formulas x is its position in m, v its velocity in m/s, dt the length of the (sub)step in seconds, unit(y) is
-y / |y|. Every action takes `where=` too: a shape or a comparison of columns. `s.gravity(...)` records
-`motes.actions.Gravity(...)`; arguments go by place or by name, `where` by name only.
+"""
+SYMBOLS = """
+In the formulas x is a particle's position in m, v its velocity in m/s, dt the length of the (sub)step in
+seconds, unit(y) is y / |y|. [Actions](actions.md) lists all, and what they cost.
+"""
+OPENING = """
+An action acts on each particle [alone](actions_alone.md), or [between particles](actions_between.md). Every
+action takes `where=` too: a shape or a comparison of columns. `s.gravity(...)` records
+`motes.actions.Gravity(...)`; arguments go by place or by name, `where` by name only. Names in the table lead
+to formulas and parameters.
 
 Most actions have the meaning that they have in D. McAllister's Particle System API;
 `tests/test_conformance.py` holds them against 108 cases that his library computed. Where ours differs:
@@ -115,10 +126,15 @@ def parts(docstring: str) -> tuple[list[str], str, list[tuple[str, str]], str]:
     return what, formula, parameters, source
 
 
-def section(name: str, kind: type) -> str:
+def anchor(name: str) -> str:
+    """Return the anchor of an action's heading, as forges name it."""
+    return re.sub(r"[^\w\- ]", "", signature(name).lower()).replace(" ", "-")
+
+
+def section(name: str, kind: type, heading: str) -> str:
     """Describe one action."""
     what, formula, parameters, source = parts(kind.__doc__ or "")
-    lines = [f"### `{signature(name)}`", ""]
+    lines = [f"{heading} `{signature(name)}`", ""]
     for paragraph in what:
         lines += [wrapped(paragraph), ""]
     lines += [wrapped(f"- formula: {formula}", "  ")]
@@ -162,27 +178,42 @@ def costly() -> str:
     return "\n".join(lines[1:])
 
 
-def page() -> str:
-    """Return the whole page."""
-    overview = ["", "| action | what it does to a particle | ns | in cache |", "|---|---|---|---|"]
-    sections = [""]
-    for title, module in FAMILIES:
-        sections += [f"## {title}", ""]
-        kinds = [k for k in vars(module).values() if inspect.isclass(k) and k.__module__ == module.__name__]
-        for kind in kinds:
-            if not issubclass(kind, actions.Action):
-                continue
-            name = words(kind.__name__)
+def kinds(module: ModuleType) -> dict[str, type]:
+    """Return a module's own actions by the names of their methods."""
+    own = [k for k in vars(module).values() if inspect.isclass(k) and k.__module__ == module.__name__]
+    return {words(kind.__name__): kind for kind in own if issubclass(kind, actions.Action)}
+
+
+def overview() -> str:
+    """Return the page that lists all actions."""
+    rows = ["| action | what it does to a particle | ns | in cache |", "|---|---|---|---|"]
+    for page, (_, _, families) in PAGES.items():
+        for name, kind in (pair for _, module in families for pair in kinds(module).items()):
             what = " ".join(parts(kind.__doc__ or "")[0][0].split())
             ns = f"{cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')}"
-            overview.append(f"| `{name}` | {what} | {ns} |")
-            sections.append(section(name, kind))
+            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} | {ns} |")
     measured = COST.format(**{**COSTS, "particles": f"{COSTS['particles'] / 1e6:g} million"})
-    paragraphs = [*OPENING.strip().split("\n\n"), measured]
+    paragraphs = [*WRITTEN.split("\n\n"), *OPENING.strip().split("\n\n"), measured]
     opening = [p if p.startswith("|") else wrapped(p) for p in paragraphs]
-    overview += ["", costly()]
-    return "\n\n".join(opening) + "\n" + "\n".join(overview) + "\n" + "\n".join(sections).rstrip() + "\n"
+    return "\n\n".join(["# Actions", *opening, "\n".join(rows), costly().strip()]) + "\n"
+
+
+def described(title: str, more: str, families: list[tuple[str, ModuleType]]) -> str:
+    """Describe the actions of families on a page; one without a name has no heading of its own."""
+    lines = [f"# {title}", "", wrapped(WRITTEN), "", wrapped(SYMBOLS + more), ""]
+    for family, module in families:
+        lines += [f"## {family}", ""] if family else []
+        heading = "###" if family else "##"
+        lines += [section(name, kind, heading) for name, kind in kinds(module).items()]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def pages() -> dict[Path, str]:
+    """Return all pages."""
+    made = {DOCS / name: described(*what) for name, what in PAGES.items()}
+    return {DOCS / "actions.md": overview(), **made}
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page())
+    for path, text in pages().items():
+        path.write_text(text)

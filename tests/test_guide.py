@@ -1,4 +1,4 @@
-"""The guide's code runs as it stands there."""
+"""The code of the guide's pages runs as it stands there."""
 
 from __future__ import annotations
 
@@ -7,14 +7,23 @@ from pathlib import Path
 
 import pytest
 
-PAGE = Path(__file__).resolve().parents[1] / "docs" / "guide.md"
+DOCS = Path(__file__).resolve().parents[1] / "docs"
+PAGES = ("guide", "keyframes", "meetings", "shapes", "reading", "running", "ranks")
 
 
 def blocks() -> dict[str, str]:
     """Return the code under each heading; several blocks under one are one script."""
-    sections = re.split(r"^## ", PAGE.read_text(), flags=re.MULTILINE) if PAGE.is_file() else []
-    code = {text.partition("\n")[0]: re.findall(r"```python\n(.*?)```", text, re.DOTALL) for text in sections}
-    return {name: "\n".join(parts) for name, parts in code.items() if parts}
+    if not (DOCS / "guide.md").is_file():
+        return {}
+    code = {}
+    for page in PAGES:
+        for text in re.split(r"^## ", (DOCS / f"{page}.md").read_text(), flags=re.MULTILINE):
+            found = re.findall(r"```python\n(.*?)```", text, re.DOTALL)
+            heading = text.partition("\n")[0]
+            if found:
+                assert heading not in code, f"two pages have code under {heading!r}"
+                code[heading] = "\n".join(found)
+    return code
 
 
 @pytest.mark.parametrize("heading", blocks())

@@ -90,11 +90,11 @@ def test_docstrings_become_markup(docstring, markup):
 
 def test_links_lead_from_files_to_their_pages():
     files = part_of_the_site("files")
-    text = "[a](../examples/snow.py) [b](guide.md#space) [c](https://x.org) [d](../README.md#more) [e](#here)"
-    told = "[a](files/examples/snow.py.md) [b](guide.md#space) [c](https://x.org) [d](index.md) [e](#here)"
+    text = "[a](../examples/snow.py) [b](ranks.md#space) [c](https://x.org) [d](../README.md#more) [e](#here)"
+    told = "[a](files/examples/snow.py.md) [b](ranks.md#space) [c](https://x.org) [d](index.md) [e](#here)"
     assert files.relinked(text, DOCS, DOCS) == told
-    moved = files.relinked("[a](docs/guide.md#space) [b](examples)", ROOT, DOCS / "files")
-    assert moved == "[a](../guide.md#space) [b](examples/index.md)"
+    moved = files.relinked("[a](docs/ranks.md#space) [b](examples)", ROOT, DOCS / "files")
+    assert moved == "[a](../ranks.md#space) [b](examples/index.md)"
 
 
 def test_declarations_are_told_with_their_comments():

@@ -15,7 +15,7 @@ shapes::Shape disc() { return {shapes::Kind::disc, {0, 0.1f, 0, 0, 1, 0, 0.5f, 0
 shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::Kind::sphere, {x, y, z, radius}}; }
 shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
-// Records what a script would record in each frame. Numbers are in the order of docs/actions.md.
+// Records what a script would record in each frame. Numbers are in the order of docs/actions_alone.md.
 void record_frame(frame::Engine& engine, int sparks) {
   recording::Birth source;
   source.kind = recording::Birth::Kind::source;

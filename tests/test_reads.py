@@ -200,30 +200,63 @@ calls = []
 
 def act(p):
     calls.append(p)
-    if world.rank == int(sys.argv[2]) and len(calls) == 1:
+    if world.rank == int(sys.argv[2]) and len(calls) == 1 + ("writes" in sys.argv):
         raise KeyError("no such thing")
 
 with world:
     s.burst(Sphere((0, 0, 0), 1), count=500)
     s.gravity((0, -1, 0))
     s.callback(act)
-    try:
-        with s.local() as p:
-            pass
-    except KeyError:
-        os.write(1, b"caught\\n")
+    for _ in range(2):
+        try:
+            with s.local() as p:
+                if "writes" in sys.argv:
+                    p.age[:] += 1
+                    s.gravity((0, -1, 0))
+        except KeyError:
+            os.write(1, b"caught\\n")
+        except RuntimeError as error:
+            assert "no such thing" in str(error)
     s.move()
     world.step()
     print("went on")
 """
 
 
-@pytest.mark.parametrize("substeps", [1, 2])
+@pytest.mark.parametrize("how", [(1,), (2,), (2, "writes")])
 @pytest.mark.parametrize("ranks, rank", [(1, 0), (3, 2)])
-def test_a_list_that_fails_while_it_is_read_does_not_run_again(substeps, ranks, rank):
-    """Half of it has run."""
-    result = mpirun(ranks, FAILS, substeps, rank)
+def test_a_list_that_fails_while_it_is_read_does_not_run_again(how, ranks, rank):
+    """Half of it has run. With sub-steps, who writes makes it run once more when the block ends."""
+    result = mpirun(ranks, FAILS, how[0], rank, *how[1:])
     assert result.code != 0
     assert result.out.count("caught") == 1
     assert "went on" not in result.out
     assert "no such thing" in result.err
+    assert "terminate" not in result.text and "Aborted" not in result.text
+
+
+@pytest.mark.parametrize("read", [False, True])
+@pytest.mark.parametrize("substeps, wanted", [(1, [10]), (2, [10, 10, 7])])
+def test_a_birth_behind_a_callback_is_none_of_its_particles(read, substeps, wanted):
+    """In the sub-step of the birth, whether something is read in between or not."""
+    seen = []
+    world, s = filled(substeps)
+    with world:
+        s.burst(Sphere((0, 0, 0), 1), count=10)
+        world.step()
+        s.callback(lambda p: seen.append(len(p)))
+        if read and substeps == 1:
+            s.total(1)
+        s.burst(Sphere((0, 0, 0), 1), count=7)
+        world.step()
+    assert sorted(seen, reverse=True) == wanted
+
+
+def test_birth_values_that_come_into_use_while_they_are_shown_are_no_writing():
+    world, s = filled(3)
+    with world:
+        burst(s)
+        with s.local() as p:
+            assert not p.velocity_b.any()
+            assert s.total(column("velocity_b").x ** 2) > 1
+        world.step()

@@ -340,6 +340,37 @@ def test_what_only_python_can_do_is_refused(tmp_path: Path):
         assert [path.name for path in tmp_path.iterdir()] == ["script.py"], "nothing is written"
 
 
+ROPE_AFTER_CHILDREN = """
+import sys, motes
+from motes.shapes import Sphere
+world = motes.World(seed=1, dt=0.02, progress="off")
+s, t = world.system("s"), world.system("t")
+with world:
+    for frame in world.frames(6):
+        s.configure(lifetime=0.05)
+        s.burst(Sphere((0, 0, 0), 1), count=7)
+        s.spawn(into=t, on="death", count=1)
+        s.move()
+        s.kill_expired()
+        if frame == 4:
+            ties = t.rope((0, 0, 0), (1, 0, 0), 10)
+        if frame >= 4:
+            t.gravity((0, -9, 0))
+            t.tie(ties)
+        t.move()
+        picture = world.step()
+        if "--digest" in sys.argv:
+            motes.script.print_digest(world, picture)
+"""
+
+
+def test_a_recorded_rope_ties_its_own_particles(motes_replay: Path, tmp_path: Path):
+    """Ids depend on how many children there were, which a recording has to find out."""
+    record_text(tmp_path, ROPE_AFTER_CHILDREN)
+    again = replay(motes_replay, 1, tmp_path / "x.motes", "--digest")
+    assert again.lines == python(ROPE_AFTER_CHILDREN, "--digest").lines
+
+
 def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):
     text = WORLD.replace(
         "seed=1", "seed=1, renderer=motes.Renderer(8, 8, camera=motes.Camera((0, 0, 1), (0, 0, 0)))"

@@ -347,7 +347,7 @@ void bind_engine(py::module_& m) {
           "record_action", [](Engine& e, int system, const actions::Action& action) { e.record(system, action); },
           py::arg("system"), py::arg("action"))
       .def("record_meeting", &Engine::record_meeting, py::arg("first"), py::arg("second"), py::arg("action"))
-      .def("next_birth", &Engine::next_birth, py::arg("system"))
+      .def("next_birth", &Engine::next_birth, py::arg("system"), Release())
       .def("record_birth", [](Engine& e, int system, const recording::Birth& birth) { e.record(system, birth); })
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
@@ -366,6 +366,7 @@ void bind_engine(py::module_& m) {
       .def(
           "run_pending", [](Engine& e, int system) { return e.local(system).preview; }, Release())
       .def("keep_preview", &Engine::keep_preview, Release())
+      .def("keeps_copies", [](Engine& e, int system) { return e.system(system).keeps_copies; })
       .def("touched", &Engine::touched)
       .def("release_views", [](Engine& e, int system) { e.seen(system).store->part_from_holders(); })
       .def(

@@ -23,8 +23,11 @@ void Conversation::give_up(Verdict verdict) {
   throw Agreed(std::move(verdict), frame, role, text);
 }
 
-void Conversation::rethrow() const {
-  if (failure_.failed() && own_exception_) std::rethrow_exception(own_exception_);
+void Conversation::rethrow() {
+  if (!failure_.failed()) return;
+  const std::exception_ptr own = std::exchange(own_exception_, nullptr);
+  if (own) std::rethrow_exception(own);
+  throw std::runtime_error(failure_.action + ": " + failure_.text);
 }
 
 void Conversation::check_alive() const {

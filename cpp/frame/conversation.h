@@ -89,8 +89,9 @@ class Conversation {
 
   /// Throws what all agreed on: the original exception where it happened here, Agreed otherwise. The run is over.
   [[noreturn]] void give_up(Verdict verdict);
-  /// Throws this rank's own exception, if there is one: for what may not reach the script.
-  void rethrow() const;
+  /// Throws what this rank has failed with, if it has: for what may not reach the script. The exception itself comes
+  /// once: Python's may not be raised again.
+  void rethrow();
   /// Whether all ranks have given up: nobody waits for this one any more.
   bool over() const { return broken_; }
   /// Throws std::runtime_error where that is so.

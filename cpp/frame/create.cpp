@@ -150,7 +150,9 @@ Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::
   newborn.meet = in.get<bool>();
   newborn.compare = in.get<bool>();
   if (hash != script.hash) {
-    rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
+    if (!rank.talk.failed()) {  // else that is why
+      rank.talk.fail({Failure::Kind::mismatch, recording::name(script.record.verb), "another list than the manager's"});
+    }
     follow(script, rounds);
   }
   const Round& round = script.rounds[index];

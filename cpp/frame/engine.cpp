@@ -1,7 +1,6 @@
 // What the script says to the engine between two frames: systems, lists, reads.
 #include "frame/engine.h"
 
-#include <stdexcept>
 #include <utility>
 
 #include "frame/replay.h"
@@ -102,7 +101,8 @@ void Engine::record_meeting(int first, int second, actions::Action action) {
   record(second, std::move(counterpart));
 }
 
-std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) const {
+std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {
+  catch_up();
   const Settings& settings = parts_->rank.settings;
   const System& system = *parts_->script.systems[static_cast<std::size_t>(index)];
   return system.next_birth(frame(), settings.dt, settings.substeps);
@@ -120,9 +120,14 @@ Seen Engine::local(int index) {
   catch_up();
   check_readable(system(index));
   const std::optional<Seen> seen = try_read(index);
-  if (seen) return *seen;
+  if (!seen) parts_->rank.talk.rethrow();
+  return *seen;
+}
+
+void Engine::keep_preview(int index) {
+  wrote_ = true;
+  frame::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
   parts_->rank.talk.rethrow();
-  throw std::runtime_error(parts_->rank.talk.failure().text);
 }
 
 void Engine::keep_lists(bool compute) {

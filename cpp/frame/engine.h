@@ -48,7 +48,7 @@ class Engine {
   void record_meeting(int first, int second, actions::Action action);
 
   /// See System::next_birth.
-  std::pair<std::uint64_t, std::uint64_t> next_birth(int system) const;
+  std::pair<std::uint64_t, std::uint64_t> next_birth(int system);
 
   /// This rank's particles as they are where the script stands: runs what was recorded so far. Communicates nothing.
   /// Throws what that fails with: it cannot run again from its middle, so all ranks hear of it in what they say next.
@@ -56,10 +56,7 @@ class Engine {
   /// What the last local() saw.
   Seen seen(int system) { return frame::seen(population(system)); }
   /// The script writes what the last local() saw, where that is a preview: see read.h.
-  void keep_preview(int system) {
-    wrote_ = true;
-    frame::keep_preview(parts_->rank, parts_->script, parts_->calculator, system);
-  }
+  void keep_preview(int system);
   /// The script may have moved particles of this rank.
   void touched(int system) { population(system).moved = true; }
   void on_callback(std::function<void(const Call&)> call) { parts_->calculator.callback = std::move(call); }

@@ -75,12 +75,10 @@ void end_part(System& system) {
 }
 
 // In place: the rest of the list comes to the same whether it runs with this part or behind it.
-void run_part(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
-  System& system = *script.systems[index];
+void run_in_place(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   Population& here = *calculator.populations[index];
   here.tally.compute_s += rank.machine.timed([&] { run_and_arrange(rank, script, calculator, index); });
   here.moved = true;
-  end_part(system);
 }
 
 // On a copy: afterwards all is as it was.
@@ -190,7 +188,8 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
   if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
   const simd::FloatMode mode;
   if (rank.settings.substeps == 1) {
-    run_part(rank, script, calculator, i);
+    run_in_place(rank, script, calculator, i);
+    end_part(*script.systems[i]);
   } else {
     run_preview(rank, script, calculator, i);
   }
@@ -206,13 +205,17 @@ void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index)
   Population& here = *calculator.populations[i];
   if (!here.preview) return;
   const simd::FloatMode mode;
-  std::vector<recording::Item>& list = script.systems[i]->list;
+  System& system = *script.systems[i];
+  std::vector<recording::Item>& list = system.list;
   const std::unique_ptr<Preview> written = std::move(here.preview);
   const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // recorded since it was read
   std::vector<recording::Item> rest(std::make_move_iterator(later), std::make_move_iterator(list.end()));
   list.erase(later, list.end());
-  run_part(rank, script, calculator, i);  // the same particles in the same order
-  here.store = std::move(written->store);
+  rank.talk.work("act", [&] {
+    run_in_place(rank, script, calculator, i);  // the same particles in the same order
+    here.store = std::move(written->store);
+  });
+  end_part(system);
   list.insert(list.end(), std::make_move_iterator(rest.begin()), std::make_move_iterator(rest.end()));
 }
 

@@ -34,7 +34,8 @@ Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
 void pass_over(const Rank& rank, System& system);
 
 /// The script writes into such a copy, on all ranks: from here on it is what there is. All sub-steps of the list so far
-/// have run then, before any of the rest. Views of the copy stay as they are.
+/// have run then, before any of the rest. Views of the copy stay as they are. Where this rank fails, its list goes on
+/// like those of the others.
 void keep_preview(Rank& rank, Script& script, Calculator& calculator, int system);
 
 /// What is read next names *_b attributes: they are in use from here on, also where the list runs again without the

@@ -24,27 +24,30 @@ void find_strangers(const Rank& rank, const System& system, Population& here) {
 bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }
 
 // Callbacks act between pieces of the list, so each sub-step runs piece by piece; without them all is one pass.
+//
+// `newborn`: whose births they are; null: of those that were here before.
 void run_pieces(const Rank& rank, const System& system, Population& here, const std::vector<Piece>& pieces,
-                const CallBack& call_back, std::size_t begin, const BirthGroup& group) {
+                const CallBack& call_back, std::size_t begin, const BirthGroup* newborn) {
   particles::Store& store = here.store;
   const Settings& run = rank.settings;
-  recording::Span span{rank.talk.frame, run.substeps, run.dt, group.substep, 0};
+  const int born = newborn != nullptr ? newborn->substep : 0;
+  const std::size_t entry = newborn != nullptr ? newborn->entry : 0;
+  recording::Span span{rank.talk.frame, run.substeps, run.dt, born, 0};
   if (!calls_back(pieces)) {
-    pieces[0].program.run(store, begin, group.entry, span, system.key, region_of(rank, system), here.outcome,
-                          *rank.pool);
+    pieces[0].program.run(store, begin, entry, span, system.key, region_of(rank, system), here.outcome, *rank.pool);
     return;
   }
   if (begin >= store.size()) return;
   const recording::Region everywhere;
-  for (int substep = group.substep; substep < run.substeps; ++substep) {
+  for (int substep = born; substep < run.substeps; ++substep) {
     span.first = substep;
     span.last = substep + 1;
-    const std::size_t from = substep == group.substep ? group.entry : 0;
+    const bool in_birth = newborn != nullptr && substep == born;
+    const std::size_t from = in_birth ? entry : 0;
     for (const Piece& piece : pieces) {
-      const std::size_t end = piece.first + piece.program.size();
       const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
       piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
-      if (piece.callback != nullptr && from <= end)
+      if (piece.callback != nullptr && !(in_birth && newborn->item > piece.end))
         call_back(*piece.callback, recording::time_of(span, substep), begin);
     }
   }
@@ -103,12 +106,12 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
   const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
   here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
   here.outcome.gathers = !again && !calls_back(pieces) && !here.outcome.wants_hits;
-  run_pieces(rank, system, here, pieces, call_back, 0, {});
+  run_pieces(rank, system, here, pieces, call_back, 0, nullptr);
   for (const BirthGroup& group : system.groups) {
     const std::size_t begin = here.store.size();
     append(group);
     here.tally.created += here.store.size() - begin;
-    run_pieces(rank, system, here, pieces, call_back, begin, group);
+    run_pieces(rank, system, here, pieces, call_back, begin, &group);
   }
   if (calls_back(pieces)) {
     find_leavers(rank, system, here);

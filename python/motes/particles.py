@@ -100,7 +100,8 @@ class LocalParticles:
                 view = noticing(view, self._refuse_writing)
                 view.flags.writeable = False
             elif self._before is not None:
-                self._before[name] = view.tobytes()
+                if not name.endswith("_b") or self._live().keeps_copies(self._system):
+                    self._before[name] = view.tobytes()
                 view = noticing(view, self._note_write)
             self._views[name] = view
         return self._views[name]

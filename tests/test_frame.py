@@ -310,6 +310,13 @@ def test_exr_without_its_library_says_how_to_install_it_on_every_rank(layered, e
             one.save("a.exr")
 
 
+@pytest.mark.parametrize("path", ["a\0b.png", "\ud800.png"])
+def test_names_that_no_file_can_have_are_refused_on_every_rank(frame, elsewhere, path):
+    for each in (frame, elsewhere):
+        with pytest.raises(ArgumentError, match="path must be a path"):
+            each.save(path)
+
+
 def test_an_unknown_suffix_is_refused_on_every_rank(tmp_path, frame, elsewhere):
     for one in (frame, elsewhere):
         with pytest.raises(ArgumentError, match=r"must be a name ending in .png, .npy or .exr, got"):

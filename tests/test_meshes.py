@@ -470,3 +470,9 @@ with world:
     assert python(script, env={**part, "STOP": "7"}).code == 3
     rest = python(script, env={**part, "STOP": "99"}).lines
     assert 0 < len(rest) < 9 and rest == whole[-len(rest) :]
+
+
+@pytest.mark.parametrize("place", [[[1, 2, 3], [4, 5]], (1e300, 0, 0), (1e13, 0, 0)])
+def test_places_that_are_none_are_refused(place):
+    with pytest.raises(ArgumentError, match="place must be"):
+        BALL.at(place)

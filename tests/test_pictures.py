@@ -11,6 +11,7 @@ import pytest
 from launching import mpirun
 
 import motes
+from motes import shapes
 from motes.errors import ArgumentError
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
@@ -24,6 +25,44 @@ def rendered(*, sprite: motes.Sprite | None = None, **attributes: Any) -> motes.
     with world:
         system.burst((0, 0, 0), count=1)
         return world.render()
+
+
+# --- light
+
+DIM = [((1, 1, 1), alpha) for alpha in (0.0005, 0.001, 0.002, 0.003, 0.006, 0.01, 0.03, 0.06, 0.07, 0.2)]
+BRIGHT = [((9, 1.6, 0.2), 0.1), ((3, 0.9, 0.15), 0.2), ((40, 20, 10), 0.001), ((1.5, 1, 0.5), 0.6)]
+DARK = [((0.002, 0.002, 0.002), 1), ((0.01, 0.005, 0), 0.5), ((0.5, 0.25, 0.1), 0.01)]
+
+
+def light_of(color: Any, alpha: float, *, each: bool = False) -> np.ndarray:
+    """Return what a particle in the middle adds, as a part of one that is white; `each`: colours differ."""
+
+    def sums(color: Any, alpha: float) -> np.ndarray:
+        renderer = motes.Renderer(96, 64, camera=CAMERA, linear=True)
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("a", sprite=motes.Sprite(pixels=9))
+        with world:
+            places = [(0, 0, 0), (2, 0, 0)] if each else [(0, 0, 0)]
+            system.emit(
+                position=places, color=[color, (1, 1, 1)][: len(places)], alpha=[alpha, 1][: len(places)]
+            )
+            return world.render().linear[20:44, 36:60].sum(axis=(0, 1), dtype=float)
+
+    none = sums((0, 0, 0), 0)
+    return (sums(color, alpha) - none) / (sums((1, 1, 1), 1) - none)
+
+
+@pytest.mark.parametrize("color, alpha", [*DIM, *BRIGHT, *DARK])
+@pytest.mark.parametrize("each", [False, True])
+def test_the_light_of_an_additive_particle_is_its_color_times_alpha(color, alpha, each):
+    """Also where bytes are coarse."""
+    wanted = np.array(color) * alpha
+    found = light_of(color, alpha, each=each)
+    np.testing.assert_allclose(found, wanted, atol=0.03 * wanted.max() + 0.5 / 4064)
+
+
+def test_light_of_one_particle_is_one_at_most():
+    np.testing.assert_allclose(light_of((9, 1.6, 0.2), 0.5), (1, 0.8, 0.1), atol=0.005)
 
 
 # --- bloom
@@ -200,6 +239,23 @@ def test_layers_hold_metres_parts_and_metres_per_second():
     assert alpha[np.isinf(depth)].max() == pytest.approx(0.5, abs=0.05)  # where the smoke is
     pixels_per_metre = 0.5 * 64 / np.tan(np.radians(20))
     assert (~np.isinf(depth)).sum() == pytest.approx(np.pi * (0.5 * pixels_per_metre / 3) ** 2, rel=0.1)
+
+
+def test_the_depth_of_solids_is_that_of_their_surfaces():
+    """Particles are hidden a little behind them."""
+    wall, ball = shapes.Rectangle((-9, -9, -2), (18, 0, 0), (0, 18, 0)), shapes.Sphere((0, 0, 0), 1)
+    depth = rendered(objects=[wall, ball, shapes.Plane((0, -2, 0), (0, 1, 0))], layers=["depth"]).layer(
+        "depth"
+    )
+    y, x = (np.indices((64, 96)) + 0.5).astype(float)
+    up, right = (32 - y) * np.tan(np.radians(20)) / 32, (x - 48) * np.tan(np.radians(20)) / 32
+    to_ball = up**2 + right**2 < 1 / 24.5  # a ray (right, up, -1) from 5 m away
+    a, b = 1 + up**2 + right**2, 5
+    exact = np.where(to_ball, (b - np.sqrt(np.maximum(b * b - 24 * a, 0))) / a, 7)
+    ground = np.where(up < 0, -2 / np.minimum(up, -1e-9), np.inf)
+    exact = np.minimum(exact, np.where(to_ball, exact, ground))
+    sure = np.abs(up**2 + right**2 - 1 / 24) > 2e-3  # not at the ball's edge
+    np.testing.assert_allclose(depth[sure], exact[sure], rtol=1e-4)
 
 
 def test_a_layer_that_was_not_asked_for_is_refused():

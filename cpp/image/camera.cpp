@@ -73,7 +73,8 @@ void check(const Camera& camera) {
   if (!(camera.fov_deg > 0 && camera.fov_deg < 180)) {
     refuse("camera.fov_deg", "above 0 and below 180", text(camera.fov_deg));
   }
-  if (!(camera.near > 0 && camera.near <= kFarthest)) refuse("camera.near", "above 0", text(camera.near));
+  if (!(camera.near > 0 && camera.near <= kFarthest))
+    refuse("camera.near", "above 0 and within 1e15", text(camera.near));
   if (const auto fault = no_direction(camera)) refuse(fault->argument, fault->allowed, text(fault->got));
 }
 

@@ -31,7 +31,7 @@ struct SeenTask {
 
   LensLanes now; // the frame's camera
   float near;    // m
-  std::uint32_t dark; // 0xffffff: black particles are seen too, because they hide; else 0
+  std::uint32_t dark; // 0xffffff: black particles are seen too, because they hide; 0: particles are additive
   int width, height;      // px
   float limit_x, limit_y; // in the units of positions, from the centre: what is
                           // farther out touches no pixel

@@ -58,6 +58,11 @@ class Scenery {
   /// that particles resting on a surface are fully visible. The next row is kTile numbers further on. Only in occupied
   /// tiles.
   const std::uint32_t* depth(int x, int y) const { return tile_of(x, y).depth.data() + within(x, y); }
+  /// The depth of the surface itself, m, from (x, y) to the end of its tile's row; FLT_MAX where there is none. Only in
+  /// occupied tiles.
+  const float* surface_depth(int x, int y) const {
+    return tile_of(x, y).surfaces.depths(x & (kTile - 1), y & (kTile - 1));
+  }
 
  private:
   struct Tile {

@@ -27,9 +27,35 @@ MOTES_INLINE Floats load_or(const float* plane, std::size_t i, float of_all) {
 /// The bits of finite numbers, and 0 for others.
 MOTES_INLINE Uints finite_bits(Floats v) { return (Uints)only(abs(v) <= all(kLargest), v); }
 
+/// Of additive particles only the product of colour and alpha is seen, each component at most 1. Where all are small,
+/// both get bytes of about the greatest one's root, which lose little of it; where a colour is above 1, alpha takes
+/// that.
+MOTES_INLINE void share_light(Floats (&color)[3], Floats& alpha) {
+  constexpr float kFaint = 1.0f / 16;
+  const Floats opacity = min(max(alpha, all(0.0f)), all(1.0f));
+  Floats light[3], most = all(0.0f), brightest = all(0.0f);
+  for (int c = 0; c < 3; ++c) {
+    brightest = max(brightest, color[c]);
+    light[c] = min(max(color[c], all(0.0f)) * opacity, all(1.0f));
+    most = max(most, light[c]);
+  }
+  const Mask faint = most < kFaint;
+  const Mask other = (faint | (brightest > 1.0f)) & (most > 0.0f);
+  if (!any(other)) return;
+  const Floats root = sqrt(most) * all(255.0f);
+  Ints byte = to_ints(select(faint, root, most * all(255.0f) + all(0.5f)));
+  byte -= faint & (to_floats(byte) < root);  // upwards: then the colour is not above it
+  const Floats part = to_floats(byte), scale = all(255.0f) / part;
+  for (int c = 0; c < 3; ++c) color[c] = select(other, light[c] * scale, color[c]);
+  alpha = select(other, part * all(1.0f / 255), alpha);
+}
+
 MOTES_INLINE Uints color_vector(const image::SeenTask& t, std::size_t i) {
-  Uints word = to_byte(load_or(t.alpha, i, t.alpha_of_all)) << 24;
-  for (int c = 0; c < 3; ++c) word |= to_byte(load_or(t.color[c], i, t.color_of_all[c])) << (8 * c);
+  Floats alpha = load_or(t.alpha, i, t.alpha_of_all), color[3];
+  for (int c = 0; c < 3; ++c) color[c] = load_or(t.color[c], i, t.color_of_all[c]);
+  if (t.dark == 0) share_light(color, alpha);
+  Uints word = to_byte(alpha) << 24;
+  for (int c = 0; c < 3; ++c) word |= to_byte(color[c]) << (8 * c);
   return word;
 }
 

@@ -17,6 +17,7 @@ class SurfaceList {
   std::size_t size() const { return count_; }
   /// From the given one on.
   Surfaces from(std::size_t first);
+  const float* distances(std::size_t first) const { return planes_.data() + first; }
 
  private:
   std::size_t count_ = 0, stride_ = 0;
@@ -31,6 +32,11 @@ struct TilePart {
 
 /// All that a tile shows of objects: it depends on the camera and the objects' forms, not on light or colour.
 struct TileSurfaces {
+  /// View depths from a pixel to the end of its row, m; FLT_MAX where nothing is met.
+  const float* depths(int x, int y) const {
+    return centers.distances(static_cast<std::size_t>(y + 1) * (kTile + 2) + static_cast<std::size_t>(x + 1));
+  }
+
   SurfaceList centers;  // met at the centres of pixels: kTile + 2 rows of kTile + 2, the neighbours' first ones around
   SurfaceList border;  // these neighbours again: kTile above, below, left and right
   std::vector<std::uint32_t> edge_pixels;  // 64 y + x of pixels on an edge

@@ -1,6 +1,7 @@
 // What a tile painter can say about a tile besides its light.
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstring>
 #include <vector>
 
@@ -11,15 +12,21 @@ namespace {
 
 using Velocity = std::array<float, 3>;
 
+// Some order: zeros of different signs have one, too.
+bool before(const Velocity& a, const Velocity& b) {
+  using Bits = std::array<std::uint32_t, 3>;
+  return std::bit_cast<Bits>(a) < std::bit_cast<Bits>(b);
+}
+
 // Writes a velocity where a row of one record is what is nearest, and clears that row. Of two records that look the
-// same the lesser velocity counts, so that their order does not matter.
+// same the first velocity in some order counts, so that their own does not matter.
 void take_fronts(Nearest* alone, const Nearest* nearest, int width, const Velocity& velocity, std::uint8_t* found,
                  float* velocities) {
   for (int x = 0; x < width; ++x) {
     if (alone[x] == no_surface(Scenery::kNothing)) continue;
-    Velocity before;
-    std::copy_n(velocities + 3 * x, 3, before.begin());
-    if (alone[x] == nearest[x] && (found[x] == 0 || velocity < before)) {
+    Velocity other;
+    std::copy_n(velocities + 3 * x, 3, other.begin());
+    if (alone[x] == nearest[x] && (found[x] == 0 || before(velocity, other))) {
       std::copy_n(velocity.begin(), 3, velocities + 3 * x);
       found[x] = 1;
     }

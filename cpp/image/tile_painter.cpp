@@ -349,9 +349,18 @@ void TilePainter::sums(std::uint32_t* to, std::size_t row_lanes) const {
 }
 
 void TilePainter::depth(float* depths, std::size_t row_floats) const {
+  const Scenery& scenery = scene_->scenery();
+  const bool solids = scenery.occupied(area_.tile);
   for (int y = 0; y < area_.height; ++y, depths += row_floats) {
     const std::uint32_t* bits = planes_.depth + y * kPixelStride;
     for (int x = 0; x < area_.width; ++x) depths[x] = std::bit_cast<float>(planes_.hides ? bits[x] : Scenery::kNothing);
+    if (!solids) continue;
+    // Where a solid is in front its surface counts, not the depth at which it begins to hide.
+    const std::uint32_t* hides = scenery.depth(area_.x, area_.y + y);
+    const float* surface = scenery.surface_depth(area_.x, area_.y + y);
+    for (int x = 0; x < area_.width; ++x) {
+      if (bits[x] == hides[x] && bits[x] != Scenery::kNothing) depths[x] = surface[x];
+    }
   }
 }
 

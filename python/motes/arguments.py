@@ -164,9 +164,15 @@ def file_path(argument: str, value: Any) -> Path:
     if not isinstance(value, (str, os.PathLike)):
         raise ArgumentError(argument, value, "a path")
     try:
-        return Path(value)
+        path = Path(value)
+        encoded = os.fsencode(path)
     except TypeError:  # a path of bytes
         raise ArgumentError(argument, value, "a path of text") from None
+    except UnicodeEncodeError:
+        raise ArgumentError(argument, value, "a path that the file system can write") from None
+    if b"\0" in encoded:
+        raise ArgumentError(argument, value, "a path without null characters")
+    return path
 
 
 def _range(kind: str, low: float, high: float) -> str:

@@ -20,6 +20,7 @@ __all__ = ["Mesh"]
 SUFFIXES = (".obj", ".ply", ".stl", ".glb")
 VERTICES = "finite numbers of shape (n, 3), metres, n >= 3"
 PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only turns and moves"
+MOST_FAR = 1e12  # m
 RESOLUTION = 96
 STILL = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) * 2
 TRIANGLES = "integers of shape (m, 3), m >= 1"
@@ -164,7 +165,11 @@ def _again(
 
 def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
     """Return the position and the rotation, a quaternion w x y z."""
-    if np.shape(place) == (4, 4):
+    try:
+        shape = np.shape(place)
+    except ValueError:  # rows of different lengths
+        raise ArgumentError("place", place, PLACE) from None
+    if shape == (4, 4):
         matrix = arguments.floats("place", place, np.float64, PLACE)
         turned = matrix[:3, :3]
         rigid = (
@@ -175,14 +180,21 @@ def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
         )
         if not rigid:
             raise ArgumentError("place", matrix.tolist(), PLACE)
-        return (*arguments.triple("place", matrix[:3, 3]), *_quaternion(turned))
-    position = arguments.triple("place", place)
+        return (*_position(matrix[:3, 3]), *_quaternion(turned))
+    position = _position(place)
     around = np.array(arguments.triple("axis", axis))
     length = math.sqrt(around @ around)
     if not length > 0:
         raise ArgumentError("axis", axis, "a vector that is not zero")
     half = math.radians(arguments.number("angle_deg", angle_deg)) / 2
     return (*position, math.cos(half), *(math.sin(half) / length * around).tolist())
+
+
+def _position(place: Any) -> tuple[float, float, float]:
+    position = arguments.triple("place", place)
+    if max(map(abs, position)) > MOST_FAR:
+        raise ArgumentError("place", place, f"within {MOST_FAR:g} m of the origin")
+    return position
 
 
 def _quaternion(turned: NDArray[np.float64]) -> tuple[float, ...]:

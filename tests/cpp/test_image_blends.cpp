@@ -141,10 +141,10 @@ TEST(image_of_opaque_particles_the_nearest_shows) {
         for (int tile = 0; tile < 4; ++tile) {
           PaintedTile painted(view, tile);
           const auto bare = painted.paint({});
-          const auto wall = painted.depth();
+          const auto wall = painted.hides();
           painted.painter.start(painted.area);
           const auto light = painted.paint(whole(batches));
-          const auto depth = painted.depth();
+          const auto depth = painted.hides();
           const auto nearest = nearest_of(batches, painted.area);
           for (std::size_t i = 0; i < nearest.size(); ++i) {
             const bool hidden = !(nearest[i].depth <= wall[i]) || std::isinf(nearest[i].depth);
@@ -169,7 +169,7 @@ TEST(image_a_particle_on_a_solid_is_seen_whatever_its_color) {
   const View view = painter_view(true);
   PaintedTile painted(view);
   const auto bare = painted.paint({});
-  const std::vector<float> wall = painted.depth();
+  const std::vector<float> wall = painted.hides();
   const int width = painted.area.width;
   const auto middle = static_cast<std::size_t>(width * painted.area.height / 2 + width / 2);
   std::size_t on = middle;  // a pixel of the solid
@@ -232,11 +232,11 @@ TEST(image_alpha_and_light_agree_with_sorting_every_fragment) {
         std::copy_if(all.begin(), all.end(), std::back_inserter(opaque),
                      [](const Piece& p) { return p.brush->blends(Blend::opaque); });
         const auto surfaces = painted.paint(opaque);
-        const auto wall = painted.depth();
+        const auto wall = painted.hides();
         const auto expected = blended({surfaces.begin(), surfaces.end()}, batches, painted.area, wall);
         painted.painter.start(painted.area);
         const auto light = painted.paint(all);
-        CHECK(painted.depth() == wall);
+        CHECK(painted.hides() == wall);
         double worst = 0;
         for (std::size_t i = 0; i < light.size(); ++i) worst = std::max(worst, std::fabs(light[i] - expected[i]));
         CHECK_NEAR(worst, 0, 1 / 255.0);
@@ -259,7 +259,7 @@ TEST(image_many_layers_of_alpha_stay_exact) {
   }
   PaintedTile painted(view);
   const auto bare = painted.paint({});
-  const auto expected = blended({bare.begin(), bare.end()}, batches, painted.area, painted.depth());
+  const auto expected = blended({bare.begin(), bare.end()}, batches, painted.area, painted.hides());
   painted.painter.start(painted.area);
   const auto light = painted.paint(whole(batches));
   for (std::size_t i = 0; i < light.size(); ++i) CHECK_NEAR(light[i], expected[i], 1 / 255.0);

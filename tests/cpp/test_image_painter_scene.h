@@ -2,6 +2,7 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 #include <utility>
 #include <vector>
@@ -92,6 +93,20 @@ struct PaintedTile {
   std::vector<float> depth() const {
     std::vector<float> depths(static_cast<std::size_t>(area.width * area.height));
     painter.depth(depths.data(), static_cast<std::size_t>(area.width));
+    return depths;
+  }
+  /// The depths behind which particles are hidden: of solids, a little behind their surfaces.
+  std::vector<float> hides() const {
+    std::vector<float> depths = depth();
+    const Scenery& scenery = scene.scenery();
+    for (int y = 0; scenery.occupied(area.tile) && y < area.height; ++y) {
+      const std::uint32_t* wall = scenery.depth(area.x, area.y + y);
+      const float* surface = scenery.surface_depth(area.x, area.y + y);
+      float* row = depths.data() + static_cast<std::ptrdiff_t>(y) * area.width;
+      for (int x = 0; x < area.width; ++x) {
+        if (row[x] == surface[x]) row[x] = std::bit_cast<float>(wall[x]);
+      }
+    }
     return depths;
   }
   std::vector<std::byte> partial(const std::vector<Piece>& pieces) {

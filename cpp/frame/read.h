@@ -24,9 +24,9 @@ void check_readable(const System& system);
 /// What the last read saw, or the particles as they are.
 Seen seen(Population& here);
 
-/// Runs what was recorded so far on this rank alone, and communicates nothing: each calculator makes the newborn of its
-/// own domain. The rest of the list runs at the frame's end. With sub-steps a list may not run in parts, so it runs on
-/// a copy that is forgotten at the frame's end.
+/// Of a system that check_readable() lets pass: runs what was recorded so far on this rank alone, and communicates
+/// nothing: each calculator makes the newborn of its own domain. The rest of the list runs at the frame's end. With
+/// sub-steps a list may not run in parts, so it runs on a copy that is forgotten at the frame's end.
 Seen read(Rank& rank, Script& script, Calculator& calculator, int system);
 
 /// After a read in which all ranks take part: where this one failed before or within it, its list goes on like those of

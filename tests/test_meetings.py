@@ -470,24 +470,21 @@ def test_contacts_of_different_particles_may_stand_in_one_list():
             np.testing.assert_allclose(v[2:], v[:2], rtol=1e-3)
 
 
-def test_two_contacts_of_one_particle_are_refused():
-    """Its springs remember one action."""
-    world, s = touching()
-    with pytest.raises(ValueError, match="chosen by two contact actions"), world:
-        s.emit(position=PLACES)
-        s.contact(10, radius=0.5)
-        with pytest.raises(ValueError, match="several of them needs a `where` in each"):
-            s.contact(20, radius=0.5, where=column("position").x < 5)
-        world.step()
-        s.contact(10, radius=0.5, where=column("position").x < 9.5)
-        s.contact(10, radius=0.5, where=column("position").x > 5)
-        world.step()
+@pytest.mark.parametrize("place", [0, 1])
+def test_of_two_contacts_the_first_remembers(place: int):
+    """The other one, too soft to push, would forget how far a pair has slid."""
 
+    def slid(others: int) -> np.ndarray:
+        world, s = touching()
+        with world:
+            s.emit(position=PLACES, velocity=[(0, 0.1, 0), (0, -0.1, 0)] * 2)
+            for _ in world.frames(40):
+                s.contact(50, radius=0.5, friction=0.9)
+                for _ in range(others):
+                    s.contact(1e-4, radius=0.5, friction=0)
+                s.move()
+                world.step()
+            return s.gather().velocity[2 * place : 2 * place + 2, 1]
 
-def test_two_contacts_of_one_particle_are_refused_in_the_first_frame():
-    world, s = touching()
-    with pytest.raises(ValueError, match="chosen by two contact actions"), world:
-        s.emit(position=PLACES)
-        for _ in range(2):
-            s.contact(10, radius=0.5, where=column("position").x > 5)
-        world.step()
+    np.testing.assert_allclose(slid(1), slid(0), rtol=1e-3)
+    np.testing.assert_allclose(slid(2), slid(0), rtol=1e-3)

@@ -17,17 +17,6 @@ void check_tie(const actions::Action& tie, const std::vector<recording::Item>& l
   }
 }
 
-// What a particle remembers of its touches belongs to one action.
-void check_contact(const actions::Action& contact, const std::vector<recording::Item>& list) {
-  for (const recording::Item& item : list) {
-    const auto* earlier = std::get_if<actions::Action>(&item);
-    if (earlier == nullptr || earlier->kind != actions::Kind::contact) continue;
-    if (!earlier->where.empty() && !contact.where.empty()) continue;
-    throw std::invalid_argument(
-        "contact: a list with several of them needs a `where` in each, which choose different particles; one has none");
-  }
-}
-
 }  // namespace
 
 Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
@@ -64,7 +53,6 @@ void Engine::record(int index, recording::Item item) {
     actions::check(*action);
     actions::check(*action, s.schema);
     if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
-    if (action->kind == actions::Kind::contact) check_contact(*action, s.list);
     if (action->other >= system_count() || action->other == index) {
       throw std::invalid_argument("an action between particles must name another system of the world");
     }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <stdexcept>
 
 #include "meetings/overlap.h"
 #include "particles/blocks.h"
@@ -19,8 +18,6 @@ using particles::Store;
 
 constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
 constexpr std::size_t kRange = std::size_t{1} << 15;
-constexpr const char* kTwice =
-    "where: a particle is chosen by two contact actions of a list; its springs can be of one of them only";
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }
@@ -315,7 +312,6 @@ class Meeting {
     for (const Sight& sight : sights) {
       seen.pairs += sight.pairs;
       seen.softened = seen.softened || sight.softened;
-      if (sight.twice) throw std::invalid_argument(kTwice);
     }
   }
 

@@ -113,7 +113,7 @@ struct Contact {
         const std::uint32_t index = task.targets.cells.order[i + lane];
         if (index >= task.targets.cells.own) continue;
         const particles::Touches& own_touches = task.touches[index];
-        if (task.terms.now - own_touches.step <= 1) before[lane] = &own_touches;
+        if (task.terms.now - own_touches.step == 1) before[lane] = &own_touches;
       }
     }
 
@@ -209,7 +209,8 @@ struct Contact {
       for (std::uint32_t k = i; k < last; ++k) {
         const std::uint32_t index = task.targets.cells.order[k];
         if (index >= task.targets.cells.own || (task.chosen != nullptr && task.chosen[index] == 0)) continue;
-        task.sight->twice = task.sight->twice || task.touches[index].step == task.terms.now;
+        // Another contact of this sub-step remembers already: its springs are not those of this one.
+        if (task.touches[index].step == task.terms.now) continue;
         after[k - i].step = task.terms.now;
         task.touches[index] = after[k - i];
       }

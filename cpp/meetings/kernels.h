@@ -61,7 +61,6 @@ struct Terms {
 struct Sight {
   std::uint64_t pairs = 0;  // within reach; each counts for both of its particles
   bool softened = false;  // contact: springs were stiffer than the step allows
-  bool twice = false;  // contact: somebody has touched others in this sub-step before
 };
 
 struct Task {

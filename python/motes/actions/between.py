@@ -217,8 +217,8 @@ class Contact(Action):
     of them touch, pi sqrt(mass / (2 stiffness)): a twentieth is good; where it is more than a fifth, springs
     are softened. Particles turn: their `rotational_velocity` changes. In each sub-step, `contacts` becomes
     the number of others that a particle touches. What twelve touches of a particle hold is remembered (392
-    bytes, which move with it); further ones push, but slip. Those without a positive mass touch nobody. A
-    list may hold several, each with a `where`, which choose different particles.
+    bytes, which move with it); further ones push, but slip. Those without a positive mass touch nobody. Of
+    several in a list, the first that chooses a particle holds it by springs; the others push and brake it.
 
     Formula: force_i = -n (stiffness overlap - damper n.v_ij) + drag, torque_i = arm n x drag - r n x brake,
     with n the direction to particle j, v_ij its velocity seen from here, damper = 2 zeta sqrt(stiffness m),

@@ -241,6 +241,21 @@ def test_layers_hold_metres_parts_and_metres_per_second():
     assert (~np.isinf(depth)).sum() == pytest.approx(np.pi * (0.5 * pixels_per_metre / 3) ** 2, rel=0.1)
 
 
+def test_the_velocity_of_equals_does_not_depend_on_their_order():
+    """Nor on the sign of a zero."""
+
+    def layer(velocities: Any) -> bytes:
+        renderer = motes.Renderer(32, 32, camera=CAMERA, layers=["velocity"])
+        world = motes.World(seed=1, renderer=renderer, progress="off")
+        system = world.system("a", sprite=motes.Sprite(pixels=9, blend="opaque"))
+        with world:
+            system.emit(position=[(0, 0, 0)] * 2, velocity=velocities)
+            return world.render().layer("velocity").tobytes()
+
+    velocities = [(0.0, 1, 0), (-0.0, 1, 0)]
+    assert layer(velocities) == layer(velocities[::-1])
+
+
 def test_the_depth_of_solids_is_that_of_their_surfaces():
     """Particles are hidden a little behind them."""
     wall, ball = shapes.Rectangle((-9, -9, -2), (18, 0, 0), (0, 18, 0)), shapes.Sphere((0, 0, 0), 1)

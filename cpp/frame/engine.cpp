@@ -1,6 +1,7 @@
 // What the script says to the engine between two frames: systems, lists, reads.
 #include "frame/engine.h"
 
+#include <stdexcept>
 #include <utility>
 
 #include "frame/replay.h"
@@ -108,8 +109,9 @@ Seen Engine::local(int index) {
   catch_up();
   check_readable(system(index));
   const std::optional<Seen> seen = try_read(index);
-  if (!seen) parts_->rank.talk.rethrow();
-  return *seen;
+  if (seen) return *seen;
+  parts_->rank.talk.rethrow();
+  throw std::logic_error("nothing was read, and nothing failed");
 }
 
 void Engine::keep_preview(int index) {

@@ -31,7 +31,7 @@ class BirthHistory {
   /// Forgets the particles with ids below `oldest`, the lowest id that lives on any rank.
   void forget_before(std::uint64_t oldest);
 
-  /// The meshes that its calls were made with: whoever goes on with it in another process needs them.
+  /// The meshes that its calls were made with: another process that goes on with it needs them.
   std::vector<std::uint64_t> meshes() const;
 
   /// Gives the particles of `store` the *_b values that they would have had from birth on, and forgets all.

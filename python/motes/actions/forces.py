@@ -242,7 +242,7 @@ class Wind(Action):
 
     Attributes:
         velocity: of the air, m/s.
-        drag: after 1 / drag seconds a particle that was at rest has 63 % of the air's velocity, 1/s.
+        drag: after 1 / drag seconds, what was at rest has 63 % of the air's velocity, 1/s.
 
     Source: linear drag (Stokes).
     """

@@ -15,7 +15,8 @@ from motes import shapes
 from motes.errors import ArgumentError
 
 NAN, INF = math.nan, math.inf
-CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
+VIEW = ((0, 0, 5), (0, 0, 0))
+CAMERA = motes.Camera(*VIEW)
 BALL = shapes.Sphere((0, 0, 0), 1)
 
 
@@ -246,6 +247,15 @@ def test_calls(system, call, message):
         (lambda: BALL.sample(-1), "n must be an integer"),
         (lambda: BALL.sample(1, seed=-1), "seed must be an integer"),
         (lambda: motes.Camera((0, 0, 0, 0), (0, 0, 0)), "position must be 3 numbers"),
+        (lambda: motes.Camera((1e300, 0, 0), (0, 0, 0)), r"position must be 3 finite numbers in -1e\+15"),
+        (lambda: motes.Camera(*VIEW, up=(0, 0, -2)), "up must be not parallel"),
+        (lambda: motes.Camera(VIEW[0], VIEW[0]), "look_at must be apart from camera.position"),
+        (lambda: motes.Camera(*VIEW, fov_deg=0), "fov_deg must be a number above 0 and below 180"),
+        (lambda: motes.Camera(*VIEW, fov_deg=180), "fov_deg must be a number above 0 and below 180"),
+        (lambda: motes.Camera(*VIEW, near=0), "near must be a number above 0"),
+        (lambda: setattr(motes.Camera(*VIEW), "fov_deg", 200), "fov_deg must be a number above 0"),
+        (lambda: motes.Light((1e300, 0, 0)), r"position must be 3 finite numbers in -1e\+15"),
+        (lambda: motes.Light((0, 0, 0), (1e300, 0, 0)), r"color must be 3 finite numbers in 0..1e\+15"),
         (lambda: motes.Sprite("square"), "kind must be"),
         (lambda: motes.Sprite(pixels=999), "pixels must be an integer in"),
         (lambda: motes.Sprite(blend="multiply"), "blend must be"),
@@ -259,6 +269,8 @@ def test_calls(system, call, message):
         (lambda: motes.Solid((0, 0, 0)), "shape must be"),
         (lambda: motes.Solid(BALL | shapes.Line((0, 0, 0), (1, 0, 0))), "not a Point, Line or Blob"),
         (lambda: motes.Solid(BALL, (-1, 0, 0)), "color must be"),
+        (lambda: motes.Solid(BALL, (1e300, 0, 0)), r"color must be 3 finite numbers in 0..1e\+15"),
+        (lambda: setattr(motes.Renderer(9, 9, camera=CAMERA), "sun", (0, 1e300, 0)), "sun must be"),
         (lambda: motes.Roles(manager=0.5, image_generator=0, calculators=[0]), "manager must be an integer"),
     ],
 )

@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from launching import mpirun, python
+from PIL import Image
 
 import motes
 from motes import Curve, actions
@@ -109,6 +110,7 @@ def test_curves_are_values():
             "power must be a finite number in 0",
         ),
         (lambda: motes.Camera((0, 0, 5), (0, 0, 0), near=Curve([(0, 0.1), (1, -0.1)])), "near must be"),
+        (lambda: motes.Camera((0, 0, 5), Curve([(0, (0, 0, 0)), (1, (0, 0, 5))])), "look_at must be apart"),
         (lambda: motes.Renderer(Curve([(0, 8)]), 8, camera=motes.Camera((0, 0, 5), (0, 0, 0))), "width"),
     ],
 )
@@ -395,3 +397,20 @@ def test_recorded_scenes_and_any_ranks_make_the_same(tmp_path: Path, motes_repla
     replay = [str(motes_replay), str(scene), "--digest", "--no-images"]
     replayed = subprocess.run(replay, capture_output=True, text=True, timeout=60, check=False)
     assert [line.split()[1] for line in replayed.stdout.splitlines()] == alone, replayed.stderr
+
+
+def test_a_film_fades_to_black(tmp_path: Path) -> None:
+    camera = motes.Camera((0, 0, 5), (0, 0, 0))
+    renderer = motes.Renderer(32, 18, camera=camera, background=(0.2, 0.3, 0.1), linear=True)
+    renderer.exposure = Curve([(0, 1), (2, 0)])
+    world = motes.World(seed=1, dt=1, renderer=renderer, progress="off")
+    s = world.system("s")
+    with world:
+        for _ in world.frames(4):
+            s.burst((0, 0, 0), count=100)
+            frame = world.render()
+            assert frame is not None
+            frame.save(tmp_path / "a.png", bits=16)
+            deep = np.asarray(Image.open(tmp_path / "a.png"))
+            assert bool(frame.pixels.max()) == bool(deep.max()) == (frame.index < 2)
+            assert frame.linear.max() > 0.2, "the light itself stays"

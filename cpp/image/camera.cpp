@@ -115,7 +115,7 @@ void check(const View& view) {
   check(view.camera);
   if (view.before) check(*view.before);
   check_color("background", view.background);
-  if (!(view.exposure > 0 && view.exposure <= kFarthest)) refuse("exposure", "finite and above 0", text(view.exposure));
+  check_number("exposure", view.exposure, 0, kFarthest);
   check_vector("sun", view.sun);
   check_number("shutter", view.shutter, 0, 1);
   check_number("bloom", view.bloom, 0, 1);

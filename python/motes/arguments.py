@@ -14,6 +14,7 @@ from numpy.typing import DTypeLike, NDArray
 from .errors import ArgumentError
 
 __all__ = [
+    "FARTHEST",
     "PAIR",
     "choice",
     "color",
@@ -23,6 +24,7 @@ __all__ = [
     "integer",
     "listed",
     "number",
+    "place",
     "rows",
     "triple",
     "whole_numbers",
@@ -33,6 +35,7 @@ MOST = 1.7e308  # a larger int does not fit into a float
 NO_NUMBERS = (bool, np.timedelta64)  # although their classes are integers
 PLAIN = {float, int}
 PAIR = "2 numbers stand for (x, y, 0)"
+FARTHEST = 1e15  # what pictures can be computed with, m: also its square is a float
 Triple = tuple[float, float, float]
 
 
@@ -83,7 +86,9 @@ def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
     return value
 
 
-def triple(argument: str, value: Any, *, low: float = -math.inf, pair: bool = True) -> Triple:
+def triple(
+    argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf, pair: bool = True
+) -> Triple:
     """Return `value`, a vector, as a tuple of floats: 3 finite numbers, or 2, which stand for (x, y, 0).
 
     `pair=False` requires 3.
@@ -94,9 +99,9 @@ def triple(argument: str, value: Any, *, low: float = -math.inf, pair: bool = Tr
             type(x) in PLAIN
             and type(y) in PLAIN
             and type(z) in PLAIN
-            and low <= x
-            and low <= y
-            and low <= z
+            and low <= x <= high
+            and low <= y <= high
+            and low <= z <= high
             and -MOST < x < MOST
             and -MOST < y < MOST
             and -MOST < z < MOST
@@ -109,14 +114,19 @@ def triple(argument: str, value: Any, *, low: float = -math.inf, pair: bool = Tr
     except ArgumentError:
         raise ArgumentError(argument, value, "3 numbers", hint=PAIR if pair else "") from None
     result = (float(numbers[0]), float(numbers[1]), float(numbers[2]) if len(numbers) == 3 else 0.0)
-    if not all(map(math.isfinite, result)) or min(result) < low:
-        raise ArgumentError(argument, value, _range("3 finite numbers", low, math.inf))
+    if not all(math.isfinite(x) and low <= x <= high for x in result):
+        raise ArgumentError(argument, value, _range("3 finite numbers", low, high))
     return result
 
 
-def color(argument: str, value: Any, *, low: float = -math.inf) -> Triple:
+def place(argument: str, value: Any) -> Triple:
+    """Return `value`, a vector as `triple` takes it, if pictures can be computed with it."""
+    return triple(argument, value, low=-FARTHEST, high=FARTHEST)
+
+
+def color(argument: str, value: Any, *, low: float = -math.inf, high: float = math.inf) -> Triple:
     """Return `value`, a colour, as a tuple of floats: 3 finite numbers."""
-    return triple(argument, value, low=low, pair=False)
+    return triple(argument, value, low=low, high=high, pair=False)
 
 
 def floats(argument: str, value: Any, dtype: DTypeLike, allowed: str) -> NDArray[Any]:

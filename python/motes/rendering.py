@@ -16,7 +16,7 @@ from .errors import ArgumentError
 from .meshes import Mesh
 from .shapes import Shape
 from .solids import Light, Solid
-from .values import Moving, Settings, at, says_near_names, shown
+from .values import Settings, at, says_near_names, shown, times_of
 
 __all__ = ["LAYERS", "Camera", "Renderer"]
 
@@ -44,11 +44,11 @@ class Camera(Settings):
     """Nothing nearer than this is drawn, m."""
 
     _checks = {
-        "position": arguments.triple,
-        "look_at": arguments.triple,
-        "up": arguments.triple,
-        "fov_deg": arguments.number,
-        "near": partial(arguments.number, low=0),
+        "position": arguments.place,
+        "look_at": arguments.place,
+        "up": arguments.place,
+        "fov_deg": lambda name, given: _above_0(name, given, below=180),
+        "near": lambda name, given: _above_0(name, given, below=arguments.FARTHEST),
     }
     _may_move = frozenset(_checks)
 
@@ -65,6 +65,14 @@ class Camera(Settings):
         given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
         for name, one in given.items():
             setattr(self, name, one)
+        for time in times_of(given.values()):
+            self.set_in(view := _core.View(1, 1), time)
+            view.check()
+
+    def set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
+        """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
+        given = [at(self.__dict__[name], time) for name in self._checks]
+        view.set_camera(*(given if pose is None else (*pose, given[-1])))
 
     def __eq__(self, other: object) -> bool:
         """Equal attributes, as they are now."""
@@ -122,10 +130,10 @@ class Renderer(Settings):
         "width": partial(arguments.integer, low=1, high=16384),
         "height": partial(arguments.integer, low=1, high=16384),
         "camera": lambda name, given: _camera(name, given),
-        "background": partial(arguments.color, low=0),
+        "background": partial(arguments.color, low=0, high=arguments.FARTHEST),
         "exposure": partial(arguments.number, low=0, high=1e6),
         "objects": lambda name, given: _objects(name, given),
-        "sun": arguments.triple,
+        "sun": arguments.place,
         "lights": lambda name, given: _lights(name, given),
         "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
         "shutter": partial(arguments.number, low=0, high=1),
@@ -161,17 +169,9 @@ class Renderer(Settings):
         for name, one in given.items():
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
-        for time in self._keys():
+        what_moves = (self.camera, self, *self.lights)
+        for time in times_of(value for one in what_moves for value in vars(one).values()):
             self.view(time)
-
-    def _keys(self) -> set[float]:
-        """Return the times at which something moves another way, or 0."""
-        given = (
-            *vars(self.camera).values(),
-            *vars(self).values(),
-            *(v for light in self.lights for v in vars(light).values()),
-        )
-        return {0.0, *(time for one in given if isinstance(one, Moving) for time in one.times)}
 
     def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
         """Check how the attributes fit together at a time (s), and return the engine's value.
@@ -179,8 +179,7 @@ class Renderer(Settings):
         `pose`: position, look_at, up and fov_deg instead of the camera's.
         """
         view = _core.View(self.width, self.height)
-        given = [at(vars(self.camera)[name], time) for name in Camera._checks]
-        view.set_camera(*(given if pose is None else (*pose, given[-1])))
+        self.camera.set_in(view, time, pose)
         view.set_background(at(self.background, time))
         view.set_exposure(at(self.exposure, time))
         for solid in self.solids:
@@ -215,6 +214,13 @@ class Renderer(Settings):
     def solids(self) -> list[Solid]:
         """The objects as solids."""
         return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
+
+
+def _above_0(name: str, given: Any, *, below: float) -> float:
+    number = arguments.number(name, given)
+    if not 0 < number < below:
+        raise ArgumentError(name, given, f"a number above 0 and below {below:g}")
+    return number
 
 
 def _camera(name: str, given: Any) -> Camera:

@@ -38,7 +38,7 @@ class Solid(Value):
             raise ArgumentError("shape", shape, "a shape with a surface: not a Point, Line or Blob")
         self.__dict__.update(
             shape=shape,
-            color=arguments.color("color", color, low=0),
+            color=arguments.color("color", color, low=0, high=arguments.FARTHEST),
             light=arguments.number("light", light, low=0, high=1e6),
         )
 
@@ -67,8 +67,8 @@ class Light(Value):
     def __post_init__(self) -> None:
         """Check the arguments."""
         state = self.__dict__
-        state["position"] = arguments.triple("position", self.position)
-        state["color"] = arguments.color("color", self.color, low=0)
+        state["position"] = arguments.place("position", self.position)
+        state["color"] = arguments.color("color", self.color, low=0, high=arguments.FARTHEST)
         state["power"] = arguments.number("power", self.power, low=0, high=1e6)
 
 

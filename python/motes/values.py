@@ -6,13 +6,13 @@ import functools
 import inspect
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
 from .errors import NotAssignable, near
 
-__all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "value"]
+__all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
 
 T = TypeVar("T")
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -113,6 +113,11 @@ def at(given: Any, time: float) -> Any:
     if isinstance(given, Moving):
         return given(time)
     return given.at_time(time) if isinstance(given, Value) else given
+
+
+def times_of(given: Iterable[Any]) -> list[float]:
+    """Return the times at which some of the values begin to move another way, and 0, in seconds."""
+    return sorted({0.0, *(time for one in given if isinstance(one, Moving) for time in one.times)})
 
 
 class Settings:

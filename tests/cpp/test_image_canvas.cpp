@@ -311,6 +311,11 @@ TEST(image_background_and_exposure) {
   CHECK(pixels[2] == 0);
   view.exposure = 0.5f;
   CHECK_NEAR(picture(view, {})[0], srgb(0.125) * 255, 0.8);
+  view.exposure = 0;  // where a film has faded out
+  motes::image::check(view);
+  const auto faded = picture(view, {});
+  CHECK(std::ranges::all_of(faded, [](std::uint8_t shown) { return shown == 0; }));
+  view.exposure = 0.5f;
   Canvas canvas;
   CHECK_THROWS(canvas.finish(), std::logic_error);
   canvas.begin(view);

@@ -347,7 +347,7 @@ TEST(image_views_and_sprites_are_checked) {
   refused([](View& v) { v.camera.fov_deg = 0; });
   refused([](View& v) { v.camera.fov_deg = 180; });
   refused([](View& v) { v.camera.near = 0; });
-  refused([](View& v) { v.exposure = 0; });
+  refused([](View& v) { v.exposure = -1; });
   refused([](View& v) { v.exposure = NAN; });
   refused([](View& v) { v.background[2] = -0.1f; });
   refused([](View& v) { v.objects.push_back({}); });  // a point is not drawn

@@ -24,16 +24,13 @@ MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
 template <class Sample>
 MOTES_INLINE void fill(const actions::Step& s, const particles::Ids& ids, std::size_t count, float* const* planes,
                        int width, const Sample& sample) {
-  particles::DrawKeys& keys = draws_of(s);
-  const particles::DrawKey first = keys.first();
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(keys, first, ids, i);
+  for_draws<false>(draws_of(s), ids, count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
     const Floats3 v = sample(draws);
     store(planes[0] + i, v.x);
-    if (width == 1) continue;
+    if (width == 1) return;
     store(planes[1] + i, v.y);
     store(planes[2] + i, v.z);
-  }
+  });
 }
 
 inline void draw(const actions::Distribution& d, const actions::Step& s, const particles::Ids& ids, std::size_t count,
@@ -53,29 +50,24 @@ inline void draw(const actions::Distribution& d, const actions::Step& s, const p
 
 inline void spread(const actions::Block& positions, float* const* before, float start, float end,
                    const actions::Step& s) {
-  particles::DrawKeys& keys = draws_of(s);
-  const particles::DrawKey first = keys.first();
-  for (std::size_t i = 0; i < positions.count; i += kLanes) {
-    Draws draws(keys, first, positions.ids, i);
+  const auto place = [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
     const Floats part = end - unit(draws.bits().a) * (end - start);
     for (int c = 0; c < 3; ++c) {
       const Floats from = load(before[c] + i), to = load(positions.component[c] + i);
       store(positions.component[c] + i, from + (to - from) * part);
     }
-  }
+  };
+  for_draws<false>(draws_of(s), positions.ids, positions.count, place);
 }
 
 inline void jitter(const actions::Block& b, const actions::Step& s) {
-  particles::DrawKeys& keys = draws_of(s);
-  const particles::DrawKey first = keys.first();
-  for (std::size_t i = 0; i < b.count; i += kLanes) {
-    Draws draws(keys, first, b.ids, i);
+  for_draws<false>(draws_of(s), b.ids, b.count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
     const Floats passed = unit(draws.bits().a) * s.dt;
     const Floats3 from = load3(b, kPositionAt, i);
     const Floats3 to = from + load3(b, kVelocityAt, i) * passed;
     store3(b, kPositionAt, i, select(finite(to), to, from));
     store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + passed);
-  }
+  });
 }
 
 }  // namespace motes::MOTES_ISA

@@ -23,7 +23,7 @@ inline void jet(const actions::Parameters& p, const actions::Block& b, const act
     for (std::size_t i = 0; i < b.count; i += kLanes) {
       const Mask mask = load_mask(inside + i);
       if (!any(mask)) continue;
-      Draws draws(keys, first, b.ids, i);
+      Draws draws(keys, random_bits(first, b.ids, i), b.ids, i);
       const Floats3 v = load3(b, kVelocityAt, i);
       store3(b, kVelocityAt, i, select(mask, v + accelerations.sample(draws) * all(s.dt), v));
     }

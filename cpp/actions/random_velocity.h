@@ -7,30 +7,30 @@
 
 namespace motes::MOTES_ISA {
 
+/// Calls work(first particle, sample) for each vector of the block.
+template <class Work>
+MOTES_INLINE void for_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s,
+                              const Work& work) {
+  particles::DrawKeys& keys = draws_of(s);
+  visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
+    constexpr bool kTogether = requires { std::decay_t<decltype(shape)>::kDrawsTogether; };
+    for_draws<kTogether>(keys, b.ids, b.count, [&](std::size_t i, Draws& draws) __attribute__((always_inline)) {
+      work(i, shape.sample(draws));
+    });
+  });
+}
+
 /// Adds sample * scale to the attribute at component `at`.
 MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
                               float scale) {
-  particles::DrawKeys& keys = draws_of(s);
-  const particles::DrawKey first = keys.first();
-  visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
-    for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(keys, first, b.ids, i);
-      const Floats3 sample = shape.sample(draws);
-      store3(b, at, i, load3(b, at, i) + sample * all(scale));
-    }
+  for_samples(p, b, s, [&](std::size_t i, Floats3 sample) __attribute__((always_inline)) {
+    store3(b, at, i, load3(b, at, i) + sample * all(scale));
   });
 }
 
 /// Sets the attribute at component `at`.
 MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
-  particles::DrawKeys& keys = draws_of(s);
-  const particles::DrawKey first = keys.first();
-  visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
-    for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Draws draws(keys, first, b.ids, i);
-      store3(b, at, i, shape.sample(draws));
-    }
-  });
+  for_samples(p, b, s, [&](std::size_t i, Floats3 sample) __attribute__((always_inline)) { store3(b, at, i, sample); });
 }
 
 inline void random_acceleration(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {

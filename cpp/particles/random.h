@@ -13,8 +13,11 @@ struct Uints4 {
   Uints a, b, c, d;
 };
 
+/// Uniform in 0..2^24 - 1, a whole number.
+MOTES_INLINE Floats whole(Uints bits) { return to_floats((Ints)(bits >> 8)); }
+
 /// Uniform in [0, 1), a multiple of 2^-24.
-MOTES_INLINE Floats unit(Uints bits) { return to_floats((Ints)(bits >> 8)) * 0x1p-24f; }
+MOTES_INLINE Floats unit(Uints bits) { return whole(bits) * 0x1p-24f; }
 
 /// Two standard normal numbers from two uint32 (Box and Muller).
 MOTES_INLINE void normal_pair(Uints a, Uints b, Floats& first, Floats& second) {
@@ -39,15 +42,15 @@ MOTES_INLINE Uints4 random_bits(const particles::DrawKey& key, const particles::
     id_b += upper * 0x85EBCA6Au;  // even: (lower, upper) -> (id_a, id_b) is one to one
   }
   const auto k = [&](int i) { return all_uints(key.word[i]); };
-  Uints a = id_a ^ k(0);
-  a ^= a >> 16;
+  // a ^= k; a ^= a >> 16; with the key's part of it, the same for all lanes, apart
+  const auto mixed = [&](int i, int shift) { return all_uints(key.word[i] ^ key.word[i] >> shift); };
+  Uints a = xor3(id_a, id_a >> 16, mixed(0, 16));
   a *= 0x7feb352du;
   a ^= a >> 15;
   a += k(1);
   a *= 0x846ca68bu;
   a ^= a >> 16;
-  Uints b = id_b ^ k(2);
-  b ^= b >> 15;
+  Uints b = xor3(id_b, id_b >> 15, mixed(2, 15));
   b *= 0xd168aaadu;
   b ^= b >> 15;
   b += k(3);
@@ -73,19 +76,44 @@ __attribute__((noinline)) inline Uints4 random_bits_of(particles::DrawKeys& keys
 /// The draws of one stream for the particles in one vector, one after another.
 struct Draws {
   particles::DrawKeys* keys;
-  const particles::DrawKey* first;  // a copy near by of keys->first()
+  Uints4 first;  // the first draw's words; where nobody asks for them, compilers leave them out
   const particles::Ids* ids;
   std::size_t at;  // the vector's first particle
   std::uint32_t draw = 0;
 
-  MOTES_INLINE Draws(particles::DrawKeys& stream, const particles::DrawKey& first_key, const particles::Ids& all,
+  MOTES_INLINE Draws(particles::DrawKeys& stream, const Uints4& first_words, const particles::Ids& all,
                      std::size_t first_particle)
-      : keys(&stream), first(&first_key), ids(&all), at(first_particle) {}
+      : keys(&stream), first(first_words), ids(&all), at(first_particle) {}
 
   MOTES_INLINE Uints4 bits() {
     const std::uint32_t number = draw++;
-    return number == 0 ? random_bits(*first, *ids, at) : random_bits_of(*keys, *ids, at, number);
+    return number == 0 ? first : random_bits_of(*keys, *ids, at, number);
   }
 };
+
+/// Calls work(first particle, draws) for each vector of `count` particles. `Together`, for work that is short and draws
+/// once: the first words of four vectors are drawn before any of them is used. What makes a vector's words is one chain
+/// of operations, each waiting for the one before, and processors do not look far enough ahead to work on several
+/// chains at once that have others' work in between.
+template <bool Together, class Work>
+MOTES_INLINE void for_draws(particles::DrawKeys& keys, const particles::Ids& ids, std::size_t count, const Work& work) {
+  constexpr std::size_t kVectors = 4;
+  const particles::DrawKey first = keys.first();  // a copy near by
+  const auto use = [&](std::size_t i, const Uints4& words) __attribute__((always_inline)) {
+    Draws draws(keys, words, ids, i);
+    work(i, draws);
+  };
+  std::size_t i = 0;
+  if constexpr (Together) {
+    for (; i + (kVectors - 1) * kLanes < count; i += kVectors * kLanes) {
+      Uints4 words[kVectors];
+#pragma GCC unroll 4
+      for (std::size_t k = 0; k < kVectors; ++k) words[k] = random_bits(first, ids, i + k * kLanes);
+#pragma GCC unroll 4
+      for (std::size_t k = 0; k < kVectors; ++k) use(i + k * kLanes, words[k]);
+    }
+  }
+  for (; i < count; i += kLanes) use(i, random_bits(first, ids, i));
+}
 
 }  // namespace motes::MOTES_ISA

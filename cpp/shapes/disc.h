@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct DiscLanes {
+  static constexpr bool kDrawsTogether = true;
   static constexpr bool kFlat = true;
   Float3 center, normal, u, v;
   float radius, inner;

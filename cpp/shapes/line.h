@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct LineLanes {
+  static constexpr bool kDrawsTogether = true;
   Float3 start, along;
 
   static MOTES_INLINE LineLanes from(const shapes::Shape& s) {

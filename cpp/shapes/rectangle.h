@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct RectangleLanes {
+  static constexpr bool kDrawsTogether = true;
   static constexpr bool kFlat = true;
   Float3 origin, u, v, normal;
 

@@ -6,6 +6,7 @@
 namespace motes::MOTES_ISA {
 
 struct SphereLanes {
+  static constexpr bool kDrawsTogether = true;
   Float3 center;
   float radius, inner;
 

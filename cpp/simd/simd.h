@@ -126,6 +126,15 @@ MOTES_INLINE Vector in_register(Vector v) {
   return v;
 }
 
+/// a ^ b ^ c, one operation with AVX-512.
+MOTES_INLINE Uints xor3(Uints a, Uints b, Uints c) {
+#if MOTES_WIDTH == 512
+  return (Uints)_mm512_ternarylogic_epi32((__m512i)a, (__m512i)b, (__m512i)c, 0x96);
+#else
+  return a ^ b ^ c;
+#endif
+}
+
 MOTES_INLINE Floats select(Mask mask, Floats yes, Floats no) {
 #if MOTES_WIDTH == 512
   return (Floats)_mm512_mask_blend_ps(_mm512_movepi32_mask((__m512i)mask), (__m512)no, (__m512)yes);

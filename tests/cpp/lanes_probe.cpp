@@ -20,11 +20,10 @@ void lanes_of_draws(const particles::Ids& ids, std::size_t count, std::uint32_t 
                     const std::uint32_t key[2], int skip, std::uint32_t* out) {
   particles::DrawKeys keys;
   keys.begin({key[0], key[1]}, step, stream);
-  for (std::size_t i = 0; i < count; i += kLanes) {
-    Draws draws(keys, keys.first(), ids, i);
+  for_draws<true>(keys, ids, count, [&](std::size_t i, Draws& draws) {
     for (int k = 0; k < skip; ++k) draws.bits();
     put(draws.bits(), out + 4 * i);
-  }
+  });
 }
 
 void lanes_of_cos_sin(const float* turn, std::size_t count, float* cosine, float* sine) {

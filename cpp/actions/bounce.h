@@ -100,11 +100,17 @@ MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const Rebound& rebound
   const float normal = axis == 0 ? plane.normal.x : axis == 1 ? plane.normal.y : plane.normal.z;
   const float* x = b.component[kPositionAt + axis];
   const float* v = b.component[kVelocityAt + axis];
-  for (std::size_t i = 0; i < b.count; i += kLanes) {
-    const Floats before = (load(x + i) - point) * normal;
-    const Floats change = load(v + i) * dt * normal;
-    if (any((before + change < 0.0f) & (change < 0.0f))) bounce_vector(plane, rebound, b, dt, i);
-  }
+  const auto met = [&](Floats before, Floats change)
+                       __attribute__((always_inline)) { return (before + change < 0.0f) & (change < 0.0f); };
+  const auto upright = [&](std::size_t i) __attribute__((always_inline)) {  // two products less
+    return met(load(x + i) - point, load(v + i) * dt);
+  };
+  const auto either = [&](std::size_t i) __attribute__((always_inline)) {
+    return met((load(x + i) - point) * normal, load(v + i) * dt * normal);
+  };
+  const auto turn = [&](std::size_t i) __attribute__((always_inline)) { bounce_vector(plane, rebound, b, dt, i); };
+  if (normal == 1) return where_any(b.count, upright, turn);
+  where_any(b.count, either, turn);
 }
 
 /// By the predicted place: sets v, and returns which particles bounced.

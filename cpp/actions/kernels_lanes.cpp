@@ -21,19 +21,22 @@ void collect_beyond(const actions::Block& b, const actions::Band* bands, std::ui
   constexpr std::uint32_t kNumbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
   static_assert(kLanes <= particles::kPadding && particles::kPadding == std::size(kNumbers));
   const Uints lane = load_uints(kNumbers);
-  for (std::size_t i = 0; i < b.count; i += kLanes) {
-    const Mask killed = load_mask(b.dead + i);
+  const auto away_at = [&](std::size_t i) __attribute__((always_inline)) {
     Mask away = Mask{};
     for (std::size_t k = 0; k < Bands; ++k) {
       const Floats x = load(bands[k].x + i);
       away = away | ~((x >= bands[k].low) & (x < bands[k].high));
     }
-    if (!any(killed | away)) continue;
+    return away;
+  };
+  const auto goes = [&](std::size_t i) __attribute__((always_inline)) { return load_mask(b.dead + i) | away_at(i); };
+  where_any(b.count, goes, [&](std::size_t i) __attribute__((always_inline)) {
+    const Mask killed = load_mask(b.dead + i);
     const Mask here = (Mask)(lane < static_cast<std::uint32_t>(b.count - i));
     const Uints index = lane + static_cast<std::uint32_t>(base + i);
     dead_count += squeeze(dead + dead_count, index, killed & here);
-    left_count += squeeze(left + left_count, index, away & ~killed & here);
-  }
+    left_count += squeeze(left + left_count, index, away_at(i) & ~killed & here);
+  });
 }
 
 // NOLINTBEGIN(misc-const-correctness): the functions of the table change the counts

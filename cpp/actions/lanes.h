@@ -38,6 +38,22 @@ MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
   store_mask(b.dead + i, load_mask(b.dead + i) | mask);
 }
+/// Calls work(i) for the vectors of `count` particles for which test(i) is true in some lane. Mostly it is true in
+/// none, so four vectors are tested at once.
+template <class Test, class Work>
+MOTES_INLINE void where_any(std::size_t count, const Test& test, const Work& work) {
+  std::size_t i = 0;
+  for (; i + 3 * kLanes < count; i += 4 * kLanes) {
+    if (!any((test(i) | test(i + kLanes)) | (test(i + 2 * kLanes) | test(i + 3 * kLanes)))) continue;
+    for (std::size_t k = i; k < i + 4 * kLanes; k += kLanes) {
+      if (any(test(k))) work(k);
+    }
+  }
+  for (; i < count; i += kLanes) {
+    if (any(test(i))) work(i);
+  }
+}
+
 MOTES_INLINE float number(const actions::Parameters& p, int i) { return static_cast<float>(p.number[i]); }
 
 }  // namespace motes::MOTES_ISA

@@ -160,8 +160,4 @@ class Store::Swapper {
   std::vector<Plane> planes_;
 };
 
-/// Memory for `count` values, aligned to a cache line; large allocations ask for huge pages.
-template <class T>
-std::shared_ptr<T[]> allocate_plane(std::size_t count);
-
 }  // namespace motes::particles

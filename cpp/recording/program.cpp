@@ -242,6 +242,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
   const Bands bands(pass.store, pass.region);
+  const std::vector<Substep> steps = steps_of(pass);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
@@ -256,7 +257,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
     ahead.aim(at + size, last);
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
-    run_block(pass, operations, block, draws, ahead);
+    run_block(steps, operations, block, draws, ahead);
     if (collect(block, bands, at, outcome)) std::memset(dead.data(), 0, count * sizeof dead[0]);
     if (front) front->gather(outcome, dead_before, left_before);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
@@ -266,22 +267,34 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   }
 }
 
-void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
-                        std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) const {
+// Made once for a range: for a block of particles alone it would take as long as an action.
+std::vector<Program::Substep> Program::steps_of(const Pass& pass) {
   const Span& span = pass.span;
   const float dt = static_cast<float>(span.dt / span.substeps);
-  const int last = last_of(span);
-  for (int substep = span.first; substep < last; ++substep) {
-    const auto step = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps)) +
-                      static_cast<std::uint32_t>(substep);
-    const double time = time_of(span, substep);
-    const auto substeps = static_cast<float>(span.substeps);
+  const auto substeps = static_cast<float>(span.substeps);
+  const auto before = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps));
+  std::vector<Substep> steps;
+  steps.reserve(substeps_of(span));
+  for (int substep = span.first; substep < last_of(span); ++substep) {
     const float start = static_cast<float>(substep) / substeps, end = static_cast<float>(substep + 1) / substeps;
-    const std::size_t kept = static_cast<std::size_t>(substep) % kKeptSteps * operations.size();
-    for (std::size_t o = substep == span.first ? pass.entry : 0; o < operations.size(); ++o) {
+    steps.push_back(
+        {{dt, before + static_cast<std::uint32_t>(substep), 0, pass.key, time_of(span, substep), nullptr, start, end},
+         substep == span.first ? pass.entry : 0,
+         static_cast<std::size_t>(substep) % kKeptSteps});
+  }
+  return steps;
+}
+
+void Program::run_block(const std::vector<Substep>& steps, const std::vector<Operation>& operations,
+                        const actions::Block& block, std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) {
+  for (const Substep& substep : steps) {
+    actions::Step now = substep.step;
+    particles::DrawKeys* keys = draws.data() + substep.kept * operations.size();
+    for (std::size_t o = substep.entry; o < operations.size(); ++o) {
       const Operation& operation = operations[o];
       ahead.fetch();
-      const actions::Step now{dt, step, operation.stream, pass.key, time, &draws[kept + o], start, end};
+      now.stream = operation.stream;
+      now.draws = keys + o;
       if (operation.where->empty()) {
         operation.kernel(operation.parameters, block, now);
       } else {

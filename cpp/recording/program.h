@@ -104,11 +104,19 @@ class Program {
     std::uint64_t touched;  // attributes
   };
 
+  // A sub-step, as its first action sees it but for what is the action's own.
+  struct Substep {
+    actions::Step step;
+    std::size_t entry;  // into the list
+    std::size_t kept;  // where the keys of its draws are
+  };
+
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
                const Region& region) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
-  void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
-                 std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) const;
+  static std::vector<Substep> steps_of(const Pass& pass);
+  static void run_block(const std::vector<Substep>& steps, const std::vector<Operation>& operations,
+                        const actions::Block& block, std::vector<particles::DrawKeys>& draws, FetchAhead& ahead);
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 

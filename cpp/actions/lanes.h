@@ -38,6 +38,7 @@ MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {
 MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
   store_mask(b.dead + i, load_mask(b.dead + i) | mask);
 }
+
 /// Calls work(i) for the vectors of `count` particles for which test(i) is true in some lane. Mostly it is true in
 /// none, so four vectors are tested at once.
 template <class Test, class Work>

@@ -56,7 +56,7 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
 }
 
 // Columns that begin at the same place of a page share sets of the caches, since large memory begins at the start of a
-// page: eight of them fill sets of eight ways, and a step takes 1.2 to 2 times as long. So each column begins kApart
+// page: eight of them fill sets of eight ways, and a step takes 1.5 times as long. So each column begins kApart
 // values after the place where the one before it does; short ones fit into the cache anyway.
 constexpr std::size_t kPage = 1024, kApart = 128;  // values of four bytes
 constexpr std::size_t kShort = 4 * kPage;

@@ -233,7 +233,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  return {store, entry, span, key, region, spins, reads | writes};
+  return {store, span, region, steps_of(entry, span, key), spins, reads | writes};
 }
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
@@ -242,7 +242,6 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
   const Bands bands(pass.store, pass.region);
-  const std::vector<Substep> steps = steps_of(pass);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
   std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
@@ -257,7 +256,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
     ahead.aim(at + size, last);
     const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
                                outcome.wants_hits ? hit.data() : nullptr};
-    run_block(steps, operations, block, draws, ahead);
+    run_block(pass.steps, operations, block, draws, ahead);
     if (collect(block, bands, at, outcome)) std::memset(dead.data(), 0, count * sizeof dead[0]);
     if (front) front->gather(outcome, dead_before, left_before);
     for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
@@ -267,9 +266,9 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   }
 }
 
-// Made once for a range: for a block of particles alone it would take as long as an action.
-std::vector<Program::Substep> Program::steps_of(const Pass& pass) {
-  const Span& span = pass.span;
+// Made once for a run: for each block of particles it would take as long as an action.
+std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& span, particles::Key key) {
+  const simd::FloatMode mode;
   const float dt = static_cast<float>(span.dt / span.substeps);
   const auto substeps = static_cast<float>(span.substeps);
   const auto before = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps));
@@ -278,8 +277,8 @@ std::vector<Program::Substep> Program::steps_of(const Pass& pass) {
   for (int substep = span.first; substep < last_of(span); ++substep) {
     const float start = static_cast<float>(substep) / substeps, end = static_cast<float>(substep + 1) / substeps;
     steps.push_back(
-        {{dt, before + static_cast<std::uint32_t>(substep), 0, pass.key, time_of(span, substep), nullptr, start, end},
-         substep == span.first ? pass.entry : 0,
+        {{dt, before + static_cast<std::uint32_t>(substep), 0, key, time_of(span, substep), nullptr, start, end},
+         substep == span.first ? entry : 0,
          static_cast<std::size_t>(substep) % kKeptSteps});
   }
   return steps;

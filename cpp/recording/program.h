@@ -93,17 +93,6 @@ class Program {
     std::vector<int> written;  // components, where there is a condition
   };
 
-  // What a run is about, the same for all of its parts.
-  struct Pass {
-    particles::Store& store;
-    std::size_t entry;
-    const Span& span;
-    particles::Key key;
-    const Region& region;
-    bool spins;
-    std::uint64_t touched;  // attributes
-  };
-
   // A sub-step, as its first action sees it but for what is the action's own.
   struct Substep {
     actions::Step step;
@@ -111,10 +100,20 @@ class Program {
     std::size_t kept;  // where the keys of its draws are
   };
 
+  // What a run is about, the same for all of its parts.
+  struct Pass {
+    particles::Store& store;
+    const Span& span;
+    const Region& region;
+    std::vector<Substep> steps;
+    bool spins;
+    std::uint64_t touched;  // attributes
+  };
+
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
                const Region& region) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
-  static std::vector<Substep> steps_of(const Pass& pass);
+  static std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key);
   static void run_block(const std::vector<Substep>& steps, const std::vector<Operation>& operations,
                         const actions::Block& block, std::vector<particles::DrawKeys>& draws, FetchAhead& ahead);
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;

@@ -65,7 +65,7 @@ class Camera(Settings):
         given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
         for name, one in given.items():
             setattr(self, name, one)
-        for time in times_of(given.values()):
+        for time in (0.0, *times_of(given.values())):
             self.set_in(view := _core.View(1, 1), time)
             view.check()
 
@@ -170,7 +170,7 @@ class Renderer(Settings):
             setattr(self, name, one)
         self.__dict__["linear"] = arguments.flag("linear", linear)
         what_moves = (self.camera, self, *self.lights)
-        for time in times_of(value for one in what_moves for value in vars(one).values()):
+        for time in (0.0, *times_of(value for one in what_moves for value in vars(one).values())):
             self.view(time)
 
     def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:

@@ -49,7 +49,7 @@ class Value:
 
     def _check_moving(self, given: Sequence[Any]) -> None:
         """Check all that the value will be, whose fields are `given`."""
-        for time in sorted({time for one in given if isinstance(one, Moving) for time in one.times}):
+        for time in times_of(given):
             type(self)(**{name: at(field, time) for name, field in self._items().items()})
         self.__dict__["moves"] = True
 
@@ -116,8 +116,8 @@ def at(given: Any, time: float) -> Any:
 
 
 def times_of(given: Iterable[Any]) -> list[float]:
-    """Return the times at which some of the values begin to move another way, and 0, in seconds."""
-    return sorted({0.0, *(time for one in given if isinstance(one, Moving) for time in one.times)})
+    """Return the times at which some of the values begin to move another way, in seconds."""
+    return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
 
 
 class Settings:

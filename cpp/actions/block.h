@@ -18,7 +18,7 @@ struct Block {
   std::size_t count;
   float* const* component;   // one plane per component of the schema, at the block's first particle
   particles::Ids ids;        // from the block's first particle on
-  std::int32_t* dead;        // all bits set where a particle was killed
+  std::uint32_t* dead;       // a bit per particle, set where it was killed; the first one's is the lowest of a word
   std::int32_t* hit = nullptr;  // all bits set where a particle bounced; null where nobody needs it
 };
 
@@ -27,7 +27,7 @@ struct Step {
   float dt;                  // seconds
   std::uint32_t step;        // frame * substeps + substep
   std::uint32_t stream;      // particles::action + the action's place in the list
-  particles::Key key;
+  alignas(8) particles::Key key;  // read at once
   double time = 0;           // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
   float start = 0, end = 1;  // which part of the frame it is: for shapes that move

@@ -1,4 +1,7 @@
 // Compiled once for each instruction set: the table of kernels.
+#include <algorithm>
+#include <bit>
+
 #include "actions/all.h"  // all headers of this folder; written by CMake, so a new action needs no line here
 #include "simd/squeeze.h"
 
@@ -14,13 +17,23 @@ void contains(const shapes::Shape& shape, const float* const* position, std::siz
   });
 }
 
+// Mostly at most one of 32 dies: free of branches up to there.
+void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* dead, std::size_t& count) {
+  for (std::size_t first = 0; first < b.count; first += 32) {
+    const std::size_t beyond = 32 - std::min<std::size_t>(32, b.count - first);
+    std::uint32_t bits = b.dead[first / 32] << beyond >> beyond;
+    do {
+      dead[count] = static_cast<std::uint32_t>(base + first) + static_cast<std::uint32_t>(std::countr_zero(bits));
+      count += bits != 0 ? 1 : 0;
+      bits &= bits - 1;
+    } while (bits != 0);
+  }
+}
+
 // One band is what slabs have: the count is known to the compiler, so more of them cost slabs nothing.
 template <std::size_t Bands>
-void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* dead,
-                    std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
-  constexpr std::uint32_t kNumbers[] = {0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15};
-  static_assert(kLanes <= particles::kPadding && particles::kPadding == std::size(kNumbers));
-  const Uints lane = load_uints(kNumbers);
+void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* left,
+                    std::size_t& count) {
   const auto away_at = [&](std::size_t i) __attribute__((always_inline)) {
     Mask away = Mask{};
     for (std::size_t k = 0; k < Bands; ++k) {
@@ -29,22 +42,19 @@ void collect_beyond(const actions::Block& b, const actions::Band* bands, std::ui
     }
     return away;
   };
-  const auto goes = [&](std::size_t i) __attribute__((always_inline)) { return load_mask(b.dead + i) | away_at(i); };
-  where_any(b.count, goes, [&](std::size_t i) __attribute__((always_inline)) {
-    const Mask killed = load_mask(b.dead + i);
-    const Mask here = (Mask)(lane < static_cast<std::uint32_t>(b.count - i));
-    const Uints index = lane + static_cast<std::uint32_t>(base + i);
-    dead_count += squeeze(dead + dead_count, index, killed & here);
-    left_count += squeeze(left + left_count, index, away_at(i) & ~killed & here);
+  where_any(b.count, away_at, [&](std::size_t i) __attribute__((always_inline)) {
+    const Mask here = (Mask)(lane_numbers() < static_cast<std::uint32_t>(b.count - i));
+    const Mask leaves = away_at(i) & ~mask_of(b.dead[i / 32] >> i % 32) & here;
+    count += squeeze(left + count, lane_numbers() + static_cast<std::uint32_t>(base + i), leaves);
   });
 }
 
 // NOLINTBEGIN(misc-const-correctness): the functions of the table change the counts
 void collect(const actions::Block& b, const actions::Band* bands, std::size_t band_count, std::uint32_t base,
              std::uint32_t* dead, std::size_t& dead_count, std::uint32_t* left, std::size_t& left_count) {
-  constexpr decltype(&collect_beyond<0>) kBy[] = {collect_beyond<0>, collect_beyond<1>, collect_beyond<2>,
-                                                  collect_beyond<3>};
-  kBy[band_count](b, bands, base, dead, dead_count, left, left_count);
+  constexpr decltype(&collect_beyond<1>) kBeyond[] = {collect_beyond<1>, collect_beyond<2>, collect_beyond<3>};
+  collect_dead(b, base, dead, dead_count);
+  if (band_count != 0) kBeyond[band_count - 1](b, bands, base, left, left_count);
 }
 // NOLINTEND(misc-const-correctness)
 

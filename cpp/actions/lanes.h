@@ -35,9 +35,7 @@ MOTES_INLINE particles::DrawKeys& draws_of(const actions::Step& s) {
   s.draws->begin(s.key, s.step, s.stream);
   return *s.draws;
 }
-MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) {
-  store_mask(b.dead + i, load_mask(b.dead + i) | mask);
-}
+MOTES_INLINE void kill(const actions::Block& b, std::size_t i, Mask mask) { b.dead[i / 32] |= bits_of(mask) << i % 32; }
 
 /// Calls work(i) for the vectors of `count` particles for which test(i) is true in some lane. Mostly it is true in
 /// none, so four vectors are tested at once.

@@ -13,6 +13,9 @@ inline constexpr std::size_t kBlock = 256;
 /// processor foresees; with still shorter ones, starting the actions would cost more. docs/speed.md has figures.
 inline constexpr std::size_t kShortBlock = 128;
 
+/// Words that have a bit for each particle of a block, and for the padding behind it.
+inline constexpr std::size_t kBlockWords = (kBlock + 31) / 32 + 1;
+
 /// Planes can be read and written this far past the last particle: a vector of any width may start at the last one.
 inline constexpr std::size_t kPadding = 16;
 

@@ -2,7 +2,6 @@
 #pragma once
 
 #include <cstdint>
-#include <utility>
 #include <vector>
 
 #include "particles/store.h"
@@ -25,20 +24,23 @@ class Planes {
                               store.uniform_value(a)[static_cast<std::size_t>(c)]);
           current_[at] = pages_.back().data();
         } else {
-          moving_.push_back({at, store.writable_plane(a, c)});
+          current_[at] = store.writable_plane(a, c);
+          moving_.push_back(static_cast<std::uint16_t>(at));
         }
       }
     }
   }
 
   float* const* at(std::size_t particle) {
-    for (const auto& [component, plane] : moving_) current_[component] = plane + particle;
+    for (const std::uint16_t component : moving_) current_[component] += particle - at_;
+    at_ = particle;
     return current_.data();
   }
 
  private:
   std::vector<float*> current_;
-  std::vector<std::pair<std::size_t, float*>> moving_;
+  std::vector<std::uint16_t> moving_;  // components
+  std::size_t at_ = 0;
   std::vector<std::vector<float>> pages_;
 };
 

@@ -7,6 +7,7 @@
 
 #include "particles/schema.h"
 #include "particles/streams.h"
+#include "recording/collector.h"
 #include "recording/fetch_ahead.h"
 #include "recording/planes.h"
 #include "simd/float_mode.h"
@@ -50,68 +51,6 @@ std::uint64_t untouched(const actions::Action& action, bool turns) {
   return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
 }
 
-// A region's slices on the planes of a store. Positions without planes are not looked at.
-class Bands {
- public:
-  Bands(const Store& store, const Region& region) {
-    for (const Slice& slice : region.slices()) {
-      const float* x = store.plane(particles::position, slice.axis);
-      if (x != nullptr) bands_[size_++] = {x, slice.low, slice.high};
-    }
-  }
-  std::size_t size() const { return size_; }
-  std::array<actions::Band, 3> at(std::size_t first) const {
-    std::array<actions::Band, 3> here = bands_;
-    for (std::size_t k = 0; k < size_; ++k) here[k].x += first;
-    return here;
-  }
-
- private:
-  std::array<actions::Band, 3> bands_{};
-  std::size_t size_ = 0;
-};
-
-// Room for one more block's indices; the collector reports how many it used.
-bool collect(const actions::Block& block, const Bands& bands, std::size_t base, Outcome& outcome) {
-  const std::size_t dead = outcome.dead.size();
-  const std::size_t left = outcome.left.size();
-  static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> dead_here;
-  static thread_local std::array<std::uint32_t, kBlock + particles::kPadding> left_here;
-  std::size_t dead_count = 0;
-  std::size_t left_count = 0;
-  const std::array<actions::Band, 3> here = bands.at(base);
-  actions::kernels().collect(block, here.data(), bands.size(), static_cast<std::uint32_t>(base), dead_here.data(),
-                             dead_count, left_here.data(), left_count);
-  if (dead_count + left_count == 0) return false;
-  outcome.dead.resize(dead + dead_count);
-  outcome.left.resize(left + left_count);
-  std::copy_n(dead_here.data(), dead_count, outcome.dead.data() + dead);
-  std::copy_n(left_here.data(), left_count, outcome.left.data() + left);
-  return dead_count != 0;
-}
-
-// Brings particles that are to be removed to the front of a range.
-class Front {
- public:
-  Front(const Store& store, std::size_t first) : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
-
-  // The dead and those that left, from these places of the lists on: none of them in both.
-  void gather(Outcome& outcome, std::size_t dead, std::size_t left) {
-    while (dead < outcome.dead.size() || left < outcome.left.size()) {
-      const bool dies =
-          left == outcome.left.size() || (dead < outcome.dead.size() && outcome.dead[dead] < outcome.left[left]);
-      std::uint32_t& particle = dies ? outcome.dead[dead++] : outcome.left[left++];
-      // In ascending order: who stands at the front stays, or is this one.
-      if (particle != next_) swapper_.swap(particle, next_);
-      particle = next_++;
-    }
-  }
-
- private:
-  Store::Swapper swapper_;
-  std::uint32_t next_;
-};
-
 void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
   to.insert(to.end(), more.begin(), more.end());
 }
@@ -125,13 +64,8 @@ constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
 // Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
 // longer blocks than the processor's guesses are worth.
 constexpr std::size_t kLongList = 8;
-struct Blocks {
-  bool fetched;  // ahead
-  std::size_t size;
-};
-Blocks blocks_for(std::size_t actions) {
-  const bool is_long = actions > kLongList, fetched = simd::fetches_ahead(is_long);
-  return {fetched, is_long && fetched ? kBlock : kShortBlock};
+std::size_t block_for(std::size_t actions, bool fetched) {
+  return fetched && actions > kLongList ? kBlock : kShortBlock;
 }
 
 // Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
@@ -180,15 +114,15 @@ double time_of(const Span& span, int substep) {
 Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
 
 std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
-  std::vector<Operation> operations;
+  std::vector<Operation> operations(list_.size());
   for (std::size_t i = 0; i < list_.size(); ++i) {
     const actions::Action& action = list_[i];
-    Operation operation;
+    Operation& operation = operations[i];
     operation.kernel = actions::kernels().action[static_cast<std::size_t>(action.kind)];
-    operation.stream = particles::action + place_ + static_cast<std::uint32_t>(i);
-    operation.where = &action.where;
     actions::Parameters& p = operation.parameters;
-    p.number = action.numbers.data();
+    const bool few = action.numbers.size() <= operation.numbers.size();
+    if (few) std::copy(action.numbers.begin(), action.numbers.end(), operation.numbers.begin());
+    p.number = few ? operation.numbers.data() : action.numbers.data();
     p.numbers = static_cast<int>(action.numbers.size());
     p.shape = action.shapes.data();
     p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
@@ -203,10 +137,10 @@ std::vector<Program::Operation> Program::bind(const Store& store, bool turns, fl
       p.length[v] = action.values[v].size();
     }
     if (!action.where.empty()) {
+      operation.where = &action.where;
       const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
       operation.written = components_of(writes, store.schema());
     }
-    operations.push_back(std::move(operation));
   }
   return operations;
 }
@@ -225,7 +159,9 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   const bool spins = turns(store, list_);
   std::uint64_t reads = 0;
   std::uint64_t writes = 0;
+  bool conditional = false;
   for (const actions::Action& action : list_) {
+    conditional |= !action.where.empty();
     reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
     reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
     writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
@@ -233,7 +169,7 @@ Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span
   for (int a = 0; a < store.schema().size(); ++a) {
     if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
   }
-  return {store, span, region, steps_of(entry, span, key), spins, reads | writes};
+  return {store, span, region, steps_of(entry, span, key), spins, conditional, reads | writes};
 }
 
 void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
@@ -241,33 +177,34 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
   const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
   Planes planes(pass.store, pass.touched);
-  const Bands bands(pass.store, pass.region);
   std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
-  std::array<std::int32_t, kBlock + particles::kPadding> dead{};
   std::array<std::int32_t, kBlock + particles::kPadding> hit{};
-  const auto [fetched, size] = blocks_for(operations.size());
-  FetchAhead ahead(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span),
-                   last - first > size && fetched ? size : 0);
-  std::optional<Front> front;
-  if (outcome.gathers) front.emplace(pass.store, first);
+  const bool fetched = simd::fetches_ahead();
+  const std::size_t size = block_for(operations.size(), fetched);
+  std::optional<FetchAhead> ahead;
+  if (fetched && last - first > size) {
+    ahead.emplace(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span), size);
+  }
+  Collector collector(pass.store, pass.region, outcome);
+  if (outcome.gathers) collector.gather(pass.store, first);
+  const particles::Ids ids = pass.store.ids();
+  const bool wants_hits = outcome.wants_hits;
   for (std::size_t at = first; at < last; at += size) {
     const std::size_t count = std::min(size, last - at);
-    const std::size_t dead_before = outcome.dead.size(), left_before = outcome.left.size();
-    ahead.aim(at + size, last);
-    const actions::Block block{count, planes.at(at), pass.store.ids().from(at), dead.data(),
-                               outcome.wants_hits ? hit.data() : nullptr};
-    run_block(pass.steps, operations, block, draws, ahead);
-    if (collect(block, bands, at, outcome)) std::memset(dead.data(), 0, count * sizeof dead[0]);
-    if (front) front->gather(outcome, dead_before, left_before);
-    for (std::size_t i = 0; outcome.wants_hits && i < count; ++i) {
+    if (ahead) ahead->aim(at + size, last);
+    const actions::Block block{count, planes.at(at), ids.from(at), collector.dead(),
+                               wants_hits ? hit.data() : nullptr};
+    run_block(pass, operations, block, draws, ahead ? &*ahead : nullptr);
+    collector.collect(block, at);
+    for (std::size_t i = 0; wants_hits && i < count; ++i) {
       if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
     }
-    if (outcome.wants_hits) hit.fill(0);
+    if (wants_hits) hit.fill(0);
   }
 }
 
 // Made once for a run: for each block of particles it would take as long as an action.
-std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& span, particles::Key key) {
+std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& span, particles::Key key) const {
   const simd::FloatMode mode;
   const float dt = static_cast<float>(span.dt / span.substeps);
   const auto substeps = static_cast<float>(span.substeps);
@@ -277,27 +214,27 @@ std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& s
   for (int substep = span.first; substep < last_of(span); ++substep) {
     const float start = static_cast<float>(substep) / substeps, end = static_cast<float>(substep + 1) / substeps;
     steps.push_back(
-        {{dt, before + static_cast<std::uint32_t>(substep), 0, key, time_of(span, substep), nullptr, start, end},
+        {{dt, before + static_cast<std::uint32_t>(substep), particles::action + place_, key, time_of(span, substep), nullptr, start, end},
          substep == span.first ? entry : 0,
          static_cast<std::size_t>(substep) % kKeptSteps});
   }
   return steps;
 }
 
-void Program::run_block(const std::vector<Substep>& steps, const std::vector<Operation>& operations,
-                        const actions::Block& block, std::vector<particles::DrawKeys>& draws, FetchAhead& ahead) {
-  for (const Substep& substep : steps) {
+void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                        std::vector<particles::DrawKeys>& draws, FetchAhead* ahead) {
+  for (const Substep& substep : pass.steps) {
     actions::Step now = substep.step;
     particles::DrawKeys* keys = draws.data() + substep.kept * operations.size();
     for (std::size_t o = substep.entry; o < operations.size(); ++o) {
       const Operation& operation = operations[o];
-      ahead.fetch();
-      now.stream = operation.stream;
+      if (ahead != nullptr) ahead->fetch();
+      now.stream = substep.step.stream + static_cast<std::uint32_t>(o);
       now.draws = keys + o;
-      if (operation.where->empty()) {
-        operation.kernel(operation.parameters, block, now);
-      } else {
+      if (pass.conditional && operation.where != nullptr) {
         run_where(operation, block, now);
+      } else {
+        operation.kernel(operation.parameters, block, now);
       }
     }
   }
@@ -306,21 +243,23 @@ void Program::run_block(const std::vector<Substep>& steps, const std::vector<Ope
 // The action runs on the whole block; its writes are undone where the condition does not hold.
 void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
-  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> dead;
   static thread_local std::array<std::int32_t, kBlock + particles::kPadding> hit;
+  std::array<std::uint32_t, particles::kBlockWords> dead;
   static thread_local std::vector<float> before;
   const actions::Parameters& p = operation.parameters;
   actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block,
                               static_cast<float>(step.time), p.scratch);
   std::memcpy(mask.data(), p.scratch, block.count * sizeof(float));
-  std::memcpy(dead.data(), block.dead, block.count * sizeof(std::int32_t));
+  std::copy_n(block.dead, dead.size(), dead.begin());
   if (block.hit != nullptr) std::memcpy(hit.data(), block.hit, block.count * sizeof(std::int32_t));
   before.resize(operation.written.size() * kBlock);
   for (std::size_t w = 0; w < operation.written.size(); ++w) {
     std::memcpy(before.data() + w * kBlock, block.component[operation.written[w]], block.count * sizeof(float));
   }
   operation.kernel(p, block, step);
-  for (std::size_t i = 0; i < block.count; ++i) block.dead[i] = dead[i] | (block.dead[i] & mask[i]);
+  for (std::size_t i = 0; i < block.count; ++i) {
+    if (mask[i] == 0) block.dead[i / 32] &= dead[i / 32] | ~(1u << i % 32);
+  }
   for (std::size_t i = 0; block.hit != nullptr && i < block.count; ++i) {
     block.hit[i] = hit[i] | (block.hit[i] & mask[i]);
   }
@@ -333,13 +272,11 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
 
 void Program::find_leavers(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
                            threads::Pool& pool) {
-  const Bands bands(store, region);
-  if (bands.size() == 0 || begin >= store.size()) return;
+  if (region.slices().empty() || begin >= store.size()) return;
   share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
-    std::array<std::int32_t, kBlock + particles::kPadding> dead{};
+    Collector collector(store, region, of_range);
     for (std::size_t at = first; at < last; at += kBlock) {
-      const actions::Block block{std::min(kBlock, last - at), nullptr, {}, dead.data()};
-      collect(block, bands, at, of_range);
+      collector.collect({std::min(kBlock, last - at), nullptr, {}, collector.dead()}, at);
     }
   });
 }

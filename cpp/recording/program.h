@@ -85,15 +85,18 @@ class Program {
                            threads::Pool& pool = threads::alone());
 
  private:
-  struct Operation {
+  // What most actions are called with stands in one cache line. A step streams through the second-level cache, which
+  // does not see what the first level still hits, and takes such lines from both: every line that each block needs is
+  // missed once in a while, and costs more than an action.
+  struct alignas(64) Operation {
+    std::array<double, 4> numbers{};  // the action's, where they are so few
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};
-    std::uint32_t stream = 0;
-    const actions::Expression* where = nullptr;
+    const actions::Expression* where = nullptr;  // null: everywhere
     std::vector<int> written;  // components, where there is a condition
   };
 
-  // A sub-step, as its first action sees it but for what is the action's own.
+  // A sub-step, as its actions see it: `stream` is that of the list's first action.
   struct Substep {
     actions::Step step;
     std::size_t entry;  // into the list
@@ -106,16 +109,16 @@ class Program {
     const Span& span;
     const Region& region;
     std::vector<Substep> steps;
-    bool spins;
+    bool spins, conditional;  // whether particles may spin; whether any action has a condition
     std::uint64_t touched;  // attributes
   };
 
   Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
                const Region& region) const;
   void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
-  static std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key);
-  static void run_block(const std::vector<Substep>& steps, const std::vector<Operation>& operations,
-                        const actions::Block& block, std::vector<particles::DrawKeys>& draws, FetchAhead& ahead);
+  std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
+  static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                        std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
   std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
   static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
 

@@ -42,9 +42,9 @@ Isa isa() {
   return chosen;
 }
 
-bool fetches_ahead([[maybe_unused]] bool much) {
+bool fetches_ahead() {
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
-  return isa() != Isa::sse2 && (much || __builtin_cpu_is("intel"));
+  return isa() != Isa::sse2 && __builtin_cpu_is("intel");
 #else
   return false;
 #endif

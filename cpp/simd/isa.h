@@ -14,9 +14,9 @@ Isa isa();
 std::string_view name(Isa isa);
 
 /// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512.
-/// Processors of AMD foresee all columns by themselves, and such instructions are in the way unless there is `much` to
-/// compute (docs/speed.md).
-bool fetches_ahead(bool much);
+/// Processors of AMD foresee all columns by themselves, and such instructions take the first-level cache's few places
+/// for requests (docs/speed.md).
+bool fetches_ahead();
 
 /// Picks the build that belongs to isa().
 template <class Table>

@@ -161,6 +161,15 @@ MOTES_INLINE unsigned bits_of(Mask mask) {
 #endif
 }
 
+/// The lanes whose bits are set; bits beyond those of the lanes mean nothing.
+MOTES_INLINE Mask mask_of(unsigned bits) {
+#if MOTES_WIDTH == 512
+  return (Mask)_mm512_movm_epi32(static_cast<__mmask16>(bits));
+#else
+  return (Mask)((all_uints(bits) >> lane_numbers() & 1u) != 0u);
+#endif
+}
+
 MOTES_INLINE bool any(Mask mask) { return bits_of(mask) != 0; }
 
 MOTES_INLINE Floats sqrt(Floats v) {

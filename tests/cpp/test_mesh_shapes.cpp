@@ -115,7 +115,7 @@ Bounced bounced(const actions::Kernels& kernels, const Shape& shape, float dt) {
     planes[static_cast<std::size_t>(schema[particles::velocity].first_component + c)] = made.velocity.plane[c].data();
   }
   const particles::IdList ids(std::vector<std::uint64_t>(kCount + particles::kPadding));
-  std::vector<std::int32_t> dead(kCount + particles::kPadding);
+  std::vector<std::uint32_t> dead(kCount / 32 + 2);
   const double numbers[] = {0.6, 0.1, 0, 1};
   const actions::Parameters p{numbers, &shape, 4};
   kernels.action[static_cast<std::size_t>(actions::Kind::bounce)](p, {kCount, planes.data(), ids, dead.data()},

@@ -144,7 +144,7 @@ void check_no_leak(const Shape& shape, float dt) {
   test::Dice dice(31);
   std::vector<float> plane[6];
   const motes::particles::IdList ids(std::vector<std::uint64_t>(kCount + 16));
-  std::vector<std::int32_t> dead(kCount + 16);
+  std::vector<std::uint32_t> dead(kCount / 32 + 2);
   for (auto& p : plane) p.resize(kCount + 16);
   for (std::size_t i = 0; i < kCount; ++i) {
     for (int c = 0; c < 3; ++c) plane[c][i] = dice.between(-5, 5);

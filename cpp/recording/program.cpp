@@ -192,8 +192,7 @@ void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, O
   for (std::size_t at = first; at < last; at += size) {
     const std::size_t count = std::min(size, last - at);
     if (ahead) ahead->aim(at + size, last);
-    const actions::Block block{count, planes.at(at), ids.from(at), collector.dead(),
-                               wants_hits ? hit.data() : nullptr};
+    const actions::Block block{count, planes.at(at), ids.from(at), collector.dead(), wants_hits ? hit.data() : nullptr};
     run_block(pass, operations, block, draws, ahead ? &*ahead : nullptr);
     collector.collect(block, at);
     for (std::size_t i = 0; wants_hits && i < count; ++i) {
@@ -212,11 +211,14 @@ std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& s
   std::vector<Substep> steps;
   steps.reserve(substeps_of(span));
   for (int substep = span.first; substep < last_of(span); ++substep) {
-    const float start = static_cast<float>(substep) / substeps, end = static_cast<float>(substep + 1) / substeps;
-    steps.push_back(
-        {{dt, before + static_cast<std::uint32_t>(substep), particles::action + place_, key, time_of(span, substep), nullptr, start, end},
-         substep == span.first ? entry : 0,
-         static_cast<std::size_t>(substep) % kKeptSteps});
+    const actions::Step step{.dt = dt,
+                             .step = before + static_cast<std::uint32_t>(substep),
+                             .stream = particles::action + place_,
+                             .key = key,
+                             .time = time_of(span, substep),
+                             .start = static_cast<float>(substep) / substeps,
+                             .end = static_cast<float>(substep + 1) / substeps};
+    steps.push_back({step, substep == span.first ? entry : 0, static_cast<std::size_t>(substep) % kKeptSteps});
   }
   return steps;
 }

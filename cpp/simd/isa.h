@@ -14,8 +14,7 @@ Isa isa();
 std::string_view name(Isa isa);
 
 /// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512.
-/// Processors of AMD foresee all columns by themselves, and such instructions take the first-level cache's few places
-/// for requests (docs/speed.md).
+/// Processors of AMD foresee all columns by themselves, and such instructions are in the way (docs/speed.md).
 bool fetches_ahead();
 
 /// Picks the build that belongs to isa().

@@ -178,6 +178,25 @@ TEST(program_names_the_dead_and_those_that_leave) {
   }
 }
 
+// Who is chosen by a condition dies, and who was dead before the action stays so.
+TEST(program_with_conditions_kills_the_chosen_and_revives_nobody) {
+  using actions::Op;
+  for (const std::size_t count : {1u, 31u, 33u, 128u, 1000u}) {
+    Store store = random_store(count, count);
+    float* age = store.writable_plane(particles::age, 0);
+    for (std::size_t i = 0; i < count; ++i) age[i] = i % 5 == 2 ? 5.0f : 0.0f;
+    Action high = kill_old(0);  // all that are above 0.5
+    high.where = {{Op::constant, 0, 0.5f}, {Op::column, 1, 0}, {Op::less, 0, 0}};
+    Outcome outcome;
+    Program({kill_old(1), high}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+    std::vector<std::uint32_t> wanted;
+    for (std::uint32_t i = 0; i < count; ++i) {
+      if (i % 5 == 2 || store.plane(particles::position, 1)[i] > 0.5f) wanted.push_back(i);
+    }
+    CHECK(outcome.dead == wanted);
+  }
+}
+
 TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
   const Slice slice{1, -0.7f, 0.7f};
   const Program program({gravity(), shake(), move(), kill_old(1)});

@@ -34,6 +34,7 @@ void collect_dead(const actions::Block& b, std::uint32_t base, std::uint32_t* de
 template <std::size_t Bands>
 void collect_beyond(const actions::Block& b, const actions::Band* bands, std::uint32_t base, std::uint32_t* left,
                     std::size_t& count) {
+  static_assert(kLanes <= particles::kPadding, "squeeze writes whole vectors");
   const auto away_at = [&](std::size_t i) __attribute__((always_inline)) {
     Mask away = Mask{};
     for (std::size_t k = 0; k < Bands; ++k) {

@@ -87,8 +87,12 @@ class Program {
  private:
   // What most actions are called with stands in one cache line. A step streams through the second-level cache, which
   // does not see what the first level still hits, and takes such lines from both: every line that each block needs is
-  // missed once in a while, and costs more than an action.
+  // missed once in a while, and twenty of them cost more than any action.
   struct alignas(64) Operation {
+    Operation() = default;
+    Operation(const Operation&) = delete;  // the parameters point to the numbers
+    Operation& operator=(const Operation&) = delete;
+
     std::array<double, 4> numbers{};  // the action's, where they are so few
     actions::Kernel kernel = nullptr;
     actions::Parameters parameters{};

@@ -5,12 +5,13 @@ Times are not judged: machines differ.
 
 from __future__ import annotations
 
+import itertools
 import json
 from typing import Any
 
 import pytest
 
-from motes import _core
+from motes import World, _core
 from motes._run import starting
 from motes.bench import overhead
 from motes.cli import main
@@ -216,6 +217,36 @@ def test_checkpoints_are_measured_beside_frames(capsys):
     assert found["particles"] == 1000 and found["every"] == 3
     assert found["wait_ms"] > 0 and found["write_ms"] > 0 and found["frame_ms"] > 0
     assert found["percent_of_frames"] <= found["percent_with_writing"]
+
+
+class Slow:
+    """An engine whose disk is so slow that each border has to wait for the checkpoint before."""
+
+    def __init__(self, engine):
+        self._engine = engine
+
+    def part_outcome(self):
+        return True, *self._engine.part_outcome()[1:]
+
+
+def test_checkpoints_on_a_slow_disk_are_measured_too(capsys, monkeypatch):
+    engine_for = World._engine_for
+    looks = itertools.count()
+
+    def slow_for(world, call):
+        engine = engine_for(world, call)
+        return (
+            Slow(engine) if call == "bench" and next(looks) >= 3 else engine
+        )  # from the first checkpoint on
+
+    monkeypatch.setattr(World, "_engine_for", slow_for)
+    sizes = ("--particles", "500", "--systems", "2", "--every", "3", "--repeats", "2")
+    assert figures(capsys, "checkpoint", *sizes)["write_ms"] > 0
+
+
+def test_frames_without_a_checkpoint_are_needed(capsys):
+    assert main(["bench", "checkpoint", "--particles", "500", "--every", "1"]) != 0
+    assert "--every must be a whole number from 2 on" in capsys.readouterr().err
 
 
 @pytest.mark.skipif(starting.cannot_survive() is not None, reason=str(starting.cannot_survive()))

@@ -11,6 +11,7 @@ from typing import Any
 
 from .._checkpoint import folder
 from ..checkpoint import Checkpoint
+from ..errors import ArgumentError
 from ..world import World
 from . import falling
 
@@ -20,8 +21,13 @@ __all__ = ["checkpoint"]
 def checkpoint(*, particles: int, systems: int, every: int, repeats: int) -> dict[str, Any]:
     """Run frames of falling particles with pictures, a checkpoint every so many; medians of wall time.
 
-    Ordinary frames are those during which nothing is written.
+    Ordinary frames are those during which nothing is written; there are none where `every` is 1, which
+    raises ArgumentError.
     """
+    if every < 2:
+        raise ArgumentError(
+            "--every", every, "a whole number from 2 on, since checkpoints are compared with frames without"
+        )
     with tempfile.TemporaryDirectory(prefix="motes-bench-") as place:
         directory = Path(place) / "checkpoints"
         waited, plain, beside, written = _run(directory, particles, systems, every, repeats)
@@ -62,6 +68,8 @@ def _run(
             due = frame > 0 and frame % every == 0
             if due:
                 waited.append(start - border)
+                if begun:  # the last one was written until now: this border waited for it
+                    written.append(start - begun)
                 begun = start
             for layer in layers:
                 falling.fall(layer, frame, particles)

@@ -235,9 +235,8 @@ def test_checkpoints_on_a_slow_disk_are_measured_too(capsys, monkeypatch):
 
     def slow_for(world, call):
         engine = engine_for(world, call)
-        return (
-            Slow(engine) if call == "bench" and next(looks) >= 3 else engine
-        )  # from the first checkpoint on
+        begun = call == "bench" and next(looks) >= 3  # the first checkpoint
+        return Slow(engine) if begun else engine
 
     monkeypatch.setattr(World, "_engine_for", slow_for)
     sizes = ("--particles", "500", "--systems", "2", "--every", "3", "--repeats", "2")

@@ -44,8 +44,7 @@ void collect_beyond(const actions::Block& b, const actions::Band* bands, std::ui
     return away;
   };
   where_any(b.count, away_at, [&](std::size_t i) __attribute__((always_inline)) {
-    const Mask here = (Mask)(lane_numbers() < static_cast<std::uint32_t>(b.count - i));
-    const Mask leaves = away_at(i) & ~mask_of(b.dead[i / 32] >> i % 32) & here;
+    const Mask leaves = away_at(i) & ~mask_of(b.dead[i / 32] >> i % 32) & first_lanes(b.count - i);
     count += squeeze(left + count, lane_numbers() + static_cast<std::uint32_t>(base + i), leaves);
   });
 }

@@ -43,7 +43,6 @@ class Collector {
     for (const Slice& slice : region.slices()) {
       const float* x = store.plane(particles::position, slice.axis);
       if (x == nullptr) continue;
-      planes_[size_] = x;
       bands_[size_++] = {x, slice.low, slice.high};
     }
   }
@@ -54,9 +53,10 @@ class Collector {
   /// Where a block's dead are marked: at first, and again behind collect(), none is.
   std::uint32_t* dead() { return marks_.data(); }
 
-  /// Adds those of a block, which begins at particle `at`, to the outcome.
+  /// Adds those of a block, which begins at particle `at`, to the outcome. Blocks come in ascending order.
   void collect(const actions::Block& block, std::size_t at) {
-    for (std::size_t k = 0; k < size_; ++k) bands_[k].x = planes_[k] + at;
+    for (std::size_t k = 0; k < size_; ++k) bands_[k].x += at - at_;
+    at_ = at;
     std::size_t dead = 0, left = 0;
     collect_(block, bands_.data(), size_, static_cast<std::uint32_t>(at), dead_.data(), dead, left_.data(), left);
     if (dead + left != 0) add(dead, left);
@@ -73,7 +73,7 @@ class Collector {
 
   std::array<std::uint32_t, particles::kBlockWords> marks_{};
   std::size_t size_ = 0;
-  std::array<const float*, 3> planes_{};
+  std::size_t at_ = 0;  // the particle that the bands' planes begin at
   std::array<actions::Band, 3> bands_{};
   decltype(actions::Kernels::collect) collect_;
   Outcome& outcome_;

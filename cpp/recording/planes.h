@@ -1,6 +1,7 @@
 // The columns of a store in the form that kernels need: one pointer per component.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
@@ -32,15 +33,16 @@ class Planes {
   }
 
   float* const* at(std::size_t particle) {
-    for (const std::uint16_t component : moving_) current_[component] += particle - at_;
-    at_ = particle;
+    const auto here = static_cast<std::ptrdiff_t>(particle);
+    for (const std::uint16_t component : moving_) current_[component] += here - at_;
+    at_ = here;
     return current_.data();
   }
 
  private:
   std::vector<float*> current_;
   std::vector<std::uint16_t> moving_;  // components
-  std::size_t at_ = 0;
+  std::ptrdiff_t at_ = 0;  // the particle that the planes begin at; the next one may be before it
   std::vector<std::vector<float>> pages_;
 };
 

@@ -17,6 +17,7 @@ SOLIDS = (
     "motes.Solid(Box((-1, -1, -1), (0, 0.5, 0.25)), (0.9, 0.4, 0.2), light=0.5)",
     "motes.Mesh([(-1, -1, 0), (1, -1, 0.5), (0, 1, 0)], [(0, 1, 2)])",
 )
+COLORS = ("Uniform((0, 0, 0), (1, 1, 1))", "Uniform((0, 0, 0), (9, 2, 1))", "(1, 0.5, 0.25)", "(9, 1.6, 0.2)")
 HEADER = """\
 import hashlib
 import numpy as np
@@ -86,11 +87,13 @@ def picture_script(draw: st.DrawFn) -> str:
             "up": "Normal((0, 1, 0), (1, 1, 1))",
             "rotational_velocity": "Normal((0, 0, 0), (3, 3, 3))",
             "size": size,
-            "color": "Uniform((0, 0, 0), (1, 1, 1))",
-            "alpha": "Uniform(0, 1)",
+            "color": draw(st.sampled_from(COLORS)),
+            "alpha": draw(st.sampled_from(["Uniform(0, 1)", "0.1", "1"])),
         }
         body.append(f"{name}.configure({', '.join(f'{key}={value}' for key, value in states.items())})")
         body.append(f"{name}.burst(Sphere((0, 0, 0), 2), count={draw(st.sampled_from([1, 60, 600]))})")
+        if draw(st.integers(0, 7)) == 0:  # a sum of light has room for some 4000
+            body.append(f"{name}.burst((0.1, 0.2, 0), count=3000)")
         body.append(f"{name}.move()")
     body += ["picture = world.render()", "note(f'{world.digest()} {shown(picture)}', picture)"]
     return "\n".join(lines + [f"        {line}" for line in body]) + "\n"

@@ -182,9 +182,11 @@ def test_png_with_16_bits_is_read_by_others(tmp_path, light):
         assert np.array_equal(read.to_ndarray(), _core.tone_16_bits(light, 1))
 
 
-def test_16_bits_need_the_linear_picture(tmp_path, frame):
-    with pytest.raises(MotesError, match=r"no linear picture.*Renderer\(linear=True\)"):
-        frame.save(tmp_path / "a.png", bits=16)
+def test_16_bits_and_exr_need_the_linear_picture_on_all_ranks(tmp_path, frame, elsewhere):
+    for one in (frame, elsewhere):
+        for name, bits in (("a.png", 16), ("a.exr", 8)):
+            with pytest.raises(MotesError, match=r"no linear picture.*Renderer\(linear=True\)"):
+                one.save(tmp_path / name, bits=bits)
     assert not list(tmp_path.iterdir())
 
 

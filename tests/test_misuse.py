@@ -426,6 +426,28 @@ def test_a_linear_picture_is_its_own_frames():
         assert second.linear.max() == 0
 
 
+def test_a_renderer_that_changes_while_its_picture_is_made_changes_the_next_one():
+    """Not this one: a function that hears of progress, or another thread, may be that quick."""
+    renderer = motes.Renderer(
+        16, 12, camera=motes.Camera((0, 0, 5), (0, 0, 0)), linear=True, layers=["depth"]
+    )
+
+    def heard(row):  # of a frame, while the next one runs
+        renderer.width, renderer.height, renderer.exposure, renderer.layers = 300, 200, 9, ()
+
+    world = motes.World(renderer=renderer, progress=heard)
+    s = world.system("a", sprite=motes.Sprite(pixels=9))
+    with world:
+        s.burst((0, 0, 0), count=1)
+        world.render()
+        picture = world.render()
+        assert renderer.width == 300
+        assert picture.pixels.shape == picture.linear.shape == (12, 16, 3)
+        assert picture.layer("depth").shape == (12, 16)
+        assert picture._exposure == 1
+        assert world.render().pixels.shape == (200, 300, 3)
+
+
 def test_a_png_with_16_bits_has_the_exposure_of_its_frame(tmp_path):
     camera = motes.Camera((0, 0, 5), (0, 0, 0))
     world = world_of(renderer=motes.Renderer(16, 12, camera=camera, linear=True, exposure=3))

@@ -83,34 +83,80 @@ MOTES_INLINE void bounce_exactly(const Shape& shape, const Rebound& rebound, con
   for (std::size_t i = 0; i < b.count; i += kLanes) bounce_vector(shape, rebound, b, dt, i);
 }
 
-/// The axis that a normal is along; -1 where it is oblique.
+/// The axis along which a normal is 1 or -1; -1 where it is oblique.
 MOTES_INLINE int axis_of(Float3 normal) {
-  if (normal.y == 0 && normal.z == 0) return 0;
-  if (normal.x == 0 && normal.z == 0) return 1;
-  return normal.x == 0 && normal.y == 0 ? 2 : -1;
+  const auto one = [](float along) { return along == 1 || along == -1; };
+  if (normal.y == 0 && normal.z == 0 && one(normal.x)) return 0;
+  if (normal.x == 0 && normal.z == 0 && one(normal.y)) return 1;
+  return normal.x == 0 && normal.y == 0 && one(normal.z) ? 2 : -1;
 }
 
-/// The ground, usually: where its normal is along an axis, two columns tell which vectors of particles stay clear of
-/// it. The height and its change are then those of PlaneLanes::hit to the last bit, unless another component is not
-/// finite.
+/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. Nothing changes across that axis but by
+/// friction, so a third of the work of PlaneLanes::hit and follow() falls away; what is left gives the same bits.
+template <int kSide>
+class UprightPlane {
+ public:
+  UprightPlane(int axis, float point, const Rebound& rebound, const actions::Block& b, float dt)
+      : point_(point), dt_(dt), rebound_(rebound) {
+    for (int c = 0; c < 3; ++c) {
+      x_[c] = b.component[kPositionAt + (axis + c) % 3];
+      v_[c] = b.component[kVelocityAt + (axis + c) % 3];
+    }
+  }
+
+  /// Two columns tell which vectors of particles stay clear of it.
+  MOTES_INLINE Mask met(std::size_t i) const { return below(height(i), change(i)); }
+
+  MOTES_INLINE Mask turn(std::size_t i) const {
+    const Floats before = height(i), down = change(i);
+    const Floats part = min(max(before / -down, Floats{}), all(1.0f));
+    const Floats passed = part * dt_;
+    const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
+    const Mask mask = below(before, down) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
+    const Floats slide = select(v.y * v.y + v.z * v.z <= rebound_.cutoff2, all(1.0f), all(rebound_.slide));
+    const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
+    const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
+    const Floats3 there = x + (v - after) * passed;
+    store_turned(x_, i, select(mask, {there.x + skin, there.y, there.z}, x));
+    store_turned(v_, i, select(mask, after, v));
+    return mask;
+  }
+
+ private:
+  static MOTES_INLINE Mask below(Floats before, Floats change) { return (before + change < 0.0f) & (change < 0.0f); }
+  static MOTES_INLINE Floats to_side(Floats along) { return kSide > 0 ? along : -along; }
+  MOTES_INLINE Floats height(std::size_t i) const { return to_side(load(x_[0] + i) - point_); }
+  MOTES_INLINE Floats change(std::size_t i) const { return to_side(load(v_[0] + i) * dt_); }
+
+  // The axis first.
+  static MOTES_INLINE Floats3 load_turned(float* const* from, std::size_t i) {
+    return {load(from[0] + i), load(from[1] + i), load(from[2] + i)};
+  }
+  static MOTES_INLINE void store_turned(float* const* to, std::size_t i, Floats3 p) {
+    store(to[0] + i, p.x);
+    store(to[1] + i, p.y);
+    store(to[2] + i, p.z);
+  }
+
+  float point_, dt_;
+  Rebound rebound_;
+  float *x_[3], *v_[3];
+};
+
+template <int kSide>
+MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const actions::Block& b) {
+  where_any(
+      b.count, [&](std::size_t i) __attribute__((always_inline)) { return plane.met(i); },
+      [&](std::size_t i) __attribute__((always_inline)) { note_hit(b, i, plane.turn(i)); });
+}
+
 MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const Rebound& rebound, const actions::Block& b, float dt) {
-  const int axis = axis_of(plane.normal);
+  const Float3 point = plane.point, normal = plane.normal;
+  const int axis = axis_of(normal);
   if (axis < 0) return bounce_exactly<PlaneLanes>(plane, rebound, b, dt);
-  const float point = axis == 0 ? plane.point.x : axis == 1 ? plane.point.y : plane.point.z;
-  const float normal = axis == 0 ? plane.normal.x : axis == 1 ? plane.normal.y : plane.normal.z;
-  const float* x = b.component[kPositionAt + axis];
-  const float* v = b.component[kVelocityAt + axis];
-  const auto met = [&](Floats before, Floats change)
-                       __attribute__((always_inline)) { return (before + change < 0.0f) & (change < 0.0f); };
-  const auto upright = [&](std::size_t i) __attribute__((always_inline)) {  // two products less
-    return met(load(x + i) - point, load(v + i) * dt);
-  };
-  const auto either = [&](std::size_t i) __attribute__((always_inline)) {
-    return met((load(x + i) - point) * normal, load(v + i) * dt * normal);
-  };
-  const auto turn = [&](std::size_t i) __attribute__((always_inline)) { bounce_vector(plane, rebound, b, dt, i); };
-  if (normal == 1) return where_any(b.count, upright, turn);
-  where_any(b.count, either, turn);
+  const float at = axis == 0 ? point.x : axis == 1 ? point.y : point.z;
+  if (normal.x + normal.y + normal.z > 0) return bounce_off(UprightPlane<1>(axis, at, rebound, b, dt), b);
+  bounce_off(UprightPlane<-1>(axis, at, rebound, b, dt), b);
 }
 
 /// By the predicted place: sets v, and returns which particles bounced.

@@ -288,7 +288,11 @@ void bind_pictures(py::class_<Engine>& engine) {
   engine
       .def("take_pixels",
            [](Engine& e, int width, int height) {
-             return owned_array(e.painter().take_pixels(), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
+             image::Pixels pixels = e.painter().take_pixels();
+             if (pixels.size() != std::size_t{3} * static_cast<std::size_t>(height) * static_cast<std::size_t>(width)) {
+               throw std::logic_error("the last picture has another size, or was taken before");
+             }
+             return owned_array(std::move(pixels), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
       .def_property_readonly("render_path",

@@ -34,6 +34,12 @@ void bind_view(py::module_& m) {
              return made;
            }),
            py::arg("width"), py::arg("height"));
+  // What a picture keeps, and how large it is.
+  view.def_readonly("width", &View::width)
+      .def_readonly("height", &View::height)
+      .def_readonly("exposure", &View::exposure)
+      .def_readonly("linear", &View::linear)
+      .def_readonly("layers", &View::layers);
   view.def(
       "set_camera",
       [](View& v, image::Vector position, image::Vector look_at, image::Vector up, double fov_deg, double near) {

@@ -50,7 +50,7 @@ void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
   };
   bystander.redrawn = [side](std::uint64_t frame, const image::View& view) {
     const py::gil_scoped_acquire gil;
-    side->attr("redrawn")(frame, view.width, view.height);
+    side->attr("redrawn")(frame, view);
   };
   const py::gil_scoped_release release;
   engine.survive_losses(every, std::move(bystander));

@@ -126,10 +126,19 @@ WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& vie
   return t;
 }
 
-// Where each particle has its own, the greatest that there is: looking for it costs more than it is worth.
-std::uint32_t most_alpha(const Drawn& particles) {
-  if (particles.alpha != nullptr || !(particles.alpha_of_all < 1)) return 255;
+// Of particles that have more than one colour. Where each has an alpha of its own, the greatest that there is: looking
+// for it costs more than it is worth. Likewise where they add light: records of bright colours have a greater alpha
+// than their particles (share_light).
+std::uint32_t most_alpha(const Drawn& particles, const Sprite& sprite) {
+  const bool own = particles.alpha != nullptr || sprite.blend == Sprite::Blend::add;
+  if (own || !(particles.alpha_of_all < 1)) return 255;
   return static_cast<std::uint32_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
+}
+
+// All of a message's records have this colour.
+void say_color(std::uint32_t color, RecordsHead& head) {
+  head.color = color;
+  head.most_alpha = color >> 24;
 }
 
 RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& projection) {
@@ -174,7 +183,7 @@ void Projector::project(const Drawn& particles, const Sprite& sprite, const View
   }
   sprite_ = sprite;
   records.head_ = head_of(sprite, view, projection);
-  records.head_.most_alpha = most_alpha(particles);
+  records.head_.most_alpha = most_alpha(particles, sprite);
   records.buffer_.resize(sizeof records.head_);
   if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
     project_wide(particles, projection, view, records);
@@ -204,7 +213,7 @@ void Projector::project_fixed(const Drawn& particles, const View& view, Records&
     const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
     count(touched, tiles, record_bytes, records);
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
-    if (one_color) records.head_.color = batch.color[0];
+    if (one_color) say_color(batch.color[0], records.head_);
     const Colors colors = !one_color ? Colors::each : records.head_.colored != 0 ? Colors::same : Colors::none;
     scatter_fixed(batch, colors, number.visible, cursor_.data(), further_.all(), to);
   }
@@ -238,7 +247,7 @@ void Projector::project_wide(const Drawn& particles, const Projection& projectio
     count(touched, tiles, record_bytes, records);
     count_many(batch, number.many, task.form, grid, cursor_.data(), further_);
     std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
-    if (task.one_color()) records.head_.color = number.color;
+    if (task.one_color()) say_color(number.color, records.head_);
     scatter_wide(batch, number.visible, words, cursor_.data(), further_.all(), to);
   }
 }

@@ -68,11 +68,10 @@ class Frame:
         self._elsewhere: Callable[[int, Path, int], None] | None = None
         """What to tell of a picture that another rank saves, which may be lost before it has."""
 
-    def _arrive(self, pixels: NDArray[np.uint8], kept: Mapping[str, Any]) -> None:
+    def _arrive(self, picture: Frame) -> None:
         """Take a picture that was to be on another rank: that one is lost."""
-        self._pixels, self._home = _view(pixels), self._rank
-        self._linear, self._exposure = kept.get("linear"), kept.get("exposure", 1)
-        self._layers = dict(kept.get("layers", NONE))
+        self._pixels, self._home = picture._pixels, self._rank
+        self._linear, self._exposure, self._layers = picture._linear, picture._exposure, picture._layers
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
@@ -96,12 +95,15 @@ class Frame:
         """The picture before exposure to 8 bits: linear RGB, float32 (height, width, 3), made on request."""
         shape = self.pixels.shape
         if self._linear is None:
-            raise MotesError(
-                f"frame {self.index} has no linear picture: only the 8-bit one was kept; "
-                "ask for it with Renderer(linear=True)"
-            )
+            raise self._no_light()
         self._linear = _made("linear picture", self.index, self._linear, shape)
         return self._linear
+
+    def _no_light(self) -> MotesError:
+        return MotesError(
+            f"frame {self.index} has no linear picture: only the 8-bit one was kept; "
+            "ask for it with Renderer(linear=True)"
+        )
 
     def layer(self, name: str) -> NDArray[np.float32]:
         """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
@@ -147,6 +149,8 @@ class Frame:
             raise ArgumentError("bits", bits, "8 or 16, and 16 only for a name ending in .png")
         if suffix == ".exr":
             _extras.require_openexr()
+        if self.made and self._linear is None and (suffix == ".exr" or bits == 16):
+            raise self._no_light()
         if self._pixels is None:
             if self._elsewhere is not None and self.made:
                 self._elsewhere(self.index, Path(path).absolute(), bits)

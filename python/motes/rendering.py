@@ -18,7 +18,7 @@ from .shapes import Shape
 from .solids import Light, Solid
 from .values import Settings, at, says_near_names, shown, times_of
 
-__all__ = ["LAYERS", "Camera", "Renderer"]
+__all__ = ["LAYERS", "Camera", "Renderer", "kept"]
 
 LAYERS = ("depth", "alpha", "velocity")
 LIGHTS = "a list of motes.Light"
@@ -197,23 +197,25 @@ class Renderer(Settings):
         view.check()
         return view
 
-    def kept(self, engine: _core.Engine, time: float) -> dict[str, Any]:
-        """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture.
-
-        `time`: of the frame, s.
-        """
-        size = (self.height, self.width)
-        shapes = {name: (*size, 3) if name == "velocity" else size for name in self.layers}
-        return {
-            "linear": (lambda: engine.linear().reshape(*size, 3)) if self.linear else None,
-            "exposure": at(self.exposure, time),
-            "layers": {name: partial(_layer, engine, name, shape) for name, shape in shapes.items()},
-        }
-
     @property
     def solids(self) -> list[Solid]:
         """The objects as solids."""
         return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
+
+
+def kept(view: _core.View, engine: _core.Engine) -> dict[str, Any]:
+    """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture.
+
+    `view`: the picture's. What the renderer has now may be another one's already.
+    """
+    size = (view.height, view.width)
+    named = [name for bit, name in enumerate(LAYERS) if view.layers & 1 << bit]
+    shapes = {name: (*size, 3) if name == "velocity" else size for name in named}
+    return {
+        "linear": (lambda: engine.linear().reshape(*size, 3)) if view.linear else None,
+        "exposure": view.exposure,
+        "layers": {name: partial(_layer, engine, name, shape) for name, shape in shapes.items()},
+    }
 
 
 def _above_0(name: str, given: Any, *, below: float) -> float:

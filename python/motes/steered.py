@@ -7,9 +7,6 @@ import weakref
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from . import _core, scenefile
 from ._checkpoint import same_script
 from ._live.pose import Pose
@@ -22,7 +19,7 @@ from .controls import Choice, Control
 from .errors import ArgumentError, MotesError
 from .frame import Frame
 from .live import Live
-from .rendering import Renderer
+from .rendering import Renderer, kept
 from .usage import Usage, Weakly
 from .values import at, says_near_names
 from .world_facts import Facts
@@ -116,10 +113,11 @@ class Steered(Facts):
             picture = self._last_picture()
             if picture is not None:
                 picture._keep_all()  # the engine forgets it
-            engine.redraw(self._view(index * self.dt), self._steering.agreement())
+            view = self._view(index * self.dt)
+            engine.redraw(view, self._steering.agreement())
         finally:
             self._end_call(engine)
-        return self._picture(engine, index, time)
+        return self._picture(engine, index, time, view)
 
     # --- pictures
 
@@ -129,20 +127,13 @@ class Steered(Facts):
         pose = self._steering.camera
         return self.renderer.view(time, None if pose is None else tuple(pose))
 
-    def _picture(self, engine: _core.Engine, index: int, time: float) -> Frame:
-        """Return the picture that the engine has made."""
-        assert self.renderer is not None
+    def _picture(self, engine: _core.Engine, index: int, time: float, view: _core.View) -> Frame:
+        """Return the picture that the engine has made of a view."""
         home = self._cast[1]
-        kept = self.renderer.kept(engine, index * self.dt)
-        if self.rank != home:
-            return Frame(index, time, None, **kept, home=home, rank=self.rank)
-        pixels = engine.take_pixels(self.renderer.width, self.renderer.height)
-        return self._picture_of(index, time, pixels, kept)
-
-    def _picture_of(self, index: int, time: float, pixels: NDArray[np.uint8], kept: dict[str, Any]) -> Frame:
-        """Return a frame of this rank, whose other layers the engine still has."""
-        frame = Frame(index, time, pixels, **kept, home=self._cast[1], rank=self.rank)
-        self._last_picture = weakref.ref(frame)
+        pixels = engine.take_pixels(view.width, view.height) if self.rank == home else None
+        frame = Frame(index, time, pixels, **kept(view, engine), home=home, rank=self.rank)
+        if frame:
+            self._last_picture = weakref.ref(frame)
         return frame
 
     # --- from the run's start to its end

@@ -351,11 +351,12 @@ class World(Looping, Facts, Settings):
         if self._course is not None and self._course.skip(self._systems):
             return self._skipped()
         index = self.frame
-        engine = self._run("render()", self._view(self.time))
+        view = self._view(self.time)
+        engine = self._run("render()", view)
         time = (index + 1) * self.dt
         if self._recording is not None and not self._recording.full:
             return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
-        frame = self._picture(engine, index, time)
+        frame = self._picture(engine, index, time, view)
         if not frame and self._recovery is not None:
             self._recovery.note_picture(frame)
         if frame and self._settings.digest:

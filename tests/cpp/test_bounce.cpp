@@ -222,7 +222,7 @@ TEST(a_plane_along_an_axis_is_any_plane) {
       Shape straight = shape(Kind::plane, {0.25f, 0.25f, 0.25f, 0, 0, 0}), tilted = straight;
       for (std::size_t c = 0; c < 3; ++c) tilted.number[3 + c] = 1e-30f;
       straight.number[static_cast<std::size_t>(3 + axis)] = tilted.number[static_cast<std::size_t>(3 + axis)] = side;
-      World one(particles, straight, 0.04, 0.7, 0.2), other(particles, tilted, 0.04, 0.7, 0.2);
+      World one(particles, straight, 0.04, 0.7, 0.2, -9.8, 20), other(particles, tilted, 0.04, 0.7, 0.2, -9.8, 20);
       for (int step = 0; step < 5; ++step) {
         one.step();
         other.step();

@@ -138,9 +138,9 @@ TEST(image_faint_crowds_saturate_no_sooner_and_no_later) {
     return *std::max_element(linear.begin(), linear.end());
   };
   Cloud faint(40000), own(40000, true), full(2000);
-  faint.alpha_of_all = 0.0999f;  // 25.5 of 255, rounded down
+  faint.alpha_of_all = 0.0999f;  // 25.5 of 255, rounded to 25
   std::fill(own.alpha.begin(), own.alpha.end(), 0.0999f);
-  CHECK(RecordsView(message(faint, {}, dark)).most_alpha() == 26);
+  CHECK(RecordsView(message(faint, {}, dark)).most_alpha() == 25);
   CHECK(RecordsView(message(own, {}, dark)).most_alpha() == 255);
   CHECK(RecordsView(message(full, {}, dark)).most_alpha() == 255);
   const auto greatest = static_cast<float>(4294967295.0 / kUnit);
@@ -153,6 +153,34 @@ TEST(image_faint_crowds_saturate_no_sooner_and_no_later) {
     // Particles in the middle of pixels: their whole weight of 255 is in one.
     CHECK(brightest({faint, faint}, {Sprite::Kind::disc, 3}, *lanes) == greatest);
   }
+}
+
+// A colour above 1 makes records brighter than their alpha says.
+TEST(image_bright_crowds_saturate_no_sooner_and_no_later) {
+  View dark = small_view(70, 70);
+  dark.background = {0, 0, 0};
+  constexpr std::size_t kCount = 9000;
+  const Cloud places(kCount);
+  const Sprite sprite{Sprite::Kind::disc, 3};
+  const std::vector<float> red(kCount + 16, 9.0f), alpha(kCount + 16, 0.1f);
+  Drawn bright = places.drawn();
+  for (float& value : bright.color_of_all) value = 9;
+  bright.alpha_of_all = 0.1f;
+  Drawn own = bright, both = bright;
+  for (const float*& plane : own.color) plane = red.data();
+  both.alpha = alpha.data();
+  const auto light_of = [&](const Drawn& drawn) {
+    const auto records = projected(drawn, sprite, dark, {});
+    Canvas canvas;
+    canvas.begin(dark, true);
+    canvas.add(records);
+    canvas.finish();
+    return canvas.linear();
+  };
+  const std::vector<float> wanted = light_of(both);
+  CHECK(*std::max_element(wanted.begin(), wanted.end()) == static_cast<float>(4294967295.0 / kUnit));
+  CHECK(light_of(bright) == wanted);
+  CHECK(light_of(own) == wanted);
 }
 
 TEST(image_light_of_a_disc_does_not_depend_on_its_position) {

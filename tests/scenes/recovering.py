@@ -46,7 +46,11 @@ world = motes.World(
     progress="off",
     checkpoint=motes.Checkpoint(f"{out}/checkpoints", every=8) if "--checkpoint" in options else None,
     renderer=motes.Renderer(
-        96, 64, camera=camera, shutter=0.5, objects=[motes.Solid(ground, (0.05, 0.06, 0.08))]
+        *(96, 64),
+        camera=camera,
+        shutter=0.5,
+        objects=[motes.Solid(ground, (0.05, 0.06, 0.08))],
+        linear=True,
     ),
 )
 sparks = world.system("sparks", capacity=20_000, sprite=motes.Sprite("disc", pixels=3))
@@ -67,6 +71,8 @@ with world, motes.Movie(f"{out}/film.mp4") as movie:
         for _, after_s in [death for death in own if death[0] == frame]:
             threading.Thread(target=die, args=(after_s,), daemon=True).start()
         camera.position = (0.02 * frame, 2, 9)
+        world.renderer.exposure = 1 + 0.25 * (frame % 3)  # pictures made again are those of then
+        world.renderer.layers = ("depth",) if frame % 2 else ()
         sparks.source(Disc((0, 0, 0), (0, 1, 0), 0.2), rate=2000)
         sparks.gravity((0, -9.81, 0))
         sparks.bounce(ground, restitution=0.5, friction=0.1)
@@ -79,8 +85,7 @@ with world, motes.Movie(f"{out}/film.mp4") as movie:
         sparks.move()
         picture = world.render()
         movie.write(picture)
-        if frame % 5 == 0:
-            picture.save(f"{out}/{frame:04}.png")
+        picture.save(f"{out}/{frame:04}.png", bits=8 if frame % 5 else 16)
         if export is not None:
             export.write(world)
     world.say(f"{world.digest()} on {world.size}")

@@ -160,18 +160,16 @@ class Recovery:
         if world._settings.log is not None:
             write_run(world._settings.log, world._facts(), hosts, self._run.threads, continued_from=frame)
 
-    def redrawn(self, index: int, width: int, height: int) -> None:
+    def redrawn(self, index: int, view: _core.View) -> None:
         """Write a picture that was made again to where the lost rank may not have written it."""
         world = self._world()
         assert world is not None and world._engine is not None
-        engine, renderer = world._engine, world.renderer
-        pixels = engine.take_pixels(width, height)
-        picture = None if self._picture is None else self._picture()
-        kept = {} if renderer is None else renderer.kept(engine, index * world.dt)
-        if picture is None or picture.index != index:
-            picture = world._picture_of(index, (index + 1) * world.dt, pixels, kept)
-        else:
-            picture._arrive(pixels, kept)
+        engine = world._engine
+        picture = world._picture(engine, index, (index + 1) * world.dt, view)
+        expected = None if self._picture is None else self._picture()
+        if expected is not None and expected.index == index:
+            expected._arrive(picture)
+            picture = expected
         picture._keep_all()
         if world._settings.digest:
             engine.set_image_sha256(picture.digest())

@@ -185,6 +185,27 @@ def test_a_mesh_that_turns_pushes_by_the_velocity_of_the_place_that_hits():
     np.testing.assert_array_equal(p.velocity[2], (0, 0, 0))
 
 
+def test_a_mesh_that_turns_meets_who_is_on_its_way_alone_or_beside_others():
+    """The way is an arc, beyond the boxes around where it begins and where it ends."""
+    far = motes.Mesh(*block((9.5, -0.3, -0.5), (10.5, 0.3, 0.5)))
+    before = far.at(axis=(0, 0, 1), angle_deg=-7.5)
+    moved = far.at(axis=(0, 0, 1), angle_deg=7.5, moving_from=before)
+    waiting = [(10.48, 0, z) for z in np.linspace(-0.3, 0.3, 16)]
+    met = (10.3, 1.2, 0)  # where it ends
+    speeds = []
+    for positions in (waiting, [*waiting[:5], met, *waiting[5:]]):
+        world = motes.World(seed=1, progress="off")
+        system = world.system("all")
+        with world:
+            system.emit(position=positions)
+            system.bounce(moved, restitution=0.2)
+            system.move()
+            world.step()
+            speeds.append(length(system.gather().velocity))
+    assert speeds[0].min() > 70
+    np.testing.assert_array_equal(np.delete(speeds[1], 5), speeds[0])
+
+
 def test_nothing_gets_into_a_mesh_that_moves_through_a_crowd():
     dice = np.random.default_rng(9)
     world = motes.World(seed=1, dt=1 / 24, substeps=2, progress="off")

@@ -35,48 +35,14 @@ struct MovingMesh {
     const Floats3 between = earlier + (later - earlier) * part;
     return between * (1.0f / sqrt(max(dot(between, between), all(1e-30f))));
   }
+  /// False where a path stays clear of the mesh: in its own coordinates, where it does not move and paths are straight.
+  MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const {
+    return mesh.may_meet(start.to_body(from), end.to_body(to));
+  }
   /// m/s
   MOTES_INLINE Floats3 velocity(Floats3 q, float dt) const {
     return moves ? (end.to_world(q) - start.to_world(q)) * (1.0f / dt) : Floats3{};
   }
-};
-
-/// Where the mesh is at any time of the step: paths that miss this box do not meet it.
-struct Around {
-  Float3 low, high;
-
-  static MOTES_INLINE Around of(const MovingMesh& moving) {
-    const shapes::MeshForm& form = *moving.mesh.form;
-    Around around{{__builtin_inff(), __builtin_inff(), __builtin_inff()},
-                  {-__builtin_inff(), -__builtin_inff(), -__builtin_inff()}};
-    around.add(moving.start, form);
-    around.add(moving.end, form);
-    return around;
-  }
-  MOTES_INLINE Mask touches(Floats3 from, Floats3 to) const {
-    return (max(from.x, to.x) >= low.x) & (min(from.x, to.x) <= high.x) & (max(from.y, to.y) >= low.y) &
-           (min(from.y, to.y) <= high.y) & (max(from.z, to.z) >= low.z) & (min(from.z, to.z) <= high.z);
-  }
-
- private:
-  MOTES_INLINE void add(const Pose& pose, const shapes::MeshForm& form) {
-    const Float3 a = of3(form.low), b = of3(form.high);
-    const Float3 middle = times({a.x + b.x, a.y + b.y, a.z + b.z}, 0.5f), half = times(minus(b, a), 0.5f);
-    const auto extent = [&](float x, float y, float z) {
-      const auto size = [](float v) { return v < 0 ? -v : v; };
-      return size(x) * half.x + size(y) * half.y + size(z) * half.z + form.cell;
-    };
-    const Float3 at = {pose.position.x + pose.x.x * middle.x + pose.y.x * middle.y + pose.z.x * middle.z,
-                       pose.position.y + pose.x.y * middle.x + pose.y.y * middle.y + pose.z.y * middle.z,
-                       pose.position.z + pose.x.z * middle.x + pose.y.z * middle.y + pose.z.z * middle.z};
-    const Float3 to = {extent(pose.x.x, pose.y.x, pose.z.x), extent(pose.x.y, pose.y.y, pose.z.y),
-                       extent(pose.x.z, pose.y.z, pose.z.z)};
-    low = {__builtin_fminf(low.x, at.x - to.x), __builtin_fminf(low.y, at.y - to.y),
-           __builtin_fminf(low.z, at.z - to.z)};
-    high = {__builtin_fmaxf(high.x, at.x + to.x), __builtin_fmaxf(high.y, at.y + to.y),
-            __builtin_fmaxf(high.z, at.z + to.z)};
-  }
-  static MOTES_INLINE Float3 of3(const float* v) { return {v[0], v[1], v[2]}; }
 };
 
 /// The next hit of a path, for the lanes of `among`: as Hit, but in the mesh's coordinates.
@@ -87,15 +53,17 @@ MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats st
   return {passage.mask, passage.part, mesh.normal_at(from + way * passage.part, way, outside)};
 }
 
-/// Sets positions and velocities so that the move ends where the paths end; returns who bounced.
-MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, float dt, Floats3& x, Floats3& v) {
+/// Sets positions and velocities of the lanes of `going` so that the move ends where the paths end; returns who
+/// bounced.
+MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, float dt, Mask going, Floats3& x,
+                             Floats3& v) {
   const MeshLanes& mesh = moving.mesh;
   Floats3 from = moving.start.to_body(x);
   Floats start = mesh.distance(from);
   const Mask outside = start > 0.0f;
   const Floats skin = skin_of(x, x + v * dt) + 1e-4f * mesh.form->cell;
   Floats passed{};  // fraction of the step before the last hit
-  Mask bounced{}, going = ~Mask{};
+  Mask bounced{};
   for (int hits = 1;; ++hits) {
     const Floats3 to = moving.end.to_body(x + v * dt);  // where the move will take it
     const Hit hit = meet(mesh, from, to, start, outside, going);
@@ -120,12 +88,12 @@ inline void bounce_off_mesh(const shapes::Shape& shape, const Rebound& rebound, 
                             const actions::Step& s) {
   const MovingMesh moving = MovingMesh::from(shape, s);
   if (!moving.mesh.has_inside()) return;
-  const Around around = Around::of(moving);
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-    if (!any(around.touches(x, x + v * s.dt))) continue;
+    const Mask near = moving.may_meet(x, x + v * s.dt);
+    if (!any(near)) continue;
     const Floats3 x0 = x, v0 = v;
-    const Mask bounced = bounce_off(moving, rebound, s.dt, x, v);
+    const Mask bounced = bounce_off(moving, rebound, s.dt, near, x, v);
     if (!any(bounced)) continue;
     store3(b, kPositionAt, i, select(bounced, x, x0));
     store3(b, kVelocityAt, i, select(bounced, v, v0));

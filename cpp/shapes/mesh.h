@@ -66,6 +66,14 @@ struct MeshLanes {
     return {passage.mask, passage.part, pose.turn(normal)};
   }
 
+  /// Whether the box around a path in the body's coordinates touches the grid's.
+  MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const {
+    const auto along = [&](Floats a, Floats b, int axis) __attribute__((always_inline)) {
+      return (max(a, b) >= form->first[axis]) & (min(a, b) <= grid_end(axis));
+    };
+    return along(from.x, to.x, 0) & along(from.y, to.y, 1) & along(from.z, to.z, 2);
+  }
+
   /// In the body's coordinates, m; beyond the grid as at its border, so positive.
   MOTES_INLINE Floats distance(Floats3 q) const {
     const Cell c = cell_of(q);

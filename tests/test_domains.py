@@ -139,3 +139,28 @@ def test_shared_domains_stay_the_same(tmp_path: Path, axis: str | None, combine:
     cuts = {line.split(" ", 1)[0]: line.split(" ", 1)[1] for line in told[:3]}
     assert cuts["a"] == cuts["c"] != cuts["b"]
     assert told[3] == lines(tmp_path, 1, options, systems)[3]
+
+
+@pytest.mark.parametrize(("combine", "ranks"), [("overlapped", 3), ("overlapped", 5), ("one_by_one", 3)])
+def test_births_of_a_later_system_may_fit_domains_of_one_that_meets(combine, ranks):
+    """The manager acts, too: it must not know cuts that the others do not know yet."""
+    script = f"""
+import motes
+from motes.shapes import Sphere
+
+world = motes.World(seed=1, combine="{combine}", roles="shared", space="fit", progress="off")
+first = world.system("first")
+second = world.system("second", domains_of=first)
+with world:
+    for frame in world.frames(3):
+        second.vertex((0.5, 2.5, 1.4))
+        if frame > 0:
+            first.burst(Sphere((0, 2.5, 1), 1), count=200)
+        first.collide(0.05)
+        first.move()
+        second.move()
+        world.step()
+    world.say(world.digest())
+"""
+    alone = mpirun(1, script).lines
+    assert mpirun(ranks, script).lines == alone

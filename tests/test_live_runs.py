@@ -8,9 +8,12 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from launching import mpirun
 from viewers import Beside, Client, url_of
+
+import motes
 
 SCENE = Path(__file__).parent / "scenes" / "steered.py"
 
@@ -252,6 +255,22 @@ with bare:
         assert "renderer must be given" in str(error)
         print("bare", flush=True)
 """
+
+
+def test_a_redraw_has_the_streaks_of_its_frame():
+    camera = motes.Camera((0, 0, 9), (0, 0, 0))
+    renderer = motes.Renderer(64, 48, camera=camera, shutter=1)
+    world = motes.World(seed=1, progress="off", renderer=renderer)
+    system = world.system("a")
+    with world:
+        system.burst((0, 0, 0), count=1)
+        for x in (0, 0.5, 1):
+            renderer.camera = motes.Camera((x, 0, 9), (x, 0, 0))
+            picture = world.render()
+            assert np.count_nonzero(picture.pixels[..., 0].any(0)) > (5 if x else 0)
+            assert np.array_equal(world.redraw().pixels, picture.pixels)
+        renderer.camera = motes.Camera((0, 0, 9), (0, 0, 0))  # where it did not move to
+        assert np.count_nonzero(world.redraw().pixels[..., 0].any(0)) == 5
 
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow), 3, 5])

@@ -413,6 +413,14 @@ def test_a_loop_without_frames_left_is_reported():
         assert more == [5, 6]
 
 
+def test_a_world_that_has_ended_has_no_frames():
+    world = world_of()
+    with world:
+        world.step()
+    with pytest.raises(MotesError, match="inside `with world:` only"):
+        world.frames(5)
+
+
 def test_a_linear_picture_is_its_own_frames():
     camera = motes.Camera((0, 0, 5), (0, 0, 0))
     world = world_of(renderer=motes.Renderer(16, 12, camera=camera, linear=True))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -78,3 +79,60 @@ def test_a_camera_that_moves_draws_streaks():
             return int((world.render().pixels.max(axis=2) > 0).sum())
 
     assert lit(0) == lit(0) < lit(0.1) < lit(0.5)
+
+
+# --- images that are small, thin or fast
+
+WIDTH = 400
+
+
+def a_picture_of(sprite: motes.Sprite, *, streak: float = 0, width: int = WIDTH) -> NDArray[Any]:
+    """Light of one particle whose way, `streak` pixels long, has its middle in that of the picture."""
+    camera = motes.Camera((0, 0, 5), (0, 0, 0), fov_deg=2 * math.degrees(math.atan(32 / 100)))
+    renderer = motes.Renderer(width, 64, camera=camera, linear=True, shutter=1 if streak else 0)
+    world = motes.World(seed=1, dt=1, renderer=renderer, progress="off")
+    system = world.system("one", sprite=sprite)
+    with world:
+        system.emit(position=[(0.004 - streak / 40, 0.013, 0)], velocity=[(streak / 20, 0, 0)])
+        system.move()
+        return world.render().linear[:, :, 0]
+
+
+def square(size: int, **cut: slice) -> NDArray[Any]:
+    pixels = np.zeros((size, size, 4), np.uint8)
+    pixels[cut.get("rows", slice(None)), cut.get("columns", slice(None))] = 255
+    return pixels
+
+
+@pytest.mark.parametrize(("pixels", "streak"), [(2, 150), (5, 300), (5, 1500), (40, 100)])
+def test_the_streak_of_an_image_is_even(pixels, streak):
+    light = a_picture_of(motes.Sprite("image", pixels, image=square(8)), streak=streak)
+    reach = min(WIDTH, streak) // 2 - pixels
+    columns = light.sum(0, dtype=float)[WIDTH // 2 - reach : WIDTH // 2 + reach]
+    np.testing.assert_allclose(columns, pixels**2 / streak, rtol=0.03)
+
+
+@pytest.mark.parametrize("streak", [30, 150, 1200])
+def test_an_opaque_image_covers_all_of_its_way(streak):
+    image = motes.Sprite("image", 8, "opaque", image=square(8))
+    disc = motes.Sprite("disc", 8, "opaque")
+    lit = [np.flatnonzero(a_picture_of(sprite, streak=streak).any(0)) for sprite in (image, disc)]
+    assert np.array_equal(lit[0], np.arange(lit[0][0], lit[0][-1] + 1))
+    assert np.abs(lit[0][[0, -1]] - lit[1][[0, -1]]).max() <= 1
+    inner = a_picture_of(image, streak=streak, width=WIDTH // 2)
+    assert np.array_equal(inner, a_picture_of(image, streak=streak)[:, WIDTH // 4 : -WIDTH // 4])
+
+
+@pytest.mark.parametrize("pixels", [2, 3, 5, 12, 40])
+@pytest.mark.parametrize("rows", [slice(30, 34), slice(16, 48)])
+def test_opaque_images_do_not_vanish_where_they_are_small(pixels, rows):
+    """However little of their square they cover: a bar across its middle."""
+    light = a_picture_of(motes.Sprite("image", pixels, "opaque", image=square(64, rows=rows)))
+    assert light.any()
+    assert np.count_nonzero(light.any(0)) >= min(pixels - 1, 2), "as long as it is"
+    assert np.count_nonzero(light.any(1)) <= max(2, pixels / 2 + 1)
+
+
+def test_what_is_less_than_half_opaque_is_no_surface():
+    faint = square(8) // 3
+    assert not a_picture_of(motes.Sprite("image", 9, "opaque", image=faint)).any()

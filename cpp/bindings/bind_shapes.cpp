@@ -53,6 +53,7 @@ std::vector<std::vector<float>> planes_of(const FloatArray& points) {
 }
 
 py::array contains(const Shape& shape, const FloatArray& points) {
+  const simd::FloatMode mode;  // as in actions
   shapes::check_region(shape);
   const auto n = static_cast<std::size_t>(points.shape(0));
   const auto planes = planes_of(points);
@@ -63,6 +64,7 @@ py::array contains(const Shape& shape, const FloatArray& points) {
 }
 
 py::array sample(const Shape& shape, std::size_t n, std::uint64_t seed) {
+  const simd::FloatMode mode;
   shapes::check(shape);
   std::vector<std::uint64_t> numbers(n + particles::kPadding);
   std::iota(numbers.begin(), numbers.end(), std::uint64_t{0});

@@ -102,6 +102,14 @@ void take_next_cuts(Script& script, Manager& manager) {
   }
 }
 
+// All in the first round, as above: where systems share domains, the births of a later one may fit those of an earlier
+// one, and the manager has no other cuts than its round's ranks.
+void fit_all(const Rank& rank, Script& script, Manager& manager) {
+  for (std::size_t i = 0; i < script.systems.size(); ++i) {
+    if (fit(rank, script, i)) manager.systems[script.sharing(i).front()].untold = true;
+  }
+}
+
 }  // namespace
 
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
@@ -110,11 +118,13 @@ void deal(Rank& rank, Script& script, Manager& manager, const Round& round) {
   std::vector<Part> parts(static_cast<std::size_t>(rank.talk.size()));
   const bool shared = shares_births(rank, script, round);
   rank.talk.work("create", [&] {
-    if (round.first == 0) take_next_cuts(script, manager);
+    if (round.first == 0) {
+      take_next_cuts(script, manager);
+      fit_all(rank, script, manager);
+    }
     for (std::size_t i = round.first; i < round.last; ++i) {
       const System& system = *script.systems[i];
       Balancing& balancing = manager.systems[i];
-      if (fit(rank, script, i)) balancing.untold = true;
       put_cuts(system, balancing, cuts);
       if (!shared) deal_groups(rank, system, i, parts);
     }

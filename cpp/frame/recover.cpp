@@ -351,6 +351,7 @@ void Engine::replay_frame(const KeptList& list, const WayBack& way) {
   if (record.view && !wanted) {  // the next picture's streaks begin here
     parts_->script.camera = record.view->camera;
     parts_->script.camera_frame = record.frame;
+    parts_->script.camera_before = record.view->before;
   }
   run_frame_now(wanted ? record.view : std::nullopt, record.argument);
   if (!record.view || !wanted || !parts_->rank.talk.draws() || !bystander_.redrawn) return;

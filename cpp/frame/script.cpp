@@ -34,6 +34,13 @@ void note_camera(Script& script, std::uint64_t frame, image::View& view) {
   if (view.shutter > 0 && !view.before && in_sequence) view.before = script.camera;
   script.camera = view.camera;
   script.camera_frame = frame;
+  script.camera_before = view.before;
+}
+
+// From where the last frame was seen, it is seen again as it was.
+void recall_camera(const Script& script, std::uint64_t frame, image::View& view) {
+  const bool same = script.camera == view.camera && script.camera_frame + 1 == frame;
+  if (view.shutter > 0 && !view.before && same) view.before = script.camera_before;
 }
 
 }  // namespace
@@ -49,6 +56,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
   record.substeps = settings.substeps;
   record.view = view;
   if (record.view && verb == recording::Verb::render) note_camera(script, frame, *record.view);
+  if (record.view && verb == recording::Verb::redraw) recall_camera(script, frame, *record.view);
   record.argument = argument;
   for (const auto& system : script.systems) {  // lent: moved back below
     record.systems.push_back(std::move(system->definition));

@@ -28,6 +28,7 @@ struct Script {
   // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
   std::optional<image::Camera> camera;
   std::uint64_t camera_frame = 0;
+  std::optional<image::Camera> camera_before;  // that frame's View::before
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
   /// Whether this conversation carries signals and viewers' orders to all ranks.

@@ -107,7 +107,7 @@ struct CastLanes {
                        std::uint32_t* to);
 
   /// Light as the scenery stores it: see Scenery::light.
-  void (*store)(const float* const* light, std::size_t count, std::uint16_t* to);
+  void (*store)(const float* const* light, std::size_t count, std::uint32_t* to);
 };
 
 /// The build that suits this processor.

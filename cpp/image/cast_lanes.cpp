@@ -253,14 +253,20 @@ std::size_t edges(const std::uint32_t* marks, const float* const* normal, int st
   return count;
 }
 
-void store_light(const float* const* light, std::size_t count, std::uint16_t* to) {
-  constexpr float kScale = static_cast<float>(image::kUnit) / (1 << image::kSceneryShift);
+// A sum may have more bits than a signed number: its upper and lower half are found alone, both without error.
+MOTES_INLINE Uints to_sums(Floats light) {
+  const Floats sums = min(light * static_cast<float>(image::kUnit) + 0.5f, all(image::kMostScenery));
+  const Ints high = to_ints(sums * 0x1p-16f);
+  return (Uints)high << 16 | (Uints)to_ints(sums - to_floats(high) * 0x1p16f);
+}
+
+void store_light(const float* const* light, std::size_t count, std::uint32_t* to) {
   for (std::size_t i = 0; i < count; i += kLanes) {
-    std::int32_t part[3][kLanes];
-    for (int c = 0; c < 3; ++c) store_mask(part[c], to_ints(min(load(light[c] + i) * kScale + 0.5f, all(65535.0f))));
+    std::uint32_t part[3][kLanes];
+    for (int c = 0; c < 3; ++c) store_uints(part[c], to_sums(load(light[c] + i)));
     const std::size_t here = count - i < kLanes ? count - i : kLanes;
     for (std::size_t lane = 0; lane < here; ++lane) {
-      for (std::size_t c = 0; c < 3; ++c) to[3 * (i + lane) + c] = static_cast<std::uint16_t>(part[c][lane]);
+      for (std::size_t c = 0; c < 3; ++c) to[3 * (i + lane) + c] = part[c][lane];
     }
   }
 }

@@ -85,6 +85,12 @@ std::vector<Share> shares_of(const Side& from, const Side& to) {
   return shares;
 }
 
+std::uint16_t most_alpha(const std::vector<std::uint16_t>& texels) {
+  std::uint16_t most = 1;
+  for (std::size_t i = 3; i < texels.size(); i += 4) most = std::max(most, texels[i]);
+  return most;
+}
+
 std::vector<std::uint16_t> smaller(const std::vector<std::uint16_t>& from, const Side (&from_sides)[2],
                                    const Side (&sides)[2]) {
   const std::vector<Share> columns = shares_of(from_sides[0], sides[0]), rows = shares_of(from_sides[1], sides[1]);
@@ -113,7 +119,8 @@ ImageLevels::ImageLevels(const Picture& picture) {
   Side sides[] = {{picture.width, double(picture.width)}, {picture.height, double(picture.height)}};
   const auto add = [&](std::vector<std::uint16_t> texels) {
     texels_.push_back(std::move(texels));
-    levels_.push_back({texels_.back().data(), sides[0].pixels, sides[1].pixels, sides[0].scale(), sides[1].scale()});
+    levels_.push_back({texels_.back().data(), sides[0].pixels, sides[1].pixels, sides[0].scale(), sides[1].scale(),
+                       most_alpha(texels_.back())});
   };
   add(first_level(picture));
   std::uint64_t alpha = 0;

@@ -16,6 +16,7 @@ struct ImageLevel {
   /// How many of its pixels cover as much of the picture as one of exactly half the size, a quarter of it and so on:
   /// 1 where sides are powers of two.
   float across, down;
+  std::uint16_t most_alpha;  // of its pixels, at least 1
 };
 
 /// The picture, and smaller ones, each of about half the size of the one before, down to one pixel. Each covers the

@@ -10,9 +10,8 @@
 namespace motes::image {
 namespace {
 
-std::uint16_t to_scenery(float linear) {
-  const float scaled = linear * (static_cast<float>(kUnit) / (1 << kSceneryShift)) + 0.5f;
-  return scaled < 65535 ? static_cast<std::uint16_t>(scaled) : std::uint16_t{65535};
+std::uint32_t to_sum(float linear) {
+  return static_cast<std::uint32_t>(std::min(linear * static_cast<float>(kUnit) + 0.5f, kMostScenery));
 }
 
 // Whether rays from the camera meet the same surfaces in both views.
@@ -41,7 +40,7 @@ void Scenery::prepare(const View& view, std::size_t workers) {
   workers_[0].version = version_;
   view_ = view;
   grid_ = {view.width, view.height};
-  for (std::size_t c = 0; c < 3; ++c) background_[c] = to_scenery(view.background[c]);
+  for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
 }
 
@@ -61,6 +60,11 @@ void Scenery::render(int number, std::size_t worker) {
   if (tile.occupied) {
     tile.light.resize(index(3 * kTile * kTile));
     by.caster.shade(*by.scene, part, view_.smooth, tile.surfaces, tile.light.data());
+    tile.brightest = 0;
+    for (int y = 0; y < part.height; ++y) {
+      const std::uint32_t* row = tile.light.data() + 3 * kTile * y;
+      tile.brightest = std::max(tile.brightest, *std::max_element(row, row + 3 * part.width));
+    }
   }
   tile.version = version_;
 }

@@ -1,6 +1,7 @@
 // The picture without particles: background and external objects (paper 3.2.4), as light and depth for each pixel.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <memory>
@@ -49,10 +50,14 @@ class Scenery {
   std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
   std::uint32_t farthest(int tile) const { return tiles_[index(tile)].farthest; }
 
-  /// Light in units of 2^kSceneryShift sums (see splat_lanes.h): three numbers per pixel, from (x, y) to the end of its
-  /// tile's row. The next row is 3 * kTile numbers further on. Only in occupied tiles.
-  const std::uint16_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
-  const std::array<std::uint16_t, 3>& background() const { return background_; }
+  /// Sums of light: three numbers per pixel, from (x, y) to the end of its tile's row. The next row is 3 * kTile
+  /// numbers further on. Only in occupied tiles.
+  const std::uint32_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
+  const std::array<std::uint32_t, 3>& background() const { return background_; }
+  /// The greatest of a tile's sums.
+  std::uint32_t brightest(int tile) const {
+    return occupied(tile) ? tiles_[index(tile)].brightest : *std::max_element(background_.begin(), background_.end());
+  }
 
   /// Float bits of the view depth beyond which a particle is hidden: the depth of the surface plus a small bias, so
   /// that particles resting on a surface are fully visible. The next row is kTile numbers further on. Only in occupied
@@ -72,7 +77,8 @@ class Scenery {
     std::uint32_t nearest = kNothing;
     std::uint32_t farthest = 0;
     TileSurfaces surfaces;
-    BufferOf<std::uint16_t> light;  // kTile rows of 3 * kTile numbers
+    std::uint32_t brightest = 0;
+    BufferOf<std::uint32_t> light;  // kTile rows of 3 * kTile numbers
     BufferOf<std::uint32_t> depth;  // kTile rows of kTile numbers
   };
 
@@ -94,7 +100,7 @@ class Scenery {
   Grid grid_;
   std::uint64_t forms_ = 0;
   std::uint64_t version_ = 0;
-  std::array<std::uint16_t, 3> background_{};
+  std::array<std::uint32_t, 3> background_{};
   const CastLanes* lanes_;
   std::vector<Worker> workers_;
   std::vector<Tile> tiles_;

@@ -262,10 +262,6 @@ std::uint32_t brightest(const std::uint32_t* first, int rows, int lanes) {
   return most;
 }
 
-void start(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count) {
-  for (std::size_t i = 0; i < count; ++i) light[i] = static_cast<std::uint32_t>(scenery[i]) << image::kSceneryShift;
-}
-
 // The exponent and first mantissa bits of a float form a logarithm in steps. Halved, a sum fits a signed integer.
 MOTES_INLINE Ints tone_index(Uints light) {
   const Ints bits = (Ints)to_floats((Ints)(light >> 1));
@@ -307,6 +303,6 @@ void tone(const std::uint32_t* light, std::size_t count, const std::uint8_t* tab
 }  // namespace
 
 extern const image::SplatLanes splat_lanes = {add_any,       over_any,  opaque_any, measure_surfaces,
-                                              show_surfaces, brightest, start,      tone};
+                                              show_surfaces, brightest, tone};
 
 }  // namespace motes::MOTES_ISA

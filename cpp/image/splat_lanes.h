@@ -9,9 +9,6 @@
 
 namespace motes::image {
 
-/// The scenery's light is stored in units of 64 sums.
-inline constexpr int kSceneryShift = 6;
-
 /// Steps per octave in the index of the tone table: see tone().
 inline constexpr int kToneBits = 8;
 inline constexpr int kToneEntries = 33 << kToneBits;
@@ -58,9 +55,6 @@ struct SplatLanes {
 
   /// The greatest of the sums in `rows` rows of `lanes` lanes.
   std::uint32_t (*brightest)(const std::uint32_t* light, int rows, int lanes);
-
-  /// light[i] = scenery[i] << kSceneryShift.
-  void (*start)(std::uint32_t* light, const std::uint16_t* scenery, std::size_t count);
 
   /// to[i] = table[index of light[i]]: the index has 2^kToneBits steps per octave of light[i] / 2.
   void (*tone)(const std::uint32_t* light, std::size_t count, const std::uint8_t* table, std::uint8_t* to);

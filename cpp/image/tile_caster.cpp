@@ -213,7 +213,7 @@ void TileCaster::trace_edges(const CastView& view, const TilePart& part, bool me
   lanes_->measure(view, x_.data(), y_.data(), samples, edges, to.reach, nullptr);
 }
 
-void TileCaster::shade(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& from, std::uint16_t* light) {
+void TileCaster::shade(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& from, std::uint32_t* light) {
   const ShadeView& view = scene.light(from.reach);
   for (auto& plane : light_) plane.resize(kPixels + kVector);
   shadows_.resize(kCenters + kVector);

@@ -54,7 +54,7 @@ class TileCaster {
   bool trace(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& to, std::uint32_t* depth);
 
   /// Finds the light of each pixel, as the scenery stores it: kTile rows of kTile pixels.
-  void shade(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& from, std::uint16_t* light);
+  void shade(CastScene& scene, const TilePart& part, bool smooth, TileSurfaces& from, std::uint32_t* light);
 
  private:
   void place_row(const TilePart& part, int y);

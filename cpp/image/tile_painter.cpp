@@ -110,17 +110,17 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
 
 void TilePainter::start(const Area& area) {
   bare_ = false;
-  clear(area, std::uint32_t{65536} << kSceneryShift);  // the scenery's light is below this
   const Scenery& scenery = scene_->scenery();
+  clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // an opaque particle's is no record's
   const auto lanes = static_cast<std::size_t>(area.width) * 3;
   if (planes_.hides) {
     for (int y = 0; y < area.height; ++y) {
-      lanes_->start(planes_.light + y * kLightStride, scenery.light(area.x, area.y + y), lanes);
+      std::copy_n(scenery.light(area.x, area.y + y), lanes, planes_.light + y * kLightStride);
     }
   } else {
-    std::uint16_t background[3 * kTile];
+    std::uint32_t background[3 * kTile];
     for (std::size_t i = 0; i < lanes; ++i) background[i] = scenery.background()[i % 3];
-    for (int y = 0; y < area.height; ++y) lanes_->start(planes_.light + y * kLightStride, background, lanes);
+    for (int y = 0; y < area.height; ++y) std::copy_n(background, lanes, planes_.light + y * kLightStride);
   }
 }
 

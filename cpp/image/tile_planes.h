@@ -12,6 +12,9 @@ namespace motes::image {
 /// holds 4144 such records; with more it stays at its greatest value.
 inline constexpr std::uint32_t kUnit = 4064 * 255;
 
+/// The greatest sum that the scenery has: the greatest float below 2^32.
+inline constexpr float kMostScenery = 4294967040.0f;
+
 /// Footprints extend over a tile's edges by less than the largest footprint; vectors are read and written whole. What
 /// falls into this margin is not read: the neighbouring tile has its own copy of the record.
 inline constexpr int kMargin = kMaxFootprint - 1;

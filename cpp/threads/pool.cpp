@@ -63,7 +63,7 @@ Pool::Pool(int threads, std::size_t grain) : threads_(threads), grain_(grain), w
 }
 
 Pool::~Pool() {
-  if (process_ == 0 || process_ == getpid()) {
+  if (!in_a_copy()) {
     end();
   } else {
     for (Worker& worker : workers_) {
@@ -101,8 +101,11 @@ void Pool::start() {
   }
 }
 
+// In a forked copy of the process there are no other threads, and what they held stays held.
+bool Pool::in_a_copy() const { return process_ != 0 && process_ != getpid(); }
+
 void Pool::run(std::size_t parts, const Work& work) {
-  if (threads_ == 1 || parts <= 1) {
+  if (threads_ == 1 || parts <= 1 || in_a_copy()) {
     for (std::size_t part = 0; part < parts; ++part) work(part, 0);
     return;
   }

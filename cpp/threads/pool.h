@@ -65,6 +65,7 @@ class Pool {
 
   void start();
   void end();
+  bool in_a_copy() const;
   void open(std::size_t parts, const Work& work);
   void close();
   void serve(std::size_t worker);

@@ -36,6 +36,8 @@ class Looping(Steered):
         `frames(n)` goes on later.
         """
         self._usage.check("frames()")
+        if self._ended:
+            raise MotesError("frames() works inside `with world:` only, or after world.open()")
         self._total = arguments.integer("n", n)
         if self.frame >= self._total and self._ran:
             self._warn(

@@ -23,7 +23,8 @@ class Solid(Value):
 
     It is drawn, lit by the sun and by lights, casts a shadow, and hides the particles behind it. Point, Line
     and Blob have no surface. `light`: how much of its colour it emits, too; 0: none, 1: as much as it would
-    show in full sunlight. What it emits does not light other solids: place a `Light` for that.
+    show in full sunlight. What it emits does not light other solids: place a `Light` for that. So that one
+    may stand inside, a solid that emits any light casts no shadow.
     """
 
     shape: Shape | Mesh

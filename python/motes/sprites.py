@@ -41,7 +41,7 @@ class Sprite(Value):
     """"add", light adds up; "alpha", each particle covers what is behind it, from far to near; "opaque", the
     nearest wins."""
     softness: float = 0
-    """Metres over which a particle fades where it touches a solid."""
+    """Metres over which a particle fades where it touches a solid or an opaque particle."""
     image: NDArray[np.uint8] | None = None
     """For the kind "image": a path (.png, .jpg and others; read by Pillow, the extra `[image]`), or an array,
     uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is opaque. A particle's colour
@@ -113,8 +113,8 @@ def _pixels(pixels: Any, height: Any) -> int | None:
 
 def _height(height: Any) -> float:
     number = arguments.number("height", height, low=0, high=1)
-    if number == 0:
-        raise ArgumentError("height", height, "a part of the picture's height, above 0")
+    if number < 1e-9:  # far below any pixel, and no number of the core's
+        raise ArgumentError("height", height, "a part of the picture's height, 1e-9 or more")
     return number
 
 

@@ -82,8 +82,8 @@ int tile_at(const View& view, int x, int y) { return y / 64 * ((view.width + 63)
 double shown(double linear) { return std::sqrt(std::min(linear, 1.0)); }
 double shown(const Scenery& scenery, const View& view, int x, int y, std::size_t c) {
   const bool occupied = scenery.occupied(tile_at(view, x, y));
-  const std::uint16_t light = occupied ? scenery.light(x, y)[c] : scenery.background()[c];
-  return shown(light * static_cast<double>(1 << kSceneryShift) / kUnit);
+  const std::uint32_t light = occupied ? scenery.light(x, y)[c] : scenery.background()[c];
+  return shown(static_cast<double>(light) / kUnit);
 }
 
 // The mean difference of two pictures of a view, in 1/255.

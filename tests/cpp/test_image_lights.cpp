@@ -35,7 +35,7 @@ View night() {
 double light_at(Scenery& scenery, const View& view, int x, int y, std::size_t c = 0) {
   scenery.prepare(view);
   scenery.render_all();
-  return scenery.light(x, y)[c] * static_cast<double>(1 << kSceneryShift) / kUnit;
+  return static_cast<double>(scenery.light(x, y)[c]) / kUnit;
 }
 double light_at(const View& view, int x, int y, std::size_t c = 0) {
   Scenery scenery;
@@ -55,6 +55,14 @@ TEST(image_point_lights_follow_the_inverse_square) {
   }
   view.lights = {{{0, -1, 0}, {1, 1, 1}, 5}};  // under the ground
   CHECK_NEAR(light_at(view, 64, 64), dark, 1e-4);
+}
+
+TEST(image_bright_lights_keep_their_color) {
+  View view = night();
+  const double dark = light_at(view, 64, 64), clear = 1 - 100.0 / (100 + 2500);
+  view.lights = {{{0, 1, 0}, {1, 0.5f, 0}, 100}};
+  CHECK_NEAR(light_at(view, 64, 64) - dark, clear * 100, 0.05);
+  CHECK_NEAR(light_at(view, 64, 64, 1) - dark, clear * 50, 0.05);
 }
 
 TEST(image_point_lights_add_up_and_throw_shadows) {

@@ -87,7 +87,7 @@ View view_of(std::vector<Solid> objects) {
   return view;
 }
 
-// Light of every pixel, 0..65535; what is not occupied has that of the background.
+// Light of every pixel, in units of 64 sums; what is not occupied has that of the background.
 std::vector<int> light_of(const View& view) {
   Scenery scenery;
   scenery.prepare(view);
@@ -96,7 +96,10 @@ std::vector<int> light_of(const View& view) {
   for (int y = 0; y < view.height; ++y) {
     for (int x = 0; x < view.width; ++x) {
       const bool occupied = scenery.occupied(y / 64 * ((view.width + 63) / 64) + x / 64);
-      for (std::size_t c = 0; c < 3; ++c) light.push_back(occupied ? scenery.light(x, y)[c] : scenery.background()[c]);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const std::uint32_t sum = occupied ? scenery.light(x, y)[c] : scenery.background()[c];
+        light.push_back(static_cast<int>(sum / 64));
+      }
     }
   }
   return light;

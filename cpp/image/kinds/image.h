@@ -20,8 +20,9 @@ struct Image {
   float across, down;   // texels per pixel, along its width and its height
   float width, height;  // px
   float cover;
-  int steps = 1;  // places along the streak
-  float step = 0;
+  float least;      // what counts as covered by an opaque particle
+  bool moves;
+  int steps = 1;    // places along the streak that a pixel looks at
 
   MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
     const image::ImageLevel& first = task.levels[0];
@@ -35,10 +36,13 @@ struct Image {
     down = scale * level.down;
     width = static_cast<float>(level.width) / across;
     height = static_cast<float>(level.height) / down;
-    if (s.half > 0) {
-      const float length = 2 * s.half;
-      steps = length < kMostSteps ? 1 + static_cast<int>(length) : kMostSteps;
-      step = length / static_cast<float>(steps);
+    // Smaller levels and sides below a pixel are less opaque than the picture; they must not vanish for that.
+    const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
+    least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
+    moves = s.half >= 0.5f;
+    if (moves) {
+      const float longest = s.half < reach() ? s.half : reach();
+      steps = 2 * longest < kMostSteps ? 1 + static_cast<int>(2 * longest) : kMostSteps;
     }
   }
   /// Half of the diagonal of a square, and half a pixel more on each side.
@@ -61,9 +65,9 @@ struct Image {
     });
   }
 
-  /// Where it is at least half opaque, in the middle of its streak.
+  /// Where it is at least half opaque, at the most opaque place of its way.
   MOTES_INLINE Front front(Floats x, Floats y) const {
-    const Texels t = texels(x, y);
+    const Texels t = moves ? most_opaque(x, y) : texels(x, y);
     Front front;
     const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(0.5f * kPixelWeight));
     front.color = Uints{};
@@ -71,7 +75,7 @@ struct Image {
       const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
       front.color |= (Uints)to_ints(min(own * to_floats(t.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
     }
-    front.covered = opacity >= 0.5f * kPixelWeight;
+    front.covered = (opacity >= least) & (opacity > 0.0f);
     front.shade = all(1.0f);
     front.nearer = Floats{};
     return front;
@@ -86,18 +90,44 @@ struct Image {
     return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
   }
 
+  /// The part of the streak on which the picture may reach a pixel, as so many places in steps of one length, px.
+  struct Stretch {
+    Floats first, step;
+  };
+  MOTES_INLINE Stretch stretch(Floats x, Floats y) const {
+    const Floats along = x * s.along_x + y * s.along_y;
+    const Floats begin = clamp(along - reach(), -s.half, s.half), end = clamp(along + reach(), -s.half, s.half);
+    const Floats step = (end - begin) * (1 / static_cast<float>(steps));
+    return {begin + step * 0.5f, step};
+  }
+  MOTES_INLINE Texels texels_at(Floats x, Floats y, const Stretch& at, int i) const {
+    const Floats along = at.first + at.step * static_cast<float>(i);
+    return texels(x - along * s.along_x, y - along * s.along_y);
+  }
+
   /// Over the streak.
   MOTES_INLINE Texels mean(Floats x, Floats y) const {
-    if (steps == 1) return texels(x, y);
+    if (!moves) return texels(x, y);
+    const Stretch at = stretch(x, y);
     Texels sum{};
     for (int i = 0; i < steps; ++i) {
-      const float along = (static_cast<float>(i) + 0.5f) * step - s.half;
-      const Texels t = texels(x - along * s.along_x, y - along * s.along_y);
+      const Texels t = texels_at(x, y, at, i);
       for (int c = 0; c < 4; ++c) sum.channel[c] += t.channel[c];
     }
-    const int part = 65536 / steps;
-    for (Ints& channel : sum.channel) channel = channel * part >> 16;
+    const Floats part = at.step * (0.5f / s.half);
+    for (Ints& channel : sum.channel) channel = to_ints(to_floats(channel) * part + 0.5f);
     return sum;
+  }
+
+  MOTES_INLINE Texels most_opaque(Floats x, Floats y) const {
+    const Stretch at = stretch(x, y);
+    Texels most{};
+    for (int i = 0; i < steps; ++i) {
+      const Texels t = texels_at(x, y, at, i);
+      const Mask more = (Mask)(t.channel[3] > most.channel[3]);
+      for (int c = 0; c < 4; ++c) most.channel[c] = select(more, t.channel[c], most.channel[c]);
+    }
+    return most;
   }
 
   /// Its edge is as sharp as pixels are, however large its texels, and it has its light wherever it is in a pixel,

@@ -161,9 +161,9 @@ class Collide(Action):
 
     Formula: v_i += sum over contacts of f (n out - t min(|t|, friction out) / |t|) w_i / (w_i + w_j),
     with out = overlap after the step / dt, or (1 + restitution) times the speed of approach where that is
-    above 2 g dt and gives more, n the direction from j to i, t the velocity of i relative to j along the
-    contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last sub-step); then v_i = 0
-    where |v_i| < sleep and two or more touch
+    above 2 g dt and gives more (never with a restitution of 0), n the direction from j to i, t the velocity
+    of i relative to j along the contact, w = 1 / mass, f = min(1, 2 / contacts of the busier in the last
+    sub-step); then v_i = 0 where |v_i| < sleep and two or more touch
 
     Attributes:
         radius: of the particles, m; None: half of `size[0]`.
@@ -173,7 +173,8 @@ class Collide(Action):
         other: another system: its particles collide with these, and none among themselves.
         other_radius: of its particles, m; None: half of `size[0]`.
         clear: newborn particles that overlap others by more than this part of their radius are removed, of
-            two newborn ones that of the higher id; they push nobody before. 0: none are.
+            two newborn ones that of the higher id, also where the other one is removed; where they are
+            after the step counts, and they push nobody before. 0: none are.
 
     Source: Mueller et al. (2007), "Position based dynamics", one iteration, as an action on velocities.
     """

@@ -37,7 +37,7 @@ class Bounce(Action):
 
     Attributes:
         shape: Plane (from above), Rectangle, Triangle and Disc (both sides), Box, Cylinder, Cone and Sphere
-            (from outside and from inside), or a Union of them, m.
+            (from outside and from inside; a Sphere's inner radius has no surface), or a Union of them, m.
         restitution: part of the speed across the surface that remains.
         friction: part of the speed along the surface that is lost, 0..1.
         min_tangential_speed: m/s.

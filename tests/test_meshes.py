@@ -258,6 +258,11 @@ def test_a_placed_mesh_is_the_mesh_of_moved_vertices(place, axis, angle, seed):
     assert moved.at() == RING and hash(moved.at()) == hash(RING)
 
 
+@pytest.mark.parametrize("length", [1e-300, 0.5, 1e300])
+def test_an_axis_has_any_length(length: float):
+    assert RING.at(axis=(0, 0, length), angle_deg=90) == RING.at(axis=(0, 0, 1), angle_deg=90)
+
+
 def test_placed_meshes_are_values():
     assert shapes.Mesh is motes.Mesh and isinstance(RING, shapes.Shape)
     moved = RING.at((1, 2, 3), axis=(0, 0, 1), angle_deg=90, moving_from=RING)

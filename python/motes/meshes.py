@@ -183,11 +183,12 @@ def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
         return (*_position(matrix[:3, 3]), *_quaternion(turned))
     position = _position(place)
     around = np.array(arguments.triple("axis", axis))
-    length = math.sqrt(around @ around)
-    if not length > 0:
+    longest = np.abs(around).max()
+    if not longest > 0:
         raise ArgumentError("axis", axis, "a vector that is not zero")
+    around /= longest  # its square may be no number
     half = math.radians(arguments.number("angle_deg", angle_deg)) / 2
-    return (*position, math.cos(half), *(math.sin(half) / length * around).tolist())
+    return (*position, math.cos(half), *(math.sin(half) / math.sqrt(around @ around) * around).tolist())
 
 
 def _position(place: Any) -> tuple[float, float, float]:

@@ -14,8 +14,8 @@ using image::kPixelStride;
 using image::TilePlanes;
 using image::WideSplat;
 
-// Half of the longest streaks of narrow sprites, px, that are normalised, since each of their tiles has to look at all of
-// them. Of longer ones it evens out along their way that they lie between pixels, unless that is a row or column.
+// Half of the longest streaks of narrow sprites, px, that are normalised, since each of their tiles has to look at all
+// of them. Of longer ones it evens out along their way that they lie between pixels, unless that is a row or column.
 constexpr float kLongest = 512;
 
 MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {

@@ -114,6 +114,7 @@ class UprightPlane {
     const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
     const Mask mask = below(before, down) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
     const Floats slide = select(v.y * v.y + v.z * v.z <= rebound_.cutoff2, all(1.0f), all(rebound_.slide));
+    // What is added turns -0 into 0, as the general way does.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
     const Floats3 there = x + (v - after) * passed;

@@ -111,7 +111,7 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
 void TilePainter::start(const Area& area) {
   bare_ = false;
   const Scenery& scenery = scene_->scenery();
-  clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // an opaque particle's is no record's
+  clear(area, std::max(scenery.brightest(area.tile), most_light(255)));  // opaque particles are not counted
   const auto lanes = static_cast<std::size_t>(area.width) * 3;
   if (planes_.hides) {
     for (int y = 0; y < area.height; ++y) {

@@ -69,13 +69,13 @@ struct Image {
   MOTES_INLINE Front front(Floats x, Floats y) const {
     const Texels t = moves ? most_opaque(x, y) : texels(x, y);
     Front front;
-    const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(0.5f * kPixelWeight));
+    const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
     front.color = Uints{};
     for (int c = 0; c < 3; ++c) {
       const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
       front.color |= (Uints)to_ints(min(own * to_floats(t.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
     }
-    front.covered = (opacity >= least) & (opacity > 0.0f);
+    front.covered = (opacity >= least) & (opacity > 0.0f);  // a picture without any alpha covers nothing
     front.shade = all(1.0f);
     front.nearer = Floats{};
     return front;

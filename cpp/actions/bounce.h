@@ -23,11 +23,12 @@ MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end) {
 struct Rebound {
   float restitution, slide, cutoff2;
 
+  /// The part of the speed along the surface that remains, by its square.
+  MOTES_INLINE Floats kept(Floats along2) const { return select(along2 <= cutoff2, all(1.0f), all(slide)); }
   MOTES_INLINE Floats3 operator()(Floats3 v, Floats3 normal) const {
     const Floats3 across = normal * dot(v, normal);
     const Floats3 along = v - across;
-    const Mask free = dot(along, along) <= cutoff2;
-    return along * select(free, all(1.0f), all(slide)) - across * restitution;
+    return along * kept(dot(along, along)) - across * restitution;
   }
 };
 
@@ -113,7 +114,7 @@ class UprightPlane {
     const Floats passed = part * dt_;
     const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
     const Mask mask = below(before, down) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
-    const Floats slide = select(v.y * v.y + v.z * v.z <= rebound_.cutoff2, all(1.0f), all(rebound_.slide));
+    const Floats slide = rebound_.kept(v.y * v.y + v.z * v.z);
     // What is added turns -0 into 0, as the general way does.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));

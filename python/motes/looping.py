@@ -12,7 +12,12 @@ from .errors import MotesError
 from .frame import Frame
 from .steered import Steered
 
-__all__ = ["Looping"]
+__all__ = ["Looping", "outside"]
+
+
+def outside(call: str) -> MotesError:
+    """Return the error of a call before a world's start or after its end."""
+    return MotesError(f"{call} works inside `with world:` only, or after world.open()")
 
 
 class Looping(Steered):
@@ -37,7 +42,7 @@ class Looping(Steered):
         """
         self._usage.check("frames()")
         if self._ended:
-            raise MotesError("frames() works inside `with world:` only, or after world.open()")
+            raise outside("frames()")
         self._total = arguments.integer("n", n)
         if self.frame >= self._total and self._ran:
             self._warn(

@@ -32,7 +32,7 @@ from .first_frame import remarks_on
 from .frame import Frame
 from .live import Live
 from .live import checked as live_of
-from .looping import Looping
+from .looping import Looping, outside
 from .rendering import Renderer
 from .sprites import Sprite
 from .system import System
@@ -436,7 +436,7 @@ class World(Looping, Facts, Settings):
 
     def _engine_for(self, call: str) -> _core.Engine:
         if self._engine is None or self._ended:
-            raise MotesError(f"{call} works inside `with world:` only, or after world.open()")
+            raise outside(call)
         return self._engine
 
     def _end_call(self, engine: _core.Engine) -> None:

@@ -103,11 +103,13 @@ double level_of(std::vector<Drawer> drawers, double work) {
 
 // How much more each has to do than who has least, up to an even share of the work: seconds of one frame say little of
 // the next one where many particles were born, and a rank that was thought to be idle must not keep all others waiting.
-std::vector<Drawer> ahead(std::vector<Drawer> drawers, double work) {
+std::vector<Drawer> ahead(const std::vector<Drawer>& drawers, double work) {
   const double least = std::min_element(drawers.begin(), drawers.end(), less_busy)->busy;
   const double most = work / sum_of_speeds(drawers);
-  for (Drawer& d : drawers) d.busy = std::min(d.busy - least, most);
-  return drawers;
+  std::vector<Drawer> next;
+  next.reserve(drawers.size());
+  for (const Drawer& d : drawers) next.push_back({std::min(d.busy - least, most), d.speed});
+  return next;
 }
 
 // Cuts the row of slots into stretches, one per rank, whose work comes near what each rank has time for.
@@ -246,11 +248,13 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
   const double partial_pixel_s = (costs::kPartialPixel + w.partial_bytes * costs::kByte) * kNano;
   double most = 0;      // the slowest calculator's own particles
   double partials = 0;  // partial tiles that calculators send
-  for (const RenderLoad::Calculator& c : load.calculators) {
+  for (std::size_t i = 0; i < load.calculators.size(); ++i) {
+    const RenderLoad::Calculator& c = load.calculators[i];
     const double sent = (c.active > 0 ? c.active : w.active) * w.crossing;
     const double share = w.particles > 0 ? c.particles * load.scale / w.particles : 0;
+    const double own_s = share * w.merged * w.all_records * w.record_s + sent * tile_pixels * partial_pixel_s;
     partials += sent;
-    most = std::max(most, share * w.merged * w.all_records * w.record_s + sent * tile_pixels * partial_pixel_s);
+    most = std::max(most, own_s / load.speeds.of(static_cast<std::size_t>(cast.calculators[i])));
   }
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
   const double others = 1 - w.merged;  // of the records

@@ -138,6 +138,26 @@ TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
         1.2 * frame::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
 }
 
+// On path composite nobody can draw a slow calculator's particles for it.
+TEST(a_slow_calculator_draws_its_own_particles_slowly) {
+  const roles::Cast cast = roles::cast_shared(4);
+  const RenderLoad alike = load(cast, 3.2e6, 200, 202);
+  RenderLoad one_slow = alike;
+  one_slow.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.04}});
+  const double slower = one_slow.speeds.of(0) / one_slow.speeds.of(2);
+  CHECK_NEAR(slower, 4, 1e-6);
+  const auto seconds = [&](const RenderLoad& load) {
+    return frame::estimate(Path::composite, view(), kDiscs, load, cast, 4).seconds;
+  };
+  const double drawn = frame::drawing_s(view(), kDiscs, 3.2e6 / 4, 0);
+  CHECK(seconds(one_slow) - seconds(alike) > 0.8 * drawn * (1 / one_slow.speeds.of(2) - 1));
+  CHECK(plan(view(), alike, cast, 4).path == Path::composite);
+  for (int picture = 0; picture < 50; ++picture) {
+    one_slow.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.3}});
+  }
+  CHECK(plan(view(), one_slow, cast, 4).path == Path::tiles);  // others draw for it
+}
+
 TEST(who_assembles_draws_less_by_what_that_took) {
   const roles::Cast cast = roles::cast_shared(4);
   const auto home = cast.image_generator;

@@ -211,6 +211,8 @@ TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
   };
   for (int i = 0; i < 100; ++i) picture(1);
   for (std::size_t r = 0; r < 3; ++r) CHECK(speeds.of(r) == 1);  // alike, but for noise
+  for (int i = 0; i < 100; ++i) picture(0.95);  // two ranks that are a twentieth apart wait for each other, too
+  CHECK_NEAR(speeds.of(1) / speeds.of(0), 0.95, 0.025);
   for (int i = 0; i < 100; ++i) picture(0.25);
   CHECK_NEAR(speeds.of(1) / speeds.of(0), 0.25, 0.03);
   CHECK_NEAR(speeds.of(2) / speeds.of(0), 1, 0.1);

@@ -14,9 +14,12 @@ using image::kPixelStride;
 using image::TilePlanes;
 using image::WideSplat;
 
-// Half of the longest streaks of narrow sprites, px, that are normalised, since each of their tiles has to look at all
-// of them. Of longer ones it evens out along their way that they lie between pixels, unless that is a row or column.
+// Half of the longest streaks of narrow sprites, px, all of which is looked at to normalise them: each of their tiles
+// has to. Of longer ones it evens out along their way that they lie between pixels, but for those that stay within
+// fewer than kStraight rows or columns, which are looked at in kSamples places.
 constexpr float kLongest = 512;
+constexpr float kStraight = 12;
+constexpr int kSamples = 32;
 
 MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {
   return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes), task.color);
@@ -96,9 +99,38 @@ MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind
   return all;
 }
 
+// A streak along a row or column: strips of all rows, or rows of all strips, evenly spaced, stand for the rest. Between
+// its ends a sprite leaves the same light everywhere, and with both as much as if that began and ended at once.
 template <class Kind>
-MOTES_INLINE bool is_narrow(const Kind& kind) {
-  return kind.s.radius < Kind::kNarrow && kind.s.half < kLongest;
+MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  const WideSprite& s = kind.s;
+  const bool along_row = size_of(s.along_x) > size_of(s.along_y);
+  Weighed all;
+  for (int i = 0; i < kSamples; ++i) {
+    const float way = s.half * (static_cast<float>(2 * i + 1) / kSamples - 1);
+    if (along_row) {
+      const int strip = static_cast<int>((s.x + way * s.along_x - o.left) / kStrip);
+      place_rows(patch, s, o, o.first, o.last, strip, 1);
+    } else {
+      const int row = floor_of(s.y + way * s.along_y) - kStrip / 2;
+      place_rows(patch, s, o, row, row + kStrip - 1, 0, o.strips);
+    }
+    kind.weigh(patch);
+    count(patch, Kind::measured(patch), all);
+  }
+  const float pixels = 2 * s.half * size_of(along_row ? s.along_x : s.along_y);
+  all.sum = static_cast<std::uint64_t>(static_cast<float>(all.sum) * (pixels / (kSamples * kStrip)));
+  return all;
+}
+
+// What the weights of a sprite that is larger than a part are; nothing where it is what they usually are.
+template <class Kind>
+MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  const WideSprite& s = kind.s;
+  if (!(s.radius < Kind::kNarrow)) return {};
+  if (s.half < kLongest) return count_blocks(kind, o, patch);
+  const float slope = size_of(s.along_x) < size_of(s.along_y) ? s.along_x : s.along_y;
+  return 2 * s.half * size_of(slope) < kStraight ? count_samples(kind, o, patch) : Weighed{};
 }
 
 // What a weight of 1 shines: so much that the weights' sum is the sprite's light.
@@ -126,15 +158,15 @@ MOTES_INLINE void place_in_tile(PatchPart& part, const WideSprite& s, const Outl
 template <class Kind>
 MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last, int columns,
                          Patch<Kind::kPlanes>& patch) {
-  const bool narrow = is_narrow(kind);
-  if (narrow && o.last - o.first < kPatchRows && o.strips <= kPatchStrips) {
+  const bool in_one_part = o.last - o.first < kPatchRows && o.strips <= kPatchStrips;
+  if (in_one_part && kind.s.radius < Kind::kNarrow) {
     place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
     kind.weigh(patch);
     Weighed all;
     count(patch, Kind::measured(patch), all);
     return unit_of(kind, all);
   }
-  const float unit = unit_of(kind, narrow ? count_blocks(kind, o, patch) : Weighed{});
+  const float unit = unit_of(kind, count_large(kind, o, patch));
   place_in_tile(patch, kind.s, o, first, last, columns);
   kind.weigh(patch);
   return unit;

@@ -52,6 +52,33 @@ TEST(image_a_streak_has_the_light_of_the_still_sprite) {
   }
 }
 
+// Narrow ones that follow a row or a column lie between its pixels, or not, for all of their way.
+TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
+  for (const Kind kind : {Kind::point, Kind::disc, Kind::sphere, Kind::image}) {
+    const Sprite sprite = wide_sprite(kind, Blend::add, kind == Kind::image ? two_colors() : 0);
+    for (const double diameter : {2.0, 3.3, 9.0}) {
+      if (kind == Kind::point && diameter > 2) continue;
+      double still = 0;
+      for (int i = 0; i < 16; ++i) {
+        still += sum(picture_of(wide_view(64, 64), sprite, wide_record(0.25 * (i % 4), 0.25 * (i / 4), diameter))) / 16;
+      }
+      for (const double length : {1000.0, 1100.0, 3000.0}) {
+        for (const double aside : {0.0, 0.3, 1.0, -2.6, 7.0, 11.7, -13.0, 45.0}) {
+          for (const double shift : {0.0, 0.5}) {
+            const bool coarse = kind == Kind::image && diameter < 3 && length > 1024;  // texels are far apart
+            WideRecord r = wide_record(shift, shift, diameter);
+            r.dx = static_cast<std::int32_t>(length * 256);
+            r.dy = static_cast<std::int32_t>(aside * 256);
+            CHECK_NEAR(sum(picture_of(wide_view(3200, 128), sprite, r)) / still, 1, coarse ? 0.1 : 0.01);
+            std::swap(r.dx, r.dy);
+            CHECK_NEAR(sum(picture_of(wide_view(128, 3200), sprite, r)) / still, 1, coarse ? 0.1 : 0.01);
+          }
+        }
+      }
+    }
+  }
+}
+
 // The same particle in the layout that has a size or a way, with or without depth.
 TEST(image_short_records_look_like_wide_ones) {
   const View view = painter_view(true);

@@ -23,6 +23,7 @@ struct Image {
   float least;      // what counts as covered by an opaque particle
   bool moves;
   int steps = 1;    // places along the streak that a pixel looks at
+  float finer = 1;  // weights are multiplied by this: those of long streaks would be few, and rounded
 
   MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
     const image::ImageLevel& first = task.levels[0];
@@ -43,6 +44,7 @@ struct Image {
     if (moves) {
       const float longest = s.half < reach() ? s.half : reach();
       steps = 2 * longest < kMostSteps ? 1 + static_cast<int>(2 * longest) : kMostSteps;
+      finer = s.half / longest;
     }
   }
   /// Half of the diagonal of a square, and half a pixel more on each side.
@@ -52,8 +54,8 @@ struct Image {
 
   MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
-  /// Unscaled: as large as the picture.
-  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight; }
+  /// As large as the picture.
+  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
   MOTES_INLINE void weigh(Patch<4>& p) const {
@@ -114,7 +116,7 @@ struct Image {
       const Texels t = texels_at(x, y, at, i);
       for (int c = 0; c < 4; ++c) sum.channel[c] += t.channel[c];
     }
-    const Floats part = at.step * (0.5f / s.half);
+    const Floats part = at.step * (0.5f / s.half * finer);
     for (Ints& channel : sum.channel) channel = to_ints(to_floats(channel) * part + 0.5f);
     return sum;
   }

@@ -12,16 +12,18 @@ struct Sphere {
   WideSprite s;
   const image::WideSplat& task;
   float half;  // of the streak, in radii
+  float finer;  // weights are multiplied by this: those of long streaks would be few, and rounded
 
   MOTES_INLINE Sphere(const image::WideSplat& t, const WideSprite& sprite) : s(sprite), task(t) {
     half = shown_half(s);
+    finer = half > 1 ? half : 1;
   }
   MOTES_INLINE float reach() const { return s.radius + 0.5f; }
   MOTES_INLINE float box_x() const { return reach(); }
   MOTES_INLINE float box_y() const { return reach(); }
   static MOTES_INLINE float greatest() { return kPixelWeight; }
-  /// Unscaled: each pixel's light is what glow() says.
-  MOTES_INLINE float usual_sum() const { return total() * kPixelWeight; }
+  /// Each pixel's light is what glow() says.
+  MOTES_INLINE float usual_sum() const { return total() * kPixelWeight * finer; }
   MOTES_INLINE void weigh(Patch<2>& p) const { weigh_pixels(*this, p); }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
 
@@ -49,7 +51,7 @@ struct Sphere {
     // The mean of its shade over the time in which it is over the pixel.
     const Chord c = chord(p, half);
     const Floats length = max(c.last - c.first, Floats{});
-    const Floats cover = length * (0.5f / half * s.light);
+    const Floats cover = length * (0.5f / half * s.light * finer);
     Floats mean{};
     for (int i = 0; i < kSteps; ++i) {
       mean += shade(c.first + length * ((static_cast<float>(i) + 0.5f) / kSteps), p.across);

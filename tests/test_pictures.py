@@ -359,6 +359,34 @@ def test_a_picture_larger_than_memory_says_so():
     assert "does not fit into the memory" in job.stderr
 
 
+LARGE_PART = """
+import resource
+import sys
+import motes
+from motes import shapes
+
+camera = motes.Camera((0, 0, 5), (0, 0, 0))
+ground = shapes.Plane((0, -1, 0), (0, 1, 0))
+renderer = motes.Renderer(6144, 6144, camera=camera, path="tiles", objects=[ground])
+world = motes.World(seed=1, progress="off", roles="shared", renderer=renderer)
+with world:
+    world.step()
+    if world.rank == 1:
+        with open("/proc/self/statm") as file:
+            here = int(file.read().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (here + (64 << 20),) * 2)
+    world.render()
+"""
+
+
+def test_a_part_of_a_picture_larger_than_memory_says_so():
+    """The image generator has room for all of it, but another rank not for its tiles."""
+    job = mpirun(2, LARGE_PART, timeout=100)
+    assert job.code != 0, job.text
+    assert "rank 1" in job.err, job.text
+    assert "a picture of 6144x6144 pixels" in job.err, job.text
+
+
 @pytest.mark.parametrize("kind", ["disc", "point", "image"])
 @pytest.mark.parametrize("shutter", [0, 0.5])
 def test_white_particles_have_velocities_too(kind: str, shutter: float):

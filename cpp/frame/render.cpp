@@ -1,9 +1,8 @@
 #include "frame/render.h"
 
-#include <new>
 #include <stdexcept>
-#include <string>
 
+#include "frame/draw_work.h"
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
 
@@ -26,30 +25,6 @@ std::vector<comm::Message> receive_all(Rank& rank, double& records) {
     records += count;
   }
   return messages;
-}
-
-// A picture larger than this rank's memory.
-class TooLarge : public std::bad_alloc {
- public:
-  explicit TooLarge(const image::View& view)
-      : text_("a picture of " + std::to_string(view.width) + "x" + std::to_string(view.height) +
-              " pixels, with its scenery, light and layers, does not fit into the memory of the rank that draws it") {}
-  const char* what() const noexcept override { return text_.c_str(); }
-
- private:
-  std::string text_;
-};
-
-// The same as talk.work, but memory that is not there is said to be the picture's.
-template <class Work>
-void draw_work(Rank& rank, const image::View& view, const Work& draw) {
-  rank.talk.work("render", [&] {
-    try {
-      draw();
-    } catch (const std::bad_alloc&) {
-      throw TooLarge(view);
-    }
-  });
 }
 
 // Path gather: the image generator draws all of it.

@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "frame/draw_work.h"
 #include "frame/render_composite.h"
 #include "frame/render_project.h"
 #include "frame/render_slots.h"
@@ -216,7 +217,7 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
   if (message.header().failed != 0) return give_up_for(rank, message);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "assemble");
   const double start = rank.machine.compute_seconds();
-  talk.work("render", [&] {
+  draw_work(rank, view, [&] {
     particles::Reader in = message.reader();
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
       place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, painter);
@@ -239,7 +240,7 @@ void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const auto draw = [&](const auto& some) {
     const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
     const double start = rank.machine.compute_seconds();
-    talk.work("render", [&] {
+    draw_work(rank, view, [&] {
       if (!tiles) tiles.emplace(rank, view, painter).take(messages);
       some();
     });
@@ -275,7 +276,7 @@ void assemble(Rank& rank, const image::View& view, Painter& painter) {
   if (talk.failed() || !image::PictureLight::needed(view, view.linear)) return;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread and show light");
   const double start = rank.machine.compute_seconds();
-  talk.work("render", [&] { painter.whole.finish(painter.scene, painter.pixels, *rank.pool); });
+  draw_work(rank, view, [&] { painter.whole.finish(painter.scene, painter.pixels, *rank.pool); });
   painter.drawing.assemble_s += rank.machine.compute_seconds() - start;
 }
 

@@ -107,8 +107,8 @@ def test_the_log_says_who_drew(size: int, wish: str, path: str, tmp_path: Path):
         if path == "gather":  # four bytes per record: each system has one colour
             assert others * 4 < row["render_bytes"] < others * 4.4
         elif wish == "shared":  # calculators draw where their own particles are seen
-            # Who was held up by other processes draws less. Were their places of no concern, half the records would
-            # be sent.
+            # Ranks that other processes hold up draw less. If it did not matter where particles are, half of
+            # the records would be sent.
             pixels = 640 * 360 * 3
             assert 0.3 * pixels < row["render_bytes"] < 0.7 * pixels + 0.15 * row["records"] * 4
             assert 0.7 * pixels + 0.15 * row["records"] * 4 < 0.5 * pixels + others * 4

@@ -361,7 +361,6 @@ def test_a_picture_larger_than_memory_says_so():
 
 LARGE_PART = """
 import resource
-import sys
 import motes
 from motes import shapes
 

@@ -99,6 +99,12 @@ MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind
   return all;
 }
 
+// What is narrow may lie between pixels, or not: its light depends on that until it is normalised.
+template <class Kind>
+MOTES_INLINE bool is_narrow(const Kind& kind) {
+  return kind.s.radius < Kind::kNarrow;
+}
+
 // A streak along a row or column: strips of all rows, or rows of all strips, evenly spaced, stand for the rest. Between
 // its ends a sprite leaves the same light everywhere, and with both as much as if that began and ended at once.
 template <class Kind>
@@ -127,7 +133,7 @@ MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kin
 template <class Kind>
 MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
   const WideSprite& s = kind.s;
-  if (!(s.radius < Kind::kNarrow)) return {};
+  if (!is_narrow(kind)) return {};
   if (s.half < kLongest) return count_blocks(kind, o, patch);
   const float slope = size_of(s.along_x) < size_of(s.along_y) ? s.along_x : s.along_y;
   return 2 * s.half * size_of(slope) < kStraight ? count_samples(kind, o, patch) : Weighed{};
@@ -159,7 +165,7 @@ template <class Kind>
 MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last, int columns,
                          Patch<Kind::kPlanes>& patch) {
   const bool in_one_part = o.last - o.first < kPatchRows && o.strips <= kPatchStrips;
-  if (in_one_part && kind.s.radius < Kind::kNarrow) {
+  if (in_one_part && is_narrow(kind)) {
     place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
     kind.weigh(patch);
     Weighed all;

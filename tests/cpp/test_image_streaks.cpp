@@ -26,6 +26,15 @@ void put_streak(Batch& batch, int x, int y, int half_x, int half_y, std::uint32_
   batch.put(record);
 }
 
+// Of a sprite without a streak, the mean over its places in a pixel.
+double still_light(const View& view, const Sprite& sprite, double diameter) {
+  double light = 0;
+  for (int i = 0; i < 16; ++i) {
+    light += sum(picture_of(view, sprite, wide_record(0.25 * (i % 4), 0.25 * (i / 4), diameter))) / 16;
+  }
+  return light;
+}
+
 }  // namespace
 
 TEST(image_a_streak_has_the_light_of_the_still_sprite) {
@@ -34,10 +43,7 @@ TEST(image_a_streak_has_the_light_of_the_still_sprite) {
     const Sprite sprite = wide_sprite(kind, Blend::add, kind == Kind::image ? two_colors() : 0);
     for (const double diameter : {2.0, 2.5, 3.3, 5.0, 9.0, 30.0}) {
       if (kind == Kind::point && diameter > 2) continue;
-      double still = 0;
-      for (int i = 0; i < 16; ++i) {
-        still += sum(picture_of(view, sprite, wide_record(0.25 * (i % 4), 0.25 * (i / 4), diameter))) / 16;
-      }
+      const double still = still_light(view, sprite, diameter);
       for (const auto& [dx, dy] :
            {std::pair{0.02, 0.01}, {1.0, 0.0}, {0.0, 3.0}, {10.0, 0.0}, {7.0, -7.0}, {3.0, 40.0}, {-60.0, 25.0}}) {
         for (const double shift : {0.0, 0.37, 0.5}) {
@@ -58,10 +64,7 @@ TEST(image_a_streak_across_all_of_a_large_picture_keeps_its_light) {
     const Sprite sprite = wide_sprite(kind, Blend::add, kind == Kind::image ? two_colors() : 0);
     for (const double diameter : {2.0, 3.3, 9.0}) {
       if (kind == Kind::point && diameter > 2) continue;
-      double still = 0;
-      for (int i = 0; i < 16; ++i) {
-        still += sum(picture_of(wide_view(64, 64), sprite, wide_record(0.25 * (i % 4), 0.25 * (i / 4), diameter))) / 16;
-      }
+      const double still = still_light(wide_view(64, 64), sprite, diameter);
       for (const double length : {1000.0, 1100.0, 3000.0}) {
         for (const double aside : {0.0, 0.3, 1.0, -2.6, 7.0, 11.7, -13.0, 45.0}) {
           for (const double shift : {0.0, 0.5}) {

@@ -152,6 +152,12 @@ def abandoned_waits() -> Path:
 
 
 @pytest.fixture(scope="session")
+def progress_program() -> Path:
+    """Build the program whose ranks compute while messages travel."""
+    return _build("progress") / "tests" / "cpp" / "progress"
+
+
+@pytest.fixture(scope="session")
 def losing_program() -> Path:
     """Build the program whose ranks are killed while others wait for them."""
     return _build("losses") / "tests" / "cpp" / "losses"

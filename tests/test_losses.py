@@ -91,6 +91,7 @@ def survive(
         ("receive", "2"),
         ("receive", "0"),
         ("send", "2"),
+        ("compute", "2"),
         ("finish", "1"),
         ("shrink", "1,2"),
         ("anything", "2"),

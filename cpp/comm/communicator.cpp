@@ -124,8 +124,8 @@ void Communicator::carry(int to, Phase phase, std::shared_ptr<const Message> mes
   transport_->send(to, phase, std::move(message));
 }
 
-void Communicator::await(int from, Phase phase) {
-  if (from != rank()) transport_->await(from, phase);
+void Communicator::await(int from, Phase phase, int messages) {
+  if (from != rank()) transport_->await(from, phase, messages);
 }
 
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {

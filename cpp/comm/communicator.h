@@ -39,9 +39,13 @@ class Communicator {
   /// What messages take under a simulator. All ranks must say the same.
   void weigh(Weights weights) { transport_->weigh(weights); }
 
-  /// This rank will expect() a message of this phase from `from`. Under SimGrid it may arrive from now on; it would set
-  /// out only when waited for. Elsewhere messages do so anyway.
-  void await(int from, Phase phase);
+  /// This rank will expect() so many messages of this phase from `from`, whatever it said before: they may arrive from
+  /// now on. Under SimGrid one would set out only when waited for; so would a large one with MPI where that needs both
+  /// ends.
+  void await(int from, Phase phase, int messages = 1);
+
+  /// To be called now and then while this rank computes: messages travel meanwhile. Never throws, and never waits.
+  void progress() noexcept { transport_->progress(); }
 
   /// Waits for the message of this phase and stamp from a rank. Throws CommError for any other, Stalled, or what
   /// Watch::while_waiting throws. `hops`: how many ranks further on the silent one may be; waits so much longer.

@@ -4,6 +4,8 @@
 #include <time.h>
 
 #include <algorithm>
+#include <deque>
+#include <exception>
 #include <list>
 #include <map>
 #include <numeric>
@@ -27,6 +29,10 @@ struct Sending {
 struct Receiving {
   particles::Bytes bytes;
   MPI_Request request = MPI_REQUEST_NULL;
+
+  bool whole() const {
+    return request == MPI_REQUEST_NULL && !bytes.empty() && bytes.size() >= whole_length(bytes.view());
+  }
 };
 
 // All that MPI may read and write by itself, between two calls of ours.
@@ -56,14 +62,18 @@ void keep_for_ever(std::unique_ptr<UnderWay> left) {
 
 // One wait, round by round. First busy, then polite: with more ranks than cores the one waited for needs this one's
 // core. A core that others need does not come back at once; where it does, napping would only be late, by a tenth of a
-// millisecond and more on virtual machines.
+// millisecond and more on virtual machines. Messages that are under way may need both ends for each of their pieces:
+// naps then come later still.
 class BackOff {
  public:
-  void pause(int round) {
+  static constexpr int kBusy = 50, kPolite = 200, kAlone = 1500;  // rounds: about 2 ms together
+  static constexpr int kUnderWay = 60000;                         // rounds: some 50 ms
+
+  void pause(int round, bool under_way) {
     if (round < kBusy) {
       crowded_ = false;
       naps_ = 0;
-    } else if (round < kPolite || (!crowded_ && round < kAlone)) {
+    } else if (round < kPolite || (!crowded_ && round < (under_way ? kUnderWay : kAlone))) {
       const double start = wall_seconds();
       sched_yield();
       crowded_ |= wall_seconds() - start > kAtOnce;
@@ -73,9 +83,8 @@ class BackOff {
   }
 
  private:
-  static constexpr int kBusy = 50, kPolite = 200, kAlone = 1500;  // rounds: about 2 ms together
-  static constexpr double kAtOnce = 20e-6;                        // s
-  static constexpr int kShort = 800, kMiddling = 1200;            // naps
+  static constexpr double kAtOnce = 20e-6;              // s
+  static constexpr int kShort = 800, kMiddling = 1200;  // naps
 
   // A wait of a tenth of a second and more is for a script, a disk or a paused run: longer naps leave the processor
   // alone.
@@ -90,6 +99,14 @@ class BackOff {
 };
 
 class MpiTransport : public Transport {
+  using Source = std::pair<int, Phase>;
+
+  using Awaited = std::map<Source, int>;  // how many messages
+
+  static constexpr double kProgressEvery = 50e-6;   // s
+  static constexpr std::size_t kAskedTogether = 4;  // sources of awaited messages: there may be thousands
+  static constexpr std::size_t kSpare = 16;         // messages of a phase
+
  public:
   explicit MpiTransport(MPI_Comm users)
       : users_(users), survives_(losses::survived()), way_(std::make_unique<UnderWay>()) {
@@ -136,9 +153,9 @@ class MpiTransport : public Transport {
 
   void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     if (way_->comm == MPI_COMM_NULL) throw CommError("a message was sent after the end of all conversations");
-    if (lost_) lose();
+    check_way();
     if (way_->sending.size() >= sweep_at_) {
-      progress();
+      sweep();
       sweep_at_ = 2 * way_->sending.size() + 16;
     }
     way_->sending.push_back({to, std::move(message), {}});
@@ -153,28 +170,37 @@ class MpiTransport : public Transport {
     }
   }
 
-  void await(int, Phase) override {}
+  void await(int from, Phase phase, int messages) override {
+    int& awaited = awaited_[{from, phase}];
+    awaited = std::max(awaited, messages);
+  }
 
   std::optional<particles::Bytes> receive(int from, Phase phase) override {
-    if (lost_) lose();
-    Receiving& next = way_->receiving[{from, phase}];
-    do {
-      if (next.request == MPI_REQUEST_NULL && !begin_piece(from, phase, next)) return std::nullopt;
-      if (!done(next.request, "receiving a message")) return std::nullopt;
-    } while (next.bytes.size() < whole_length(next.bytes.view()));
+    check_way();
+    const Source source{from, phase};
+    if (const auto early = early_.find(source); early != early_.end()) {
+      particles::Bytes bytes = std::move(early->second.front());
+      early->second.pop_front();
+      if (early->second.empty()) early_.erase(early);
+      return bytes;
+    }
+    Receiving& next = way_->receiving[source];
+    if (!take_pieces(source, next)) return std::nullopt;
+    if (const auto found = awaited_.find(source); found != awaited_.end()) count_down(found);
     return std::exchange(next.bytes, {});
   }
 
   std::optional<int> unsent() override {
-    if (lost_ || (survives_ && losses::revoked(way_->comm))) lose();
-    progress();
+    check_way();
+    if (survives_ && losses::revoked(way_->comm)) lose();
+    sweep();
     if (way_->sending.empty()) return std::nullopt;
     return way_->sending.front().to;
   }
 
   bool finished() override {
     if (way_->comm == MPI_COMM_NULL) return true;
-    if (lost_) lose();
+    check_way();
     if (!finishing_) {
       finishing_ = true;
       checked(MPI_Ibarrier(way_->comm, &way_->request), "finishing");
@@ -190,8 +216,23 @@ class MpiTransport : public Transport {
   }
 
   void pause(int round, double) override {
-    if (!lost_) progress();
-    back_off_.pause(round);
+    if (!lost_) sweep();
+    back_off_.pause(round, round >= BackOff::kAlone && !way_->idle());
+  }
+
+  // What goes wrong here belongs to a conversation: the next question throws it.
+  void progress() noexcept override {
+    if (lost_ || late_ || way_->comm == MPI_COMM_NULL || (way_->sending.empty() && awaited_.empty())) return;
+    const double now = wall_seconds();
+    if (now < next_progress_s_) return;
+    next_progress_s_ = now + kProgressEvery;
+    try {
+      sweep();
+      for (std::size_t i = std::min(awaited_.size(), kAskedTogether); i > 0 && !awaited_.empty(); --i) take_early();
+    } catch (const RankLost&) {  // lost_ says so
+    } catch (...) {
+      late_ = std::current_exception();
+    }
   }
 
   bool survives() const override { return survives_; }
@@ -219,8 +260,10 @@ class MpiTransport : public Transport {
   }
 
   void reuse(Phase phase, particles::Bytes memory) override {
+    std::vector<particles::Bytes>& spare = spare_[phase];
+    if (spare.size() == kSpare) return;
     memory.clear();
-    spare_[phase] = std::move(memory);
+    spare.push_back(std::move(memory));
   }
 
   int handle() const override { return entered_ && way_->comm != MPI_COMM_NULL ? MPI_Comm_c2f(way_->comm) : -1; }
@@ -264,6 +307,12 @@ class MpiTransport : public Transport {
     return losses::lost_rank(comm) >= 0 || losses::revoked(comm);
   }
 
+  // Before this rank says or asks anything.
+  void check_way() {
+    if (late_) std::rethrow_exception(std::exchange(late_, nullptr));
+    if (lost_) lose();
+  }
+
   [[noreturn]] void lose() {
     lost_ = true;
     throw RankLost(losses::lost_rank(entered_ ? way_->comm : users_));
@@ -293,6 +342,31 @@ class MpiTransport : public Transport {
     return way_->agreement == MPI_REQUEST_NULL;
   }
 
+  void count_down(Awaited::iterator awaited) {
+    if (--awaited->second == 0) awaited_.erase(awaited);
+  }
+
+  // Goes on with the message of one source, each time of the next one.
+  void take_early() {
+    auto awaited = awaited_.upper_bound(last_early_);
+    if (awaited == awaited_.end()) awaited = awaited_.begin();
+    last_early_ = awaited->first;
+    Receiving& next = way_->receiving[last_early_];
+    if (!take_pieces(last_early_, next)) return;
+    early_[last_early_].push_back(std::exchange(next.bytes, {}));
+    count_down(awaited);
+  }
+
+  // Returns whether all of the message is here.
+  bool take_pieces(const Source& source, Receiving& next) {
+    const auto [from, phase] = source;
+    while (!next.whole()) {
+      if (next.request == MPI_REQUEST_NULL && !begin_piece(from, phase, next)) return false;
+      if (!done(next.request, "receiving a message")) return false;
+    }
+    return true;
+  }
+
   bool begin_piece(int from, Phase phase, Receiving& next) {
     int here = 0;
     MPI_Message arriving = MPI_MESSAGE_NULL;
@@ -302,15 +376,16 @@ class MpiTransport : public Transport {
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
     const auto size = static_cast<std::size_t>(length);
-    if (const auto spare = spare_.find(phase); spare != spare_.end() && next.bytes.empty()) {
-      if (size <= spare->second.capacity()) next.bytes = std::move(spare->second);
-      spare_.erase(spare);
+    if (std::vector<particles::Bytes>& spare = spare_[phase]; !spare.empty() && next.bytes.empty()) {
+      if (size <= spare.back().capacity()) next.bytes = std::move(spare.back());
+      spare.pop_back();
     }
     checked(MPI_Imrecv(next.bytes.extend(size), length, MPI_BYTE, &arriving, &next.request), "receiving a message");
     return true;
   }
 
-  void progress() {
+  // Lets go of messages that have left.
+  void sweep() {
     for (auto it = way_->sending.begin(); it != way_->sending.end();) {
       bool all_done = true;
       for (MPI_Request& request : it->requests) all_done = done(request, "sending a message") && all_done;
@@ -326,10 +401,15 @@ class MpiTransport : public Transport {
   bool entered_ = false;
   bool finishing_ = false;
   bool lost_ = false;     // a rank: every call throws
-  std::map<Phase, particles::Bytes> spare_;  // see reuse()
+  std::map<Phase, std::vector<particles::Bytes>> spare_;  // see reuse()
   bool decided_ = false;  // whether all have finished
   bool coming_ = false;   // to shrink()
   std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left
+  Awaited awaited_;
+  std::map<Source, std::deque<particles::Bytes>> early_;  // whole messages that nobody has asked for yet, in order
+  Source last_early_{-1, Phase{}};                        // the source that progress() asked last
+  double next_progress_s_ = 0;
+  std::exception_ptr late_;  // thrown by progress(), for who asks next
   BackOff back_off_;
   std::unique_ptr<UnderWay> way_;
 };

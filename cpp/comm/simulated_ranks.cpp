@@ -26,7 +26,7 @@ class SimulatedTransport final : public Transport {
     scheduler_.point(self_, "sends", number(to), name(phase), Simulation::Death::At::send);
     among_->send(rank_, to, phase, std::move(message));
   }
-  void await(int, Phase) override {}
+  void await(int, Phase, int) override {}
   std::optional<particles::Bytes> receive(int from, Phase phase) override {
     scheduler_.point(self_, "polls", number(from), name(phase));
     scheduler_.asks(self_, *among_, rank_, Question::message, {from, phase});

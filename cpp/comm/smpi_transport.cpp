@@ -80,7 +80,8 @@ class SmpiTransport : public Transport {
     charge_for(header);
   }
 
-  void await(int from, Phase phase) override {
+  // One at a time: the next sets out when it is waited for.
+  void await(int from, Phase phase, int) override {
     Receiving& next = awaited_[{from, phase}];
     if (next.request == MPI_REQUEST_NULL) begin(from, phase, next);
   }

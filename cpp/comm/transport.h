@@ -46,8 +46,13 @@ class Transport {
   /// order. Never to oneself.
   virtual void send(int to, Phase phase, std::shared_ptr<const Message> message) = 0;
 
-  /// This rank will receive a message of this phase from `from`. Only a simulator needs to know in advance.
-  virtual void await(int from, Phase phase) = 0;
+  /// This rank will receive so many messages of this phase from `from`, whatever it said before: they may arrive from
+  /// now on.
+  virtual void await(int from, Phase phase, int messages) = 0;
+
+  /// Lets messages travel that are under way, or awaited, while this rank computes. MPI may move nothing between two
+  /// calls of it. Returns at once, and costs nothing where there is nothing to do.
+  virtual void progress() noexcept {}
 
   /// The next message of this phase from a rank, if all of it has arrived.
   virtual std::optional<particles::Bytes> receive(int from, Phase phase) = 0;

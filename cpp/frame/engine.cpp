@@ -49,6 +49,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
+  parts_->rank.talk.comm().progress();  // of what the last frame has sent
   bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);

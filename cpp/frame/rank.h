@@ -16,7 +16,11 @@ namespace motes::frame {
 struct Rank {
   Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
       : settings(std::move(given)), talk(std::move(communicator), std::move(cast)),
-        pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool) {}
+        pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool) {
+    pool->meanwhile([this] { talk.comm().progress(); });
+  }
+  Rank(const Rank&) = delete;
+  Rank& operator=(const Rank&) = delete;
 
   /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
   bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }

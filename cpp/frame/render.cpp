@@ -69,15 +69,13 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
-// Under a simulator messages set out when their receiver says that it will take them.
-void await_all(Rank& rank, const Painter& painter) {
+// Messages may arrive while this rank still projects or draws.
+void await_all(Rank& rank, const image::View& view, const Painter& painter) {
   Conversation& talk = rank.talk;
   if (painter.plan.draws(talk.rank())) {
     for (const int from : talk.cast().calculators) talk.comm().await(from, comm::Phase::records);
   }
-  for (int from = 0; talk.draws() && from < talk.size(); ++from) {
-    if (painter.plan.path != Path::gather && painter.plan.draws(from)) talk.comm().await(from, comm::Phase::tiles);
-  }
+  if (painter.plan.path != Path::gather && talk.draws()) await_tiles(rank, view, painter);
 }
 
 }  // namespace
@@ -107,7 +105,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.merged.reset();
   if (painter.plan.path == Path::composite) painter.merged = merged_blend(view, script.record.sprites);
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
-  await_all(rank, painter);
+  await_all(rank, view, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {
     if (talk.calculates()) send_records(rank, painter);

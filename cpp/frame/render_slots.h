@@ -14,7 +14,10 @@ namespace motes::frame {
 template <class Put>
 void put_slots(threads::Pool& pool, int first, int end, particles::Bytes& out, const Put& put) {
   if (pool.threads() == 1) {
-    for (int slot = first; slot < end; ++slot) put(slot, 0, out);
+    for (int slot = first; slot < end; ++slot) {
+      put(slot, 0, out);
+      pool.pause();
+    }
     return;
   }
   constexpr int kSlots = 8;  // a thread takes so many at once

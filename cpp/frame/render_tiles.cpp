@@ -230,6 +230,14 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
 
 }  // namespace
 
+void await_tiles(Rank& rank, const image::View& view, const Painter& painter) {
+  for (int from = 0; from < rank.talk.size(); ++from) {
+    if (!painter.plan.draws(from)) continue;
+    const std::size_t parcels = parcels_of(painter.plan, from, view).size();
+    rank.talk.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels));
+  }
+}
+
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
   Conversation& talk = rank.talk;
   if (!painter.plan.draws(talk.rank())) return;
@@ -269,7 +277,7 @@ void assemble(Rank& rank, const image::View& view, Painter& painter) {
     if (from == talk.rank() || !painter.plan.draws(from)) continue;
     const std::vector<Parcel> parcels = parcels_of(painter.plan, from, view);
     for (std::size_t i = 0; i < parcels.size() && !talk.failed(); ++i) {
-      if (i > 0) talk.comm().await(from, comm::Phase::tiles);
+      if (i > 0) talk.comm().await(from, comm::Phase::tiles, static_cast<int>(parcels.size() - i));
       take_parcel(rank, view, from, parcels[i], painter);
     }
   }

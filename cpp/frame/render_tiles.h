@@ -6,6 +6,9 @@
 
 namespace motes::frame {
 
+/// Image generator: the tiles of other ranks may arrive from now on.
+void await_tiles(Rank& rank, const image::View& view, const Painter& painter);
+
 /// Each rank that owns tiles: receives what belongs into them, draws them, and sends them to the image generator.
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter);
 

@@ -72,7 +72,13 @@ std::size_t block_for(std::size_t actions, bool fetched) {
 template <class Work>
 void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
   const std::size_t count = end - begin;
-  if (pool.threads() == 1 || count < pool.items(kAlone)) return work(begin, end, outcome);
+  if (pool.threads() == 1 || count < pool.items(kAlone)) {
+    for (std::size_t first = begin; first < end; first += kRange) {
+      work(first, std::min(first + kRange, end), outcome);
+      pool.pause();
+    }
+    return;
+  }
   const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kRange, kLastRange, kWhole);
   std::vector<Outcome> outcomes(starts.size() - 1);
   pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {

@@ -106,7 +106,10 @@ bool Pool::in_a_copy() const { return process_ != 0 && process_ != getpid(); }
 
 void Pool::run(std::size_t parts, const Work& work) {
   if (threads_ == 1 || parts <= 1 || in_a_copy()) {
-    for (std::size_t part = 0; part < parts; ++part) work(part, 0);
+    for (std::size_t part = 0; part < parts; ++part) {
+      work(part, 0);
+      pause();
+    }
     return;
   }
   if (workers_.size() < static_cast<std::size_t>(threads_)) start();
@@ -165,6 +168,7 @@ bool Pool::take_share(Worker& from, std::size_t worker) {
     } catch (...) {
       note_failure(part);
     }
+    if (worker == 0) pause();
   }
   return took_part;
 }

@@ -12,6 +12,7 @@
 #include <mutex>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace motes::threads {
@@ -50,6 +51,15 @@ class Pool {
   /// all threads can be started; none of them runs then, and the next task tries again.
   void run(std::size_t parts, const Work& work);
 
+  /// From now on the calling thread calls this between parts, and whenever it is asked to pause(): it must be short,
+  /// and throw nothing.
+  void meanwhile(std::function<void()> call) { meanwhile_ = std::move(call); }
+
+  /// For long work that is not cut into parts: calls what is to be done meanwhile. Only on the calling thread.
+  void pause() const {
+    if (meanwhile_) meanwhile_();
+  }
+
   /// Add this to the calling thread's processor time: then a task that n threads shared counts as one n-th of the
   /// processor time of all of them.
   double beyond_caller_s() const { return beyond_caller_s_; }
@@ -78,6 +88,7 @@ class Pool {
   int threads_;
   std::size_t grain_;
   std::deque<Worker> workers_;  // the first is the caller
+  std::function<void()> meanwhile_;
   double beyond_caller_s_ = 0;
   int process_ = 0;  // that started the threads: a copy of it has none
 

@@ -235,7 +235,8 @@ class System(Recorder, Children, Fabrics, Sums):
     def _record(self, action: actions.Action, depth: int = 3) -> None:
         """Record an action; `depth` calls of the package stand between the script and the engine."""
         world = self.world
-        action = action.at_time(world.time)
+        if action.moves:
+            action = action.at_time(world.time)
         engine = world._begin(type(action).__name__)
         try:
             line = script_lines.running_line(depth)

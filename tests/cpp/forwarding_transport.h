@@ -19,7 +19,8 @@ class Forwarding : public motes::comm::Transport {
   void send(int to, Phase phase, std::shared_ptr<const motes::comm::Message> message) override {
     under_->send(to, phase, std::move(message));
   }
-  void await(int from, Phase phase) override { under_->await(from, phase); }
+  void await(int from, Phase phase, int messages) override { under_->await(from, phase, messages); }
+  void progress() noexcept override { under_->progress(); }
   std::optional<motes::particles::Bytes> receive(int from, Phase phase) override {
     return under_->receive(from, phase);
   }

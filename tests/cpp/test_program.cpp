@@ -363,11 +363,14 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
   std::vector<particles::Digest> digests;
   for (const int threads : {1, 2, 3, 7}) {
     threads::Pool pool(threads);
+    int pauses = 0;
+    pool.meanwhile([&] { ++pauses; });
     Store store = copy_of(before);
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < store.size(); ++i) age[i] = static_cast<float>(i % 100) * 0.001f;
     Outcome outcome;
     program.run(store, 77, 1, span, kKey, slice, outcome, pool);
+    CHECK(threads > 1 || pauses > 1);  // a long run is no reason to leave messages alone
     digests.push_back(particles::digest(store));
     Outcome found;
     Program::find_leavers(store, 5, slice, found, pool);

@@ -1,4 +1,5 @@
-// Pictures so large that each rank sends its tiles in several messages.
+// Pictures so large that each rank sends its tiles in several messages, which travel while ranks compute.
+#include <algorithm>
 #include <memory>
 #include <string>
 #include <vector>
@@ -6,6 +7,7 @@
 #include "check.h"
 #include "comm/simulated_ranks.h"
 #include "drawn_scene.h"
+#include "forwarding_transport.h"
 #include "frame/engine.h"
 #include "image/sha256.h"
 
@@ -21,31 +23,59 @@ struct Asked {
   float bloom;  // above 0: sums of light travel, four times as many bytes
 };
 
-// The image generator's pictures.
-void play(SimulatedRank& self, const Asked& asked, std::vector<std::string>& pictures) {
-  auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
+// The image generator's pictures, and what all ranks told their transports.
+struct Seen {
+  std::vector<std::string> pictures;
+  int in_records = 0, in_frames = 0;  // calls of progress(), of all ranks
+  int awaited = 0;                    // messages of tiles from one rank, at most
+};
+
+class Watched : public test::Forwarding {
+ public:
+  Watched(std::unique_ptr<Transport> under, int& calls, int& awaited)
+      : Forwarding(std::move(under)), calls_(calls), awaited_(awaited) {}
+  void progress() noexcept override { ++calls_; }
+  void await(int from, Phase phase, int messages) override {
+    if (phase == Phase::tiles) awaited_ = std::max(awaited_, messages);
+    Forwarding::await(from, phase, messages);
+  }
+
+ private:
+  int& calls_;
+  int& awaited_;
+};
+
+void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
+  int calls = 0, awaited = 0;
+  auto transport = std::make_unique<Watched>(self.transport(), calls, awaited);
+  auto communicator = std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{});
   frame::Engine engine(std::move(communicator), roles::cast_shared(asked.ranks), frame::Settings{});
   test::add_drawn_system(engine);
   image::View view = test::drawn_view(1280, 960, asked.path);
   view.bloom = asked.bloom;
   engine.start();
   for (int i = 0; i < 3; ++i) {
+    calls = 0;
     engine.record(0, test::drawn_source(2000));
     engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
+    const int recorded = calls;
     engine.run_frame(view);
+    seen.in_records += recorded;
+    seen.in_frames += calls - recorded;
+    seen.awaited = std::max(seen.awaited, awaited);
     if (!engine.talk().draws()) continue;
-    pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
+    seen.pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
   }
   engine.finish();
 }
 
-std::vector<std::string> pictures_of(const Asked& asked, std::uint64_t seed) {
-  std::vector<std::string> pictures;
+Seen seen_of(const Asked& asked, std::uint64_t seed) {
+  Seen seen;
   comm::Simulation simulation;
   simulation.ranks = asked.ranks;
   simulation.seed = seed;
-  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, asked, pictures); });
-  return pictures;
+  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, asked, seen); });
+  return seen;
 }
 
 }  // namespace
@@ -53,12 +83,22 @@ std::vector<std::string> pictures_of(const Asked& asked, std::uint64_t seed) {
 TEST(tiles_that_travel_in_several_messages_make_the_same_picture) {
   std::uint64_t seed = 0;
   for (const float bloom : {0.0f, 0.2f}) {
-    const std::vector<std::string> alone = pictures_of({1, Path::gather, bloom}, ++seed);
+    const std::vector<std::string> alone = seen_of({1, Path::gather, bloom}, ++seed).pictures;
     CHECK(alone.size() == 3 && alone[0] != alone[1] && alone[1] != alone[2]);
     for (const int ranks : {2, 3}) {
       for (const Path path : {Path::tiles, Path::composite}) {
-        CHECK(pictures_of({ranks, path, bloom}, ++seed) == alone);
+        CHECK(seen_of({ranks, path, bloom}, ++seed).pictures == alone);
       }
     }
+  }
+}
+
+TEST(messages_travel_while_a_rank_records_acts_and_draws) {
+  const int tiles = image::Grid{1280, 960}.tiles();
+  for (const int ranks : {1, 2, 3}) {
+    const Seen seen = seen_of({ranks, Path::tiles, 0}, 1);
+    CHECK(seen.in_records == 3 * 2 * ranks);
+    CHECK(seen.in_frames > 3 * tiles);  // behind each tile, whoever draws it
+    CHECK((seen.awaited > 1) == (ranks > 1));
   }
 }

@@ -82,6 +82,29 @@ TEST(ranges_cover_all_and_do_not_overlap) {
   }
 }
 
+TEST(the_calling_thread_does_what_is_to_be_done_meanwhile_behind_each_of_its_parts) {
+  for (const int threads : {1, 2, 3}) {
+    Pool pool(threads);
+    pool.pause();  // nothing is to be done yet
+    int calls = 0;
+    const std::thread::id caller = std::this_thread::get_id();
+    bool called_by_others = false;
+    pool.meanwhile([&] {
+      ++calls;
+      called_by_others |= std::this_thread::get_id() != caller;
+    });
+    int own_parts = 0;
+    pool.run(60, [&](std::size_t, std::size_t worker) {
+      if (worker == 0) ++own_parts;
+      work_for(1e-5);
+    });
+    CHECK(calls == own_parts && !called_by_others);
+    CHECK(threads > 1 || own_parts == 60);
+    pool.pause();
+    CHECK(calls == own_parts + 1);
+  }
+}
+
 TEST(each_worker_begins_with_its_own_share) {
   for (const int threads : {2, 3, 5}) {
     Pool pool(threads);

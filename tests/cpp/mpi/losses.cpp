@@ -1,6 +1,6 @@
 // Ranks of a real MPI that are killed while others wait for them. Arguments: what the others do meanwhile (receive,
-// send, finish, shrink or anything), the ranks that die, separated by commas, and after how many seconds the first
-// dies. Prints a line per rank that came through: its old rank, and who is left.
+// send, compute, finish, shrink or anything), the ranks that die, separated by commas, and after how many seconds the
+// first dies. Prints a line per rank that came through: its old rank, and who is left.
 #include <signal.h>
 #include <time.h>
 #include <unistd.h>
@@ -15,6 +15,7 @@
 #include <thread>
 #include <vector>
 
+#include "comm/clock.h"
 #include "comm/communicator.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
@@ -69,6 +70,12 @@ void wait_for_losses(Communicator& comm, const Plan& plan) {
   if (plan.meanwhile == "send") {
     comm.post(victim, Phase::loads, {}, large());
     comm.flush();
+  }
+  if (plan.meanwhile == "compute") {
+    comm.post(victim, Phase::loads, {}, large());
+    comm.await(victim, Phase::loads);
+    for (const double start = wall_seconds(); wall_seconds() - start < plan.after_s + 1;) comm.progress();
+    comm.expect(victim, Phase::loads, {});
   }
   if (plan.meanwhile == "finish") comm.finish();
 }

@@ -53,7 +53,7 @@ void Scenery::render(int number, std::size_t worker) {
     by.version = version_;
   }
   Tile& tile = tiles_[index(number)];
-  TilePart part{grid_, number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
+  TilePart part{number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
   part.width = std::min(kTile, grid_.width - part.left);
   part.height = std::min(kTile, grid_.height - part.top);
   if (tile.forms != forms_) trace(tile, part, by);

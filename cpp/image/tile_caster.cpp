@@ -102,12 +102,12 @@ void TileCaster::place_row(const TilePart& part, int y) {
   }
 }
 
-// A neighbour that is not in the image has the place of the pixel next to it: no edge runs between them.
+// Also of neighbours that are not in the image: edges that run past its outermost pixels are smooth, too.
 void TileCaster::place_border(const TilePart& part) {
   for (std::size_t i = 0; i < kBorder; ++i) {
     const Place place = border_place(part, static_cast<int>(i));
-    x_[i] = static_cast<float>(std::clamp(part.left + place.x, 0, part.grid.width - 1)) + 0.5f;
-    y_[i] = static_cast<float>(std::clamp(part.top + place.y, 0, part.grid.height - 1)) + 0.5f;
+    x_[i] = static_cast<float>(part.left + place.x) + 0.5f;
+    y_[i] = static_cast<float>(part.top + place.y) + 0.5f;
   }
 }
 

@@ -26,7 +26,6 @@ class SurfaceList {
 
 /// The part of the image that a tile covers, pixels.
 struct TilePart {
-  Grid grid;
   int left, top, width, height;
 };
 

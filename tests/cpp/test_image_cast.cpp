@@ -110,9 +110,8 @@ class Reference {
   const Sample& center(int x, int y) const { return centers_[static_cast<std::size_t>(y * view_.width + x)]; }
   bool edge(int x, int y) const {
     const std::uint32_t here = center(x, y).surface;
-    return (x > 0 && center(x - 1, y).surface != here) || (y > 0 && center(x, y - 1).surface != here) ||
-           (x + 1 < view_.width && center(x + 1, y).surface != here) ||
-           (y + 1 < view_.height && center(x, y + 1).surface != here);
+    return surface(x - 1, y) != here || surface(x, y - 1) != here || surface(x + 1, y) != here ||
+           surface(x, y + 1) != here;
   }
   double operator()(int x, int y, std::size_t c) const {
     if (!edge(x, y)) return shown(center(x, y).light[c]);
@@ -122,6 +121,12 @@ class Reference {
   }
 
  private:
+  // Also of a neighbour that is not in the picture.
+  std::uint32_t surface(int x, int y) const {
+    const bool inside = x >= 0 && y >= 0 && x < view_.width && y < view_.height;
+    return inside ? center(x, y).surface : caster_.cast(x + 0.5, y + 0.5).surface;
+  }
+
   View view_;
   Caster caster_;
   std::vector<Sample> centers_;
@@ -201,6 +206,28 @@ TEST(image_scenery_does_not_depend_on_the_order_of_tiles) {
   const auto one = [&](int x, int y, std::size_t c) { return shown(forwards, view, x, y, c); };
   const auto other = [&](int x, int y, std::size_t c) { return shown(backwards, view, x, y, c); };
   CHECK(difference(view, one, other) == 0);
+}
+
+// Of two pictures by one camera, whose middle they share, the wider one shows more at both sides.
+TEST(image_edges_on_the_border_of_a_picture_are_those_of_a_wider_one) {
+  constexpr int kMore = 20;  // at each side
+  int smooth = 0, apart = 0;
+  for (std::uint64_t seed = 41; seed <= 80; ++seed) {
+    const View view = random_view(seed, 100, 150), wider = random_view(seed, 100 + 2 * kMore, 150);
+    const Scenery scenery = rendered(view), more = rendered(wider);
+    View jagged = view;
+    jagged.smooth = false;
+    const Scenery steps = rendered(jagged);
+    for (int y = 0; y < 150; ++y) {
+      for (const int x : {0, 99}) {
+        const double here = shown(scenery, view, x, y, 0);
+        smooth += std::fabs(here - shown(steps, view, x, y, 0)) > 0.02;
+        apart += std::fabs(here - shown(more, wider, x + kMore, y, 0)) > 0.02;
+      }
+    }
+  }
+  CHECK(smooth > 100);
+  CHECK(apart <= 1);  // a sample may lie exactly on an edge
 }
 
 TEST(image_edges_are_smooth_unless_asked_otherwise) {

@@ -100,7 +100,6 @@ class BackOff {
 
 class MpiTransport : public Transport {
   using Source = std::pair<int, Phase>;
-
   using Awaited = std::map<Source, int>;  // how many messages
 
   static constexpr double kProgressEvery = 50e-6;   // s

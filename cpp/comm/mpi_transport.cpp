@@ -228,7 +228,6 @@ class MpiTransport : public Transport {
     try {
       sweep();
       for (std::size_t i = std::min(awaited_.size(), kAskedTogether); i > 0 && !awaited_.empty(); --i) take_early();
-    } catch (const RankLost&) {  // lost_ says so
     } catch (...) {
       late_ = std::current_exception();
     }

@@ -60,7 +60,7 @@ class SmpiTransport : public Transport {
 
   void send(int to, Phase phase, std::shared_ptr<const Message> message) override {
     if (sending_.size() >= sweep_at_) {
-      progress();
+      sweep();
       sweep_at_ = 2 * sending_.size() + 16;
     }
     const Header header = message->header();
@@ -168,7 +168,7 @@ class SmpiTransport : public Transport {
           "receiving a message");
   }
 
-  void progress() {
+  void sweep() {
     for (auto it = sending_.begin(); it != sending_.end();) {
       int all_done = 0;
       check(MPI_Testall(static_cast<int>(it->requests.size()), it->requests.data(), &all_done, MPI_STATUSES_IGNORE),

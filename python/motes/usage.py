@@ -33,8 +33,7 @@ class Usage:
 
     def begin(self, call: str) -> None:
         """Start a call, which `end` ends. Raises MotesError while another one runs."""
-        if self._owner is not None:
-            self.check(call)
+        self.check(call)
         if not self._lock.acquire(blocking=False):
             raise MotesError(self._refusal(call))
         self._call = call

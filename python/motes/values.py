@@ -5,6 +5,7 @@ from __future__ import annotations
 import functools
 import inspect
 import math
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
@@ -27,9 +28,9 @@ class Moving:
     times: tuple[float, ...]
     """Where it has its extreme values."""
 
+    @abstractmethod
     def __call__(self, time: float) -> Any:
         """Return the number or vector at a time, in seconds."""
-        raise NotImplementedError
 
 
 class Value:

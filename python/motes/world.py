@@ -447,9 +447,7 @@ class World(Looping, Facts, Settings):
 
     def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
         """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
-        engine = self._engine
-        if engine is None or self._ended:
-            raise outside(call)
+        engine = self._engine_for(call)
         if reads and self._course is not None:
             self._course.go_on(self._systems)
         self._usage.begin(call)

@@ -98,7 +98,7 @@ TEST(messages_travel_while_a_rank_records_acts_and_draws) {
   for (const int ranks : {1, 2, 3}) {
     const Seen seen = seen_of({ranks, Path::tiles, 0}, 1);
     CHECK(seen.in_records == 3 * 2 * ranks);
-    CHECK(seen.in_frames > 3 * tiles);  // behind each tile, whoever draws it
+    CHECK(seen.in_frames > 3 * tiles);  // one behind each tile, on the rank that draws it
     CHECK((seen.awaited > 1) == (ranks > 1));
   }
 }

@@ -23,7 +23,6 @@ namespace motes::frame {
 
 using comm::Message;
 using comm::Phase;
-using meetings::Copies;
 using particles::Store;
 
 namespace {
@@ -270,7 +269,7 @@ class Swap {
     }
   }
 
-  static std::uint64_t take_copies(particles::Reader& in, std::size_t columns, Copies& copies) {
+  static std::uint64_t take_copies(particles::Reader& in, std::size_t columns, meetings::Copies& copies) {
     const auto count = in.get<std::uint64_t>();
     copies.columns.resize(columns);
     for (std::uint64_t i = 0; i < count; ++i) copies.ids.push_back(in.get<std::uint64_t>());
@@ -466,7 +465,7 @@ class Swap {
   meetings::Cube cube_;
   meetings::Moments moments_;
   std::map<int, std::uint64_t> sent_;  // leavers and copies
-  Copies copies_[2];
+  meetings::Copies copies_[2];
 };
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace motes::particles {
 
 /// From here on memory is worth huge pages.
-inline constexpr std::size_t kLargeMemory = std::size_t{4} << 20;
+inline constexpr std::size_t kLargeMemory = std::size_t{1} << 20;
 
 /// At least `bytes` of memory for std::free, aligned to a cache line; from kLargeMemory on in huge pages, where the
 /// kernel has them. Sets `bytes` to what there is. Throws std::bad_alloc.

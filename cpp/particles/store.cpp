@@ -61,6 +61,9 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
 constexpr std::size_t kPage = 1024, kApart = 128;  // values of four bytes
 constexpr std::size_t kShort = 4 * kPage;
 
+// Smaller planes are cleared: their memory may have been used before, and vectors read beyond the last particle.
+constexpr std::size_t kZeroed = std::size_t{4} << 20;
+
 // Values from one column of an attribute to its next: whole blocks, so that columns begin on a cache line, and room for
 // whole vectors after the last particle.
 std::size_t stride_for(std::size_t capacity) {
@@ -71,15 +74,25 @@ std::size_t stride_for(std::size_t capacity) {
 // The ids begin where the eighth column does.
 constexpr int kIds = 7;
 
-// Memory for `count` values of which the first stands where column number `column` begins, aligned to a cache line;
-// large allocations ask for huge pages.
+// Values that are left out in front of a plane which begins where column number `column` does.
+std::size_t values_before(std::size_t count, int column) {
+  return count <= kShort ? 0 : static_cast<std::size_t>(column) * kApart % kPage;
+}
+
+// Memory for `count` values of which the first stands where column number `column` begins, aligned to a cache line.
 template <class T>
-std::shared_ptr<T[]> allocate_plane(std::size_t count, int column) {
-  const std::size_t before = count <= kShort ? 0 : static_cast<std::size_t>(column) * kApart % kPage;
-  std::size_t bytes = (before + count) * sizeof(T);
-  void* memory = allocate(bytes);
-  if (bytes < kLargeMemory) std::memset(memory, 0, bytes);
-  return std::shared_ptr<T[]>(static_cast<T*>(memory) + before, [memory](T*) { std::free(memory); });
+std::shared_ptr<T[]> take_plane(PlaneMemory& from, std::size_t count, int column) {
+  const std::size_t before = values_before(count, column);
+  const std::size_t bytes = (before + count) * sizeof(T);
+  std::shared_ptr<std::byte[]> memory = from.take(bytes);
+  if (bytes < kZeroed) std::memset(memory.get(), 0, bytes);
+  T* first = reinterpret_cast<T*>(memory.get()) + before;
+  return std::shared_ptr<T[]>(first, [memory = std::move(memory)](T*) {});
+}
+
+template <class T>
+std::size_t bytes_of_plane(std::size_t count, int column) {
+  return PlaneMemory::whole_pages((values_before(count, column) + count) * sizeof(T));
 }
 
 }  // namespace
@@ -103,7 +116,7 @@ void Store::materialize(int attribute) {
   if (column.planes) return;
   if (capacity_ == 0) reserve(kBlock);
   const auto components = static_cast<std::size_t>(width(attribute));
-  column.planes = allocate_plane<float>(components * capacity_, (*schema_)[attribute].first_component);
+  column.planes = take_plane<float>(memory_, components * capacity_, (*schema_)[attribute].first_component);
   const std::size_t filled = (size_ + kPadding - 1) / kPadding * kPadding;
   for (std::size_t c = 0; c < components; ++c) {
     float* plane = column.planes.get() + c * capacity_;
@@ -114,7 +127,7 @@ void Store::materialize(int attribute) {
 Touches* Store::writable_touches() {
   if (!touches_) {
     if (capacity_ == 0) reserve(kBlock);
-    touches_ = allocate_plane<Touches>(capacity_, 0);
+    touches_ = take_plane<Touches>(memory_, capacity_, 0);
     std::fill_n(touches_.get(), size_, Touches{});
   }
   return touches_.get();
@@ -122,7 +135,7 @@ Touches* Store::writable_touches() {
 
 std::uint32_t* Store::writable_upper_ids() {
   if (!upper_ids_) {
-    upper_ids_ = allocate_plane<std::uint32_t>(capacity_, kIds);
+    upper_ids_ = take_plane<std::uint32_t>(memory_, capacity_, kIds);
     std::fill_n(upper_ids_.get(), size_, 0u);
   }
   return upper_ids_.get();
@@ -139,9 +152,10 @@ void Store::set_ids(std::size_t first, std::span<const std::uint64_t> ids) {
 }
 
 void Store::part_from_holders() {
-  const auto renew = [](auto& memory, std::size_t count, int column) {
+  PlaneMemory apart;  // holders may let go at any time, and nothing deals out a part of memory again
+  const auto renew = [&](auto& memory, std::size_t count, int column) {
     if (!memory || memory.use_count() == 1) return;
-    auto fresh = allocate_plane<std::remove_cvref_t<decltype(memory[0])>>(count, column);
+    auto fresh = take_plane<std::remove_cvref_t<decltype(memory[0])>>(apart, count, column);
     std::memcpy(fresh.get(), memory.get(), count * sizeof(memory[0]));
     memory = std::move(fresh);
   };
@@ -150,11 +164,21 @@ void Store::part_from_holders() {
   }
 }
 
+std::size_t Store::bytes_of_planes(std::size_t capacity) const {
+  std::size_t bytes = (upper_ids_ ? 2 : 1) * bytes_of_plane<std::uint32_t>(capacity, kIds);
+  for (int a = 0; a < schema_->size(); ++a) {
+    if (uniform(a)) continue;
+    bytes += bytes_of_plane<float>(static_cast<std::size_t>(width(a)) * capacity, (*schema_)[a].first_component);
+  }
+  return bytes + (touches_ ? bytes_of_plane<Touches>(capacity, 0) : 0);
+}
+
 void Store::reserve(std::size_t capacity) {
   if (capacity_ != 0 && capacity + kPadding <= capacity_) return;
   const std::size_t rounded = stride_for(capacity);
+  PlaneMemory memory(bytes_of_planes(rounded));
   const auto longer = [&](const std::shared_ptr<std::uint32_t[]>& halves) {
-    auto plane = allocate_plane<std::uint32_t>(rounded, kIds);
+    auto plane = take_plane<std::uint32_t>(memory, rounded, kIds);
     if (size_ != 0) std::memcpy(plane.get(), halves.get(), size_ * sizeof(std::uint32_t));
     return plane;
   };
@@ -165,14 +189,14 @@ void Store::reserve(std::size_t capacity) {
     const Column& column = columns_[index(a)];
     if (!column.planes) continue;
     const auto components = static_cast<std::size_t>(width(a));
-    wider[index(a)] = allocate_plane<float>(components * rounded, (*schema_)[a].first_component);
+    wider[index(a)] = take_plane<float>(memory, components * rounded, (*schema_)[a].first_component);
     for (std::size_t c = 0; c < components && size_ != 0; ++c) {
       std::memcpy(wider[index(a)].get() + c * rounded, column.planes.get() + c * capacity_, size_ * sizeof(float));
     }
   }
   std::shared_ptr<Touches[]> touches;
   if (touches_) {
-    touches = allocate_plane<Touches>(rounded, 0);
+    touches = take_plane<Touches>(memory, rounded, 0);
     std::copy_n(touches_.get(), size_, touches.get());
   }
   for (std::size_t a = 0; a < columns_.size(); ++a) {
@@ -181,6 +205,7 @@ void Store::reserve(std::size_t capacity) {
   touches_ = std::move(touches);
   lower_ids_ = std::move(lower_ids);
   upper_ids_ = std::move(upper_ids);
+  memory_ = std::move(memory);
   capacity_ = rounded;
 }
 

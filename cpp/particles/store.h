@@ -12,6 +12,7 @@
 #include "particles/blocks.h"
 #include "particles/bytes.h"
 #include "particles/ids.h"
+#include "particles/plane_memory.h"
 #include "particles/schema.h"
 #include "particles/touches.h"
 #include "threads/pool.h"
@@ -132,6 +133,7 @@ class Store {
   static std::size_t index(int number) { return static_cast<std::size_t>(number); }
   int width(int attribute) const { return (*schema_)[attribute].width; }
   void materialize(int attribute);
+  std::size_t bytes_of_planes(std::size_t capacity) const;
   std::vector<Plane> planes_and_rows() const;
   std::uint32_t* writable_upper_ids();
   /// Of particles `first` and after it, which have just been added: one value for all of them, or planes to write to.
@@ -143,6 +145,7 @@ class Store {
   std::shared_ptr<std::uint32_t[]> lower_ids_;
   std::shared_ptr<std::uint32_t[]> upper_ids_;  // null: all are 0
   std::shared_ptr<Touches[]> touches_;  // null: nobody remembers any
+  PlaneMemory memory_;
   std::size_t size_ = 0;
   std::size_t capacity_ = 0;
 };

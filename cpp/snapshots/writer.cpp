@@ -13,8 +13,7 @@
 namespace motes::snapshots {
 namespace {
 
-// What is written at once; a full disk is noticed between two of these.
-constexpr std::size_t kPiece = particles::kLargeMemory;
+static_assert(kPiece >= particles::kLargeMemory, "what goes past the kernel's cache must be aligned");
 
 // Goes past the kernel's cache where the file system lets it, in whole pieces: filling the cache with what nobody will
 // read costs a core several times what the writing does, and drives out what others need.

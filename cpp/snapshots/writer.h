@@ -1,6 +1,7 @@
 // Parts on their way to disk, in a thread of their own, while frames go on.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <mutex>
 #include <optional>
@@ -11,6 +12,9 @@
 #include "snapshots/part.h"
 
 namespace motes::snapshots {
+
+/// Bytes that are written at once; a full disk is noticed between two of these.
+inline constexpr std::size_t kPiece = std::size_t{4} << 20;
 
 /// Writes a file under another name, brings it to the disk and gives it its name. Throws std::runtime_error, naming
 /// path and reason; then no file is left.

@@ -17,7 +17,7 @@ using namespace motes;
 
 namespace {
 
-constexpr std::size_t kPiece = particles::kLargeMemory;
+using snapshots::kPiece;
 
 std::vector<std::byte> numbers(std::size_t count) {
   std::vector<std::byte> bytes(count);

@@ -1,0 +1,55 @@
+#include "particles/plane_memory.h"
+
+#include <cstdlib>
+#include <utility>
+
+#include "particles/memory.h"
+
+namespace motes::particles {
+namespace {
+
+// From so many bytes on a plane gets huge pages, even if nothing else shares them.
+constexpr std::size_t kWorthwhile = kLargeMemory / 2;
+
+// Sets `bytes` to what there is.
+std::shared_ptr<std::byte[]> own_memory(std::size_t& bytes) {
+  void* memory = allocate(bytes);
+  return {static_cast<std::byte*>(memory), [](std::byte* own) { std::free(own); }};
+}
+
+}  // namespace
+
+PlaneMemory::PlaneMemory(std::size_t bytes) {
+  if (bytes >= kWorthwhile) open(bytes);
+}
+
+PlaneMemory::PlaneMemory(PlaneMemory&& other) noexcept
+    : large_(std::move(other.large_)), size_(std::exchange(other.size_, 0)), used_(std::exchange(other.used_, 0)) {}
+
+PlaneMemory& PlaneMemory::operator=(PlaneMemory&& other) noexcept {
+  large_ = std::move(other.large_);
+  size_ = std::exchange(other.size_, 0);
+  used_ = std::exchange(other.used_, 0);
+  return *this;
+}
+
+void PlaneMemory::open(std::size_t bytes) {
+  size_ = bytes < kLargeMemory ? kLargeMemory : bytes;
+  large_ = own_memory(size_);
+  used_ = 0;
+}
+
+std::shared_ptr<std::byte[]> PlaneMemory::take(std::size_t bytes) {
+  const std::size_t pages = whole_pages(bytes);
+  if (pages > left()) {
+    if (bytes < kWorthwhile) return own_memory(bytes);
+    PlaneMemory next(pages);
+    if (next.left() < left() + pages) return next.take(bytes);  // the old one has more room for others
+    *this = std::move(next);
+  }
+  std::byte* piece = large_.get() + used_;
+  used_ += pages;
+  return {piece, [large = large_](std::byte*) {}};
+}
+
+}  // namespace motes::particles

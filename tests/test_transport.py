@@ -1,6 +1,7 @@
 """Messages with a real MPI: over TCP, and where the kernel copies nothing from one process to another.
 
-In both a large message moves only while both ends call MPI.
+In both a large message moves only while both ends call MPI. And pictures in memory that the ranks of a host
+share, where there is no message.
 """
 
 from __future__ import annotations
@@ -10,18 +11,22 @@ from pathlib import Path
 import pytest
 from launching import command, mpirun
 
+from motes import analysis
 from motes._run import starting
 
+PIXELS_TRAVEL = {"MOTES_SHARED_PICTURES": "0"}
 BOTH_ENDS = [{"OMPI_MCA_btl": "self,tcp"}, {"OMPI_MCA_smsc": "^cma"}]
 
 FILM = """
+import sys
 import motes
 from motes import Camera, Renderer, Sprite
 from motes.shapes import Box
 
 camera = Camera((0, 2, 12), (0, 2, 0))
+renderer = Renderer(640, 360, camera=camera, path="tiles")
 with motes.World(
-    seed=3, roles="shared", renderer=Renderer(640, 360, camera=camera, path="tiles"), progress="off"
+    seed=3, roles="shared", renderer=renderer, progress="off", log=sys.argv[1]
 ) as world:
     sparks = world.system("sparks", sprite=Sprite(blend="add", pixels=5))
     sparks.configure(velocity=Box((-9, -1, -1), (9, 3, 1)))
@@ -49,7 +54,18 @@ def test_messages_travel_while_a_rank_computes(progress_program: Path, tmp_path:
 
 @pytest.mark.parametrize("env", BOTH_ENDS, ids=["tcp", "no copies"])
 @pytest.mark.parametrize("ranks", [2, 3])
-def test_a_film_is_the_same_whatever_carries_it(ranks, env):
-    alone = mpirun(1, FILM)
+def test_a_film_is_the_same_whatever_carries_it(tmp_path, ranks, env):
+    alone = mpirun(1, FILM, tmp_path)
     assert len(alone.lines) == 4, alone.text
-    assert mpirun(ranks, FILM, env=env).lines == alone.lines
+    assert mpirun(ranks, FILM, tmp_path, env={**env, **PIXELS_TRAVEL}).lines == alone.lines
+
+
+def test_ranks_of_one_host_draw_into_memory_that_they_share(tmp_path):
+    shared = mpirun(3, FILM, tmp_path / "shared")
+    sent = mpirun(3, FILM, tmp_path / "sent", env=PIXELS_TRAVEL)
+    assert len(shared.lines) == 4 and shared.lines == sent.lines, shared.text + sent.text
+    pixels = 640 * 360 * 3 * 2 / 3  # of the ranks that are not the image generator
+    shared_bytes, sent_bytes = (
+        analysis.open_run(tmp_path / name).frames["render_bytes"] for name in ("shared", "sent")
+    )
+    assert (sent_bytes - shared_bytes > pixels / 2).all()

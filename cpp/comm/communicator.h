@@ -62,6 +62,9 @@ class Communicator {
   /// own end, since the other ranks may not be there to agree.
   void finish();
 
+  /// Whether ranks are processes, which may share memory where they are on one host; the same on all of them.
+  bool between_processes() const { return transport_->between_processes(); }
+
   /// Whether those that are left can go on when a rank is lost. Then any call may throw RankLost, and does so from then
   /// on (see Transport).
   bool survives() const { return transport_->survives(); }

@@ -29,9 +29,10 @@ enum class Phase : std::uint8_t {
   meeting,
   notes,
   copies,   // of particles, kept for the loss of their rank
-  recovery  // after such a loss
+  recovery,  // after such a loss
+  memory     // where the image generator's pictures are
 };
-inline constexpr int kPhases = 19;
+inline constexpr int kPhases = 20;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

@@ -233,6 +233,8 @@ class MpiTransport : public Transport {
     }
   }
 
+  bool between_processes() const override { return true; }
+
   bool survives() const override { return survives_; }
 
   void revoke() override {

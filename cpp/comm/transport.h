@@ -73,6 +73,9 @@ class Transport {
   /// Memory for a later message of this phase that arrives here: fresh memory costs more than what is copied into it.
   virtual void reuse(Phase, particles::Bytes) {}
 
+  /// Whether ranks are processes: of simulated ones none may reach the other's memory.
+  virtual bool between_processes() const { return false; }
+
   /// Whether those that are left can go on when a rank is lost.
   virtual bool survives() const { return false; }
 

@@ -11,6 +11,10 @@ namespace {
 
 using Path = image::View::Path;
 
+std::size_t bytes_of(const image::View& view) {
+  return std::size_t{3} * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+}
+
 // What calculators sent to the image generator, and how many particles it stands for.
 std::vector<comm::Message> receive_all(Rank& rank, double& records) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
@@ -53,6 +57,23 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
   });
 }
 
+// Memory of what other ranks draw of the picture: before they ask for it.
+void share_memory(Rank& rank, const image::View& view, Painter& painter) {
+  const bool whole = image::PictureLight::needed(view, view.linear);
+  const image::Grid grid{view.width, view.height};
+  const std::size_t bytes = whole ? image::PictureLight::bytes(grid) : bytes_of(view);
+  painter.shared.meet(rank, bytes, painter.plan);
+  if (!rank.talk.draws() || painter.plan.path == Path::gather) return;
+  std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.talk.stamp());
+  draw_work(rank, view, [&] {
+    if (whole) {
+      painter.whole.begin(grid, std::move(memory));
+    } else if (memory) {
+      painter.pixels = {std::move(memory), bytes};
+    }
+  });
+}
+
 // What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
 void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
@@ -62,9 +83,7 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
     painter.pieces.begin(view, painter.slots);
     for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
     if (!rank.talk.draws()) return;
-    const std::size_t lanes = 3 * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
-    painter.pixels.resize(lanes);
-    if (image::PictureLight::needed(view, view.linear)) painter.whole.begin(painter.scene.grid());
+    painter.pixels.resize(bytes_of(view));
     painter.layers.begin(view);
   });
 }
@@ -105,6 +124,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.merged.reset();
   if (painter.plan.path == Path::composite) painter.merged = merged_blend(view, script.record.sprites);
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
+  share_memory(rank, view, painter);
   await_all(rank, view, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {

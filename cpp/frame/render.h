@@ -12,6 +12,7 @@
 #include "frame/render_plan.h"
 #include "frame/report.h"
 #include "frame/script.h"
+#include "frame/shared_pictures.h"
 #include "image/canvas.h"
 #include "image/picture_light.h"
 #include "image/pixels.h"
@@ -34,6 +35,7 @@ struct Painter {
   image::Pieces pieces;
   image::TileWorkers workers;
   image::Pixels pixels;
+  SharedPictures shared;  // other paths
   image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
   bool light_kept = false;
   image::Layers layers;

@@ -18,9 +18,13 @@ namespace {
 
 using image::Area;
 
-// How a tile is sent: one colour, or all of its pixels. Where the picture is shown as a whole these are sums of light,
-// else sRGB.
-enum class Content : std::uint8_t { one_color, pixels };
+// What is sent of a tile. Where the picture is shown as a whole these are sums of light, else sRGB.
+enum class Content : std::uint8_t {
+  one_color,
+  pixels,
+  drawn_one_color,  // nothing: they stand in memory that both ranks share
+  drawn_pixels
+};
 
 std::size_t lanes(const Area& area) {
   return 3 * static_cast<std::size_t>(area.width) * static_cast<std::size_t>(area.height);
@@ -65,7 +69,8 @@ class TilesOfRank {
  public:
   TilesOfRank(Rank& rank, const image::View& view, Painter& painter)
       : rank_(rank), view_(view), painter_(painter), first_(painter.plan.first(rank.talk.rank())),
-        end_(painter.plan.end(rank.talk.rank())), whole_(image::PictureLight::needed(view, view.linear)) {}
+        end_(painter.plan.end(rank.talk.rank())), whole_(image::PictureLight::needed(view, view.linear)),
+        shared_(rank.talk.draws() ? nullptr : painter.shared.find(rank.talk.stamp())) {}
 
   void take(const std::vector<comm::Message>& messages) {
     double received = 0;
@@ -107,18 +112,36 @@ class TilesOfRank {
  private:
   Area area_of(int slot) const { return painter_.scene.grid().area(painter_.slots.tile(slot)); }
 
-  // Draws a tile into a message.
+  // Draws a tile into shared memory or a message.
   void put(int slot, std::size_t worker, particles::Bytes& out) {
     image::TileWorker& by = painter_.workers[worker];
     const Area area = area_of(slot);
     const bool blank = paint(slot, worker, by);
-    out.put(static_cast<std::uint8_t>(blank ? Content::one_color : Content::pixels));
+    if (shared_ != nullptr) {
+      out.put(blank ? Content::drawn_one_color : Content::drawn_pixels);
+      draw_shared(by, area);
+    } else {
+      out.put(blank ? Content::one_color : Content::pixels);
+      put_pixels(by, area, blank, out);
+    }
+    if (whole_ && !blank) image::Layers::send(view_, by.painter, by.pieces, area, out);
+  }
+
+  void draw_shared(image::TileWorker& by, const Area& area) const {
+    const std::size_t row = 3 * static_cast<std::size_t>(view_.width);
+    if (whole_) {
+      by.painter.sums(reinterpret_cast<std::uint32_t*>(shared_) + first_pixel(area, row), row);
+    } else {
+      by.painter.show(shared_ + first_pixel(area, row), row);
+    }
+  }
+
+  void put_pixels(image::TileWorker& by, const Area& area, bool blank, particles::Bytes& out) const {
     const std::size_t row = 3 * static_cast<std::size_t>(area.width);
     if (whole_) {
       std::vector<std::uint32_t> sums(lanes(area));
       by.painter.sums(sums.data(), row);
       out.put_raw(sums.data(), (blank ? 3 : sums.size()) * sizeof(std::uint32_t));
-      if (!blank) image::Layers::send(view_, by.painter, by.pieces, area, out);
     } else if (blank) {
       std::vector<std::uint8_t> pixels(lanes(area));
       by.painter.show(pixels.data(), row);
@@ -155,20 +178,24 @@ class TilesOfRank {
   Painter& painter_;
   int first_, end_;
   bool whole_;
+  std::uint8_t* shared_;  // the whole picture, in memory of the image generator's; null: tiles travel
   std::vector<Partials> partials_;
   std::atomic<std::uint64_t> drawn_{0};  // records that are not charged yet
   std::atomic<int> added_{0};            // partial tiles, likewise
 };
 
 // Puts one tile of a message into the picture.
-void place(particles::Reader& in, const Area& area, const image::View& view, Painter& painter) {
+void place(particles::Reader& in, const Area& area, const image::View& view, bool shared, Painter& painter) {
   const std::size_t row = 3 * static_cast<std::size_t>(area.width);
   const std::size_t picture_row = 3 * static_cast<std::size_t>(view.width);
-  const auto content = in.get<std::uint8_t>();
-  if (content > static_cast<std::uint8_t>(Content::pixels)) {
-    throw std::runtime_error("a tile's content must be 0 (one colour) or 1 (pixels), got " + std::to_string(content));
+  const auto content = in.get<Content>();
+  const Content last = shared ? Content::drawn_pixels : Content::pixels;
+  if (content > last) {
+    throw std::runtime_error("a tile's content must be 0.." + std::to_string(static_cast<int>(last)) + ", got " +
+                             std::to_string(static_cast<int>(content)));
   }
-  const bool blank = content == static_cast<std::uint8_t>(Content::one_color);
+  const bool blank = content == Content::one_color || content == Content::drawn_one_color;
+  const bool drawn = content >= Content::drawn_one_color;
   const auto put = [&]<class T>(T* to) {
     const auto bytes = in.take((blank ? 3 : lanes(area)) * sizeof(T));
     constexpr int kAhead = 8;  // rows
@@ -179,9 +206,9 @@ void place(particles::Reader& in, const Area& area, const image::View& view, Pai
     }
   };
   if (image::PictureLight::needed(view, view.linear)) {
-    put(painter.whole.at(area));
+    if (!drawn) put(painter.whole.at(area));
     blank ? painter.layers.keep_blank(area) : painter.layers.take(area, in);
-  } else {
+  } else if (!drawn) {
     put(painter.pixels.data() + first_pixel(area, picture_row));
   }
 }
@@ -220,7 +247,8 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
   draw_work(rank, view, [&] {
     particles::Reader in = message.reader();
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
-      place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, painter);
+      place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, painter.shared.opened(talk.stamp()),
+            painter);
     }
     if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
   });

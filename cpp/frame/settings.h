@@ -1,4 +1,4 @@
-// What a run is set to: equal on all ranks but for `speed`, `threads` and the functions.
+// What a run is set to: equal on all ranks but for `speed`, `threads`, `shares_pictures` and the functions.
 #pragma once
 
 #include <cstddef>
@@ -36,6 +36,7 @@ struct Settings {
   Births births = Births::manager;
   int threads = 1;          // of this rank, for calculating and drawing
   std::size_t grain = SIZE_MAX;  // see threads::Pool
+  bool shares_pictures = true;   // in memory of the image generator's host: see SharedPictures
   int fan_out = 8;          // a rank relays the manager's messages to at most this many others
   bool blocking = false;    // calculators wait until the image generator has taken their particles (paper)
   bool wall_clock = false;  // compute seconds are wall time, not this thread's processor time

@@ -3,6 +3,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -23,8 +24,14 @@ class PictureLight {
 
   explicit PictureLight(const SplatLanes& lanes = splat_lanes()) : lanes_(&lanes) {}
 
-  /// Makes room for a picture of this size; its sums are undefined.
-  void begin(const Grid& grid);
+  /// Bytes of a picture's sums.
+  static std::size_t bytes(const Grid& grid) {
+    return sizeof(std::uint32_t) * 3 * static_cast<std::size_t>(grid.width) * static_cast<std::size_t>(grid.height);
+  }
+
+  /// Makes room for a picture of this size; its sums are undefined. They stand in `memory` of bytes() where there is
+  /// any.
+  void begin(const Grid& grid, std::shared_ptr<std::uint8_t[]> memory = nullptr);
 
   /// The first sum of a tile; rows of the picture are row_lanes() apart.
   std::uint32_t* at(const Area& area);
@@ -37,9 +44,13 @@ class PictureLight {
   std::vector<float> linear() const;
 
  private:
+  std::size_t lanes() const { return row_lanes() * static_cast<std::size_t>(grid_.height); }
+
   const SplatLanes* lanes_;
   Grid grid_;
-  BufferOf<std::uint32_t> light_;
+  std::uint32_t* light_ = nullptr;  // lanes() sums, in one of these two
+  BufferOf<std::uint32_t> own_;
+  std::shared_ptr<std::uint8_t[]> given_;
   Bloom bloom_;
 };
 

@@ -15,6 +15,8 @@ class Pixels {
  public:
   Pixels() = default;
   explicit Pixels(std::size_t size) { resize(size); }
+  /// In memory that something else has made.
+  Pixels(std::shared_ptr<std::uint8_t[]> bytes, std::size_t size) : bytes_(std::move(bytes)), size_(size) {}
   /// Moved-from pixels are empty.
   Pixels(Pixels&& other) noexcept : bytes_(std::move(other.bytes_)), size_(std::exchange(other.size_, 0)) {}
   Pixels& operator=(Pixels&& other) noexcept {
@@ -32,7 +34,7 @@ class Pixels {
   std::size_t size() const { return size_; }
   std::uint8_t* data() { return bytes_.get(); }
   const std::uint8_t* data() const { return bytes_.get(); }
-  std::uint8_t operator[](std::size_t i) const { return bytes_[i]; }
+  std::uint8_t operator[](std::size_t i) const { return data()[i]; }
   std::uint8_t* begin() { return data(); }
   std::uint8_t* end() { return data() + size_; }
   const std::uint8_t* begin() const { return data(); }
@@ -43,7 +45,7 @@ class Pixels {
   }
 
  private:
-  std::unique_ptr<std::uint8_t[]> bytes_;
+  std::shared_ptr<std::uint8_t[]> bytes_;
   std::size_t size_ = 0;
 };
 

@@ -22,6 +22,7 @@ __all__ = [
     "grain",
     "is_set",
     "read",
+    "shares_pictures",
     "stall_s",
     "threads",
 ]
@@ -112,6 +113,11 @@ def grain() -> int | None:
     """Return the most particles that one thread takes at once: MOTES_GRAIN."""
     told: int | None = read("MOTES_GRAIN")
     return told
+
+
+def shares_pictures() -> bool:
+    """Tell whether this rank may draw into memory of the image generator's: MOTES_SHARED_PICTURES."""
+    return bool(read("MOTES_SHARED_PICTURES"))
 
 
 def _one_of(*names: str) -> Callable[[str], str]:
@@ -231,6 +237,14 @@ TABLE = {
             f"an integer 1..{MOST_RANKS}",
             _up_to(MOST_RANKS),
             default_text="what is fastest",
+        ),
+        Variable(
+            "MOTES_SHARED_PICTURES",
+            "0: ranks send each other the pixels of tiles on one host, too; the pictures are the same",
+            "0 or 1",
+            _flag,
+            default=True,
+            default_text="ranks on the image generator's host draw into its memory",
         ),
         Variable(
             "MOTES_SIMD",

@@ -90,6 +90,7 @@ class RunSettings:
             "fan_out": self.fan_out,
             "threads": self.threads,
             "grain": environment.grain(),
+            "shares_pictures": environment.shares_pictures(),
             "clock": self.clock,
             "speed": self.speeds.get(rank, 1.0),
             "spans": self.spans,

@@ -30,6 +30,7 @@ struct Asked {
   std::uint8_t layers = 0;
   std::vector<int> widths = {640, 640, 640, 640};  // of each frame's picture
   bool held = false;         // all pictures, by the script
+  bool redrawn = false;      // each, once, from elsewhere
   bool refused = false;      // by the image generator
   int refused_by = -1;       // a rank that draws
 };
@@ -79,8 +80,13 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     engine.record(0, actions::Action{actions::Kind::move, {1}, {}});
     engine.run_frame(view);
     seen.bytes[i] += bytes;
+    if (asked.redrawn) {
+      if (draws) held.push_back(engine.painter().take_pixels());
+      view.camera.position[0] = 1;
+      engine.redraw(view, "");
+    }
     if (!draws) continue;
-    if (asked.held) {
+    if (asked.held || asked.redrawn) {
       held.push_back(engine.painter().take_pixels());
     } else {
       seen.pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
@@ -92,9 +98,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
       seen.pictures.push_back(digest.finish());
     }
   }
-  for (std::size_t i = 0; i < held.size(); ++i) {
-    seen.pictures.push_back(image::picture_sha256(asked.widths[i], asked.widths[i] * 3 / 4, held[i]));
-  }
+  for (const image::Pixels& pixels : held) seen.pictures.push_back(image::picture_sha256(640, 480, pixels));
   engine.finish();
 }
 
@@ -159,6 +163,16 @@ TEST(pictures_that_the_script_holds_are_not_drawn_into_again) {
   CHECK(held.pictures == one.pictures);
   CHECK(held.bytes[SharedPictures::kPictures - 1] < kPixels);
   CHECK(held.bytes[SharedPictures::kPictures] > kPixels);  // there is none left
+}
+
+TEST(a_picture_that_is_drawn_again_leaves_the_first_one_alone) {
+  const std::vector<int> widths(2, 640);
+  const Seen one = alone({.widths = widths, .redrawn = true});
+  CHECK(one.pictures.size() == 4 && one.pictures[0] != one.pictures[1]);
+  for (const bool shared_roles : {true, false}) {
+    CHECK(seen_of({.ranks = 3, .shared_roles = shared_roles, .widths = widths, .redrawn = true}).pictures ==
+          one.pictures);
+  }
 }
 
 TEST(memory_grows_with_the_pictures_and_serves_smaller_ones) {

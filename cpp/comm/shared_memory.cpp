@@ -2,11 +2,13 @@
 
 #include <fcntl.h>
 #include <sys/mman.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include <random>
 #include <string>
+#include <string_view>
 #include <utility>
 
 namespace motes::comm {
@@ -31,6 +33,9 @@ class File {
   int descriptor_;
 };
 
+// What a link to such a file begins with.
+constexpr std::string_view kLink = "/memfd:motes";
+
 // A file without a name, which is gone with the last process that has it open or mapped.
 int make_file() {
 #if defined(__linux__)
@@ -40,9 +45,24 @@ int make_file() {
 #endif
 }
 
+// Beyond its limit a process would get a signal that ends it.
+bool files_may_have(std::size_t bytes) {
+  rlimit limit{};
+  return ::getrlimit(RLIMIT_FSIZE, &limit) == 0 && (limit.rlim_cur == RLIM_INFINITY || bytes <= limit.rlim_cur);
+}
+
+// Whether this is the link to such a file: to open what another process has there, such as a device, might do
+// something.
+bool links_to_memory(const std::string& path) {
+  char to[kLink.size()];
+  return ::readlink(path.c_str(), to, sizeof to) == static_cast<ssize_t>(sizeof to) &&
+         std::string_view(to, sizeof to) == kLink;
+}
+
 }  // namespace
 
 std::shared_ptr<SharedMemory> SharedMemory::make(std::size_t bytes) {
+  if (!files_may_have(kPage + bytes)) return nullptr;
   File file(make_file());
   if (file.get() < 0 || ::ftruncate(file.get(), static_cast<off_t>(kPage + bytes)) != 0) return nullptr;
   std::random_device random;
@@ -55,9 +75,10 @@ std::shared_ptr<SharedMemory> SharedMemory::make(std::size_t bytes) {
 // Linux shows the open files of a process to its user's other processes.
 std::shared_ptr<SharedMemory> SharedMemory::open(const Address& address) {
   const std::string path = "/proc/" + std::to_string(address.process) + "/fd/" + std::to_string(address.descriptor);
-  File file(::open(path.c_str(), O_RDWR | O_CLOEXEC | O_NONBLOCK | O_NOCTTY));
+  if (!links_to_memory(path)) return nullptr;
+  File file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
   struct stat found{};
-  if (file.get() < 0 || ::fstat(file.get(), &found) != 0 || !S_ISREG(found.st_mode)) return nullptr;
+  if (file.get() < 0 || ::fstat(file.get(), &found) != 0) return nullptr;
   if (static_cast<std::uint64_t>(found.st_size) != kPage + address.bytes) return nullptr;
   Address read = address;
   if (::pread(file.get(), read.key.data(), sizeof read.key, 0) != kKeyBytes || read.key != address.key) return nullptr;

@@ -35,7 +35,7 @@ struct Painter {
   image::Pieces pieces;
   image::TileWorkers workers;
   image::Pixels pixels;
-  SharedPictures shared;  // other paths
+  SharedPictures shared;  // other paths: with ranks of one host
   image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
   bool light_kept = false;
   image::Layers layers;

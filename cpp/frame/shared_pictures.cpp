@@ -2,15 +2,15 @@
 
 #include <pthread.h>
 
-#include <algorithm>
 #include <utility>
+
+#include "particles/memory.h"
 
 namespace motes::frame {
 namespace {
 
-constexpr std::size_t kPage = 4096;
-
-std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+using particles::kPage;
+using particles::whole_pages;
 
 // How often this process has forked. A child goes on to see the pictures that the script held then: they must stay as
 // they are, as private memory would.

@@ -5,6 +5,10 @@
 
 namespace motes::particles {
 
+/// Memory in whole pages of the usual size.
+inline constexpr std::size_t kPage = 4096;
+constexpr std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
+
 /// From here on memory is worth huge pages.
 inline constexpr std::size_t kLargeMemory = std::size_t{1} << 20;
 

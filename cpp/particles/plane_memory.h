@@ -21,11 +21,7 @@ class PlaneMemory {
   PlaneMemory& operator=(PlaneMemory&& other) noexcept;
   ~PlaneMemory() = default;
 
-  /// Memory of the system's own page size; smaller ones are on a cache line.
-  static constexpr std::size_t kPage = 4096;
-  static std::size_t whole_pages(std::size_t bytes) { return (bytes + kPage - 1) / kPage * kPage; }
-
-  /// At the start of a page where it has one or more, else on a cache line. Its content is undefined.
+  /// At the start of a page, or, where there is no larger memory to share, on a cache line. Its content is undefined.
   std::shared_ptr<std::byte[]> take(std::size_t bytes);
 
  private:

@@ -58,8 +58,8 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
 // Columns that begin at the same place of a page share sets of the caches, since large memory begins at the start of a
 // page: eight of them fill sets of eight ways, and a step takes 1.5 times as long. So each column begins kApart
 // values after the place where the one before it does; short ones fit into the cache anyway.
-constexpr std::size_t kPage = 1024, kApart = 128;  // values of four bytes
-constexpr std::size_t kShort = 4 * kPage;
+constexpr std::size_t kOfPage = kPage / 4, kApart = 128;  // values of four bytes
+constexpr std::size_t kShort = 4 * kOfPage;
 
 // Smaller planes are cleared: their memory may have been used before, and vectors read beyond the last particle.
 constexpr std::size_t kZeroed = std::size_t{4} << 20;
@@ -68,7 +68,7 @@ constexpr std::size_t kZeroed = std::size_t{4} << 20;
 // whole vectors after the last particle.
 std::size_t stride_for(std::size_t capacity) {
   const std::size_t blocks = (capacity + kPadding + kBlock - 1) / kBlock * kBlock;
-  return blocks <= kShort ? blocks : (blocks - kApart + kPage - 1) / kPage * kPage + kApart;
+  return blocks <= kShort ? blocks : (blocks - kApart + kOfPage - 1) / kOfPage * kOfPage + kApart;
 }
 
 // The ids begin where the eighth column does.
@@ -76,7 +76,7 @@ constexpr int kIds = 7;
 
 // Values that are left out in front of a plane which begins where column number `column` does.
 std::size_t values_before(std::size_t count, int column) {
-  return count <= kShort ? 0 : static_cast<std::size_t>(column) * kApart % kPage;
+  return count <= kShort ? 0 : static_cast<std::size_t>(column) * kApart % kOfPage;
 }
 
 // Memory for `count` values of which the first stands where column number `column` begins, aligned to a cache line.
@@ -92,7 +92,7 @@ std::shared_ptr<T[]> take_plane(PlaneMemory& from, std::size_t count, int column
 
 template <class T>
 std::size_t bytes_of_plane(std::size_t count, int column) {
-  return PlaneMemory::whole_pages((values_before(count, column) + count) * sizeof(T));
+  return whole_pages((values_before(count, column) + count) * sizeof(T));
 }
 
 }  // namespace

@@ -61,8 +61,8 @@ TEST(planes_of_one_store_share_huge_pages) {
       for (int c = 0; c < schema[attribute].width; ++c) note(store.plane(attribute, c));
     }
     note(store.ids().lower);
-    CHECK(last - first < store.memory_bytes() + 8 * 2 * PlaneMemory::kPage);
-    CHECK(first % kHuge < 2 * PlaneMemory::kPage);
+    CHECK(last - first < store.memory_bytes() + 8 * 2 * kPage);
+    CHECK(first % kHuge < 2 * kPage);
   }
 }
 

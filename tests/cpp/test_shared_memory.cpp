@@ -2,6 +2,7 @@
 #include <cstring>
 #include <memory>
 
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -61,4 +62,13 @@ TEST(memory_that_is_not_the_one_meant_is_not_opened) {
   CHECK(SharedMemory::open(memory->address()) != nullptr);
 }
 
-TEST(shared_memory_larger_than_the_system_gives_is_none) { CHECK(SharedMemory::make(std::size_t{1} << 60) == nullptr); }
+TEST(shared_memory_larger_than_the_system_gives_is_none) {
+  CHECK(SharedMemory::make(std::size_t{1} << 60) == nullptr);
+  rlimit limit{};
+  CHECK(::getrlimit(RLIMIT_FSIZE, &limit) == 0);
+  const rlimit small{kBytes, limit.rlim_max};
+  CHECK(::setrlimit(RLIMIT_FSIZE, &small) == 0);
+  CHECK(SharedMemory::make(kBytes) == nullptr);  // a signal would end the process
+  CHECK(SharedMemory::make(kBytes / 2) != nullptr);
+  CHECK(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
+}

@@ -7,6 +7,7 @@
 #include <exception>
 #include <vector>
 
+#include "check.h"
 #include "comm/communicator.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
@@ -18,14 +19,6 @@ namespace {
 struct Abandoned : std::exception {};
 
 constexpr std::size_t kLarge = 8 << 20;  // MPI moves this much only while both sides call it
-
-int failures = 0;
-
-void check(bool good, int rank, const char* what) {
-  if (good) return;
-  ++failures;
-  std::fprintf(stderr, "rank %d: %s\n", rank, what);
-}
 
 void sleep_s(double seconds) {
   const timespec time{static_cast<time_t>(seconds), static_cast<long>((seconds - static_cast<int>(seconds)) * 1e9)};

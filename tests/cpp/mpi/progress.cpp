@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <cstring>
 
+#include "check.h"
 #include "comm/clock.h"
 #include "comm/communicator.h"
 #include "comm/environment.h"
@@ -18,14 +19,6 @@ namespace {
 constexpr std::size_t kLarge = 1 << 20;  // MPI moves this much only while both sides call it
 constexpr int kMessages = 5;
 constexpr double kLimit = 30;  // seconds
-
-int failures = 0;
-
-void check(bool good, int rank, const char* what) {
-  if (good) return;
-  ++failures;
-  std::fprintf(stderr, "rank %d: %s\n", rank, what);
-}
 
 // Messages of different lengths.
 std::size_t length(int number) { return kLarge + static_cast<std::size_t>(number % 3) * 4096; }

@@ -1,0 +1,12 @@
+// What ranks of a program say of a check that failed.
+#pragma once
+
+#include <cstdio>
+
+inline int failures = 0;
+
+inline void check(bool good, int rank, const char* what) {
+  if (good) return;
+  ++failures;
+  std::fprintf(stderr, "rank %d: %s\n", rank, what);
+}

@@ -11,10 +11,13 @@
 #include <string_view>
 #include <utility>
 
+#include "particles/memory.h"
+
 namespace motes::comm {
 namespace {
 
-constexpr std::size_t kPage = 4096;
+using particles::kPage;
+
 constexpr auto kKeyBytes = static_cast<ssize_t>(sizeof(SharedMemory::Address::key));
 
 // An open file that is closed again unless it is released.

@@ -63,7 +63,7 @@ void share_memory(Rank& rank, const image::View& view, Painter& painter) {
   const image::Grid grid{view.width, view.height};
   const std::size_t bytes = whole ? image::PictureLight::bytes(grid) : bytes_of(view);
   painter.shared.meet(rank, bytes, painter.plan);
-  if (!rank.talk.draws() || painter.plan.path == Path::gather) return;
+  if (!rank.talk.draws()) return;
   std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.talk.stamp());
   draw_work(rank, view, [&] {
     if (whole) {
@@ -124,7 +124,7 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
   painter.merged.reset();
   if (painter.plan.path == Path::composite) painter.merged = merged_blend(view, script.record.sprites);
   painter.slots = slots_of(painter.plan.order, {view.width, view.height});
-  share_memory(rank, view, painter);
+  if (painter.plan.path != Path::gather) share_memory(rank, view, painter);
   await_all(rank, view, painter);
   if (talk.calculates()) project(rank, script, calculator, painter);
   if (painter.plan.path == Path::gather) {

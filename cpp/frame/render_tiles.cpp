@@ -246,9 +246,9 @@ void take_parcel(Rank& rank, const image::View& view, int from, const Parcel& pa
   const double start = rank.machine.compute_seconds();
   draw_work(rank, view, [&] {
     particles::Reader in = message.reader();
+    const bool shared = painter.shared.opened(talk.stamp());
     for (int slot = parcel.first; slot < parcel.end; ++slot) {
-      place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, painter.shared.opened(talk.stamp()),
-            painter);
+      place(in, painter.scene.grid().area(painter.slots.tile(slot)), view, shared, painter);
     }
     if (!in.done()) throw std::runtime_error("a message has more tiles than its sender owns");
   });

@@ -25,7 +25,7 @@ const std::atomic<std::uint64_t>& forks() {
 
 void SharedPictures::meet(Rank& rank, std::size_t bytes, const RenderPlan& plan) {
   Conversation& talk = rank.talk;
-  if (!talk.comm().between_processes() || plan.path == image::View::Path::gather || bytes > kLargest) return;
+  if (!talk.comm().between_processes() || bytes > kLargest) return;
   if (bytes > bytes_) {
     bytes_ = bytes;
     memory_.reset();
@@ -41,7 +41,7 @@ void SharedPictures::meet(Rank& rank, std::size_t bytes, const RenderPlan& plan)
 
 void SharedPictures::tell(Rank& rank, int to) {
   if (!memory_ && rank.settings.shares_pictures) {
-    memory_ = comm::SharedMemory::make(kPage + kPictures * whole_pages(bytes_));
+    memory_ = comm::SharedMemory::make(memory_bytes());
     uses_ = std::make_shared<Uses>();
   }
   comm::Message message;
@@ -54,8 +54,8 @@ void SharedPictures::hear(Rank& rank) {
   const Conversation& talk = rank.talk;
   const comm::Message message = rank.talk.comm().expect(talk.cast().image_generator, comm::Phase::memory, talk.stamp());
   const auto address = message.reader().get<comm::SharedMemory::Address>();
-  const bool large_enough = address.bytes == kPage + kPictures * whole_pages(bytes_);
-  memory_ = large_enough && rank.settings.shares_pictures ? comm::SharedMemory::open(address) : nullptr;
+  memory_ =
+      address.bytes == memory_bytes() && rank.settings.shares_pictures ? comm::SharedMemory::open(address) : nullptr;
 }
 
 std::shared_ptr<std::uint8_t[]> SharedPictures::open(std::size_t bytes, comm::Stamp stamp) {
@@ -81,6 +81,8 @@ std::uint8_t* SharedPictures::find(comm::Stamp stamp) {
   }
   return nullptr;
 }
+
+std::size_t SharedPictures::memory_bytes() const { return kPage + kPictures * whole_pages(bytes_); }
 
 std::uint8_t* SharedPictures::pixels(std::size_t picture) {
   return reinterpret_cast<std::uint8_t*>(memory_->data() + kPage + picture * whole_pages(bytes_));

@@ -26,8 +26,8 @@ class SharedPictures {
   static constexpr std::size_t kLargest = std::size_t{1} << 29;
 
   /// The image generator tells those that draw for the first time where the memory is: this makes room for pictures of
-  /// so many bytes. All ranks call it with the same size and plan, before they draw; who draws for the first time waits
-  /// for the image generator.
+  /// so many bytes. All ranks call it with the same size and plan, before they draw; a rank that draws for the first
+  /// time waits for the image generator.
   void meet(Rank& rank, std::size_t bytes, const RenderPlan& plan);
 
   /// Image generator: memory for a picture, which the others then find. Null where there is none that nobody uses.
@@ -48,6 +48,7 @@ class SharedPictures {
   };
   using Uses = std::array<Use, kPictures>;
 
+  std::size_t memory_bytes() const;
   std::uint8_t* pixels(std::size_t picture);
   std::atomic_ref<std::uint64_t> sign(std::size_t picture);
   void tell(Rank& rank, int to);

@@ -23,16 +23,6 @@ PlaneMemory::PlaneMemory(std::size_t bytes) {
   if (bytes >= kWorthwhile) open(bytes);
 }
 
-PlaneMemory::PlaneMemory(PlaneMemory&& other) noexcept
-    : large_(std::move(other.large_)), size_(std::exchange(other.size_, 0)), used_(std::exchange(other.used_, 0)) {}
-
-PlaneMemory& PlaneMemory::operator=(PlaneMemory&& other) noexcept {
-  large_ = std::move(other.large_);
-  size_ = std::exchange(other.size_, 0);
-  used_ = std::exchange(other.used_, 0);
-  return *this;
-}
-
 void PlaneMemory::open(std::size_t bytes) {
   size_ = bytes < kLargeMemory ? kLargeMemory : bytes;
   large_ = own_memory(size_);

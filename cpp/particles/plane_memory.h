@@ -17,18 +17,18 @@ class PlaneMemory {
   /// A copy deals out memory of its own.
   PlaneMemory(const PlaneMemory&) {}
   PlaneMemory& operator=(const PlaneMemory& other) { return this == &other ? *this : *this = PlaneMemory(); }
-  PlaneMemory(PlaneMemory&& other) noexcept;
-  PlaneMemory& operator=(PlaneMemory&& other) noexcept;
+  PlaneMemory(PlaneMemory&&) noexcept = default;
+  PlaneMemory& operator=(PlaneMemory&&) noexcept = default;
   ~PlaneMemory() = default;
 
   /// At the start of a page, or, where there is no larger memory to share, on a cache line. Its content is undefined.
   std::shared_ptr<std::byte[]> take(std::size_t bytes);
 
  private:
-  std::size_t left() const { return size_ - used_; }
+  std::size_t left() const { return large_ ? size_ - used_ : 0; }
   void open(std::size_t bytes);
 
-  std::shared_ptr<std::byte[]> large_;  // what is dealt out now
+  std::shared_ptr<std::byte[]> large_;  // what is dealt out now; null: nothing
   std::size_t size_ = 0;
   std::size_t used_ = 0;
 };

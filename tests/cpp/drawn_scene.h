@@ -1,6 +1,7 @@
 // A scene for tests of pictures that ranks draw together: a box of particles in front of the camera.
 #pragma once
 
+#include "comm/simulated_ranks.h"
 #include "frame/engine.h"
 #include "image/scene.h"
 
@@ -29,6 +30,15 @@ inline motes::recording::Birth drawn_source(double per_frame) {
   birth.shape = {motes::shapes::Kind::box, {-4, -3, -1, 4, 3, 1}};
   birth.rate = 24 * per_frame;
   return birth;
+}
+
+/// Lets so many ranks play, in an order of events that the seed decides.
+template <class Play>
+void on_ranks(int ranks, std::uint64_t seed, const Play& play) {
+  motes::comm::Simulation simulation;
+  simulation.ranks = ranks;
+  simulation.seed = seed;
+  motes::comm::simulate(simulation, play);
 }
 
 }  // namespace test

@@ -104,11 +104,8 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
 // Ends of all ranks, and the plan of the last frame.
 Ends run(const Fault& fault, std::uint64_t seed, frame::RenderPlan& plan) {
   Ends ends;
-  comm::Simulation simulation;
-  simulation.ranks = fault.ranks;
-  simulation.seed = seed;
   try {
-    comm::simulate(simulation, [&](SimulatedRank& self) { play(self, fault, ends, plan); });
+    test::on_ranks(fault.ranks, seed, [&](SimulatedRank& self) { play(self, fault, ends, plan); });
   } catch (const comm::Deadlock&) {
     return ends;  // seen by the ranks that wait
   }

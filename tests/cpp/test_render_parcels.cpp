@@ -71,10 +71,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
 
 Seen seen_of(const Asked& asked, std::uint64_t seed) {
   Seen seen;
-  comm::Simulation simulation;
-  simulation.ranks = asked.ranks;
-  simulation.seed = seed;
-  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, asked, seen); });
+  test::on_ranks(asked.ranks, seed, [&](SimulatedRank& self) { play(self, asked, seen); });
   return seen;
 }
 

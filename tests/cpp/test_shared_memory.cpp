@@ -43,7 +43,7 @@ TEST(shared_memory_stays_while_anybody_has_it) {
   memory.reset();
   CHECK(found && found->data()[kBytes - 1] == std::byte{3});
   found->data()[0] = std::byte{4};
-  CHECK(SharedMemory::open(address) == nullptr);  // whoever made it is gone
+  CHECK(SharedMemory::open(address) == nullptr);  // the one who made it is gone
 }
 
 TEST(memory_that_is_not_the_one_meant_is_not_opened) {

@@ -1,4 +1,4 @@
-// Pictures in memory that the ranks of a host share: the same pixels, whoever holds on to what.
+// Pictures in memory that the ranks of a host share: the same pixels, whatever a script still holds.
 #include <memory>
 #include <span>
 #include <string>
@@ -104,10 +104,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
 
 Seen seen_of(const Asked& asked, std::uint64_t seed = 1) {
   Seen seen;
-  comm::Simulation simulation;
-  simulation.ranks = asked.ranks;
-  simulation.seed = seed;
-  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, asked, seen); });
+  test::on_ranks(asked.ranks, seed, [&](SimulatedRank& self) { play(self, asked, seen); });
   return seen;
 }
 
@@ -187,9 +184,7 @@ TEST(memory_grows_with_the_pictures_and_serves_smaller_ones) {
 }
 
 TEST(a_picture_that_a_child_process_still_sees_stays_as_it_is) {
-  comm::Simulation simulation;
-  simulation.ranks = 2;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  test::on_ranks(2, 1, [&](SimulatedRank& self) {
     std::uint64_t bytes = 0;
     int told = 0;
     auto transport = std::make_unique<OfProcesses>(self.transport(), bytes, told);

@@ -30,9 +30,10 @@ enum class Phase : std::uint8_t {
   notes,
   copies,   // of particles, kept for the loss of their rank
   recovery,  // after such a loss
-  memory     // where the image generator's pictures are
+  memory,    // where the image generator's pictures are
+  glow       // light of tiles on its way to all others
 };
-inline constexpr int kPhases = 20;
+inline constexpr int kPhases = 21;
 const char* name(Phase phase);
 
 /// Where in the run a message belongs: a rank that is a step ahead or behind is found out at once. This answers the

@@ -3,6 +3,7 @@
 #include <stdexcept>
 
 #include "frame/draw_work.h"
+#include "frame/render_bloom.h"
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
 
@@ -59,14 +60,13 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
 
 // Memory of what other ranks draw of the picture: before they ask for it.
 void share_memory(Rank& rank, const image::View& view, Painter& painter) {
-  const bool whole = image::PictureLight::needed(view, view.linear);
   const image::Grid grid{view.width, view.height};
-  const std::size_t bytes = whole ? image::PictureLight::bytes(grid) : bytes_of(view);
+  const std::size_t bytes = view.linear ? image::PictureLight::bytes(grid) : bytes_of(view);
   painter.shared.meet(rank, bytes, painter.plan);
   if (!rank.talk.draws()) return;
   std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.talk.stamp());
   draw_work(rank, view, [&] {
-    if (whole) {
+    if (view.linear) {
       painter.whole.begin(grid, std::move(memory));
     } else if (memory) {
       painter.pixels = {std::move(memory), bytes};
@@ -81,6 +81,7 @@ void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
     painter.scene.prepare(view, static_cast<std::size_t>(rank.pool->threads()));
     painter.workers.begin(painter.scene, rank.pool->threads());
     painter.pieces.begin(view, painter.slots);
+    if (view.bloom > 0) open_bloom(rank, view, painter);
     for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
     if (!rank.talk.draws()) return;
     painter.pixels.resize(bytes_of(view));
@@ -94,7 +95,9 @@ void await_all(Rank& rank, const image::View& view, const Painter& painter) {
   if (painter.plan.draws(talk.rank())) {
     for (const int from : talk.cast().calculators) talk.comm().await(from, comm::Phase::records);
   }
-  if (painter.plan.path != Path::gather && talk.draws()) await_tiles(rank, view, painter);
+  if (painter.plan.path == Path::gather) return;
+  if (view.bloom > 0) await_glow(rank, painter);
+  if (talk.draws()) await_tiles(rank, view, painter);
 }
 
 }  // namespace
@@ -134,6 +137,10 @@ void render(Rank& rank, const Script& script, const Calculator& calculator, Pain
     open_tiles(rank, view, painter);
     if (talk.calculates()) send_records(rank, painter);
     draw_tiles(rank, view, painter);
+    if (view.bloom > 0) {
+      spread_glow(rank, view, painter);
+      show_tiles(rank, view, painter);
+    }
     if (talk.draws()) assemble(rank, view, painter);
   }
   painter.light_kept = view.linear && talk.draws() && !talk.failed();

@@ -13,6 +13,8 @@
 #include "frame/report.h"
 #include "frame/script.h"
 #include "frame/shared_pictures.h"
+#include "image/bloom.h"
+#include "image/bloom_tiles.h"
 #include "image/canvas.h"
 #include "image/picture_light.h"
 #include "image/pixels.h"
@@ -36,10 +38,16 @@ struct Painter {
   image::TileWorkers workers;
   image::Pixels pixels;
   SharedPictures shared;  // other paths: with ranks of one host
-  image::PictureLight whole;  // other paths, where the picture is shown as a whole: see PictureLight::needed()
+  image::PictureLight whole;  // other paths, where the view keeps it
   bool light_kept = false;
+  image::BloomTiles bloom_tiles;  // other paths, where the view has bloom: of this rank's tiles
+  image::Bloom bloom;             // of the whole picture, on the image generator
+  std::vector<std::vector<std::uint64_t>> glow;  // around this rank's tiles, where it is another one
   image::Layers layers;
   Drawing drawing;  // what this rank did for this frame's picture
+
+  /// Paths tiles and composite: the pixels of a slot's tile.
+  image::Area area(int slot) const { return scene.grid().area(slots.tile(slot)); }
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   image::Pixels take_pixels() { return std::move(pixels); }

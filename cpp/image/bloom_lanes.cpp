@@ -7,9 +7,16 @@
 namespace motes::MOTES_ISA {
 namespace {
 
+constexpr int kBetweenBits = image::BetweenLanes::kBits;
+
 void add(std::uint64_t* __restrict sums, const std::uint32_t* __restrict light, std::uint32_t weight,
          std::size_t count) {
   for (std::size_t i = 0; i < count; ++i) sums[i] += static_cast<std::uint64_t>(light[i]) * weight;
+}
+
+void add_cells(std::uint64_t* __restrict sums, const std::uint64_t* __restrict light, std::uint32_t weight,
+               std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] += light[i] * weight;
 }
 
 template <int kReach>
@@ -39,6 +46,27 @@ void filter(std::uint64_t* to, const std::uint64_t* const* rows, const image::Ta
   filter_from<0>(to, rows, taps, count);
 }
 
+void widen(std::uint64_t* __restrict to, const std::uint64_t* __restrict cells, const image::BetweenLanes& between,
+           std::size_t count) {
+  const std::uint32_t* left = between.left;
+  const std::uint32_t* right = between.right;
+  const std::uint64_t* beyond = between.beyond;
+  const std::uint32_t first = between.first;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t far = beyond[i], near = (std::uint64_t{1} << kBetweenBits) - far;
+    to[i] = (cells[left[i] - first] * near + cells[right[i] - first] * far) >> kBetweenBits;
+  }
+}
+
+void start(std::uint64_t* __restrict glow, std::uint64_t* __restrict step, const std::uint64_t* __restrict near,
+           const std::uint64_t* __restrict far, std::uint64_t beyond, std::uint64_t slope, std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::uint64_t more = far[i] - near[i];
+    glow[i] = (near[i] << kBetweenBits) + more * beyond;
+    step[i] = more * slope;
+  }
+}
+
 void mix(std::uint32_t* __restrict light, std::uint64_t* __restrict glow, const std::uint64_t* __restrict step,
          std::uint32_t part, int shift, std::size_t count) {
   const std::uint64_t half = shift == 0 ? 0 : std::uint64_t{1} << (shift - 1);
@@ -52,8 +80,16 @@ void mix(std::uint32_t* __restrict light, std::uint64_t* __restrict glow, const 
   }
 }
 
+void mix_cells(std::uint64_t* __restrict light, std::uint64_t* __restrict glow, const std::uint64_t* __restrict step,
+               std::size_t count) {
+  for (std::size_t i = 0; i < count; ++i) {
+    light[i] += glow[i] >> kBetweenBits;
+    glow[i] += step[i];
+  }
+}
+
 }  // namespace
 
-extern const image::BloomLanes bloom_lanes = {add, filter, mix};
+extern const image::BloomLanes bloom_lanes = {add, add_cells, filter, widen, start, mix, mix_cells};
 
 }  // namespace motes::MOTES_ISA

@@ -2,6 +2,7 @@
 
 #include <cstring>
 #include <stdexcept>
+#include <utility>
 
 namespace motes::image {
 
@@ -14,7 +15,7 @@ template <class Work>
 void Canvas::each_tile(const Work& work) {
   pool_->run(static_cast<std::size_t>(scene_.grid().tiles()), [&](std::size_t part, std::size_t worker) {
     const int tile = static_cast<int>(part);
-    work(tile, scene_.grid().area(tile), workers_[worker]);
+    work(tile, scene_.grid().area(tile), worker);
   });
 }
 
@@ -39,39 +40,60 @@ Pixels Canvas::finish() {
 void Canvas::finish(std::span<std::uint8_t> pixels) {
   if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
   if (pixels.size() != size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
-  if (PictureLight::needed(scene_.view(), keep_linear_)) {
-    finish_as_a_whole(pixels);
+  if (keep_linear_) light_.begin(scene_.grid());
+  if (scene_.view().bloom > 0) {
+    finish_with_bloom(pixels);
   } else {
     finish_by_tiles(pixels);
   }
+  light_kept_ = keep_linear_;
   messages_.begin(scene_.view());
 }
 
+void Canvas::show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels) {
+  if (keep_linear_) light.copy_to(light_.at(area), light_.row_lanes());
+  painter.show(light, pixels + at(area), row_lanes());
+}
+
 void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
-  each_tile([&](int tile, const Area& area, TileWorker& by) {
-    if (messages_.collect(tile, by.pieces) == 0) return copy_scenery(area, pixels.data());
+  const bool only_shown = !keep_linear_ && scene_.view().layers == 0;
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
+    if (messages_.collect(tile, by.pieces) == 0 && only_shown) return copy_scenery(area, pixels.data());
     by.painter.start(area);
     by.painter.paint(by.pieces);
-    by.painter.show(pixels.data() + at(area), row_lanes());
+    show(by.painter, by.painter.light(), area, pixels.data());
+    layers_.keep(by.painter, by.pieces, area);
   });
 }
 
-void Canvas::finish_as_a_whole(std::span<std::uint8_t> pixels) {
-  light_.begin(scene_.grid());
-  each_tile([&](int tile, const Area& area, TileWorker& by) {
+void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
+  std::vector<Area> tiles;
+  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) tiles.push_back(scene_.grid().area(tile));
+  bloom_tiles_.begin(scene_.view(), std::move(tiles), pool_->threads());
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
     messages_.collect(tile, by.pieces);
     by.painter.start(area);
     by.painter.paint(by.pieces);
-    by.painter.sums(light_.at(area), light_.row_lanes());
+    bloom_tiles_.keep(static_cast<std::size_t>(tile), by.painter.light(), worker);
     layers_.keep(by.painter, by.pieces, area);
   });
-  light_.finish(scene_, pixels, *pool_);
-  light_kept_ = keep_linear_;
+  bloom_.begin(bloom_tiles_.plan());
+  for (std::size_t i = 0; i < bloom_tiles_.tiles(); ++i) {
+    bloom_.add(bloom_tiles_.cells(i), std::as_bytes(bloom_tiles_.averages(i)));
+  }
+  bloom_.spread(*pool_);
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    const TileLight light = bloom_tiles_.mix(static_cast<std::size_t>(tile), bloom_.cells(), worker);
+    show(workers_[worker].painter, light, area, pixels.data());
+  });
 }
 
 void Canvas::render_scenery() {
   scenery_pixels_.resize(size());
-  each_tile([&](int, const Area& area, TileWorker& by) {
+  each_tile([&](int, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
     by.painter.start(area);
     by.painter.show(scenery_pixels_.data() + at(area), row_lanes());
   });

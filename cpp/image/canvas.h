@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "image/bloom.h"
+#include "image/bloom_tiles.h"
 #include "image/layers.h"
 #include "image/picture_light.h"
 #include "image/pieces.h"
@@ -20,7 +22,7 @@ namespace motes::image {
 /// on the order, number or grouping of messages. Working memory and scenery are kept from frame to frame.
 class Canvas {
  public:
-  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : workers_(lanes), light_(lanes) {}
+  explicit Canvas(const SplatLanes& lanes = splat_lanes()) : workers_(lanes) {}
 
   /// `keep_linear`: finish() also keeps the light for linear(). The threads of the pool share the tiles, until finish()
   /// has returned. Throws std::invalid_argument where the view is not valid.
@@ -44,9 +46,10 @@ class Canvas {
 
  private:
   void finish_by_tiles(std::span<std::uint8_t> pixels);
-  void finish_as_a_whole(std::span<std::uint8_t> pixels);
+  void finish_with_bloom(std::span<std::uint8_t> pixels);
   template <class Work>
   void each_tile(const Work& work);
+  void show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels);
   void render_scenery();
   void copy_scenery(const Area& area, std::uint8_t* pixels) const;
   std::size_t row_lanes() const { return static_cast<std::size_t>(scene_.grid().width) * 3; }
@@ -61,7 +64,9 @@ class Canvas {
   threads::Pool* pool_ = nullptr;
   TileWorkers workers_;
   Layers layers_;
-  PictureLight light_;  // where the frame needs it
+  PictureLight light_;  // where it is kept
+  BloomTiles bloom_tiles_;
+  Bloom bloom_;
 };
 
 }  // namespace motes::image

@@ -16,9 +16,8 @@ std::uint32_t* PictureLight::at(const Area& area) {
   return light_ + static_cast<std::size_t>(area.y) * row_lanes() + static_cast<std::size_t>(area.x) * 3;
 }
 
-void PictureLight::finish(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool) {
+void PictureLight::show(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool) {
   if (pixels.size() != lanes()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
-  bloom_.spread({light_, lanes()}, grid_.width, grid_.height, scene.view().bloom, pool);
   constexpr std::size_t kSums = std::size_t{1} << 16;  // of one thread at a time
   threads::over_ranges(pool, lanes(), kSums, [&](std::size_t first, std::size_t last) {
     lanes_->tone(light_ + first, last - first, scene.tone().data(), pixels.data() + first);

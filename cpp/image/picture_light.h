@@ -1,4 +1,4 @@
-// The light of a whole picture, where more is done with it than showing each tile: bloom, linear pictures.
+// The light of a whole picture, where it is kept beside the pixels that are shown.
 #pragma once
 
 #include <cstddef>
@@ -7,21 +7,18 @@
 #include <span>
 #include <vector>
 
-#include "image/bloom.h"
 #include "image/buffer.h"
 #include "image/grid.h"
 #include "image/prepared_scene.h"
 #include "image/splat_lanes.h"
+#include "threads/pool.h"
 
 namespace motes::image {
 
-/// Usage: begin for each frame; fill all tiles with sums of light, such as TilePainter::sums() writes; then finish.
+/// Usage: begin for each frame; fill all tiles with sums of light, such as TileLight::copy_to() writes; then, where
+/// tiles were not shown one by one, show.
 class PictureLight {
  public:
-  /// Whether a picture of this view needs it: else each tile can be shown as soon as it is painted. (Layers do: reading
-  /// them overwrites a tile's light.)
-  static bool needed(const View& view, bool keep_linear) { return keep_linear || view.bloom > 0 || view.layers != 0; }
-
   explicit PictureLight(const SplatLanes& lanes = splat_lanes()) : lanes_(&lanes) {}
 
   /// Bytes of a picture's sums.
@@ -37,10 +34,10 @@ class PictureLight {
   std::uint32_t* at(const Area& area);
   std::size_t row_lanes() const { return static_cast<std::size_t>(grid_.width) * 3; }
 
-  /// Spreads light by the view's bloom, and writes sRGB: height * width * 3 bytes, rows from top to bottom.
-  void finish(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool = threads::alone());
+  /// Writes sRGB: height * width * 3 bytes, rows from top to bottom.
+  void show(const PreparedScene& scene, std::span<std::uint8_t> pixels, threads::Pool& pool = threads::alone());
 
-  /// The finished picture before exposure and roll-off: linear RGB, height * width * 3.
+  /// The picture before exposure and roll-off: linear RGB, height * width * 3.
   std::vector<float> linear() const;
 
  private:
@@ -51,7 +48,6 @@ class PictureLight {
   std::uint32_t* light_ = nullptr;  // lanes() sums, in one of these two
   BufferOf<std::uint32_t> own_;
   std::shared_ptr<std::uint8_t[]> given_;
-  Bloom bloom_;
 };
 
 }  // namespace motes::image

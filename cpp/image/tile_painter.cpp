@@ -334,18 +334,13 @@ const WideKernels& TilePainter::kernels(const Brush& brush) const {
 
 void TilePainter::save_partial(Buffer& to) const { append_partial(area_, planes_, surfaces_, to); }
 
-void TilePainter::show(std::uint8_t* pixels, std::size_t row_bytes) const {
-  const auto lanes = static_cast<std::size_t>(area_.width) * 3;
+void TilePainter::show(const TileLight& light, std::uint8_t* pixels, std::size_t row_bytes) const {
+  const auto lanes = static_cast<std::size_t>(light.width) * 3;
   constexpr int kRowsAhead = 8;
-  for (int y = 0; y < area_.height; ++y, pixels += row_bytes) {
-    if (y + kRowsAhead < area_.height) particles::prefetch_for_write(pixels + kRowsAhead * row_bytes, lanes);
-    lanes_->tone(planes_.light + y * kLightStride, lanes, scene_->tone().data(), pixels);
+  for (int y = 0; y < light.height; ++y, pixels += row_bytes) {
+    if (y + kRowsAhead < light.height) particles::prefetch_for_write(pixels + kRowsAhead * row_bytes, lanes);
+    lanes_->tone(light.row(y), lanes, scene_->tone().data(), pixels);
   }
-}
-
-void TilePainter::sums(std::uint32_t* to, std::size_t row_lanes) const {
-  for (int y = 0; y < area_.height; ++y, to += row_lanes)
-    std::copy_n(planes_.light + y * kLightStride, 3 * area_.width, to);
 }
 
 void TilePainter::depth(float* depths, std::size_t row_floats) const {

@@ -12,6 +12,7 @@
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
 #include "image/splat_lanes.h"
+#include "image/tile_light.h"
 
 namespace motes::image {
 
@@ -48,11 +49,13 @@ class TilePainter {
   /// Appends what a bare tile holds to `to`: the pixels that have light or an opaque particle.
   void save_partial(Buffer& to) const;
 
-  /// Writes sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has `row_bytes`.
-  void show(std::uint8_t* pixels, std::size_t row_bytes) const;
+  /// The tile's light, until another one is started.
+  TileLight light() const { return {planes_.light, kLightStride, area_.width, area_.height}; }
 
-  /// Writes the sums of light, three per pixel (see PictureLight); a row of the picture has `row_lanes`.
-  void sums(std::uint32_t* to, std::size_t row_lanes) const;
+  /// Writes it as sRGB, three bytes per pixel; the tile's first pixel is at `pixels`, a row of the picture has
+  /// `row_bytes`. The second form shows other light.
+  void show(std::uint8_t* pixels, std::size_t row_bytes) const { show(light(), pixels, row_bytes); }
+  void show(const TileLight& light, std::uint8_t* pixels, std::size_t row_bytes) const;
 
   /// Writes the view depth of the nearest solid or opaque particle, m; infinite where there is none.
   void depth(float* depths, std::size_t row_floats) const;

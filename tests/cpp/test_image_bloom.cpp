@@ -1,20 +1,42 @@
 // Bloom: light spreads and stays the same in total, alike at any resolution and in every build.
 #include <cmath>
 #include <cstdint>
+#include <deque>
 #include <stdexcept>
 #include <vector>
 
 #include "check.h"
 #include "image/bloom.h"
+#include "image/bloom_tiles.h"
 #include "image/sha256.h"
 #include "image/splat_lanes.h"
 #include "isas.h"
 
+using motes::image::Area;
 using motes::image::Bloom;
 using motes::image::BloomLanes;
+using motes::image::BloomPlan;
+using motes::image::BloomTiles;
+using motes::image::CellArea;
+using motes::image::Grid;
 using motes::image::kUnit;
 
 namespace {
+
+// What a message holds of the glow.
+struct GlowAround {
+  std::vector<std::uint64_t> memory;
+  motes::image::Cells cells;
+};
+GlowAround glow_around(const Bloom& bloom, const CellArea& area) {
+  GlowAround part;
+  for (int y = area.y; y < area.y + area.height; ++y) {
+    const std::uint64_t* row = bloom.cells().row(y) + 3 * area.x;
+    part.memory.insert(part.memory.end(), row, row + area.row_lanes());
+  }
+  part.cells = {area, part.memory.data(), area.row_lanes()};
+  return part;
+}
 
 struct Picture {
   int width, height;
@@ -27,8 +49,41 @@ struct Picture {
     for (std::size_t i = static_cast<std::size_t>(c); i < light.size(); i += 3) total += light[i];
     return total;
   }
-  void bloom(float part, const BloomLanes& lanes = motes::image::bloom_lanes()) {
-    Bloom(lanes).spread(light, width, height, part);
+  // As ranks do that draw some of its tiles each, in `threads` threads.
+  void bloom(float part, const BloomLanes& lanes = motes::image::bloom_lanes(), int ranks = 1, int threads = 1) {
+    const Grid grid{width, height};
+    motes::image::View view;
+    view.width = width;
+    view.height = height;
+    view.bloom = part;
+    const auto row = static_cast<std::size_t>(3 * width);
+    const auto at = [&](const Area& area) {
+      return light.data() + static_cast<std::size_t>(area.y) * row + 3 * area.x;
+    };
+    std::vector<std::vector<Area>> tiles(static_cast<std::size_t>(ranks));
+    for (int tile = 0; tile < grid.tiles(); ++tile) {
+      tiles[static_cast<std::size_t>(tile % ranks)].push_back(grid.area(tile));
+    }
+    std::deque<BloomTiles> owners;
+    motes::threads::Pool pool(threads);
+    for (std::size_t r = 0; r < tiles.size(); ++r) {
+      owners.emplace_back(lanes).begin(view, tiles[r], threads);
+      pool.run(tiles[r].size(), [&](std::size_t i, std::size_t worker) {
+        const Area& area = tiles[r][i];
+        owners[r].keep(i, {at(area), row, area.width, area.height}, worker);
+      });
+    }
+    Bloom all(lanes);
+    all.begin(owners[0].plan());
+    for (const BloomTiles& owner : owners) {
+      for (std::size_t i = 0; i < owner.tiles(); ++i) all.add(owner.cells(i), std::as_bytes(owner.averages(i)));
+    }
+    all.spread(pool);
+    for (std::size_t r = 0; r < owners.size(); ++r) {
+      pool.run(tiles[r].size(), [&](std::size_t i, std::size_t worker) {
+        owners[r].mix(i, glow_around(all, owners[r].cells(i)).cells, worker).copy_to(at(tiles[r][i]), row);
+      });
+    }
   }
   void square(int x, int y, int side, std::uint32_t value) {
     for (int row = y; row < y + side; ++row) {
@@ -118,6 +173,18 @@ TEST(bloom_is_the_same_in_all_builds) {
   }
 }
 
+TEST(bloom_does_not_depend_on_who_owns_which_tile) {
+  for (const int height : {50, 129, 500, 1080}) {
+    Picture one = noise(200, height, 9);
+    one.bloom(0.4f);
+    for (const int ranks : {2, 3, 7}) {
+      Picture picture = noise(200, height, 9);
+      picture.bloom(0.4f, motes::image::bloom_lanes(), ranks, ranks == 3 ? 2 : 1);
+      CHECK(picture.light == one.light);
+    }
+  }
+}
+
 // A golden digest: all compilers, optimisation levels and machines must agree on it.
 TEST(bloom_is_the_same_everywhere) {
   Picture picture = noise(201, 333, 3);
@@ -177,10 +244,20 @@ TEST(bloom_spreads_as_far_as_it_says) {
 }
 
 TEST(bloom_refuses_what_is_no_picture) {
-  std::vector<std::uint32_t> light(27);
-  CHECK_THROWS(Bloom().spread(light, 3, 2, 0.1f), std::invalid_argument);
-  CHECK_THROWS(Bloom().spread(light, 0, 0, 0.1f), std::invalid_argument);
-  CHECK_THROWS(Bloom().spread(light, 3, 3, -0.1f), std::invalid_argument);
-  CHECK_THROWS(Bloom().spread(light, 3, 3, 1.1f), std::invalid_argument);
-  CHECK_THROWS(Bloom().spread(light, 3, 3, std::nanf("")), std::invalid_argument);
+  BloomPlan plan;
+  CHECK_THROWS(plan.make(0, 0, 0.1f), std::invalid_argument);
+  CHECK_THROWS(plan.make(3, -1, 0.1f), std::invalid_argument);
+  CHECK_THROWS(plan.make(3, 3, -0.1f), std::invalid_argument);
+  CHECK_THROWS(plan.make(3, 3, 1.1f), std::invalid_argument);
+  CHECK_THROWS(plan.make(3, 3, std::nanf("")), std::invalid_argument);
+  plan.make(3, 2, 0.1f);
+  Bloom bloom;
+  bloom.begin(plan);
+  const std::vector<std::uint64_t> averages(18);
+  const auto bytes = std::as_bytes(std::span(averages));
+  bloom.add({0, 0, 3, 2}, bytes);
+  CHECK_THROWS(bloom.add({0, 0, 3, 2}, bytes.first(8)), std::invalid_argument);
+  CHECK_THROWS(bloom.add({0, 1, 3, 2}, bytes), std::invalid_argument);
+  CHECK_THROWS(bloom.add({1, 0, 3, 2}, bytes), std::invalid_argument);
+  CHECK_THROWS(bloom.add({-1, 0, 3, 2}, bytes), std::invalid_argument);
 }

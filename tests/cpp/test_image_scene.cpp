@@ -76,7 +76,7 @@ std::vector<float> linear_of(const std::vector<std::uint32_t>& sums) {
 std::vector<float> light_of(const TilePainter& painter, const Area& area) {
   const auto row = static_cast<std::size_t>(3 * area.width);
   std::vector<std::uint32_t> sums(row * static_cast<std::size_t>(area.height));
-  painter.sums(sums.data(), row);
+  painter.light().copy_to(sums.data(), row);
   return linear_of(sums);
 }
 

@@ -55,7 +55,7 @@ inline std::vector<float> whole_picture(const View& view, const std::vector<Piec
     const Area area = scene.grid().area(tile);
     painter.start(area);
     painter.paint(pieces);
-    painter.sums(light.data() + 3 * (area.y * view.width + area.x), row);
+    painter.light().copy_to(light.data() + 3 * (area.y * view.width + area.x), row);
   }
   return linear_of(light);
 }

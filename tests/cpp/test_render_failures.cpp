@@ -39,6 +39,7 @@ struct Fault {
   int rank;
   bool projecting;     // or painting
   bool later = false;  // when a message of tiles has been sent already
+  float bloom = 0;     // above 0: each rank needs light of all
 };
 
 void break_down(frame::Painter& painter, bool projecting) {
@@ -78,7 +79,8 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
   frame::Engine engine(std::move(communicator), cast, std::move(settings));
   test::add_drawn_system(engine);
-  const image::View view = test::drawn_view(fault.later ? 1280 : 200, fault.later ? 960 : 150, fault.path);
+  image::View view = test::drawn_view(fault.later ? 1280 : 200, fault.later ? 960 : 150, fault.path);
+  view.bloom = fault.bloom;
   try {
     engine.start();
     for (int i = 0; i <= kFrame; ++i) {
@@ -119,6 +121,7 @@ void check_fault(const Fault& fault, std::uint64_t seed) {
   Ends ends = run(fault, seed, plan);
   const bool paints = fault.path == Path::composite ? calculates : plan.draws(fault.rank);
   const bool fails = fault.projecting ? calculates : paints;
+  const bool needs_all = fault.bloom > 0 && fault.path != Path::gather && !fault.later;
   const std::string text = fault.projecting ? "the projection broke" : "the brush broke";
   const std::string told = "rank " + std::to_string(fault.rank) + ": " + text;
   for (int r = 0; r < fault.ranks; ++r) {
@@ -126,7 +129,7 @@ void check_fault(const Fault& fault, std::uint64_t seed) {
       CHECK(ends[r] == "all went well");
     } else if (r == fault.rank) {
       CHECK(ends[r] == text);
-    } else if (r == cast.image_generator || (fault.projecting && plan.draws(r))) {
+    } else if (r == cast.image_generator || (plan.draws(r) && (fault.projecting || needs_all))) {
       CHECK(ends[r] == told);  // it has no picture, or no tile, without this part
     } else {
       CHECK(ends[r] == told || ends[r] == "waits");
@@ -142,8 +145,10 @@ TEST(a_rank_that_fails_in_a_picture_tells_all_who_need_its_part) {
     for (const bool shared : {false, true}) {
       for (const Path path : {Path::gather, Path::tiles, Path::composite}) {
         for (int rank = 0; rank < ranks; ++rank) {
-          check_fault({ranks, shared, path, rank, true}, ++seed);
-          check_fault({ranks, shared, path, rank, false}, ++seed);
+          for (const float bloom : {0.0f, 0.2f}) {
+            check_fault({ranks, shared, path, rank, true, false, bloom}, ++seed);
+            check_fault({ranks, shared, path, rank, false, false, bloom}, ++seed);
+          }
         }
       }
     }
@@ -154,7 +159,9 @@ TEST(a_rank_that_fails_when_it_has_sent_some_of_its_tiles_tells_the_image_genera
   std::uint64_t seed = 0;
   for (const int ranks : {2, 3}) {
     for (const Path path : {Path::tiles, Path::composite}) {
-      for (int rank = 1; rank < ranks; ++rank) check_fault({ranks, true, path, rank, false, true}, ++seed);
+      for (int rank = 1; rank < ranks; ++rank) {
+        for (const float bloom : {0.0f, 0.2f}) check_fault({ranks, true, path, rank, false, true, bloom}, ++seed);
+      }
     }
   }
 }

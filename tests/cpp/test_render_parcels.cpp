@@ -1,6 +1,7 @@
 // Pictures so large that each rank sends its tiles in several messages, which travel while ranks compute.
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -20,7 +21,8 @@ namespace {
 struct Asked {
   int ranks;
   Path path;
-  float bloom;  // above 0: sums of light travel, four times as many bytes
+  float bloom = 0;
+  bool linear = false;  // sums of light travel, four times as many bytes
 };
 
 // The image generator's pictures, and what all ranks told their transports.
@@ -53,6 +55,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   test::add_drawn_system(engine);
   image::View view = test::drawn_view(1280, 960, asked.path);
   view.bloom = asked.bloom;
+  view.linear = asked.linear;
   engine.start();
   for (int i = 0; i < 3; ++i) {
     calls = 0;
@@ -65,6 +68,11 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     seen.awaited = std::max(seen.awaited, awaited);
     if (!engine.talk().draws()) continue;
     seen.pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
+    if (!view.linear) continue;
+    const std::vector<float> linear = engine.painter().linear();
+    image::Sha256 digest;
+    digest.add(std::as_bytes(std::span(linear)));
+    seen.pictures.push_back(digest.finish());
   }
   engine.finish();
 }
@@ -80,11 +88,13 @@ Seen seen_of(const Asked& asked, std::uint64_t seed) {
 TEST(tiles_that_travel_in_several_messages_make_the_same_picture) {
   std::uint64_t seed = 0;
   for (const float bloom : {0.0f, 0.2f}) {
-    const std::vector<std::string> alone = seen_of({1, Path::gather, bloom}, ++seed).pictures;
-    CHECK(alone.size() == 3 && alone[0] != alone[1] && alone[1] != alone[2]);
-    for (const int ranks : {2, 3}) {
-      for (const Path path : {Path::tiles, Path::composite}) {
-        CHECK(seen_of({ranks, path, bloom}, ++seed).pictures == alone);
+    for (const bool linear : {false, true}) {
+      const std::vector<std::string> alone = seen_of({1, Path::gather, bloom, linear}, ++seed).pictures;
+      CHECK(alone.size() == (linear ? 6u : 3u) && alone[0] != alone[1] && alone[1] != alone[2]);
+      for (const int ranks : {2, 3}) {
+        for (const Path path : {Path::tiles, Path::composite}) {
+          CHECK(seen_of({ranks, path, bloom, linear}, ++seed).pictures == alone);
+        }
       }
     }
   }

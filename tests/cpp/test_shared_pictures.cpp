@@ -26,7 +26,8 @@ struct Asked {
   int ranks = 2;
   bool shared_roles = true;
   Path path = Path::tiles;
-  float bloom = 0;           // above 0: sums of light stand in the memory, not pixels
+  float bloom = 0;
+  bool linear = false;       // sums of light stand in the memory, not pixels
   std::uint8_t layers = 0;
   std::vector<int> widths = {640, 640, 640, 640};  // of each frame's picture
   bool held = false;         // all pictures, by the script
@@ -74,6 +75,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   for (std::size_t i = 0; i < asked.widths.size(); ++i) {
     image::View view = test::drawn_view(asked.widths[i], asked.widths[i] * 3 / 4, asked.path);
     view.bloom = asked.bloom;
+    view.linear = asked.linear;
     view.layers = asked.layers;
     bytes = 0;
     engine.record(0, test::drawn_source(500));
@@ -121,29 +123,34 @@ constexpr std::uint64_t kPixels = 20'000;
 
 TEST(pictures_in_shared_memory_are_the_same_and_no_pixels_travel) {
   std::uint64_t seed = 0;
-  for (const float bloom : {0.0f, 0.2f}) {
-    const Seen one = alone({.bloom = bloom});
+  for (const auto& [bloom, linear] : {std::pair{0.0f, false}, {0.2f, false}, {0.0f, true}, {0.2f, true}}) {
+    const Seen one = alone({.bloom = bloom, .linear = linear});
     CHECK(one.pictures.size() == 4 && one.told == 0);
     for (const int ranks : {2, 3, 5}) {
       for (const bool shared_roles : {true, false}) {
         for (const Path path : {Path::tiles, Path::composite}) {
-          const Seen seen =
-              seen_of({.ranks = ranks, .shared_roles = shared_roles, .path = path, .bloom = bloom}, ++seed);
+          const Seen seen = seen_of(
+              {.ranks = ranks, .shared_roles = shared_roles, .path = path, .bloom = bloom, .linear = linear}, ++seed);
           CHECK(seen.pictures == one.pictures);
           CHECK(seen.told >= 1 && seen.told <= ranks - 1);
         }
       }
-      const Seen together = seen_of({.ranks = ranks, .bloom = bloom}, ++seed);
+      const Seen together = seen_of({.ranks = ranks, .bloom = bloom, .linear = linear}, ++seed);
       for (const std::uint64_t bytes : together.bytes) CHECK(bytes < kPixels);
     }
   }
 }
 
-TEST(layers_travel_beside_light_in_shared_memory) {
+TEST(layers_travel_beside_pixels_in_shared_memory) {
   constexpr std::uint8_t kDepthAndAlpha = image::kDepthLayer | image::kAlphaLayer;
-  const Seen one = alone({.layers = kDepthAndAlpha});
-  CHECK(one.pictures.size() == 12);
-  CHECK(seen_of({.ranks = 3, .layers = kDepthAndAlpha}).pictures == one.pictures);
+  for (const float bloom : {0.0f, 0.2f}) {
+    for (const bool linear : {false, true}) {
+      const Seen one = alone({.bloom = bloom, .linear = linear, .layers = kDepthAndAlpha});
+      CHECK(one.pictures.size() == 12);
+      const Seen seen = seen_of({.ranks = 3, .bloom = bloom, .linear = linear, .layers = kDepthAndAlpha});
+      CHECK(seen.pictures == one.pictures);
+    }
+  }
 }
 
 TEST(who_cannot_reach_the_memory_sends_pixels) {

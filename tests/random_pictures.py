@@ -28,8 +28,11 @@ from motes.shapes import *
 LEAF = (np.arange(9 * 7 * 4).reshape(9, 7, 4) * 37 % 256).astype(np.uint8)
 
 def shown(picture):
-    layers = world.renderer.layers if picture else ()
-    return " ".join(hashlib.sha256(picture.layer(name).tobytes()).hexdigest() for name in layers)
+    if not picture:
+        return ""
+    planes = [picture.layer(name) for name in world.renderer.layers]
+    planes += [picture.linear] if world.renderer.linear else []
+    return " ".join(hashlib.sha256(plane.tobytes()).hexdigest() for plane in planes)
 """
 
 
@@ -52,11 +55,14 @@ def sprite(draw: st.DrawFn) -> str:
 def renderer(draw: st.DrawFn) -> list[str]:
     """Draw the lines that make a renderer."""
     width, height = draw(st.integers(1, 200)), draw(st.integers(1, 150))
+    if draw(st.integers(0, 7)) == 0:  # light that spreads is averaged from 500 pixels on
+        width, height = min(width, 24), 640
     facts = [f"path={draw(st.sampled_from(PATHS))!r}", f"exposure={draw(numbers(0.25, 2))}"]
     optional = {
         "shutter": numbers(0.05, 1).map(str),
         "bloom": numbers(0.05, 0.5).map(str),
         "smooth": st.just("False"),
+        "linear": st.just("True"),
         "layers": st.just("('depth', 'alpha', 'velocity')"),
         "background": triples(0, 1).map(str),
         "objects": st.lists(st.sampled_from(SOLIDS), min_size=1, unique=True).map(

@@ -8,7 +8,7 @@ from __future__ import annotations
 import pytest
 from hypothesis import given
 from random_pictures import HEADER, picture_script
-from test_random_lists import MakeJobs, by_width, jobs, searched
+from test_random_lists import MakeJobs, by_width, jobs, searched, threads
 
 __all__ = ["jobs"]
 
@@ -27,7 +27,8 @@ def test_random_pictures(jobs: MakeJobs):
 @pytest.mark.slow
 def test_many_random_pictures(jobs: MakeJobs):
     kinds = {f"{size} rank{'s' * (size > 1)}": (size, {}) for size in (1, 2, 3, 5, 8)}
-    players = jobs({**kinds, **{f"1 rank, {width}": (1, env) for width, env in by_width().items()}})
+    wide = {f"1 rank, {width}": (1, env) for width, env in by_width().items()}
+    players = jobs({**kinds, "2 ranks, 3 threads": (2, threads(3)), **wide})
 
     @searched(150)
     @given(picture_script())

@@ -115,6 +115,7 @@ void bind_pictures(py::module_& m) {
         d["project_ns"] = b.project;
         d["record_ns"] = b.record;
         d["pixel_ns"] = b.pixel;
+        d["bloom_pixel_ns"] = b.bloom_pixel;
         d["partial_pixel_ns"] = b.partial_pixel;
         return d;
       },

@@ -8,6 +8,8 @@
 #include <vector>
 
 #include "comm/clock.h"
+#include "image/bloom.h"
+#include "image/bloom_tiles.h"
 #include "image/pieces.h"
 #include "image/prepared_scene.h"
 #include "image/projector.h"
@@ -26,6 +28,7 @@ image::View picture(int width, int height) {
   view.width = width;
   view.height = height;
   view.camera.position = {0, 0, kDistance};
+  view.bloom = 0.2f;
   return view;
 }
 
@@ -63,7 +66,7 @@ class Laps {
 };
 
 struct Seconds {
-  double project = 0, paint = 0, start = 0, show = 0, bare = 0, save = 0, merge = 0;
+  double project = 0, paint = 0, start = 0, show = 0, keep = 0, mix = 0, bare = 0, save = 0, merge = 0;
 };
 
 // All tiles of one frame: whole ones, then as a rank that draws its own particles and one that owns the tile.
@@ -87,7 +90,18 @@ class Frame {
     pieces_.begin(view_);
     pieces_.add(records_.bytes());
     shown_.resize(static_cast<std::size_t>(3 * image::kTile * image::kTile));
-    for (int tile = 0; tile < scene_.grid().tiles(); ++tile) draw(tile, s, laps);
+    std::vector<image::Area> tiles;
+    for (int tile = 0; tile < scene_.grid().tiles(); ++tile) tiles.push_back(scene_.grid().area(tile));
+    bloom_tiles_.begin(view_, tiles, 1);
+    for (const image::Area& area : tiles) draw(area.tile, s, laps);
+    bloom_.begin(bloom_tiles_.plan());
+    for (std::size_t i = 0; i < tiles.size(); ++i) {
+      bloom_.add(bloom_tiles_.cells(i), std::as_bytes(bloom_tiles_.averages(i)));
+    }
+    bloom_.spread();
+    laps.start();
+    for (std::size_t i = 0; i < tiles.size(); ++i) bloom_tiles_.mix(i, bloom_.cells(), 0);
+    laps.add_to(s.mix);
     return s;
   }
 
@@ -116,6 +130,8 @@ class Frame {
     laps.add_to(s.paint);
     painter_.show(shown_.data(), 3 * static_cast<std::size_t>(area.width));
     laps.add_to(s.show);
+    bloom_tiles_.keep(static_cast<std::size_t>(tile), painter_.light(), 0);
+    laps.add_to(s.keep);
   }
 
   image::View view_;
@@ -129,6 +145,8 @@ class Frame {
   std::vector<image::Piece> of_tile_;
   image::Buffer partial_;
   std::vector<std::uint8_t> shown_;
+  image::BloomTiles bloom_tiles_;
+  image::Bloom bloom_;
 };
 
 }  // namespace
@@ -139,16 +157,17 @@ PictureBench picture_bench(std::size_t particles, int width, int height, int rep
   Frame frame(particles, width, height);
   frame.draw();  // the first one asks for memory
   const double pixels = static_cast<double>(width) * height, records = static_cast<double>(frame.records());
-  std::vector<double> project, record, pixel, partial;
+  std::vector<double> project, record, pixel, bloom, partial;
   for (int i = 0; i < repeats; ++i) {
     const Seconds s = frame.draw();
     project.push_back(s.project / static_cast<double>(particles));
     record.push_back(s.paint / records);
     pixel.push_back((s.start + s.show) / pixels);
+    bloom.push_back((s.keep + s.mix) / pixels);
     partial.push_back((s.bare + s.save + s.merge) / 2 / pixels);
   }
-  return {1e9 * recording::median(project), 1e9 * recording::median(record), 1e9 * recording::median(pixel),
-          1e9 * recording::median(partial)};
+  const auto nanoseconds = [](const std::vector<double>& seconds) { return 1e9 * recording::median(seconds); };
+  return {nanoseconds(project), nanoseconds(record), nanoseconds(pixel), nanoseconds(bloom), nanoseconds(partial)};
 }
 
 }  // namespace motes::frame

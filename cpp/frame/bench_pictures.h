@@ -10,6 +10,7 @@ struct PictureBench {
   double project = 0;        // a particle: projected, culled, sorted by tile
   double record = 0;         // a record of an additive disc of 5 pixels, drawn
   double pixel = 0;          // a pixel of a tile: started, tone-mapped
+  double bloom_pixel = 0;    // a pixel of a tile with bloom: kept, averaged, mixed with what glows there
   double partial_pixel = 0;  // a pixel of a partial tile: cleared and packed, or merged: the mean of both
 };
 

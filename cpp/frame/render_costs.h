@@ -10,6 +10,7 @@ namespace motes::frame::render_costs {
 // Nanoseconds.
 inline constexpr double kProject = 1.8;  // a particle: projected, culled, sorted by tile
 inline constexpr double kPixel = 1.1;  // a pixel of a tile: started, tone-mapped
+inline constexpr double kBloomPixel = 3.1;  // more, where light spreads: kept, averaged, mixed with what glows there
 inline constexpr double kByte = 0.17;  // a byte of a message at each of its ends: packed, sent, received
 inline constexpr double kMessage = 2600;  // a message at each of its ends
 inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cleared, packed; and the same to add it
@@ -18,6 +19,7 @@ inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cle
 inline constexpr double kLightBytes = 12;  // of a partial tile of additive particles
 inline constexpr double kSurfaceBytes = 8;  // of a partial tile of opaque ones
 inline constexpr double kShownBytes = 3;  // of a finished tile
+inline constexpr double kGlowBytes = 3.5;  // of its averages on their way to the image generator and back
 
 /// A record, drawn by its tile's painter.
 constexpr double record(const image::Sprite& sprite, const image::View& view) {
@@ -32,6 +34,9 @@ constexpr double record(const image::Sprite& sprite, const image::View& view) {
   if (view.shutter > 0) cost *= 2;
   return cost;
 }
+
+/// A pixel of a tile.
+constexpr double pixel(const image::View& view) { return kPixel + (view.bloom > 0 ? kBloomPixel : 0); }
 
 /// Bytes of a record in a message, before any has been sent.
 constexpr double record_bytes(const image::View& view) { return view.objects.empty() ? 8 : 12; }

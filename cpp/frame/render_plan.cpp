@@ -25,6 +25,8 @@ struct Work {
   double crossing = 0;            // the part of records that go to other ranks' tiles
   double merged = 0;              // the part of records that may be drawn into partial tiles
   double partial_bytes = 0;       // of a pixel there
+  double pixel_s = 0;
+  double glow_bytes = 0;          // of a pixel, beside what is shown
   Deal deal;
 };
 
@@ -35,8 +37,8 @@ double mean_record_s(const image::View& view, std::span<const image::Sprite> spr
 }
 
 // What drawing takes a rank of speed 1.
-double draw_s(double records, double record_s, double pixels) {
-  return records * record_s + pixels * costs::kPixel * kNano;
+double draw_s(double records, double record_s, double pixels, double pixel_s) {
+  return records * record_s + pixels * pixel_s;
 }
 
 Work work_of(const image::View& view, std::span<const image::Sprite> sprites, const RenderLoad& load,
@@ -66,6 +68,8 @@ Work work_of(const image::View& view, std::span<const image::Sprite> sprites, co
     w.partial_bytes = *blend == image::Sprite::Blend::add ? costs::kLightBytes : costs::kSurfaceBytes;
   }
   w.record_s = mean_record_s(view, sprites);
+  w.pixel_s = costs::pixel(view) * kNano;
+  w.glow_bytes = view.bloom > 0 ? costs::kGlowBytes : 0;
   w.record_bytes = load.record_bytes > 0 ? load.record_bytes : costs::record_bytes(view);
   return w;
 }
@@ -200,7 +204,8 @@ RenderEstimate estimate_gather(const Work& w, const RenderLoad& load, const role
                          ? 1.0 / static_cast<double>(load.calculators.size())
                          : 0.0;
   const double bytes = w.all_records * (1 - own) * w.record_bytes;
-  drawers[home].busy += bytes * w.byte_s + draw_s(w.all_records, w.record_s, w.all_pixels) / drawers[home].speed;
+  drawers[home].busy +=
+      bytes * w.byte_s + draw_s(w.all_records, w.record_s, w.all_pixels, w.pixel_s) / drawers[home].speed;
   const auto senders = static_cast<double>(std::max<std::size_t>(1, load.calculators.size()));
   e.seconds = slowest_projection(load) + bytes / senders * w.byte_s + last_free(drawers);
   return e;
@@ -211,7 +216,8 @@ double assembly(const Work& w, const RenderLoad& load, std::size_t ranks) {
   const double pixels = w.all_pixels * (1 - 1 / static_cast<double>(ranks));
   const double known = load.assembled_pixel_s / load.speeds.slowness();
   const double pixel_s = known > 0 ? known : costs::kShownBytes * costs::kByte * kNano;
-  return pixels * pixel_s + static_cast<double>(ranks) * costs::kMessage * kNano;
+  const double glow_s = w.glow_bytes * w.byte_s;
+  return pixels * (pixel_s + glow_s) + static_cast<double>(ranks) * costs::kMessage * kNano;
 }
 
 // Records that go from `senders` to `ranks`: that part of all which is sent at all.
@@ -223,7 +229,7 @@ double exchange(const Work& w, double part, double senders, double ranks) {
 // Seconds that each slot takes if one rank draws all of it.
 std::vector<double> drawing(const Work& w) {
   std::vector<double> work(w.pixels.size());
-  for (std::size_t s = 0; s < work.size(); ++s) work[s] = draw_s(w.records[s], w.record_s, w.pixels[s]);
+  for (std::size_t s = 0; s < work.size(); ++s) work[s] = draw_s(w.records[s], w.record_s, w.pixels[s], w.pixel_s);
   return work;
 }
 
@@ -261,7 +267,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
     const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;
-    work[t] = w.pixels[t] * (costs::kPixel * kNano + added * partial_pixel_s) + others * w.records[t] * w.record_s;
+    work[t] = w.pixels[t] * (w.pixel_s + added * partial_pixel_s) + others * w.records[t] * w.record_s;
   }
   // As if owners drew all of it: so most stretches lie over the calculators' own particles, of which nothing is sent.
   e.plan = deal_tiles(Path::composite, w.deal, drawing(w), drawers);
@@ -283,7 +289,7 @@ bool RenderPlan::covers(int tiles, int ranks) const {
 }
 
 double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels) {
-  return draw_s(records, mean_record_s(view, sprites), pixels);
+  return draw_s(records, mean_record_s(view, sprites), pixels, costs::pixel(view) * kNano);
 }
 
 std::optional<image::Sprite::Blend> merged_blend(const image::View& view, std::span<const image::Sprite> sprites) {

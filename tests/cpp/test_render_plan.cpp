@@ -248,6 +248,11 @@ TEST(auto_picks_the_path_of_the_least_time) {
   image::View small = view();
   small.width = small.height = 64;
   CHECK(plan(small, load(cast, 100), cast, 4).path == Path::gather);
+  small.width = 256;
+  small.height = 128;
+  CHECK(plan(small, load(cast, 100), cast, 4).path == Path::gather);
+  small.bloom = 0.2f;  // which ranks share
+  CHECK(plan(small, load(cast, 100), cast, 4).path == Path::tiles);
 }
 
 TEST(light_alone_or_opaque_particles_are_merged) {

@@ -116,6 +116,7 @@ void bind_pictures(py::module_& m) {
         d["record_ns"] = b.record;
         d["pixel_ns"] = b.pixel;
         d["bloom_pixel_ns"] = b.bloom_pixel;
+        d["spread_pixel_ns"] = b.spread_pixel;
         d["partial_pixel_ns"] = b.partial_pixel;
         return d;
       },

@@ -66,7 +66,7 @@ class Laps {
 };
 
 struct Seconds {
-  double project = 0, paint = 0, start = 0, show = 0, keep = 0, mix = 0, bare = 0, save = 0, merge = 0;
+  double project = 0, paint = 0, start = 0, show = 0, keep = 0, spread = 0, mix = 0, bare = 0, save = 0, merge = 0;
 };
 
 // All tiles of one frame: whole ones, then as a rank that draws its own particles and one that owns the tile.
@@ -94,12 +94,13 @@ class Frame {
     for (int tile = 0; tile < scene_.grid().tiles(); ++tile) tiles.push_back(scene_.grid().area(tile));
     bloom_tiles_.begin(view_, tiles, 1);
     for (const image::Area& area : tiles) draw(area.tile, s, laps);
+    laps.start();
     bloom_.begin(bloom_tiles_.plan());
     for (std::size_t i = 0; i < tiles.size(); ++i) {
       bloom_.add(bloom_tiles_.cells(i), std::as_bytes(bloom_tiles_.averages(i)));
     }
     bloom_.spread();
-    laps.start();
+    laps.add_to(s.spread);
     for (std::size_t i = 0; i < tiles.size(); ++i) bloom_tiles_.mix(i, bloom_.cells(), 0);
     laps.add_to(s.mix);
     return s;
@@ -157,17 +158,19 @@ PictureBench picture_bench(std::size_t particles, int width, int height, int rep
   Frame frame(particles, width, height);
   frame.draw();  // the first one asks for memory
   const double pixels = static_cast<double>(width) * height, records = static_cast<double>(frame.records());
-  std::vector<double> project, record, pixel, bloom, partial;
+  std::vector<double> project, record, pixel, bloom, spread, partial;
   for (int i = 0; i < repeats; ++i) {
     const Seconds s = frame.draw();
     project.push_back(s.project / static_cast<double>(particles));
     record.push_back(s.paint / records);
     pixel.push_back((s.start + s.show) / pixels);
     bloom.push_back((s.keep + s.mix) / pixels);
+    spread.push_back(s.spread / pixels);
     partial.push_back((s.bare + s.save + s.merge) / 2 / pixels);
   }
   const auto nanoseconds = [](const std::vector<double>& seconds) { return 1e9 * recording::median(seconds); };
-  return {nanoseconds(project), nanoseconds(record), nanoseconds(pixel), nanoseconds(bloom), nanoseconds(partial)};
+  return {nanoseconds(project), nanoseconds(record), nanoseconds(pixel),
+          nanoseconds(bloom),   nanoseconds(spread), nanoseconds(partial)};
 }
 
 }  // namespace motes::frame

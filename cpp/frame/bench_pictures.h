@@ -11,6 +11,7 @@ struct PictureBench {
   double record = 0;         // a record of an additive disc of 5 pixels, drawn
   double pixel = 0;          // a pixel of a tile: started, tone-mapped
   double bloom_pixel = 0;    // a pixel of a tile with bloom: kept, averaged, mixed with what glows there
+  double spread_pixel = 0;   // on the image generator alone: averages of all tiles become their glow
   double partial_pixel = 0;  // a pixel of a partial tile: cleared and packed, or merged: the mean of both
 };
 

@@ -4,6 +4,7 @@
 
 #include "frame/draw_work.h"
 #include "frame/render_bloom.h"
+#include "frame/render_costs.h"
 #include "frame/render_project.h"
 #include "frame/render_tiles.h"
 
@@ -54,7 +55,8 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     }
     painter.pixels = painter.canvas.finish();
     rank.machine.charge(rank.machine.costs().draw * records);
-    rank.machine.charge_once(rank.machine.costs().picture);
+    const double spread = view.bloom > 0 ? render_costs::kSpreadPixel / render_costs::kPixel : 0;
+    rank.machine.charge_once(rank.machine.costs().picture * (render_costs::passes(view) + spread));
   });
 }
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "frame/draw_work.h"
+#include "frame/render_costs.h"
 #include "frame/render_output.h"
 #include "frame/render_project.h"
 #include "frame/render_slots.h"
@@ -92,6 +93,7 @@ void spread_all(Rank& rank, const image::View& view, Painter& painter) {
     std::size_t next = 0;
     each_other(rank, painter, [&](int from) { take_averages(messages[next++], from, painter); });
     painter.bloom.spread(*rank.pool);
+    rank.machine.charge_once(rank.machine.costs().picture * render_costs::kSpreadPixel / render_costs::kPixel);
   });
   each_other(rank, painter, [&](int to) {
     comm::Message message;

@@ -11,6 +11,7 @@ namespace motes::frame::render_costs {
 inline constexpr double kProject = 1.8;  // a particle: projected, culled, sorted by tile
 inline constexpr double kPixel = 1.1;  // a pixel of a tile: started, tone-mapped
 inline constexpr double kBloomPixel = 3.1;  // more, where light spreads: kept, averaged, mixed with what glows there
+inline constexpr double kSpreadPixel = 0.9;  // on the image generator alone: averages of all tiles become their glow
 inline constexpr double kByte = 0.17;  // a byte of a message at each of its ends: packed, sent, received
 inline constexpr double kMessage = 2600;  // a message at each of its ends
 inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cleared, packed; and the same to add it
@@ -37,6 +38,9 @@ constexpr double record(const image::Sprite& sprite, const image::View& view) {
 
 /// A pixel of a tile.
 constexpr double pixel(const image::View& view) { return kPixel + (view.bloom > 0 ? kBloomPixel : 0); }
+
+/// The same, as a multiple of one without bloom.
+constexpr double passes(const image::View& view) { return pixel(view) / kPixel; }
 
 /// Bytes of a record in a message, before any has been sent.
 constexpr double record_bytes(const image::View& view) { return view.objects.empty() ? 8 : 12; }

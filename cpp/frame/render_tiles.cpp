@@ -9,6 +9,7 @@
 
 #include "frame/render_bloom.h"
 #include "frame/render_composite.h"
+#include "frame/render_costs.h"
 #include "frame/render_output.h"
 #include "frame/render_project.h"
 #include "frame/render_slots.h"
@@ -103,7 +104,7 @@ class TilesOfRank {
 
   void charge(int tiles) {
     rank_.machine.charge(rank_.machine.costs().draw * static_cast<double>(drawn_.exchange(0)));
-    const int passes = tiles + added_.exchange(0);  // over the pixels of a tile
+    const double passes = tiles * render_costs::passes(view_) + added_.exchange(0);  // over the pixels of a tile
     rank_.machine.charge_once(rank_.machine.costs().picture * passes / painter_.scene.grid().tiles());
   }
 

@@ -1,4 +1,4 @@
-// Where each computed particle stands for many, records stand for as many; partial tiles are as large as before.
+// What pictures cost where they are simulated: each computed particle may stand for many, as its records do.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -10,6 +10,7 @@
 #include "drawn_scene.h"
 #include "forwarding_transport.h"
 #include "frame/engine.h"
+#include "frame/render_costs.h"
 
 using namespace motes;
 using comm::Phase;
@@ -81,4 +82,44 @@ TEST(records_weigh_as_many_as_they_stand_for_and_partial_tiles_their_bytes) {
   CHECK(std::any_of(records.begin(), records.end(), full) && std::any_of(partial.begin(), partial.end(), full));
   for (const Sent& one : records) CHECK(weighs(one, full(one) ? kScale : 1));
   for (const Sent& one : partial) CHECK(weighs(one, 1));
+}
+
+namespace {
+
+// Simulated seconds of a frame whose picture takes a second where nothing glows; nothing else has costs.
+double frame_s(int ranks, Path path, float bloom) {
+  comm::Simulation simulation;
+  simulation.ranks = ranks;
+  simulation.variation = 0;
+  double seconds = 0;
+  comm::simulate(simulation, [&](SimulatedRank& self) {
+    frame::Settings settings;
+    settings.costs.picture = 1e9;
+    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),
+                         roles::cast_shared(ranks), std::move(settings));
+    test::add_drawn_system(engine);
+    image::View view = test::drawn_view(1024, 768, path);
+    view.bloom = bloom;
+    engine.start();
+    for (int i = 0; i < 3; ++i) {
+      const double start = comm::wall_seconds();
+      engine.record(0, test::drawn_source(10));
+      engine.run_frame(view);
+      if (engine.talk().draws()) seconds = comm::wall_seconds() - start;
+    }
+    engine.finish();
+  });
+  return seconds;
+}
+
+}  // namespace
+
+TEST(bloom_takes_simulated_ranks_what_it_takes_others) {
+  namespace costs = frame::render_costs;
+  const double pixel = costs::kBloomPixel / costs::kPixel, spread = costs::kSpreadPixel / costs::kPixel;
+  CHECK_NEAR(frame_s(1, Path::gather, 0), 1, 1e-3);
+  CHECK_NEAR(frame_s(1, Path::gather, 0.2f), 1 + pixel + spread, 1e-3);
+  const double light = frame_s(2, Path::tiles, 0), glowing = frame_s(2, Path::tiles, 0.2f);
+  CHECK(light >= 0.5 && light < 0.65);  // one rank draws somewhat more than the other
+  CHECK(glowing - spread >= 0.5 * (1 + pixel) && glowing - spread < 0.65 * (1 + pixel));
 }

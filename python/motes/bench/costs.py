@@ -37,6 +37,7 @@ def costs(*, particles: int, size: tuple[int, int], repeats: int) -> dict[str, A
         "record of 5 pixels": picture["record_ns"],
         "kPixel": picture["pixel_ns"],
         "kBloomPixel": picture["bloom_pixel_ns"],
+        "kSpreadPixel": picture["spread_pixel_ns"],
         "kPartialPixel": picture["partial_pixel_ns"],
         "kByte": max(0.0, large - small) / (LARGE - SMALL),
         "kMessage": small,

@@ -1,11 +1,9 @@
 #include "frame/render_tiles.h"
 
-#include <algorithm>
 #include <atomic>
-#include <cstring>
 #include <optional>
 #include <stdexcept>
-#include <string>
+#include <vector>
 
 #include "frame/render_bloom.h"
 #include "frame/render_composite.h"

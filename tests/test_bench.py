@@ -190,7 +190,15 @@ def test_paths_tell_the_processor_time_of_each_part(capsys):
 
 def test_costs_of_pictures_are_positive(capsys):
     found = figures(capsys, "costs", "--particles", "20000", "--size", "320x180", "--repeats", "1")
-    names = ("kProject", "record of 5 pixels", "kPixel", "kBloomPixel", "kSpreadPixel", "kPartialPixel", "kMessage")
+    names = (
+        "kProject",
+        "record of 5 pixels",
+        "kPixel",
+        "kBloomPixel",
+        "kSpreadPixel",
+        "kPartialPixel",
+        "kMessage",
+    )
     assert all(found[name] > 0 for name in names)
     assert 0 <= found["kByte"] < 50
 

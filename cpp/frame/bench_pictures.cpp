@@ -96,9 +96,7 @@ class Frame {
     for (const image::Area& area : tiles) draw(area.tile, s, laps);
     laps.start();
     bloom_.begin(bloom_tiles_.plan());
-    for (std::size_t i = 0; i < tiles.size(); ++i) {
-      bloom_.add(bloom_tiles_.cells(i), std::as_bytes(bloom_tiles_.averages(i)));
-    }
+    bloom_.add(bloom_tiles_);
     bloom_.spread();
     laps.add_to(s.spread);
     for (std::size_t i = 0; i < tiles.size(); ++i) bloom_tiles_.mix(i, bloom_.cells(), 0);

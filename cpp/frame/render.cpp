@@ -55,8 +55,8 @@ void draw_all(Rank& rank, const image::View& view, Painter& painter) {
     }
     painter.pixels = painter.canvas.finish();
     rank.machine.charge(rank.machine.costs().draw * records);
-    const double spread = view.bloom > 0 ? render_costs::kSpreadPixel / render_costs::kPixel : 0;
-    rank.machine.charge_once(rank.machine.costs().picture * (render_costs::passes(view) + spread));
+    const double passes = render_costs::passes(view) + render_costs::spreading(view);
+    rank.machine.charge_once(rank.machine.costs().picture * passes);
   });
 }
 

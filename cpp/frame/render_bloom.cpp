@@ -24,7 +24,7 @@ void each_other(const Rank& rank, const Painter& painter, const Work& work) {
   }
 }
 
-// What the other ranks' tiles add to the picture's cells, and their layers.
+// What another rank's tiles add to the picture's cells, and their layers.
 void take_averages(const comm::Message& message, int from, Painter& painter) {
   particles::Reader in = message.reader();
   for (int slot = painter.plan.first(from); slot < painter.plan.end(from); ++slot) {
@@ -87,13 +87,12 @@ void spread_all(Rank& rank, const image::View& view, Painter& painter) {
   if (!talk.failed()) messages = receive_averages(rank, painter);
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::assemble, "spread light");
   draw_work(rank, view, [&] {
-    const image::BloomTiles& own = painter.bloom_tiles;
-    painter.bloom.begin(own.plan());
-    for (std::size_t i = 0; i < own.tiles(); ++i) painter.bloom.add(own.cells(i), std::as_bytes(own.averages(i)));
+    painter.bloom.begin(painter.bloom_tiles.plan());
+    painter.bloom.add(painter.bloom_tiles);
     std::size_t next = 0;
     each_other(rank, painter, [&](int from) { take_averages(messages[next++], from, painter); });
     painter.bloom.spread(*rank.pool);
-    rank.machine.charge_once(rank.machine.costs().picture * render_costs::kSpreadPixel / render_costs::kPixel);
+    rank.machine.charge_once(rank.machine.costs().picture * render_costs::spreading(view));
   });
   each_other(rank, painter, [&](int to) {
     comm::Message message;
@@ -171,7 +170,6 @@ void show_tiles(Rank& rank, const image::View& view, Painter& painter) {
     return;
   }
   for (const Parcel& parcel : parcels_of(painter.plan, talk.rank(), view)) {
-    comm::Message out;
     const auto put = [&](int slot, std::size_t worker, particles::Bytes& bytes) {
       const auto tile = static_cast<std::size_t>(slot - first);
       const CellArea& cells = painter.bloom_tiles.cells(tile);
@@ -179,10 +177,8 @@ void show_tiles(Rank& rank, const image::View& view, Painter& painter) {
       const image::TileLight light = painter.bloom_tiles.mix(tile, glow, worker);
       output.put(painter.workers[worker].painter, light, slot, false, bytes);
     };
-    draw_some(rank, view, painter, [&] { put_slots(*rank.pool, parcel.first, parcel.end, out.bytes(), put); });
-    if (talk.failed()) out = failure_message(talk.rank(), talk.failure());
-    send_to_image_generator(rank, comm::Phase::tiles, std::move(out), talk.failed(), painter);
-    if (talk.failed()) return;
+    const auto draw = [&](particles::Bytes& out) { put_slots(*rank.pool, parcel.first, parcel.end, out, put); };
+    if (!draw_and_send(rank, view, painter, comm::Phase::tiles, draw)) return;
   }
 }
 

@@ -42,6 +42,9 @@ constexpr double pixel(const image::View& view) { return kPixel + (view.bloom > 
 /// The same, as a multiple of one without bloom.
 constexpr double passes(const image::View& view) { return pixel(view) / kPixel; }
 
+/// Spreading, likewise.
+constexpr double spreading(const image::View& view) { return view.bloom > 0 ? kSpreadPixel / kPixel : 0; }
+
 /// Bytes of a record in a message, before any has been sent.
 constexpr double record_bytes(const image::View& view) { return view.objects.empty() ? 8 : 12; }
 

@@ -3,12 +3,14 @@
 #pragma once
 
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "comm/message.h"
 #include "frame/draw_work.h"
 #include "frame/rank.h"
 #include "frame/render.h"
+#include "frame/render_project.h"
 #include "image/tile_light.h"
 #include "particles/bytes.h"
 
@@ -63,6 +65,16 @@ bool draw_some(Rank& rank, const image::View& view, Painter& painter, const Work
     painter.drawing.draw_s += rank.machine.compute_seconds() - start;
   }
   return !rank.talk.failed();
+}
+
+/// The same into a message for the image generator: draw(bytes). Where that fails, the message says why.
+template <class Work>
+bool draw_and_send(Rank& rank, const image::View& view, Painter& painter, comm::Phase phase, const Work& draw) {
+  comm::Message out;
+  const bool drawn = draw_some(rank, view, painter, [&] { draw(out.bytes()); });
+  if (!drawn) out = failure_message(rank.talk.rank(), rank.talk.failure());
+  send_to_image_generator(rank, phase, std::move(out), !drawn, painter);
+  return drawn;
 }
 
 }  // namespace motes::frame

@@ -168,32 +168,28 @@ void await_tiles(Rank& rank, const image::View& view, const Painter& painter) {
 }
 
 void draw_tiles(Rank& rank, const image::View& view, Painter& painter) {
-  Conversation& talk = rank.talk;
+  const Conversation& talk = rank.talk;
   if (!painter.plan.draws(talk.rank())) return;
   const std::vector<comm::Message> messages = receive_records(rank);
   if (!messages.empty() && messages.back().header().failed != 0) return pass_on(rank, messages.back(), view, painter);
   std::optional<TilesOfRank> tiles;
-  const auto draw = [&](const auto& some) {
-    return draw_some(rank, view, painter, [&] {
-      if (!tiles) tiles.emplace(rank, view, painter).take(messages);
-      some();
-    });
+  const auto opened = [&]() -> TilesOfRank& {
+    if (!tiles) tiles.emplace(rank, view, painter).take(messages);
+    return *tiles;
   };
   if (talk.draws()) {
-    draw([&] { tiles->draw_here(); });
+    draw_some(rank, view, painter, [&] { opened().draw_here(); });
     return;
   }
-  const auto draw_and_send = [&](const Parcel& parcel, comm::Phase phase) {
-    comm::Message out;
-    if (!draw([&] { tiles->draw_into(parcel, out.bytes()); })) out = failure_message(talk.rank(), talk.failure());
-    send_to_image_generator(rank, phase, std::move(out), talk.failed(), painter);
+  const auto send = [&](const Parcel& parcel, comm::Phase phase) {
+    return draw_and_send(rank, view, painter, phase, [&](particles::Bytes& out) { opened().draw_into(parcel, out); });
   };
   if (view.bloom > 0) {
-    return draw_and_send({painter.plan.first(talk.rank()), painter.plan.end(talk.rank())}, comm::Phase::glow);
+    send({painter.plan.first(talk.rank()), painter.plan.end(talk.rank())}, comm::Phase::glow);
+    return;
   }
   for (const Parcel& parcel : parcels_of(painter.plan, talk.rank(), view)) {
-    draw_and_send(parcel, comm::Phase::tiles);
-    if (talk.failed()) return;
+    if (!send(parcel, comm::Phase::tiles)) return;
   }
 }
 

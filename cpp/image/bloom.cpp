@@ -46,9 +46,8 @@ void Bloom::add(const CellArea& area, std::span<const std::byte> averages) {
   parts_.push_back({area, averages.data()});
 }
 
-Cells Bloom::cells() const {
-  const Level& level = levels_[0];
-  return {{0, 0, level.plan->across.cells, level.plan->down.cells}, level.light.data(), level.lanes()};
+void Bloom::add(const BloomTiles& tiles) {
+  for (std::size_t i = 0; i < tiles.tiles(); ++i) add(tiles.cells(i), std::as_bytes(tiles.averages(i)));
 }
 
 void Bloom::spread(threads::Pool& pool) {
@@ -145,7 +144,7 @@ void Bloom::blur_row(Level& level, int y, std::vector<std::uint64_t>& memory) {
 
 // Adds what glows in a coarse level to the finer one.
 void Bloom::enlarge_level(Level& coarse, Level& fine, threads::Pool& pool) {
-  const Cells cells{{0, 0, coarse.plan->across.cells, coarse.rows()}, coarse.light.data(), coarse.lanes()};
+  const Cells cells = coarse.cells();
   over_rows(pool, fine.rows(), [&](int first, int end, std::size_t worker) {
     const Area rows{0, 0, first, fine.plan->across.cells, end - first};
     enlarge(*kernels_, *coarse.plan, cells, rows, rows_[worker].glow, [&](int y, GlowRows& glow) {

@@ -9,6 +9,7 @@
 
 #include "image/bloom_cells.h"
 #include "image/bloom_plan.h"
+#include "image/bloom_tiles.h"
 #include "threads/pool.h"
 
 namespace motes::image {
@@ -28,11 +29,14 @@ class Bloom {
   /// returned. Throws std::invalid_argument where the area is not one of the picture's, or there are not as many.
   void add(const CellArea& area, std::span<const std::byte> averages);
 
+  /// The same for all tiles of this rank.
+  void add(const BloomTiles& tiles);
+
   /// Spreads what was added.
   void spread(threads::Pool& pool = threads::alone());
 
   /// What glows in a picture's finest cells.
-  Cells cells() const;
+  Cells cells() const { return levels_[0].cells(); }
 
  private:
   struct Part {
@@ -47,6 +51,7 @@ class Bloom {
     int rows() const { return plan->down.cells; }
     std::size_t lanes() const { return static_cast<std::size_t>(plan->across.cells) * 3; }
     std::uint64_t* row(int y) { return light.data() + static_cast<std::size_t>(y) * lanes(); }
+    Cells cells() const { return {{0, 0, plan->across.cells, plan->down.cells}, light.data(), lanes()}; }
   };
   // A thread's working memory.
   struct Rows {

@@ -80,9 +80,7 @@ void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
     layers_.keep(by.painter, by.pieces, area);
   });
   bloom_.begin(bloom_tiles_.plan());
-  for (std::size_t i = 0; i < bloom_tiles_.tiles(); ++i) {
-    bloom_.add(bloom_tiles_.cells(i), std::as_bytes(bloom_tiles_.averages(i)));
-  }
+  bloom_.add(bloom_tiles_);
   bloom_.spread(*pool_);
   each_tile([&](int tile, const Area& area, std::size_t worker) {
     const TileLight light = bloom_tiles_.mix(static_cast<std::size_t>(tile), bloom_.cells(), worker);

@@ -32,7 +32,7 @@ inline motes::recording::Birth drawn_source(double per_frame) {
   return birth;
 }
 
-/// Lets so many ranks play, in an order of events that the seed decides.
+/// Lets this many ranks play, in an order of events that the seed decides.
 template <class Play>
 void on_ranks(int ranks, std::uint64_t seed, const Play& play) {
   motes::comm::Simulation simulation;

@@ -13,7 +13,7 @@ import pytest
 
 from motes import World, _core
 from motes._run import starting
-from motes.bench import overhead
+from motes.bench import overhead, paths
 from motes.cli import main
 
 MEETINGS = {
@@ -78,6 +78,9 @@ def test_lists_of_two_lengths_are_compared(capsys):
     for name in ("four_without_draws", "five", "eleven_without_draws", "twelve"):
         assert found[f"{name}_s"] > 0
         assert found[f"{name}_of_limit"] > 0
+        # No list takes less than its arithmetic; the other machine's guests may come between.
+        assert 0 < found[f"{name}_in_cache_s"] < 3 * found[f"{name}_s"]
+        assert found[f"{name}_of_roofline"] >= found[f"{name}_of_limit"]
 
 
 def test_overhead_compares_balancers_with_static_cuts(capsys):
@@ -173,6 +176,33 @@ def test_paths_compare_layouts_with_the_first(path, far, drawn, capsys):
     assert two["path"] == drawn
     assert 0 < two["busiest_cpu_ms"] < two["all_cpu_ms"] < 2.1 * two["busiest_cpu_ms"]
     assert two["frame_ms"] > 0 and two["speedup"] > 0
+    assert "of_apart" not in two
+
+
+def test_paths_compare_layouts_with_jobs_that_know_nothing_of_each_other(capsys):
+    sizes = ["--particles", "200000", "--rounds", "1", "--frames", "3", "--size", "320x180", "--parts"]
+    found = figures(capsys, "paths", *sizes, "--layouts", "1", "2 apart", "2 shared")
+    one, apart, two = found["rows"]
+    assert apart["of_apart"] == 1
+    assert two["of_apart"] == pytest.approx(apart["frame_ms"] / two["frame_ms"])
+    assert one["act_speedup"] == 1 and two["act_speedup"] == pytest.approx(one["act_ms"] / two["act_ms"])
+    assert (len(found["parts"]["1"]["draw"]), len(found["parts"]["2 apart"]["draw"])) == (1, 2)
+    assert apart["busiest_cpu_ms"] < apart["all_cpu_ms"] < 2.1 * apart["busiest_cpu_ms"]
+
+
+def test_jobs_apart_share_the_systems(monkeypatch):
+    def job(layout, options, parts):
+        asked.append((layout.ranks, *options))
+        return {"path": "gather", "frame_ms": len(asked), "act_ms": 1, "busiest_cpu_ms": 1, "all_cpu_ms": 1}
+
+    asked: list[tuple] = []
+    monkeypatch.setattr(paths, "_job", job)
+    figures = paths._run(paths.LAYOUTS["2 apart"], 800, ["--far"], False)
+    assert asked == 2 * [(1, "--particles=400", "--systems=4", "--far")]
+    assert (figures["frame_ms"], figures["all_cpu_ms"]) == (2, 2)
+    asked.clear()
+    paths._run(paths.LAYOUTS["2 shared"], 800, ["--far"], False)
+    assert asked == [(2, "--particles=800", "--systems=8", "--far")]
 
 
 def test_paths_tell_the_processor_time_of_each_part(capsys):

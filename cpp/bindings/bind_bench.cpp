@@ -64,7 +64,9 @@ void bind_actions(py::module_& m) {
         py::dict d;
         for (const auto& list : b.lists) {
           d[(list.name + "_s").c_str()] = list.seconds;
+          d[(list.name + "_in_cache_s").c_str()] = list.in_cache;
           d[(list.name + "_of_limit").c_str()] = list.of_limit;
+          d[(list.name + "_of_roofline").c_str()] = list.of_roofline;
         }
         d["limit_s"] = b.limit;
         d["twelve_by_five"] = b.ratio;

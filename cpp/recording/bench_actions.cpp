@@ -114,6 +114,7 @@ struct Range {
   particles::Schema schema;
   Store store;
   std::uint64_t frame = 0;
+  double dt = kDt;
   Outcome outcome;
 
   explicit Range(std::size_t particles, bool copies = false)
@@ -135,7 +136,7 @@ struct Range {
   double run(const Program& program, int substeps) {
     const double start = cpu_now();
     outcome.clear();
-    program.run(store, 0, 0, {frame++, substeps, kDt * substeps, 0}, {1, 2}, recording::Slice{0, -1e6f, 1e6f}, outcome);
+    program.run(store, 0, 0, {frame++, substeps, dt * substeps, 0}, {1, 2}, recording::Slice{0, -1e6f, 1e6f}, outcome);
     return 1e9 * (cpu_now() - start) / (static_cast<double>(store.size()) * substeps);
   }
   double limit(const Action& action) {
@@ -243,23 +244,35 @@ ListBench list_bench(std::size_t particles, int steps) {
                                                       {"five", Program(five)},
                                                       {"eleven_without_draws", Program(without_draws(twelve))},
                                                       {"twelve", Program(twelve)}};
-  Range range(particles);
+  constexpr std::size_t kLists = std::size(programs);
+  constexpr int kSubsteps = 256;
+  Range range(particles), cached(kCached);
+  cached.dt = kDt / kSubsteps;
   const double seconds = static_cast<double>(range.store.size()) / 1e9;
-  for (const auto& [name, program] : programs) range.run(program, 1);
-  std::vector<double> limit, step_s[std::size(programs)], of_limit[std::size(programs)], ratios;
+  for (const auto& [name, program] : programs) {
+    range.run(program, 1);
+    cached.run(program, kSubsteps);
+  }
+  std::vector<double> limit, step_s[kLists], arithmetic[kLists], of_limit[kLists], of_roofline[kLists], ratios;
   for (int i = 0; i < steps; ++i) {
     const double start = cpu_now();
     touch(range.store, kStepped, kStepped);
     limit.push_back(cpu_now() - start);
-    for (std::size_t p = 0; p < std::size(programs); ++p) {
+    for (std::size_t p = 0; p < kLists; ++p) {
       step_s[p].push_back(range.run(programs[p].second, 1) * seconds);
+      arithmetic[p].push_back(cached.run(programs[p].second, kSubsteps) * seconds);
       of_limit[p].push_back(limit.back() / step_s[p].back());
+      of_roofline[p].push_back(std::max(limit.back(), arithmetic[p].back()) / step_s[p].back());
     }
     ratios.push_back(step_s[3].back() / step_s[1].back());
   }
   ListBench bench{{}, median(limit), median(ratios)};
-  for (std::size_t p = 0; p < std::size(programs); ++p) {
-    bench.lists.push_back({programs[p].first, median(step_s[p]), median(of_limit[p])});
+  for (std::size_t p = 0; p < kLists; ++p) {
+    bench.lists.push_back({.name = programs[p].first,
+                           .seconds = median(step_s[p]),
+                           .in_cache = median(arithmetic[p]),
+                           .of_limit = median(of_limit[p]),
+                           .of_roofline = median(of_roofline[p])});
   }
   return bench;
 }

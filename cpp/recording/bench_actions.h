@@ -36,8 +36,10 @@ std::vector<ActionCost> action_bench(std::size_t particles, int repeats);
 struct ListBench {
   struct List {
     std::string name;
-    double seconds = 0;    // per step, the median
-    double of_limit = 0;   // seconds of loads and stores alone, by those of the list
+    double seconds = 0;  // per step, the median
+    double in_cache = 0;  // the same for kCached particles, as if there were as many: its arithmetic
+    double of_limit = 0;  // seconds of loads and stores alone, by those of the list
+    double of_roofline = 0;  // seconds of these or of its arithmetic, whichever takes longer, by those of the list
   };
   std::vector<List> lists;
   double limit = 0;  // seconds of loads and stores alone: position, velocity and age

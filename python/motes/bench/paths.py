@@ -3,6 +3,10 @@
 Each layout is a job of its own. Layouts take turns, round after round, and ratios compare jobs of one round:
 what else the machine does affects all of them. Beside wall time there is the processor time of the busiest
 rank: what a frame would take at least on a machine with a free processor for each rank.
+
+"2 apart" is the machine's limit for two processors: two jobs at the same time that know nothing of each
+other, each with half of the systems and a picture of its own. They share memory and caches, and bear what
+else the host does, as two ranks or threads do, and wait for nobody.
 """
 
 from __future__ import annotations
@@ -13,23 +17,35 @@ import statistics
 import tempfile
 import time
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .jobs import figures_of
 
 __all__ = ["LAYOUTS", "main", "paths"]
 
+
+class Layout(NamedTuple):
+    """Ranks, their roles, the threads of each; and how many such jobs share the systems at the same time."""
+
+    ranks: int
+    roles: str = "auto"
+    threads: int = 1
+    jobs: int = 1
+
+
+APART = "2 apart"
 LAYOUTS = {
-    "1": (1, "auto", 1),
-    "2 threads": (1, "auto", 2),
-    "2 shared": (2, "shared", 1),
-    "2 paper": (2, "auto", 1),
-    "3 paper": (3, "auto", 1),
-    "4 paper": (4, "auto", 1),
+    "1": Layout(1),
+    APART: Layout(1, jobs=2),
+    "2 threads": Layout(1, threads=2),
+    "2 shared": Layout(2, "shared"),
+    "2 paper": Layout(2),
+    "3 paper": Layout(3),
+    "4 paper": Layout(4),
 }
-"""Ranks, roles, threads of each rank. "paper": manager and image generator have no particles where there are
-two ranks or more."""
+"""In those of the paper, manager and image generator have no particles where there are two ranks or more."""
 SYSTEMS = 8
 WARM = 4  # frames before the first that counts
 
@@ -48,33 +64,14 @@ def paths(
     frames: int,
 ) -> dict[str, Any]:
     """Compare layouts of ranks with the first of them."""
-    options = [
-        f"--particles={particles}",
-        f"--size={size[0]}x{size[1]}",
-        f"--path={path}",
-        f"--frames={frames}",
-        f"--blend={blend}",
-    ]
+    options = [f"--size={size[0]}x{size[1]}", f"--path={path}", f"--frames={frames}", f"--blend={blend}"]
     for name, wanted in (("far", far), ("objects", objects)):
         options += [f"--{name}"] if wanted else []
     found: dict[str, list[dict[str, Any]]] = {name: [] for name in layouts}
     for number in range(rounds):
         for name in layouts if number % 2 == 0 else reversed(layouts):
-            found[name].append(_job(*LAYOUTS[name], options, parts))
-    rows = []
-    for name in layouts:
-        speedups = [
-            first["frame_ms"] / one["frame_ms"]
-            for first, one in zip(found[layouts[0]], found[name], strict=True)
-        ]
-        medians = {
-            figure: statistics.median(one[figure] for one in found[name])
-            for figure in ("frame_ms", "act_ms", "busiest_cpu_ms", "all_cpu_ms")
-        }
-        row = {"layout": name, "path": found[name][-1]["path"], **medians}
-        rows.append({**row, "speedup": statistics.median(speedups)})
-    for row in rows:
-        row["cpu_speedup"] = rows[0]["busiest_cpu_ms"] / row["busiest_cpu_ms"]
+            found[name].append(_run(LAYOUTS[name], particles, options, parts))
+    rows = [_row(name, found, layouts[0]) for name in layouts]
     facts = {"particles": particles, "width": size[0], "height": size[1], "far": far, "blend": blend}
     facts |= {"objects": objects, "rounds": rounds, "frames": frames, "rows": rows}
     if parts:
@@ -82,13 +79,44 @@ def paths(
     return facts
 
 
-def _job(ranks: int, roles: str, threads: int, options: Sequence[str], parts: bool) -> dict[str, Any]:
-    """Run a layout once. `parts`: with a log, which tells the processor time of each part on each rank."""
+def _row(name: str, found: dict[str, list[dict[str, Any]]], first: str) -> dict[str, Any]:
+    """Compare a layout with the first one, and with jobs that know nothing of each other."""
+
+    def faster(figure: str, than: str) -> float:
+        pairs = zip(found[than], found[name], strict=True)
+        return statistics.median(other[figure] / one[figure] for other, one in pairs)
+
+    medians = {
+        figure: statistics.median(one[figure] for one in found[name])
+        for figure in ("frame_ms", "act_ms", "busiest_cpu_ms", "all_cpu_ms")
+    }
+    cpu = statistics.median(one["busiest_cpu_ms"] for one in found[first]) / medians["busiest_cpu_ms"]
+    row = {"layout": name, "path": found[name][-1]["path"], **medians}
+    row |= {"speedup": faster("frame_ms", first), "act_speedup": faster("act_ms", first), "cpu_speedup": cpu}
+    return row | ({"of_apart": faster("frame_ms", APART)} if APART in found else {})
+
+
+def _run(layout: Layout, particles: int, options: Sequence[str], parts: bool) -> dict[str, Any]:
+    """Run a layout once: as long as its slowest job."""
+    share = [f"--particles={particles // layout.jobs}", f"--systems={SYSTEMS // layout.jobs}"]
+    with ThreadPoolExecutor(layout.jobs) as pool:
+        jobs = list(pool.map(lambda _: _job(layout, [*share, *options], parts), range(layout.jobs)))
+    slowest = {name: max(job[name] for job in jobs) for name in ("frame_ms", "act_ms", "busiest_cpu_ms")}
+    figures = {"path": jobs[0]["path"], **slowest, "all_cpu_ms": sum(job["all_cpu_ms"] for job in jobs)}
+    if parts:
+        figures["parts"] = {
+            name: [ms for job in jobs for ms in job["parts"][name]] for name in jobs[0]["parts"]
+        }
+    return figures
+
+
+def _job(layout: Layout, options: Sequence[str], parts: bool) -> dict[str, Any]:
+    """Run one job. `parts`: with a log, which tells the processor time of each part on each rank."""
     with tempfile.TemporaryDirectory(prefix="motes-paths-") as folder:
         log = [f"--log={folder}/log"] if parts else []
-        how = [f"--roles={roles}", f"--threads={threads}"]
-        figures = figures_of("motes.bench.paths", ranks, [*how, *options, *log])
-        return figures | ({"parts": _parts(Path(folder) / "log", ranks)} if parts else {})
+        how = [f"--roles={layout.roles}", f"--threads={layout.threads}"]
+        figures = figures_of("motes.bench.paths", layout.ranks, [*how, *options, *log])
+        return figures | ({"parts": _parts(Path(folder) / "log", layout.ranks)} if parts else {})
 
 
 def _parts(log: Path, ranks: int) -> dict[str, list[float]]:
@@ -137,9 +165,9 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
         progress="off",
         **log,
     )
-    each = arguments.particles // SYSTEMS
+    each = arguments.particles // arguments.systems
     sprite = Sprite(blend=arguments.blend)
-    layers = [world.system(f"snow {i}", capacity=2 * each, sprite=sprite) for i in range(SYSTEMS)]
+    layers = [world.system(f"snow {i}", capacity=2 * each, sprite=sprite) for i in range(arguments.systems)]
     wall, act, cpu = [], [], []
     with world:
         for frame in world.frames(WARM + arguments.frames):
@@ -167,12 +195,10 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
 def main(argv: Sequence[str] | None = None) -> None:
     """Run one rank of a job."""
     parser = argparse.ArgumentParser(prog="python -m motes.bench.paths")
-    parser.add_argument("--particles", type=int, required=True)
-    parser.add_argument("--frames", type=int, required=True)
-    parser.add_argument("--threads", type=int, required=True)
-    for name in ("size", "path", "roles"):
+    for name in ("particles", "systems", "frames", "threads"):
+        parser.add_argument(f"--{name}", type=int, required=True)
+    for name in ("size", "path", "roles", "blend"):
         parser.add_argument(f"--{name}", required=True)
-    parser.add_argument("--blend", required=True)
     parser.add_argument("--log", default="")
     for name in ("far", "objects"):
         parser.add_argument(f"--{name}", action="store_true")

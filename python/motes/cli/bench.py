@@ -97,9 +97,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     paths.add_argument(
         "--layouts",
         nargs="+",
-        choices=("1", "2 threads", "2 shared", "2 paper", "3 paper", "4 paper"),
-        default=("1", "2 threads", "2 shared", "3 paper", "4 paper"),
-        help="ranks, roles and threads; the others are compared with the first",
+        choices=("1", "2 apart", "2 threads", "2 shared", "2 paper", "3 paper", "4 paper"),
+        default=("1", "2 apart", "2 threads", "2 shared", "3 paper", "4 paper"),
+        help="ranks, roles and threads; the others are compared with the first, and with two jobs apart",
     )
     paths.add_argument("--rounds", type=positive, default=5, help="jobs of each layout")
     paths.add_argument("--frames", type=positive, default=16, help="per job")

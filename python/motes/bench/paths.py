@@ -84,7 +84,8 @@ def _row(name: str, found: dict[str, list[dict[str, Any]]], first: str) -> dict[
 
     def faster(figure: str, than: str) -> float:
         pairs = zip(found[than], found[name], strict=True)
-        return statistics.median(other[figure] / one[figure] for other, one in pairs)
+        ratio: float = statistics.median(other[figure] / one[figure] for other, one in pairs)
+        return ratio
 
     medians = {
         figure: statistics.median(one[figure] for one in found[name])

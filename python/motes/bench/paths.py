@@ -82,16 +82,19 @@ def paths(
 def _row(name: str, found: dict[str, list[dict[str, Any]]], first: str) -> dict[str, Any]:
     """Compare a layout with the first one, and with jobs that know nothing of each other."""
 
+    def middle(figure: str, of: str) -> float:
+        value: float = statistics.median(one[figure] for one in found[of])
+        return value
+
     def faster(figure: str, than: str) -> float:
         pairs = zip(found[than], found[name], strict=True)
         ratio: float = statistics.median(other[figure] / one[figure] for other, one in pairs)
         return ratio
 
     medians = {
-        figure: statistics.median(one[figure] for one in found[name])
-        for figure in ("frame_ms", "act_ms", "busiest_cpu_ms", "all_cpu_ms")
+        figure: middle(figure, name) for figure in ("frame_ms", "act_ms", "busiest_cpu_ms", "all_cpu_ms")
     }
-    cpu = statistics.median(one["busiest_cpu_ms"] for one in found[first]) / medians["busiest_cpu_ms"]
+    cpu = middle("busiest_cpu_ms", first) / medians["busiest_cpu_ms"]
     row = {"layout": name, "path": found[name][-1]["path"], **medians}
     row |= {"speedup": faster("frame_ms", first), "act_speedup": faster("act_ms", first), "cpu_speedup": cpu}
     return row | ({"of_apart": faster("frame_ms", APART)} if APART in found else {})

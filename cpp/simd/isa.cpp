@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "simd/generic.h"
+
 namespace motes::simd {
 namespace {
 

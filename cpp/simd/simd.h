@@ -11,6 +11,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/generic.h"
+
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
 #include <immintrin.h>
 #endif

@@ -7,6 +7,7 @@
 
 #include "actions/kernels.h"
 #include "lanes_probe.h"
+#include "simd/generic.h"
 
 namespace motes {
 namespace sse2 {

@@ -9,7 +9,8 @@
 #include "balance/cuts.h"
 #include "check.h"
 
-using namespace motes::balance;
+namespace motes::test_balance_cuts {
+using namespace balance;
 
 namespace {
 
@@ -222,3 +223,5 @@ TEST(prefix_cuts_divide_particles_within_a_bin) {
     }
   }
 }
+
+}  // namespace motes::test_balance_cuts

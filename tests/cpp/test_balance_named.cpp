@@ -4,7 +4,8 @@
 #include "balance/named.h"
 #include "check.h"
 
-using motes::balance::policy_named;
+namespace motes::test_balance_named {
+using balance::policy_named;
 
 TEST(balance_named_comes_back) {
   for (const std::string text : {
@@ -62,3 +63,5 @@ TEST(balance_named_refuses) {
     CHECK_THROWS(policy_named(text), std::invalid_argument);
   }
 }
+
+}  // namespace motes::test_balance_named

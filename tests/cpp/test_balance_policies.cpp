@@ -14,7 +14,8 @@
 #include "balance/static.h"
 #include "check.h"
 
-using namespace motes::balance;
+namespace motes::test_balance_policies {
+using namespace balance;
 
 namespace {
 
@@ -399,3 +400,5 @@ TEST(orders_are_for_slabs) {
   plan.shares = {1, 2};
   CHECK(legal(plan, table, "Own()").shares.size() == 2);
 }
+
+}  // namespace motes::test_balance_policies

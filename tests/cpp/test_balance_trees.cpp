@@ -10,7 +10,7 @@
 #include "domains/divide.h"
 #include "isas.h"
 
-using namespace motes;
+namespace motes::test_balance_trees {
 using balance::Cell;
 using domains::Axes;
 using domains::Cut;
@@ -147,3 +147,5 @@ TEST(tree_cuts_of_particles_in_one_place) {
   // Those in one place stay together: a second look changes nothing any more.
   CHECK(balance::tree_cuts(heap, {}, std::vector<double>(4, 1.0), after) == after);
 }
+
+}  // namespace motes::test_balance_trees

@@ -7,7 +7,7 @@
 #include "frame/birth_history.h"
 #include "frame/system.h"
 
-using namespace motes;
+namespace motes::test_birth_history {
 using frame::BirthHistory;
 using recording::Birth;
 
@@ -90,3 +90,5 @@ TEST(birth_values_come_back_for_the_living_whatever_was_forgotten) {
   }
   CHECK(history.size() == 0);
 }
+
+}  // namespace motes::test_birth_history

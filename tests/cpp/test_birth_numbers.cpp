@@ -11,7 +11,7 @@
 #include "isas.h"
 #include "roles/ring.h"
 
-using namespace motes;
+namespace motes::test_birth_numbers {
 using comm::Message;
 using frame::BirthNumbers;
 using frame::Due;
@@ -123,3 +123,5 @@ TEST(numbers_of_births_that_cannot_be_are_refused) {
   frame::take(in, 0, 8, numbers);
   CHECK(numbers == std::vector<std::uint32_t>{7});
 }
+
+}  // namespace motes::test_birth_numbers

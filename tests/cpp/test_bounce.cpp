@@ -6,7 +6,7 @@
 #include "isas.h"
 #include "recording/program.h"
 
-using namespace motes;
+namespace motes::test_bounce {
 using particles::Store;
 using shapes::Kind;
 using shapes::Shape;
@@ -251,3 +251,5 @@ TEST(no_plane_turns_a_particle_of_infinite_velocity) {
     }
   }
 }
+
+}  // namespace motes::test_bounce

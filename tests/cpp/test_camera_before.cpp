@@ -2,8 +2,7 @@
 #include "check.h"
 #include "frame/script.h"
 
-using namespace motes;
-
+namespace motes::test_camera_before {
 namespace {
 
 image::View view_from(double x, float shutter) {
@@ -34,3 +33,5 @@ TEST(an_open_shutter_knows_the_camera_of_the_frame_before) {
   replayed.before = view_from(-6, 1).camera;
   CHECK(before(6, replayed) == view_from(-6, 1).camera);  // a recorded scene says it
 }
+
+}  // namespace motes::test_camera_before

@@ -11,7 +11,7 @@
 #include "check.h"
 #include "crowds.h"
 
-using namespace motes;
+namespace motes::test_cells {
 using meetings::Cells;
 using test::Dice;
 using test::Flock;
@@ -94,7 +94,7 @@ void check_order(const Scene& scene, threads::Pool& pool, Dice& dice) {
   test::shuffle(shuffled, dice);
   const Scene mixed{scene.name, scene.edge, test::taken(scene.flock, shuffled, dice.below(scene.flock.size() + 1))};
   Cells cells;
-  const motes::particles::IdList others = scene.flock.own_ids(), own = mixed.flock.own_ids();
+  const particles::IdList others = scene.flock.own_ids(), own = mixed.flock.own_ids();
   cells.sort(scene.flock.crowd(others), 1.0, pool);  // working memory of another meeting
   const meetings::Crowd crowd = mixed.flock.crowd(own);
   cells.sort(crowd, scene.edge, pool);
@@ -176,7 +176,7 @@ TEST(uniform_columns_stand_for_all_own_particles) {
   Flock flock = test::random_flock(400, 1, 3);
   for (float& z : flock.column[2]) z = 0.75f;
   Cells by_planes;
-  const motes::particles::IdList own_ids = flock.own_ids();
+  const particles::IdList own_ids = flock.own_ids();
   by_planes.sort(flock.crowd(own_ids), 0.2, threads::alone());
   meetings::Crowd crowd = flock.crowd(own_ids);
   crowd.at[2] = {nullptr, nullptr, 0.75f};
@@ -187,3 +187,5 @@ TEST(uniform_columns_stand_for_all_own_particles) {
   cells.arrange(crowd, crowd.at[2], z.data(), threads::alone());
   CHECK(std::count(z.begin(), z.end(), 0.75f) == 400);
 }
+
+}  // namespace motes::test_cells

@@ -11,7 +11,8 @@
 #include "comm/communicator.h"
 #include "comm/simulated_ranks.h"
 
-using namespace motes::comm;
+namespace motes::test_communicator {
+using namespace comm;
 
 namespace {
 
@@ -225,3 +226,5 @@ TEST(a_communicator_that_is_given_up_leaves_its_peers_alone) {
       });
   CHECK(text == "none");
 }
+
+}  // namespace motes::test_communicator

@@ -14,7 +14,7 @@
 #include "particles/digest.h"
 #include "particles/store.h"
 
-using namespace motes;
+namespace motes::test_contact {
 using particles::Touches;
 using test::Dice;
 using test::Flock;
@@ -247,3 +247,5 @@ TEST(springs_that_are_too_stiff_for_the_step_are_softened_and_said_to_be) {
   soft.advance(slow_law(), 1, test::meeting_builds()[0]);
   CHECK(!soft.softened);
 }
+
+}  // namespace motes::test_contact

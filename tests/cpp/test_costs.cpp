@@ -4,10 +4,11 @@
 #include "check.h"
 #include "frame/costs.h"
 
-using motes::actions::Action;
-using motes::actions::Kind;
-using motes::frame::Costs;
-using motes::frame::read_costs;
+namespace motes::test_costs {
+using actions::Action;
+using actions::Kind;
+using frame::Costs;
+using frame::read_costs;
 
 TEST(costs_are_read) {
   const Costs costs =
@@ -20,8 +21,8 @@ TEST(costs_are_read) {
 
 TEST(costs_of_a_list_are_those_of_its_actions) {
   const Costs costs = read_costs("action.move = 4\naction.gravity = 2\nbirth = 100\n");
-  const std::vector<motes::recording::Item> list = {Action{Kind::gravity, {0, -9.81, 0}, {}}, motes::recording::Read{},
-                                                    Action{Kind::move, {1}, {}}, Action{Kind::gravity, {0, 1, 0}, {}}};
+  const std::vector<recording::Item> list = {Action{Kind::gravity, {0, -9.81, 0}, {}}, recording::Read{},
+                                             Action{Kind::move, {1}, {}}, Action{Kind::gravity, {0, 1, 0}, {}}};
   CHECK(costs.of(list) == 8);
   CHECK(costs.of({}) == 0);
 }
@@ -43,3 +44,5 @@ TEST(costs_that_are_wrong_are_refused_with_their_line) {
   CHECK(refusal("scale = 2") == "line 1: no cost is called scale");
   CHECK(refusal("action.fly = 2") == "line 1: no action is called 'fly'");
 }
+
+}  // namespace motes::test_costs

@@ -5,7 +5,8 @@
 #include "check.h"
 #include "snapshots/crc32c.h"
 
-using namespace motes::snapshots;
+namespace motes::test_crc32c {
+using namespace snapshots;
 
 namespace {
 
@@ -65,3 +66,5 @@ TEST(crc32c_of_a_flipped_bit_differs) {
     bytes[bit / 8] ^= mask;
   }
 }
+
+}  // namespace motes::test_crc32c

@@ -5,8 +5,7 @@
 #include "check.h"
 #include "soak/files.h"
 
-using namespace motes;
-
+namespace motes::test_damaged_files {
 TEST(a_damaged_file_is_refused_or_read_rightly) {
   const std::string directory = std::filesystem::temp_directory_path() / "motes-damaged-files";
   std::filesystem::create_directories(directory);
@@ -22,3 +21,5 @@ TEST(a_damaged_file_is_refused_or_read_rightly) {
   for (const int count : kinds) CHECK(count > 200);
   CHECK(read > 40 && read < 600);
 }
+
+}  // namespace motes::test_damaged_files

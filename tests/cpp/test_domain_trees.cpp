@@ -10,7 +10,7 @@
 #include "domains/divide.h"
 #include "isas.h"
 
-using namespace motes;
+namespace motes::test_domain_trees {
 using domains::Axes;
 using domains::Box;
 using domains::Cut;
@@ -104,7 +104,7 @@ TEST(many_have_the_owners_that_each_has) {
       ids.push_back(std::uint64_t{dice.below(1u << 31)} << dice.below(30));
     }
     std::vector<std::uint32_t> owners(n);
-    const motes::particles::IdList halves(ids);
+    const particles::IdList halves(ids);
     d.owners_of({{planes[0].data(), planes[1].data(), planes[2].data()}, halves, n}, owners.data());
     for (std::size_t p = 0; p < n; ++p) {
       CHECK(static_cast<int>(owners[p]) == d.owner_of({planes[0][p], planes[1][p], planes[2][p]}, ids[p]));
@@ -204,7 +204,7 @@ TEST(ids_are_dealt_out_evenly) {
       for (const std::uint64_t stride : {1, 2, 3}) {
         std::vector<std::uint64_t> ids(6400);
         for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = first + stride * i;
-        const motes::particles::IdList halves(ids);
+        const particles::IdList halves(ids);
         const std::vector<int> held = counts(d, {{}, halves, ids.size()});
         const auto [least, most] = std::minmax_element(held.begin(), held.end());
         CHECK(*most - *least <= 10);
@@ -230,3 +230,5 @@ TEST(only_the_axes_that_are_cut_must_be_there) {
       CHECK(static_cast<int>(owners[i]) == made.owner_of({9, y[i], z[i]}, 0));
   }
 }
+
+}  // namespace motes::test_domain_trees

@@ -10,7 +10,7 @@
 #include "isas.h"
 #include "roles/cast.h"
 
-using namespace motes;
+namespace motes::test_domains {
 using domains::Domains;
 
 namespace {
@@ -104,3 +104,5 @@ TEST(cast_is_checked_and_described) {
   CHECK_THROWS(roles::check({-1, 0, {0}}, 2), std::invalid_argument);
   CHECK_THROWS(roles::check({0, 2, {0}}, 2), std::invalid_argument);
 }
+
+}  // namespace motes::test_domains

@@ -7,6 +7,7 @@
 #include "check.h"
 #include "isas.h"
 
+namespace motes::test_elementary {
 namespace {
 
 constexpr long double kTurn = 6.283185307179586476925286766559005768L;
@@ -116,3 +117,5 @@ TEST(elementary_functions_have_the_same_bits_in_every_build) {
     CHECK(std::memcmp(s.data(), s2.data(), s.size() * sizeof(float)) == 0);
   }
 }
+
+}  // namespace motes::test_elementary

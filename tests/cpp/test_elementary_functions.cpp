@@ -9,6 +9,7 @@
 #include "check.h"
 #include "functions_builds.h"
 
+namespace motes::test_elementary_functions {
 namespace {
 
 using test::FunctionsProbe;
@@ -261,3 +262,5 @@ TEST(asin_and_acos) {
   CHECK(one(kAcos, 1) == 0 && one(kAsin, 0) == 0 && one(kAsin, 1) == static_cast<float>(1.5707963267948966));
   CHECK(std::isnan(one(kAsin, 1.0000001f)) && std::isnan(one(kAcos, -2)) && std::isnan(one(kAcos, kNan)));
 }
+
+}  // namespace motes::test_elementary_functions

@@ -9,8 +9,9 @@
 #include "isas.h"
 #include "particles/exact_sum.h"
 
-using motes::particles::ExactSum;
-using motes::particles::FloatTable;
+namespace motes::test_exact_sum {
+using particles::ExactSum;
+using particles::FloatTable;
 
 namespace {
 
@@ -164,3 +165,5 @@ TEST(what_is_not_finite_stays_in_an_exact_sum_wherever_it_came) {
     }
   }
 }
+
+}  // namespace motes::test_exact_sum

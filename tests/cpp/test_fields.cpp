@@ -14,7 +14,7 @@
 #include "image/buffer.h"
 #include "recording/record.h"
 
-using namespace motes;
+namespace motes::test_fields {
 using particles::Bytes;
 using particles::read_fields;
 using particles::Reader;
@@ -239,3 +239,5 @@ TEST(what_a_buffer_is_moved_from_is_empty) {
   CHECK(second.data()[0] == std::byte{8});
 }
 // NOLINTEND(bugprone-use-after-move)
+
+}  // namespace motes::test_fields

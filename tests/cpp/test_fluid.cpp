@@ -8,7 +8,7 @@
 #include "crowds.h"
 #include "isas.h"
 
-using namespace motes;
+namespace motes::test_fluid {
 using test::Flock;
 using test::Law;
 
@@ -134,3 +134,5 @@ TEST(a_liquid_parts_those_at_one_place) {
   }
   for (const double component : momentum) CHECK_NEAR(component, 0, 1e-2);
 }
+
+}  // namespace motes::test_fluid

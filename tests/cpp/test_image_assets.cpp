@@ -6,9 +6,10 @@
 
 #include "check.h"
 
-using namespace motes::image;
-using motes::particles::Bytes;
-using motes::particles::Reader;
+namespace motes::test_image_assets {
+using namespace image;
+using particles::Bytes;
+using particles::Reader;
 
 namespace {
 
@@ -81,3 +82,5 @@ TEST(image_assets_may_be_kept_by_several_threads) {
   for (std::thread& thread : threads) thread.join();
   for (const AssetKey key : keys) CHECK(key == keys[0] && mesh(key)->vertices[3] == 149);
 }
+
+}  // namespace motes::test_image_assets

@@ -10,6 +10,7 @@
 #include "image/daylight.h"
 #include "test_image_painter_scene.h"
 
+namespace motes::test_image_blends {
 using namespace image_test;
 using Blend = Sprite::Blend;
 using Kind = Sprite::Kind;
@@ -405,3 +406,5 @@ TEST(image_soft_particles_fade_where_they_touch_a_solid) {
     CHECK(light(blend, 1, 7.99f) < 0.05 * whole);
   }
 }
+
+}  // namespace motes::test_image_blends

@@ -12,21 +12,22 @@
 #include "image/splat_lanes.h"
 #include "isas.h"
 
-using motes::image::Area;
-using motes::image::Bloom;
-using motes::image::BloomLanes;
-using motes::image::BloomPlan;
-using motes::image::BloomTiles;
-using motes::image::CellArea;
-using motes::image::Grid;
-using motes::image::kUnit;
+namespace motes::test_image_bloom {
+using image::Area;
+using image::Bloom;
+using image::BloomLanes;
+using image::BloomPlan;
+using image::BloomTiles;
+using image::CellArea;
+using image::Grid;
+using image::kUnit;
 
 namespace {
 
 // What a message holds of the glow.
 struct GlowAround {
   std::vector<std::uint64_t> memory;
-  motes::image::Cells cells;
+  image::Cells cells;
 };
 GlowAround glow_around(const Bloom& bloom, const CellArea& area) {
   GlowAround part;
@@ -50,9 +51,9 @@ struct Picture {
     return total;
   }
   // As ranks do that draw some of its tiles each, in `threads` threads.
-  void bloom(float part, const BloomLanes& lanes = motes::image::bloom_lanes(), int ranks = 1, int threads = 1) {
+  void bloom(float part, const BloomLanes& lanes = image::bloom_lanes(), int ranks = 1, int threads = 1) {
     const Grid grid{width, height};
-    motes::image::View view;
+    image::View view;
     view.width = width;
     view.height = height;
     view.bloom = part;
@@ -65,7 +66,7 @@ struct Picture {
       tiles[static_cast<std::size_t>(tile % ranks)].push_back(grid.area(tile));
     }
     std::deque<BloomTiles> owners;
-    motes::threads::Pool pool(threads);
+    threads::Pool pool(threads);
     for (std::size_t r = 0; r < tiles.size(); ++r) {
       owners.emplace_back(lanes).begin(view, tiles[r], threads);
       pool.run(tiles[r].size(), [&](std::size_t i, std::size_t worker) {
@@ -107,9 +108,9 @@ Picture noise(int width, int height, std::uint64_t seed) {
 std::vector<const BloomLanes*> usable_bloom_lanes() {
   std::vector<const BloomLanes*> all;
   for (const auto& build : test::builds()) {
-    if (build.name == "sse2") all.push_back(&motes::sse2::bloom_lanes);
-    if (build.name == "avx2") all.push_back(&motes::avx2::bloom_lanes);
-    if (build.name == "avx512") all.push_back(&motes::avx512::bloom_lanes);
+    if (build.name == "sse2") all.push_back(&sse2::bloom_lanes);
+    if (build.name == "avx2") all.push_back(&avx2::bloom_lanes);
+    if (build.name == "avx512") all.push_back(&avx512::bloom_lanes);
   }
   return all;
 }
@@ -179,7 +180,7 @@ TEST(bloom_does_not_depend_on_who_owns_which_tile) {
     one.bloom(0.4f);
     for (const int ranks : {2, 3, 7}) {
       Picture picture = noise(200, height, 9);
-      picture.bloom(0.4f, motes::image::bloom_lanes(), ranks, ranks == 3 ? 2 : 1);
+      picture.bloom(0.4f, image::bloom_lanes(), ranks, ranks == 3 ? 2 : 1);
       CHECK(picture.light == one.light);
     }
   }
@@ -190,7 +191,7 @@ TEST(bloom_is_the_same_everywhere) {
   Picture picture = noise(201, 333, 3);
   picture.bloom(0.25f);
   const auto* bytes = reinterpret_cast<const std::byte*>(picture.light.data());
-  motes::image::Sha256 hash;
+  image::Sha256 hash;
   hash.add(std::span<const std::byte>(bytes, picture.light.size() * 4));
   const std::string digest = hash.finish();
   CHECK(digest == "99c4202e12c1e723036abc8d23e17f295be9a9bb2d42872c807c17cdb211307b");
@@ -261,3 +262,5 @@ TEST(bloom_refuses_what_is_no_picture) {
   CHECK_THROWS(bloom.add({1, 0, 3, 2}, bytes), std::invalid_argument);
   CHECK_THROWS(bloom.add({-1, 0, 3, 2}, bytes), std::invalid_argument);
 }
+
+}  // namespace motes::test_image_bloom

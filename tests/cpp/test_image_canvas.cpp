@@ -11,6 +11,7 @@
 #include "image/tone.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_canvas {
 using namespace image_test;
 
 namespace {
@@ -39,7 +40,7 @@ std::vector<float> linear_picture(const View& view, const std::vector<std::byte>
 
 Solid sphere_at_origin(float radius) {
   Solid solid;
-  solid.shape.kind = motes::shapes::Kind::sphere;
+  solid.shape.kind = shapes::Kind::sphere;
   solid.shape.number[3] = radius;
   return solid;
 }
@@ -70,7 +71,7 @@ TEST(image_pixels_do_not_depend_on_order_grouping_or_isa) {
 TEST(image_pixels_are_the_same_everywhere) {
   View view = small_view(197, 131);
   Solid ground;
-  ground.shape.kind = motes::shapes::Kind::plane;
+  ground.shape.kind = shapes::Kind::plane;
   ground.shape.number[1] = -2;
   ground.shape.number[4] = 1;
   view.objects = {sphere_at_origin(1), ground};
@@ -359,7 +360,7 @@ TEST(image_background_and_exposure) {
   view.exposure = 0.5f;
   CHECK_NEAR(picture(view, {})[0], srgb(0.125) * 255, 0.8);
   view.exposure = 0;  // where a film has faded out
-  motes::image::check(view);
+  image::check(view);
   const auto faded = picture(view, {});
   CHECK(std::ranges::all_of(faded, [](std::uint8_t shown) { return shown == 0; }));
   view.exposure = 0.5f;
@@ -384,3 +385,5 @@ TEST(image_render_bench_runs) {
   CHECK(with_bloom);
   CHECK_THROWS(render_bench(0, 160, 90, 5, 2), std::invalid_argument);
 }
+
+}  // namespace motes::test_image_canvas

@@ -15,8 +15,9 @@
 #include "test_image_reference_caster.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_cast {
 using namespace image_test;
-using motes::shapes::Kind;
+using shapes::Kind;
 using test::Dice;
 
 namespace {
@@ -27,7 +28,7 @@ Solid random_solid(Dice& dice) {
   Solid solid;
   float* n = solid.shape.number;
   const Vector at = somewhere(dice),
-               to = motes::image::operator+(at, {dice.between(-1, 1), dice.between(0.2f, 2), dice.between(-1, 1)});
+               to = image::operator+(at, {dice.between(-1, 1), dice.between(0.2f, 2), dice.between(-1, 1)});
   const auto put = [&](const Vector& v, int i) {
     for (std::size_t c = 0; c < 3; ++c) n[i + static_cast<int>(c)] = static_cast<float>(v[c]);
   };
@@ -69,7 +70,7 @@ View random_view(std::uint64_t seed, int width = 200, int height = 150) {
   return view;
 }
 
-Scenery rendered(const View& view, const motes::image::CastLanes& lanes = motes::image::cast_lanes()) {
+Scenery rendered(const View& view, const image::CastLanes& lanes = image::cast_lanes()) {
   Scenery scenery(lanes);
   scenery.prepare(view);
   scenery.render_all();
@@ -132,12 +133,12 @@ class Reference {
   std::vector<Sample> centers_;
 };
 
-std::vector<const motes::image::CastLanes*> usable_cast_lanes() {
-  std::vector<const motes::image::CastLanes*> usable;
+std::vector<const image::CastLanes*> usable_cast_lanes() {
+  std::vector<const image::CastLanes*> usable;
   for (const test::Build& build : test::builds()) {
-    usable.push_back(build.name == "sse2"   ? &motes::sse2::cast_lanes
-                     : build.name == "avx2" ? &motes::avx2::cast_lanes
-                                            : &motes::avx512::cast_lanes);
+    usable.push_back(build.name == "sse2"   ? &sse2::cast_lanes
+                     : build.name == "avx2" ? &avx2::cast_lanes
+                                            : &avx512::cast_lanes);
   }
   return usable;
 }
@@ -250,3 +251,5 @@ TEST(image_edges_are_smooth_unless_asked_otherwise) {
   view.smooth = false;
   CHECK(shades() == 0);
 }
+
+}  // namespace motes::test_image_cast

@@ -8,6 +8,7 @@
 #include "image/pieces.h"
 #include "test_image_wide_scene.h"
 
+namespace motes::test_image_colors {
 using namespace image_test;
 
 namespace {
@@ -153,3 +154,5 @@ TEST(image_records_that_are_put_in_order_keep_their_colors) {
   const std::vector<Piece> pieces{{&colorless, record.data(), 1}};
   CHECK_THROWS(Ordered().sort(pieces), std::runtime_error);
 }
+
+}  // namespace motes::test_image_colors

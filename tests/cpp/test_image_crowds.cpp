@@ -8,6 +8,7 @@
 #include "image/depth_blocks.h"
 #include "test_image_wide_scene.h"
 
+namespace motes::test_image_crowds {
 using namespace image_test;
 
 namespace {
@@ -181,3 +182,5 @@ TEST(image_velocities_of_a_crowd_do_not_depend_on_what_is_added) {
   CHECK(*std::max_element(found[0].begin(), found[0].end()) > 10);
   CHECK(found[0] == found[1]);
 }
+
+}  // namespace motes::test_image_crowds

@@ -8,6 +8,7 @@
 #include "image/depth_blocks.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_depth_blocks {
 using namespace image_test;
 
 namespace {
@@ -116,7 +117,7 @@ TEST(image_light_among_solids_is_that_of_a_test_of_each_pixel) {
   const View view = [] {
     View seen = small_view(kTile, kTile);
     Solid ball;  // that there is one gives records depths
-    ball.shape.kind = motes::shapes::Kind::sphere;
+    ball.shape.kind = shapes::Kind::sphere;
     ball.shape.number[3] = 1;
     seen.objects.push_back(ball);
     return seen;
@@ -156,3 +157,5 @@ TEST(image_light_among_solids_is_that_of_a_test_of_each_pixel) {
     }
   }
 }
+
+}  // namespace motes::test_image_depth_blocks

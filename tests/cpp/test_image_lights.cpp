@@ -8,8 +8,9 @@
 #include "image/splat_lanes.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_lights {
 using namespace image_test;
-using motes::shapes::Kind;
+using shapes::Kind;
 
 namespace {
 
@@ -155,3 +156,5 @@ TEST(image_moving_lights_need_no_rays_from_the_camera) {
   light_at(scenery, view, 20, 64);
   CHECK(rays > 129 * 129);
 }
+
+}  // namespace motes::test_image_lights

@@ -16,10 +16,9 @@
 #include "isas.h"
 #include "test_image_scene.h"
 
-using namespace image_test;
-using test::Dice;
+namespace motes::image_test {
 
-motes::image::Mesh image_test::ball_mesh(int times) {
+image::Mesh ball_mesh(int times) {
   using Triangle = std::array<std::uint32_t, 3>;
   std::vector<std::array<double, 3>> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   std::vector<Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
@@ -52,6 +51,12 @@ motes::image::Mesh image_test::ball_mesh(int times) {
   return mesh;
 }
 
+}  // namespace motes::image_test
+
+namespace motes::test_image_meshes {
+using namespace image_test;
+using test::Dice;
+
 namespace {
 
 Solid mesh_solid(const Mesh& mesh) {
@@ -63,7 +68,7 @@ Solid mesh_solid(const Mesh& mesh) {
 
 Solid ground() {
   Solid solid;
-  solid.shape.kind = motes::shapes::Kind::plane;
+  solid.shape.kind = shapes::Kind::plane;
   solid.shape.number[4] = 1;
   solid.color = {0.6f, 0.6f, 0.6f};
   return solid;
@@ -72,7 +77,7 @@ Solid ground() {
 Solid ball() {
   Solid solid = mesh_solid(ball_mesh(0));
   solid.mesh = 0;
-  solid.shape.kind = motes::shapes::Kind::sphere;
+  solid.shape.kind = shapes::Kind::sphere;
   solid.shape.number[1] = 1;
   solid.shape.number[3] = 1;
   return solid;
@@ -219,7 +224,9 @@ TEST(image_trees_of_strange_meshes_stay_shallow_enough) {
 TEST(image_an_unknown_mesh_is_refused) {
   View view = view_of({ball()});
   view.objects[0].mesh = 4711;
-  CHECK_THROWS(motes::image::check(view), std::invalid_argument);
+  CHECK_THROWS(image::check(view), std::invalid_argument);
   Scenery scenery;
   CHECK_THROWS(scenery.prepare(view), std::invalid_argument);
 }
+
+}  // namespace motes::test_image_meshes

@@ -3,9 +3,9 @@
 
 #include "image/assets.h"
 
-namespace image_test {
+namespace motes::image_test {
 
 /// A ball of radius 1 around (0, 1, 0): an octahedron whose triangles are divided `times` times into four.
-motes::image::Mesh ball_mesh(int times);
+image::Mesh ball_mesh(int times);
 
-}  // namespace image_test
+}  // namespace motes::image_test

@@ -10,6 +10,7 @@
 #include "isas.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_ordered {
 using namespace image_test;
 
 namespace {
@@ -112,3 +113,5 @@ TEST(image_records_of_several_brushes_are_ordered_by_depth_brush_and_content) {
     CHECK(i == all.size());
   }
 }
+
+}  // namespace motes::test_image_ordered

@@ -13,7 +13,7 @@
 #include "isas.h"
 #include "test_image_scene.h"
 
-namespace image_test {
+namespace motes::image_test {
 
 /// Records of one brush, as bytes.
 struct Batch {
@@ -134,7 +134,7 @@ inline std::vector<Piece> shuffled_pieces(std::vector<Batch>& batches, test::Dic
 /// A ball of a few metres at the origin: it hides part of what `random_batch` makes.
 inline Solid ball(float x, float y, float radius) {
   Solid solid;
-  solid.shape.kind = motes::shapes::Kind::sphere;
+  solid.shape.kind = shapes::Kind::sphere;
   solid.shape.number[0] = x;
   solid.shape.number[1] = y;
   solid.shape.number[3] = radius;
@@ -147,4 +147,4 @@ inline View painter_view(bool with_solid = false) {
   return view;
 }
 
-}  // namespace image_test
+}  // namespace motes::image_test

@@ -8,6 +8,7 @@
 #include "image/projector.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_projection {
 using namespace image_test;
 
 TEST(image_messages_say_whose_records_they_have) {
@@ -90,7 +91,7 @@ TEST(image_parts_of_wide_messages_hold_the_records_of_their_slots) {
   std::size_t count = 0;
   for (int first = 0; first < 12; first += 5) {
     const int end = std::min(first + 5, 12);
-    motes::particles::Bytes bytes;
+    particles::Bytes bytes;
     whole.append_part(first, end, bytes);
     const RecordsView part(bytes.view());
     CHECK(part.count() == whole.count(first, end) && part.sprite() == whole.sprite());
@@ -104,3 +105,5 @@ TEST(image_parts_of_wide_messages_hold_the_records_of_their_slots) {
   }
   CHECK(count == whole.count());
 }
+
+}  // namespace motes::test_image_projection

@@ -12,6 +12,7 @@
 #include "image/vectors.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_records {
 using namespace image_test;
 
 namespace {
@@ -48,7 +49,7 @@ std::vector<Record> records_of(const std::vector<std::byte>& bytes) {
 
 View with_object(View view) {
   Solid far_wall;
-  far_wall.shape.kind = motes::shapes::Kind::sphere;
+  far_wall.shape.kind = shapes::Kind::sphere;
   far_wall.shape.number[2] = -500;
   far_wall.shape.number[3] = 1;
   view.objects = {far_wall};
@@ -100,7 +101,7 @@ TEST(image_records_are_the_same_bytes_for_every_isa) {
     const Cloud cloud = random_cloud(40001, 3, colored);
     for (const View& view : {small_view(), with_object(small_view(333, 65))}) {
       for (const int pixels : {1, 4, 15}) {
-        const auto reference = message(cloud, {Sprite::Kind::disc, pixels}, view, motes::sse2::project_lanes);
+        const auto reference = message(cloud, {Sprite::Kind::disc, pixels}, view, sse2::project_lanes);
         CHECK(RecordsView(reference).count() > 1000);
         for (const auto* lanes : usable_project_lanes()) {
           CHECK(message(cloud, {Sprite::Kind::disc, pixels}, view, *lanes) == reference);
@@ -207,7 +208,7 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
     const std::vector<int> ends{0, 0, 1, 5, 5, 11, 12};
     std::size_t count = 0;
     for (std::size_t i = 1; i < ends.size(); ++i) {
-      motes::particles::Bytes bytes;
+      particles::Bytes bytes;
       bytes.put(std::uint8_t{1});  // parts may start anywhere
       whole.append_part(ends[i - 1], ends[i], bytes);
       const RecordsView part(bytes.view().subspan(1));
@@ -226,7 +227,7 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
         }
         CHECK(here == (inside ? there : std::vector<std::byte>{}));
       }
-      motes::particles::Bytes nothing;
+      particles::Bytes nothing;
       CHECK_THROWS(part.append_part(0, 12, nothing), std::invalid_argument);
     }
     CHECK(count == whole.count());
@@ -248,7 +249,7 @@ TEST(image_counts_of_records_add_up_by_slot) {
   const auto bytes = message(random_cloud(40000, 3), {Sprite::Kind::disc, 5}, view);
   const RecordsView all(bytes);
   const auto slots = static_cast<std::size_t>(all.grid().tiles());
-  motes::particles::Bytes part;
+  particles::Bytes part;
   all.append_part(7, 20, part);
   std::vector<std::uint32_t> counts(slots, 1);
   all.add_counts(counts);
@@ -335,9 +336,9 @@ TEST(image_views_and_sprites_are_checked) {
   const auto refused = [](auto change) {
     View view = small_view();
     change(view);
-    CHECK_THROWS(motes::image::check(view), std::invalid_argument);
+    CHECK_THROWS(image::check(view), std::invalid_argument);
   };
-  motes::image::check(small_view());
+  image::check(small_view());
   refused([](View& v) { v.width = 0; });
   refused([](View& v) { v.height = 16385; });
   refused([](View& v) { v.camera.position[1] = NAN; });
@@ -370,11 +371,11 @@ TEST(image_sprites_are_checked) {
   const auto refused = [](auto change) {
     Sprite sprite;
     change(sprite);
-    CHECK_THROWS(motes::image::check(sprite), std::invalid_argument);
+    CHECK_THROWS(image::check(sprite), std::invalid_argument);
   };
-  motes::image::check(Sprite{});
-  motes::image::check(Sprite{Sprite::Kind::sphere, 0});
-  motes::image::check(Sprite{Sprite::Kind::disc, 512});
+  image::check(Sprite{});
+  image::check(Sprite{Sprite::Kind::sphere, 0});
+  image::check(Sprite{Sprite::Kind::disc, 512});
   refused([](Sprite& s) { s.pixels = -1; });
   refused([](Sprite& s) { s.pixels = 513; });
   refused([](Sprite& s) { s.kind = static_cast<Sprite::Kind>(9); });
@@ -417,3 +418,5 @@ TEST(image_layout_follows_from_sprite_and_view) {
   CHECK(!anything_hides(view, std::vector<Sprite>{disc, sphere}));
   CHECK(anything_hides(view, std::vector<Sprite>{disc, smoke}) && anything_hides(with_object(view), {}));
 }
+
+}  // namespace motes::test_image_records

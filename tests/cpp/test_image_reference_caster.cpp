@@ -4,10 +4,10 @@
 
 #include "image/vectors.h"
 
-namespace image_test {
+namespace motes::image_test {
 namespace {
 
-using namespace motes::image;
+using namespace image;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
@@ -119,4 +119,4 @@ double Caster::bias(const Ray& ray, const Hit& hit) const {
   return wanted < kMostBias ? wanted : kMostBias;
 }
 
-}  // namespace image_test
+}  // namespace motes::image_test

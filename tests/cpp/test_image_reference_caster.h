@@ -11,7 +11,7 @@
 #include "image/solids.h"
 #include "test_image_reference_solids.h"
 
-namespace image_test {
+namespace motes::image_test {
 
 using image::Ball;
 using image::Lens;
@@ -58,4 +58,4 @@ class Caster {
   std::vector<const Item*> seen_;  // in the selected part
 };
 
-}  // namespace image_test
+}  // namespace motes::image_test

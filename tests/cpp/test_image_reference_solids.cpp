@@ -6,10 +6,10 @@
 
 #include "image/vectors.h"
 
-namespace image_test {
+namespace motes::image_test {
 namespace {
 
-using namespace motes::image;
+using namespace image;
 using shapes::Kind;
 using shapes::Shape;
 
@@ -217,4 +217,4 @@ bool intersect(const Shape& shape, const Ray& ray, double nearest, double farthe
   return false;
 }
 
-}  // namespace image_test
+}  // namespace motes::image_test

@@ -4,9 +4,8 @@
 
 #include "image/scene.h"
 
-namespace image_test {
+namespace motes::image_test {
 
-using namespace motes;
 using image::Vector;
 
 struct Ray {
@@ -24,4 +23,4 @@ struct Hit {
 /// visible from both sides; a sphere is its outer surface only; discs, cylinders and cones keep their holes.
 bool intersect(const shapes::Shape& shape, const Ray& ray, double nearest, double farthest, Hit& hit);
 
-}  // namespace image_test
+}  // namespace motes::image_test

@@ -9,6 +9,7 @@
 #include "isas.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_resolutions {
 using namespace image_test;
 using test::Dice;
 
@@ -173,3 +174,5 @@ TEST(image_streaks_keep_their_light) {
     }
   }
 }
+
+}  // namespace motes::test_image_resolutions

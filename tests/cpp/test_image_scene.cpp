@@ -2,14 +2,14 @@
 
 #include "simd/isa.h"
 
-namespace image_test {
+namespace motes::image_test {
 namespace {
 
 template <class Table>
 std::vector<const Table*> usable(const Table& sse2, const Table& avx2, const Table& avx512) {
   std::vector<const Table*> tables{&sse2};
-  if (motes::simd::isa() != motes::simd::Isa::sse2) tables.push_back(&avx2);
-  if (motes::simd::isa() == motes::simd::Isa::avx512) tables.push_back(&avx512);
+  if (simd::isa() != simd::Isa::sse2) tables.push_back(&avx2);
+  if (simd::isa() == simd::Isa::avx512) tables.push_back(&avx512);
   return tables;
 }
 
@@ -41,10 +41,10 @@ View small_view(int width, int height) {
 }
 
 std::vector<const ProjectLanes*> usable_project_lanes() {
-  return usable(motes::sse2::project_lanes, motes::avx2::project_lanes, motes::avx512::project_lanes);
+  return usable(sse2::project_lanes, avx2::project_lanes, avx512::project_lanes);
 }
 std::vector<const SplatLanes*> usable_splat_lanes() {
-  return usable(motes::sse2::splat_lanes, motes::avx2::splat_lanes, motes::avx512::splat_lanes);
+  return usable(sse2::splat_lanes, avx2::splat_lanes, avx512::splat_lanes);
 }
 
 std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
@@ -80,4 +80,4 @@ std::vector<float> light_of(const TilePainter& painter, const Area& area) {
   return linear_of(sums);
 }
 
-}  // namespace image_test
+}  // namespace motes::image_test

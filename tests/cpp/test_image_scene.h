@@ -11,9 +11,9 @@
 #include "image/scene.h"
 #include "image/tile_painter.h"
 
-namespace image_test {
+namespace motes::image_test {
 
-using namespace motes::image;
+using namespace image;
 
 /// Planes with the padding that Drawn requires.
 struct Cloud {
@@ -69,4 +69,4 @@ std::vector<float> linear_of(const std::vector<std::uint32_t>& sums);
 /// What a painter has made of a tile: linear RGB, three numbers per pixel.
 std::vector<float> light_of(const TilePainter& painter, const Area& area);
 
-}  // namespace image_test
+}  // namespace motes::image_test

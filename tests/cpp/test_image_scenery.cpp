@@ -11,9 +11,10 @@
 #include "test_image_reference_caster.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_scenery {
 using namespace image_test;
-using motes::shapes::Kind;
-using motes::shapes::Shape;
+using shapes::Kind;
+using shapes::Shape;
 
 namespace {
 
@@ -248,3 +249,5 @@ TEST(image_objects_out_of_sight_are_left_out_only_where_nothing_of_them_shows) {
     CHECK(same);
   }
 }
+
+}  // namespace motes::test_image_scenery

@@ -7,6 +7,7 @@
 #include "check.h"
 #include "test_image_wide_scene.h"
 
+namespace motes::test_image_streaks {
 using namespace image_test;
 
 namespace {
@@ -332,3 +333,5 @@ TEST(image_a_streak_is_as_long_and_wide_as_it_should_be) {
   CHECK(at(74, 30) == 0 && at(25, 30) == 0 && at(50, 34) == 0 && at(50, 25) == 0);
   CHECK_NEAR(at(50, 30), at(40, 29), 1e-5);  // even along its way
 }
+
+}  // namespace motes::test_image_streaks

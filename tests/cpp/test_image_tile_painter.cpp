@@ -6,6 +6,7 @@
 #include "image/tile_painter.h"
 #include "test_image_painter_scene.h"
 
+namespace motes::test_image_tile_painter {
 using namespace image_test;
 
 namespace {
@@ -172,3 +173,5 @@ TEST(image_several_painters_share_a_scene) {
   }
   CHECK(assembled == pixels);
 }
+
+}  // namespace motes::test_image_tile_painter

@@ -16,6 +16,7 @@
 #include "isas.h"
 #include "test_image_scene.h"
 
+namespace motes::test_image_wide {
 using namespace image_test;
 using test::Dice;
 
@@ -150,10 +151,10 @@ View slanted_view(int width, int height) {
 }
 
 std::vector<const ProjectWideLanes*> usable_wide_lanes() {
-  std::vector<const ProjectWideLanes*> all{&motes::sse2::project_wide_lanes};
+  std::vector<const ProjectWideLanes*> all{&sse2::project_wide_lanes};
   for (const test::Build& build : test::builds()) {
-    if (build.name == "avx2") all.push_back(&motes::avx2::project_wide_lanes);
-    if (build.name == "avx512") all.push_back(&motes::avx512::project_wide_lanes);
+    if (build.name == "avx2") all.push_back(&avx2::project_wide_lanes);
+    if (build.name == "avx512") all.push_back(&avx512::project_wide_lanes);
   }
   return all;
 }
@@ -346,7 +347,7 @@ TEST(image_wide_records_are_the_same_bytes_for_every_isa) {
   part.of_height = 0.05f;
   for (const View& view : {small_view(333, 65), moving}) {
     for (const Sprite& sprite : {kInMetres, leaf(), opaque, part}) {
-      const auto reference = wide_message(cloud.drawn(), sprite, view, 0.04, motes::sse2::project_wide_lanes);
+      const auto reference = wide_message(cloud.drawn(), sprite, view, 0.04, sse2::project_wide_lanes);
       CHECK(RecordsView(reference).count() > 1000);
       for (const auto* lanes : usable_wide_lanes()) {
         CHECK(wide_message(cloud.drawn(), sprite, view, 0.04, *lanes) == reference);
@@ -438,7 +439,7 @@ TEST(image_nonsense_in_any_column_gives_records_within_their_limits) {
     if (round % 5 == 0) view.before = small_view().camera;
     Sprite sprite = round % 4 == 0 ? leaf() : kInMetres;
     sprite.blend = static_cast<Sprite::Blend>(round % 3);
-    const auto bytes = wide_message(cloud.drawn(), sprite, view, 1e3, motes::sse2::project_wide_lanes);
+    const auto bytes = wide_message(cloud.drawn(), sprite, view, 1e3, sse2::project_wide_lanes);
     for (const auto* lanes : usable_wide_lanes()) {
       CHECK(wide_message(cloud.drawn(), sprite, view, 1e3, *lanes) == bytes);
     }
@@ -453,3 +454,5 @@ TEST(image_nonsense_in_any_column_gives_records_within_their_limits) {
   }
   CHECK(count > 1000);
 }
+
+}  // namespace motes::test_image_wide

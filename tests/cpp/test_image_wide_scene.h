@@ -8,7 +8,7 @@
 #include "image/camera.h"
 #include "test_image_painter_scene.h"
 
-namespace image_test {
+namespace motes::image_test {
 
 using Blend = Sprite::Blend;
 using Kind = Sprite::Kind;
@@ -83,11 +83,11 @@ inline AssetKey two_colors() {
 }
 
 inline std::vector<const WideLanes*> usable_wide_lanes() {
-  std::vector<const WideLanes*> all{&motes::sse2::wide_lanes};
+  std::vector<const WideLanes*> all{&sse2::wide_lanes};
   const std::size_t builds = usable_splat_lanes().size();
-  if (builds > 1) all.push_back(&motes::avx2::wide_lanes);
-  if (builds > 2) all.push_back(&motes::avx512::wide_lanes);
+  if (builds > 1) all.push_back(&avx2::wide_lanes);
+  if (builds > 2) all.push_back(&avx512::wide_lanes);
   return all;
 }
 
-}  // namespace image_test
+}  // namespace motes::image_test

@@ -7,6 +7,7 @@
 #include "check.h"
 #include "test_image_wide_scene.h"
 
+namespace motes::test_image_wide_sprites {
 using namespace image_test;
 
 namespace {
@@ -322,3 +323,5 @@ TEST(image_wide_records_at_the_limits_stay_inside_the_tile) {
     }
   }
 }
+
+}  // namespace motes::test_image_wide_sprites

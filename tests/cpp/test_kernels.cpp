@@ -10,11 +10,11 @@
 #include "particles/schema.h"
 #include "particles/store.h"
 
+namespace motes::test_kernels {
 namespace {
 
-using namespace motes;
-using motes::shapes::Kind;
-using motes::shapes::Shape;
+using shapes::Kind;
+using shapes::Shape;
 
 int components_of_all() { return particles::Schema().components(); }
 
@@ -278,3 +278,5 @@ TEST(samples_lie_in_their_shapes) {
     CHECK(held == count);
   }
 }
+
+}  // namespace motes::test_kernels

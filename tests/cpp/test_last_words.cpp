@@ -12,6 +12,7 @@
 
 #include "check.h"
 
+namespace motes::test_last_words {
 namespace {
 
 // What a child process writes to its standard error until it ends, and the signal that ended it.
@@ -44,8 +45,8 @@ Ended child(const Crash& crash) {
 }
 
 void prepare() {
-  motes::comm::name_crashes("");
-  motes::comm::set_place("rank 2 (calculator 0), frame 7");
+  comm::name_crashes("");
+  comm::set_place("rank 2 (calculator 0), frame 7");
 }
 
 bool has(const std::string& text, const std::string& part) { return text.find(part) != std::string::npos; }
@@ -73,9 +74,9 @@ TEST(a_crash_says_what_was_going_on) {
   const Ended ended = child([] {
     prepare();
     {
-      const motes::comm::Meanwhile over("while it rained");
+      const comm::Meanwhile over("while it rained");
     }
-    const motes::comm::Meanwhile meanwhile("while ranks were lost");
+    const comm::Meanwhile meanwhile("while ranks were lost");
     raise(SIGSEGV);
   });
   CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n"));
@@ -103,3 +104,5 @@ TEST(a_handler_that_was_there_before_runs_behind_the_last_words) {
   });
   CHECK(has(ended.said, "frame 7: bus error\nearlier handler"));
 }
+
+}  // namespace motes::test_last_words

@@ -10,7 +10,8 @@
 #include "comm/communicator.h"
 #include "comm/simulated_ranks.h"
 
-using namespace motes::comm;
+namespace motes::test_losses {
+using namespace comm;
 using Death = Simulation::Death;
 
 namespace {
@@ -338,3 +339,5 @@ TEST(who_recovers_when_all_have_come_to_the_end_is_told_so) {
     CHECK(finished == 2);
   }
 }
+
+}  // namespace motes::test_losses

@@ -10,7 +10,7 @@
 #include "crowds.h"
 #include "isas.h"
 
-using namespace motes;
+namespace motes::test_meetings {
 using test::Dice;
 using test::Flock;
 using test::Heard;
@@ -361,3 +361,5 @@ TEST(particles_without_a_place_are_seen_by_nobody) {
     }
   }
 }
+
+}  // namespace motes::test_meetings

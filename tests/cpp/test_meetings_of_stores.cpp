@@ -11,7 +11,7 @@
 #include "particles/digest.h"
 #include "recording/program.h"
 
-using namespace motes;
+namespace motes::test_meetings_of_stores {
 using actions::Action;
 using actions::Kind;
 using meetings::Copies;
@@ -331,3 +331,5 @@ TEST(a_cloud_that_falls_together_keeps_its_momentum) {
   CHECK(pairs > 5000);
   for (int c = 0; c < 3; ++c) CHECK_NEAR(momentum(c), before[c], 1e-4);
 }
+
+}  // namespace motes::test_meetings_of_stores

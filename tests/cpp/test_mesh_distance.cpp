@@ -10,7 +10,7 @@
 #include "meshes/distance_grid.h"
 #include "meshes/nearest.h"
 
-using namespace motes;
+namespace motes::test_mesh_distance {
 using image::Mesh;
 using meshes::DistanceGrid;
 using meshes::Surface;
@@ -204,3 +204,5 @@ TEST(mesh_inner_cells_are_those_with_a_corner_inside) {
   }
   CHECK(found == cells.size());
 }
+
+}  // namespace motes::test_mesh_distance

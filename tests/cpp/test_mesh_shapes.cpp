@@ -10,7 +10,7 @@
 #include "particles/streams.h"
 #include "recording/program.h"
 
-using namespace motes;
+namespace motes::test_mesh_shapes {
 using image::Mesh;
 using shapes::Kind;
 using shapes::Shape;
@@ -276,3 +276,5 @@ TEST(mesh_shapes_that_make_no_sense_are_refused) {
   CHECK_THROWS(shapes::check_region(bowl), std::invalid_argument);
   CHECK_THROWS(shapes::check_region(shapes::unite({good, bowl})), std::invalid_argument);
 }
+
+}  // namespace motes::test_mesh_shapes

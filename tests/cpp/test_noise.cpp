@@ -7,6 +7,7 @@
 #include "check.h"
 #include "functions_builds.h"
 
+namespace motes::test_noise {
 namespace {
 
 struct Points {
@@ -248,3 +249,5 @@ TEST(noise_of_what_is_not_finite_is_nan) {
     }
   }
 }
+
+}  // namespace motes::test_noise

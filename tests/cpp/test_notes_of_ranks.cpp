@@ -9,7 +9,7 @@
 #include "comm/simulated_ranks.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_notes_of_ranks {
 using comm::SimulatedRank;
 
 namespace {
@@ -126,3 +126,5 @@ TEST(a_rank_that_writes_something_else_is_found_out) {
     }
   }
 }
+
+}  // namespace motes::test_notes_of_ranks

@@ -5,8 +5,7 @@
 #include "check.h"
 #include "recording/order.h"
 
-using namespace motes;
-
+namespace motes::test_order {
 namespace {
 
 const particles::Schema kSchema;
@@ -62,3 +61,5 @@ TEST(order_leaves_the_others_in_their_places) {
   high.where = {{Op::constant, 0, 0}, {Op::column, 1, 0}, {Op::less, 0, 0}};  // 0 < y
   CHECK((after({1, -1, 3, -2, 2}, high) == std::vector<int>{2, 1, 4, 3, 0}));
 }
+
+}  // namespace motes::test_order

@@ -18,7 +18,7 @@
 #include "owners.h"
 #include "particles/digest.h"
 
-using namespace motes;
+namespace motes::test_orders_of_events {
 using comm::SimulatedRank;
 
 namespace {
@@ -257,3 +257,5 @@ TEST(nobody_waits_for_the_plan_before_particles_and_picture_are_under_way) {
     CHECK(waits.draw_s < 0.5);
   }
 }
+
+}  // namespace motes::test_orders_of_events

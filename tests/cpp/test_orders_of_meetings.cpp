@@ -17,7 +17,7 @@
 #include "frame/engine.h"
 #include "particles/digest.h"
 
-using namespace motes;
+namespace motes::test_orders_of_meetings {
 using actions::Action;
 using actions::Kind;
 using comm::SimulatedRank;
@@ -334,3 +334,5 @@ TEST(a_rank_whose_list_meets_elsewhere_is_found_out) {
     }
   }
 }
+
+}  // namespace motes::test_orders_of_meetings

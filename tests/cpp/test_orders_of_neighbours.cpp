@@ -17,7 +17,7 @@
 #include "frame/engine.h"
 #include "owners.h"
 
-using namespace motes;
+namespace motes::test_orders_of_neighbours {
 using comm::Phase;
 using comm::SimulatedRank;
 
@@ -282,3 +282,5 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
     CHECK(way < 0.1f + 1.1f * (cuts.back()[cut] - cuts.front()[cut]));
   }
 }
+
+}  // namespace motes::test_orders_of_neighbours

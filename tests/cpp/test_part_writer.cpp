@@ -13,8 +13,7 @@
 #include "check.h"
 #include "snapshots/writer.h"
 
-using namespace motes;
-
+namespace motes::test_part_writer {
 namespace {
 
 using snapshots::kPiece;
@@ -80,3 +79,5 @@ TEST(a_part_that_does_not_fit_leaves_the_one_before) {
   std::signal(SIGXFSZ, before);
   std::filesystem::remove_all(directory);
 }
+
+}  // namespace motes::test_part_writer

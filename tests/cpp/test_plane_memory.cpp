@@ -11,7 +11,8 @@
 #include "particles/plane_memory.h"
 #include "particles/store.h"
 
-using namespace motes::particles;
+namespace motes::test_plane_memory {
+using namespace particles;
 
 namespace {
 
@@ -91,3 +92,5 @@ TEST(a_copy_of_plane_memory_deals_out_memory_of_its_own) {
   PlaneMemory moved = std::move(memory);
   CHECK(moved.take(4096).get() == one.get() + kLargeMemory);
 }
+
+}  // namespace motes::test_plane_memory

@@ -15,8 +15,8 @@
 #include "recording/fetch_ahead.h"
 #include "recording/program.h"
 
-using namespace motes;
-using namespace motes::recording;
+namespace motes::test_program {
+using namespace recording;
 using actions::Action;
 using particles::Store;
 
@@ -439,3 +439,5 @@ TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
     }
   }
 }
+
+}  // namespace motes::test_program

@@ -8,12 +8,13 @@
 #include "isas.h"
 #include "particles/philox.h"
 
+namespace motes::test_random {
 namespace {
 
 struct Known {
-  motes::particles::Words counter;
-  motes::particles::Key key;
-  motes::particles::Words after7, after10;
+  particles::Words counter;
+  particles::Key key;
+  particles::Words after7, after10;
 };
 
 constexpr Known kKnown[] = {
@@ -36,7 +37,7 @@ void plain_draw(std::uint64_t id, std::uint32_t step, std::uint32_t stream_and_d
                 std::uint32_t out[4]) {
   std::uint32_t k[8];
   for (std::uint32_t half = 0; half < 2; ++half) {
-    const auto words = motes::particles::philox({step, stream_and_draw, 0x6d6f7465u, half}, {key[0], key[1]}, 10);
+    const auto words = particles::philox({step, stream_and_draw, 0x6d6f7465u, half}, {key[0], key[1]}, 10);
     std::copy(words.begin(), words.end(), k + 4 * half);
   }
   const auto low = static_cast<std::uint32_t>(id);
@@ -60,7 +61,7 @@ void plain_draw(std::uint64_t id, std::uint32_t step, std::uint32_t stream_and_d
 }  // namespace
 
 TEST(philox_gives_the_published_words) {
-  using motes::particles::philox;
+  using particles::philox;
   for (const Known& known : kKnown) {
     CHECK(philox(known.counter, known.key, 7) == known.after7);
     CHECK(philox(known.counter, known.key, 10) == known.after10);
@@ -71,19 +72,19 @@ TEST(draws_are_a_function_of_id_step_stream_and_draw) {
   test::Dice dice(2);
   for (int round = 0; round < 600; ++round) {
     const auto half = [&] { return static_cast<std::uint32_t>(dice.word()); };
-    const std::uint32_t step = half(), stream = half() >> motes::particles::draw_bits, key[2] = {half(), half()};
+    const std::uint32_t step = half(), stream = half() >> particles::draw_bits, key[2] = {half(), half()};
     const int skip = round % 16;
     const std::size_t count = 1 + dice.word() % 100;
     std::vector<std::uint64_t> ids(count + 16);
     for (std::uint64_t& id : ids) id = round % 3 == 0 ? dice.word() : dice.word() >> 32;
     if (round % 3 == 2) ids[dice.below(count)] |= std::uint64_t{1} << (32 + dice.below(32));  // one has an upper half
-    const motes::particles::IdList halves(ids);
+    const particles::IdList halves(ids);
     for (const test::Build& build : test::builds()) {
       std::vector<std::uint32_t> out(4 * ids.size());
       build.probe.draws(halves, count, step, stream, key, skip, out.data());
       for (std::size_t i = 0; i < count; ++i) {
         std::uint32_t plain[4];
-        plain_draw(ids[i], step, stream << motes::particles::draw_bits | static_cast<std::uint32_t>(skip), key, plain);
+        plain_draw(ids[i], step, stream << particles::draw_bits | static_cast<std::uint32_t>(skip), key, plain);
         for (std::size_t k = 0; k < 4; ++k) CHECK(out[4 * i + k] == plain[k]);
       }
     }
@@ -91,7 +92,7 @@ TEST(draws_are_a_function_of_id_step_stream_and_draw) {
 }
 
 TEST(kept_keys_are_those_of_the_draw_that_is_asked_for) {
-  using namespace motes::particles;
+  using namespace particles;
   const auto same = [](const DrawKey& a, const DrawKey& b) {
     return std::equal(std::begin(a.word), std::end(a.word), std::begin(b.word));
   };
@@ -113,7 +114,7 @@ TEST(kept_keys_are_those_of_the_draw_that_is_asked_for) {
 
 // Of streams that share all bits of a draw's number but some.
 TEST(draws_that_are_made_again_are_new_ones) {
-  using namespace motes::particles;
+  using namespace particles;
   std::set<std::vector<std::uint32_t>> seen;
   std::size_t count = 0;
   for (const std::uint32_t stream : {birth_attribute, action, action + 1, action + 0x1000}) {
@@ -128,11 +129,13 @@ TEST(draws_that_are_made_again_are_new_ones) {
 }
 
 TEST(keys_differ_by_seed_and_system) {
-  std::vector<motes::particles::Key> keys;
+  std::vector<particles::Key> keys;
   for (const std::uint64_t seed : {0ull, 1ull, 1ull << 32, ~0ull}) {
-    for (std::uint32_t system = 0; system < 8; ++system) keys.push_back(motes::particles::system_key(seed, system));
+    for (std::uint32_t system = 0; system < 8; ++system) keys.push_back(particles::system_key(seed, system));
   }
   for (std::size_t i = 0; i < keys.size(); ++i) {
     for (std::size_t k = 0; k < i; ++k) CHECK(keys[i].low != keys[k].low || keys[i].high != keys[k].high);
   }
 }
+
+}  // namespace motes::test_random

@@ -12,6 +12,7 @@
 #include "isas.h"
 #include "particles/streams.h"
 
+namespace motes::test_random_streams {
 namespace {
 
 constexpr std::uint64_t kCount = std::uint64_t{1} << 18;
@@ -24,7 +25,7 @@ struct Words {
 
 struct Where {
   std::uint64_t id = 0;
-  std::uint32_t step = 0, stream = motes::particles::action;
+  std::uint32_t step = 0, stream = particles::action;
   int draw = 0;
   std::uint64_t seed = 1;
   std::uint32_t system = 0;
@@ -52,9 +53,9 @@ Words words(const std::function<Where(std::uint64_t)>& where, std::uint64_t tota
     }
     const std::size_t count = ids.size();
     ids.resize(count + 32);
-    const motes::particles::IdList halves_of_ids(ids);
+    const particles::IdList halves_of_ids(ids);
     out.resize(4 * ids.size());
-    const motes::particles::Key key = motes::particles::system_key(first.seed, first.system);
+    const particles::Key key = particles::system_key(first.seed, first.system);
     const std::uint32_t halves[2] = {key.low, key.high};
     probe.draws(halves_of_ids, count, first.step, first.stream, halves, first.draw, out.data());
     for (std::size_t i = 0; i < count; ++i) {
@@ -170,7 +171,7 @@ TEST(words_of_many_ids_look_random) {
 TEST(words_of_few_ids_look_random_over_steps_places_draws_seeds_and_systems) {
   CHECK(random("steps", [](std::uint64_t n) { return Where{.id = n & 7, .step = low(n >> 3)}; }));
   CHECK(random("places", [](std::uint64_t n) {
-    return Where{.id = n & 7, .step = low(n >> 13), .stream = motes::particles::action + low(n >> 3 & 1023)};
+    return Where{.id = n & 7, .step = low(n >> 13), .stream = particles::action + low(n >> 3 & 1023)};
   }));
   CHECK(random("draws", [](std::uint64_t n) {
     return Where{.id = n & 7, .step = low(n >> 7), .draw = static_cast<int>(n >> 3 & 15)};
@@ -210,3 +211,5 @@ TEST(a_bit_of_the_id_changes_each_bit_of_the_words_in_half_of_the_draws) {
   }
   CHECK(std::fabs(figures.worst()) < kLimit);
 }
+
+}  // namespace motes::test_random_streams

@@ -7,8 +7,8 @@
 #include "isas.h"
 #include "recording/record.h"
 
-using namespace motes;
-using namespace motes::recording;
+namespace motes::test_record {
+using namespace recording;
 
 namespace {
 
@@ -217,3 +217,5 @@ TEST(first_difference_names_the_place) {
   CHECK(told([](Record& r) { r.lists[0][2] = actions::Action{actions::Kind::kill_expired, {}, {}}; }) ==
         "system 'snow', call 3: kill_expired here, local there");
 }
+
+}  // namespace motes::test_record

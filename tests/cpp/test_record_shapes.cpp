@@ -5,19 +5,20 @@
 #include "check.h"
 #include "recording/record.h"
 
+namespace motes::test_record_shapes {
 namespace {
 
-using motes::actions::Action;
-using motes::recording::Record;
-using motes::shapes::Kind;
-using motes::shapes::Shape;
+using actions::Action;
+using recording::Record;
+using shapes::Kind;
+using shapes::Shape;
 
 Record record_with(const Shape& shape) {
   Action sink;
-  sink.kind = motes::actions::Kind::sink;
+  sink.kind = actions::Kind::sink;
   sink.numbers = {1};
   sink.shapes = {shape};
-  motes::recording::Birth birth;
+  recording::Birth birth;
   birth.shape = shape;
   Record record;
   record.systems.resize(1);
@@ -27,10 +28,10 @@ Record record_with(const Shape& shape) {
 }
 
 Record again(const Record& record) {
-  motes::particles::Bytes bytes;
-  motes::recording::write(record, bytes);
-  motes::particles::Reader reader(bytes.view());
-  return motes::recording::read(reader);
+  particles::Bytes bytes;
+  recording::write(record, bytes);
+  particles::Reader reader(bytes.view());
+  return recording::read(reader);
 }
 
 const std::vector<Shape> kShapes = {{Kind::triangle, {0, 0, 0, 1, 0, 0, 0, 1, 0}},
@@ -43,7 +44,7 @@ const std::vector<Shape> kShapes = {{Kind::triangle, {0, 0, 0, 1, 0, 0, 0, 1, 0}
 
 TEST(recorded_shapes_come_back) {
   std::vector<Shape> all = kShapes;
-  all.push_back(motes::shapes::unite(kShapes));
+  all.push_back(shapes::unite(kShapes));
   for (const Shape& shape : all) {
     const Record record = record_with(shape);
     const Record read = again(record);
@@ -55,29 +56,31 @@ TEST(recorded_shapes_come_back) {
 }
 
 TEST(unions_differ_by_their_parts) {
-  const Shape two = motes::shapes::unite({kShapes[0], kShapes[1]});
-  const Shape other = motes::shapes::unite({kShapes[0], kShapes[2]});
-  CHECK(two == motes::shapes::unite({motes::shapes::unite({kShapes[0]}), kShapes[1]}));
-  CHECK(!(two == other) && !(two == kShapes[0]) && !(two == motes::shapes::unite({kShapes[0]})));
-  CHECK(!motes::recording::first_difference(record_with(two), record_with(other)).empty());
-  CHECK_THROWS(motes::shapes::unite({}), std::invalid_argument);
+  const Shape two = shapes::unite({kShapes[0], kShapes[1]});
+  const Shape other = shapes::unite({kShapes[0], kShapes[2]});
+  CHECK(two == shapes::unite({shapes::unite({kShapes[0]}), kShapes[1]}));
+  CHECK(!(two == other) && !(two == kShapes[0]) && !(two == shapes::unite({kShapes[0]})));
+  CHECK(!recording::first_difference(record_with(two), record_with(other)).empty());
+  CHECK_THROWS(shapes::unite({}), std::invalid_argument);
 }
 
 TEST(broken_unions_are_refused) {
-  motes::particles::Bytes bytes;
-  motes::recording::write(record_with(motes::shapes::unite({kShapes[4]})), bytes);
+  particles::Bytes bytes;
+  recording::write(record_with(shapes::unite({kShapes[4]})), bytes);
   std::vector<std::byte> raw(bytes.view().begin(), bytes.view().end());
   std::size_t refused = 0;
   for (std::size_t i = 0; i < raw.size(); ++i) {
     if (raw[i] != static_cast<std::byte>(Kind::sphere)) continue;
     std::vector<std::byte> broken = raw;
     broken[i] = static_cast<std::byte>(Kind::united);  // a union in a union
-    motes::particles::Reader reader(broken);
+    particles::Reader reader(broken);
     try {
-      motes::recording::read(reader);
+      recording::read(reader);
     } catch (const std::runtime_error&) {
       ++refused;
     }
   }
   CHECK(refused >= 2);
 }
+
+}  // namespace motes::test_record_shapes

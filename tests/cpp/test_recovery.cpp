@@ -7,7 +7,7 @@
 #include "soak/disasters.h"
 #include "soak/player.h"
 
-using namespace motes;
+namespace motes::test_recovery {
 using soak::Disaster;
 using soak::Played;
 using Death = comm::Simulation::Death;
@@ -120,3 +120,5 @@ TEST(behind_a_loss_there_are_new_copies_at_once) {
   }
   CHECK(survived > 6);
 }
+
+}  // namespace motes::test_recovery

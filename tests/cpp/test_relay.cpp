@@ -6,7 +6,7 @@
 #include "comm/simulated_ranks.h"
 #include "frame/relay.h"
 
-using namespace motes;
+namespace motes::test_relay {
 using comm::Phase;
 using comm::SimulatedRank;
 using comm::Stamp;
@@ -140,3 +140,5 @@ TEST(relay_refuses_parts_of_ranks_that_are_not_there) {
                               }),
                std::runtime_error);
 }
+
+}  // namespace motes::test_relay

@@ -10,7 +10,7 @@
 #include "drawn_scene.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_render_failures {
 using comm::SimulatedRank;
 using Path = image::View::Path;
 
@@ -165,3 +165,5 @@ TEST(a_rank_that_fails_when_it_has_sent_some_of_its_tiles_tells_the_image_genera
     }
   }
 }
+
+}  // namespace motes::test_render_failures

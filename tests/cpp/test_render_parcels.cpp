@@ -12,7 +12,7 @@
 #include "frame/engine.h"
 #include "image/sha256.h"
 
-using namespace motes;
+namespace motes::test_render_parcels {
 using comm::SimulatedRank;
 using Path = image::View::Path;
 
@@ -109,3 +109,5 @@ TEST(messages_travel_while_a_rank_records_acts_and_draws) {
     CHECK((seen.awaited > 1) == (ranks > 1));
   }
 }
+
+}  // namespace motes::test_render_parcels

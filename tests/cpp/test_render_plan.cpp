@@ -6,7 +6,7 @@
 #include "frame/render_plan.h"
 #include "isas.h"
 
-using namespace motes;
+namespace motes::test_render_plan {
 using frame::RenderLoad;
 using frame::RenderPlan;
 using Path = image::View::Path;
@@ -60,7 +60,7 @@ void check_owners(const RenderPlan& plan, int ranks, int slots) {
 }
 
 image::View seen_from(image::Vector position, image::Vector up = {0, 1, 0}) {
-  image::View view = ::view(Path::tiles);
+  image::View view = test_render_plan::view(Path::tiles);
   view.camera.position = position;
   view.camera.look_at = {0, 0, 0};
   view.camera.up = up;
@@ -366,3 +366,5 @@ TEST(a_plan_for_another_size_or_for_more_ranks_is_not_taken_again) {
     check_owners(plan(large, some, cast, ranks), ranks, kTiles);
   }
 }
+
+}  // namespace motes::test_render_plan

@@ -12,7 +12,7 @@
 #include "frame/engine.h"
 #include "frame/render_costs.h"
 
-using namespace motes;
+namespace motes::test_render_weights {
 using comm::Phase;
 using comm::SimulatedRank;
 using Path = image::View::Path;
@@ -123,3 +123,5 @@ TEST(bloom_takes_simulated_ranks_what_it_takes_others) {
   CHECK(light >= 0.5 && light < 0.65);  // one rank draws somewhat more than the other
   CHECK(glowing - spread >= 0.5 * (1 + pixel) && glowing - spread < 0.65 * (1 + pixel));
 }
+
+}  // namespace motes::test_render_weights

@@ -14,8 +14,8 @@
 #include "frame/report.h"
 #include "particles/fields.h"
 
-using namespace motes;
-using namespace motes::frame;
+namespace motes::test_report {
+using namespace frame;
 
 namespace {
 
@@ -255,3 +255,5 @@ TEST(log_says_where_it_cannot_write) {
     CHECK(holds(error.what(), "/dev/null/log"));
   }
 }
+
+}  // namespace motes::test_report

@@ -12,7 +12,7 @@
 #include "forwarding_transport.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_reports {
 using comm::Phase;
 using comm::SimulatedRank;
 
@@ -258,3 +258,5 @@ TEST(all_ranks_hear_who_recorded_another_list_wherever_it_stands) {
     }
   }
 }
+
+}  // namespace motes::test_reports

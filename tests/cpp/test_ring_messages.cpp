@@ -10,7 +10,7 @@
 #include "roles/cast.h"
 #include "roles/ring.h"
 
-using namespace motes;
+namespace motes::test_ring_messages {
 using comm::Message;
 using comm::Phase;
 using comm::SimulatedRank;
@@ -119,3 +119,5 @@ TEST(births_reach_their_owners_in_a_thousand_orders_of_events) {
     comm::simulate(simulation, [&](SimulatedRank& self) { births(self, cast, failing, 3); });
   }
 }
+
+}  // namespace motes::test_ring_messages

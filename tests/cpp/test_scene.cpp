@@ -13,8 +13,8 @@
 #include "recording/program.h"
 #include "recording/scene.h"
 
-using namespace motes;
-using namespace motes::recording;
+namespace motes::test_scene {
+using namespace recording;
 using particles::Bytes;
 
 namespace {
@@ -262,3 +262,5 @@ TEST(scene_frame_holds_what_scripts_may_say) {
   CHECK(refused([&](Record& r) { std::get<actions::Action>(r.lists[0][1]).numbers.clear(); }));
   CHECK(refused([](Record& r) { r.lists[0].emplace_back(Callback{"f", 0, {{actions::Op::column, 99, 0}}, {}}); }));
 }
+
+}  // namespace motes::test_scene

@@ -8,10 +8,11 @@
 #include "check.h"
 #include "functions_builds.h"
 
+namespace motes::test_shape_hits {
 namespace {
 
-using motes::shapes::Kind;
-using motes::shapes::Shape;
+using shapes::Kind;
+using shapes::Shape;
 using Vector = std::array<double, 3>;
 
 struct Met {
@@ -128,7 +129,7 @@ TEST(hit_a_hat) {
 
 TEST(hit_the_nearest_part_of_a_union) {
   const Shape ball{Kind::sphere, {0, 0, 0, 1, 0}}, box{Kind::box, {2, -1, -1, 4, 1, 1}};
-  const Shape both = motes::shapes::unite({box, ball});
+  const Shape both = shapes::unite({box, ball});
   check_met(both, {-3, 0, 0}, {4, 0, 0}, 0.5, {-1, 0, 0});
   check_met(both, {6, 0, 0}, {-8, 0, 0}, 0.25, {1, 0, 0});
   check_met(both, {3, 0, 0}, {2, 0, 0}, 0.5, {-1, 0, 0});
@@ -143,7 +144,7 @@ void check_no_leak(const Shape& shape, float dt) {
   const test::Build build = test::builds().back();
   test::Dice dice(31);
   std::vector<float> plane[6];
-  const motes::particles::IdList ids(std::vector<std::uint64_t>(kCount + 16));
+  const particles::IdList ids(std::vector<std::uint64_t>(kCount + 16));
   std::vector<std::uint32_t> dead(kCount / 32 + 2);
   for (auto& p : plane) p.resize(kCount + 16);
   for (std::size_t i = 0; i < kCount; ++i) {
@@ -156,15 +157,15 @@ void check_no_leak(const Shape& shape, float dt) {
   components[20] = age.data();
   const float* position[3] = {components[0], components[1], components[2]};
   const double restitution[4] = {1, 0, 0, 1}, no_turning[1] = {0};
-  const motes::actions::Block block{kCount, components, ids, dead.data()};
-  const motes::actions::Step step{dt, 0, 0, {}};
+  const actions::Block block{kCount, components, ids, dead.data()};
+  const actions::Step step{dt, 0, 0, {}};
   std::vector<std::uint8_t> before(kCount), after(kCount);
   build.kernels.contains(shape, position, kCount, before.data());
   std::size_t leaked = 0, inside = 0;
   for (int frame = 0; frame < 400; ++frame) {
     for (const auto& [kind, numbers] :
-         {std::pair{motes::actions::Kind::bounce, restitution}, std::pair{motes::actions::Kind::move, no_turning}}) {
-      motes::actions::Parameters parameters{};
+         {std::pair{actions::Kind::bounce, restitution}, std::pair{actions::Kind::move, no_turning}}) {
+      actions::Parameters parameters{};
       parameters.number = numbers;
       parameters.shape = &shape;
       build.kernels.action[static_cast<std::size_t>(kind)](parameters, block, step);
@@ -193,7 +194,9 @@ TEST(no_particle_slips_through_a_surface) {
   check_no_leak({Kind::cone, {0, 3, 0, 0, -2, 1, 4, 2}}, 0.01f);
   check_no_leak({Kind::sphere, {0, 0, 0, 2, 0}}, 0.01f);
   check_no_leak({Kind::box, {-2, -2, -2, 2, 2, 2}}, 0.01f);
-  check_no_leak(motes::shapes::unite({kCylinder, {Kind::sphere, {-3, -3, 0, 2, 0}}}), 0.01f);
+  check_no_leak(shapes::unite({kCylinder, {Kind::sphere, {-3, -3, 0, 2, 0}}}), 0.01f);
   check_no_leak({Kind::cylinder, {-1, -2, 0, 1, 2, 1, 2, 0}}, 0.5f);  // several hits per step
   check_no_leak({Kind::cone, {0, 3, 0, 0, -2, 1, 4, 0}}, 0.5f);
 }
+
+}  // namespace motes::test_shape_hits

@@ -9,7 +9,8 @@
 #include "check.h"
 #include "comm/shared_memory.h"
 
-using motes::comm::SharedMemory;
+namespace motes::test_shared_memory {
+using comm::SharedMemory;
 using Address = SharedMemory::Address;
 
 namespace {
@@ -72,3 +73,5 @@ TEST(shared_memory_larger_than_the_system_gives_is_none) {
   CHECK(SharedMemory::make(kBytes / 2) != nullptr);
   CHECK(::setrlimit(RLIMIT_FSIZE, &limit) == 0);
 }
+
+}  // namespace motes::test_shared_memory

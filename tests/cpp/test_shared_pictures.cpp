@@ -15,7 +15,7 @@
 #include "frame/engine.h"
 #include "image/sha256.h"
 
-using namespace motes;
+namespace motes::test_shared_pictures {
 using comm::SimulatedRank;
 using frame::SharedPictures;
 using Path = image::View::Path;
@@ -219,3 +219,5 @@ TEST(a_picture_that_a_child_process_still_sees_stays_as_it_is) {
     engine.finish();
   });
 }
+
+}  // namespace motes::test_shared_pictures

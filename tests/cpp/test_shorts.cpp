@@ -7,6 +7,7 @@
 #include "check.h"
 #include "isas.h"
 
+namespace motes::test_shorts {
 namespace {
 
 constexpr std::size_t kMost = 16;  // lanes
@@ -56,3 +57,5 @@ TEST(the_greatest_number_wherever_it_is) {
     }
   }
 }
+
+}  // namespace motes::test_shorts

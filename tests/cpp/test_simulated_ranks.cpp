@@ -8,7 +8,8 @@
 #include "comm/communicator.h"
 #include "comm/simulated_ranks.h"
 
-using namespace motes::comm;
+namespace motes::test_simulated_ranks {
+using namespace comm;
 
 namespace {
 
@@ -220,3 +221,5 @@ TEST(a_rank_that_dies_is_noticed) {
     CHECK(point < 30 ? text == "rank 2 is gone" : !text.empty());
   }
 }
+
+}  // namespace motes::test_simulated_ranks

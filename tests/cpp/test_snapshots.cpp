@@ -18,7 +18,7 @@
 #include "snapshots/part.h"
 #include "threads/pool.h"
 
-using namespace motes;
+namespace motes::test_snapshots {
 using comm::SimulatedRank;
 
 namespace {
@@ -257,3 +257,5 @@ TEST(a_part_on_disk_is_the_part_in_memory) {
     CHECK_THROWS(snapshots::open(file.view(), true), std::runtime_error);
   }
 }
+
+}  // namespace motes::test_snapshots

@@ -14,7 +14,7 @@
 #include "falling_source.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_stop_signals {
 using comm::SimulatedRank;
 
 namespace {
@@ -178,3 +178,5 @@ TEST(ranks_without_a_signal_go_on) {
                  [&](SimulatedRank& self) { play(self, {3, false, 8, frame::Combine::together, {}}, stops); });
   for (const auto& [rank, stop] : stops) CHECK(stop == std::pair(std::uint64_t{9}, 0));
 }
+
+}  // namespace motes::test_stop_signals

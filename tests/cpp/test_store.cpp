@@ -12,9 +12,10 @@
 #include "particles/memory.h"
 #include "particles/store.h"
 
+namespace motes::test_store {
 namespace {
 
-using namespace motes::particles;
+using namespace particles;
 
 using Values = std::vector<float>;  // all components, and what it remembers of its touches
 using Model = std::map<std::uint64_t, Values>;
@@ -342,3 +343,5 @@ TEST(digest_sees_every_column_and_id) {
   const std::array<Digest, 2> order{one, none}, reverse{none, one};
   CHECK(!(combine(order) == combine(reverse)));
 }
+
+}  // namespace motes::test_store

@@ -9,7 +9,7 @@
 #include "particles/schema.h"
 #include "recording/sums.h"
 
-using namespace motes;
+namespace motes::test_sums {
 using actions::Op;
 using recording::Bins;
 using recording::Dimension;
@@ -196,3 +196,5 @@ TEST(sums_that_make_no_sense_are_refused) {
   refused([](Sum& s) { s.where = s.weights[0]; });
   refused([](Sum& s) { s = {}; });
 }
+
+}  // namespace motes::test_sums

@@ -10,7 +10,7 @@
 #include "comm/simulated_ranks.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_sums_of_ranks {
 using actions::Op;
 using comm::SimulatedRank;
 using recording::Sum;
@@ -165,3 +165,5 @@ TEST(a_rank_that_asks_for_another_sum_is_found_out) {
     }
   }
 }
+
+}  // namespace motes::test_sums_of_ranks

@@ -12,7 +12,8 @@
 #include "frame/account.h"
 #include "frame/table.h"
 
-using namespace motes::frame;
+namespace motes::test_table {
+using namespace frame;
 
 namespace {
 
@@ -216,3 +217,5 @@ TEST(log_continued_says_so_and_keeps_its_start) {
   CHECK(content(folder.path / "load.jsonl").size() == 4 * 2 * 512);
   CHECK(content(folder.path / "density.jsonl").size() == 4 * 2 * 512);
 }
+
+}  // namespace motes::test_table

@@ -8,7 +8,7 @@
 #include "check.h"
 #include "particles/fields.h"
 
-using namespace motes;
+namespace motes::test_tables {
 using actions::Table;
 
 namespace {
@@ -89,3 +89,5 @@ TEST(actions_must_have_the_table_that_they_read) {
   move.table = three;
   CHECK(refused<std::invalid_argument>([&] { actions::check(move); }));
 }
+
+}  // namespace motes::test_tables

@@ -17,7 +17,7 @@
 
 #include "check.h"
 
-using namespace motes;
+namespace motes::test_threads {
 using threads::Pool;
 
 namespace {
@@ -239,3 +239,5 @@ TEST(a_pool_has_1_to_1024_threads) {
   CHECK_THROWS(Pool(-1), std::invalid_argument);
   CHECK_THROWS(Pool(1025), std::invalid_argument);
 }
+
+}  // namespace motes::test_threads

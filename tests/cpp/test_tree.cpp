@@ -7,7 +7,8 @@
 #include "roles/ring.h"
 #include "roles/tree.h"
 
-using namespace motes::roles;
+namespace motes::test_tree {
+using namespace roles;
 
 namespace {
 
@@ -125,3 +126,5 @@ TEST(ring_needs_few_messages) {
   CHECK(Ring(1, 0).steps() == 0);
   CHECK(Ring(16, 3).ahead(0).size() == 15);
 }
+
+}  // namespace motes::test_tree

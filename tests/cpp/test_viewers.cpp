@@ -10,7 +10,7 @@
 #include "falling_source.h"
 #include "frame/engine.h"
 
-using namespace motes;
+namespace motes::test_viewers {
 using comm::SimulatedRank;
 
 namespace {
@@ -173,3 +173,5 @@ TEST(a_picture_of_half_a_frame_is_refused) {
   });
   CHECK(refused);
 }
+
+}  // namespace motes::test_viewers

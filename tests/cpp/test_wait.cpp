@@ -8,7 +8,8 @@
 #include "comm/simulated_ranks.h"
 #include "comm/wait.h"
 
-using namespace motes::comm;
+namespace motes::test_wait {
+using namespace comm;
 
 namespace {
 
@@ -179,3 +180,5 @@ TEST(a_flush_names_the_rank_that_takes_nothing) {
   }
   CHECK(stalled > 3 && stalled < 27);  // small messages leave at once, as MPI's do
 }
+
+}  // namespace motes::test_wait

@@ -19,6 +19,7 @@ namespace {
 std::array<char, 256> place{};
 std::array<char, 4096> mark{};
 std::atomic<const char*> meanwhile{nullptr};
+std::atomic<int> going_on{0};  // of simulated ranks, several at once, which end in any order
 constexpr std::array<int, 5> kSignals = {SIGSEGV, SIGBUS, SIGFPE, SIGILL, SIGABRT};
 std::array<struct sigaction, 64> before{};
 
@@ -123,7 +124,13 @@ void name_crashes(const std::string& mark_path) {
 
 void set_place(const std::string& text) { keep(text, place); }
 
-Meanwhile::Meanwhile(const char* what) : before_(meanwhile.exchange(what)) {}
-Meanwhile::~Meanwhile() { meanwhile = before_; }
+Meanwhile::Meanwhile(const char* what) {
+  ++going_on;
+  meanwhile = what;
+}
+
+Meanwhile::~Meanwhile() {
+  if (--going_on == 0) meanwhile = nullptr;
+}
 
 }  // namespace motes::comm

@@ -14,16 +14,14 @@ void name_crashes(const std::string& mark);
 /// Who and when, for that text: kept in a buffer that a signal handler can read.
 void set_place(const std::string& place);
 
-/// While it lives, that text says besides what was going on: `what`, which must live as long.
+/// While it lives, that text says besides what was going on: `what`, which must be a literal. Of several the last that
+/// began is told until all have ended.
 class Meanwhile {
  public:
   explicit Meanwhile(const char* what);
   ~Meanwhile();
   Meanwhile(const Meanwhile&) = delete;
   Meanwhile& operator=(const Meanwhile&) = delete;
-
- private:
-  const char* before_;
 };
 
 }  // namespace motes::comm

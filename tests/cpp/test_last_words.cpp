@@ -8,6 +8,7 @@
 
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <string>
 
 #include "check.h"
@@ -80,6 +81,17 @@ TEST(a_crash_says_what_was_going_on) {
     raise(SIGSEGV);
   });
   CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7, while ranks were lost: segmentation fault\n"));
+}
+
+TEST(nothing_is_going_on_when_all_has_ended_in_any_order) {
+  const Ended ended = child([] {
+    prepare();
+    std::optional<comm::Meanwhile> first("while it rained"), second("while it snowed");
+    first.reset();
+    second.reset();
+    raise(SIGSEGV);
+  });
+  CHECK(has(ended.said, "*** motes: rank 2 (calculator 0), frame 7: segmentation fault\n"));
 }
 
 TEST(a_stack_overflow_has_last_words) {

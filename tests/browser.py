@@ -72,6 +72,7 @@ class Page:
                     await page.call("Emulation.setDeviceMetricsOverride", **size)
                     await page.call("Page.navigate", url=url)
                     await page.until("document.readyState === 'complete' && location.protocol !== 'about:'")
+                    await page.call("Page.captureScreenshot")  # before it has painted it drops clicks
                     try:
                         yield page
                     finally:

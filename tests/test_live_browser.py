@@ -68,6 +68,30 @@ def test_the_page_connects_again(tmp_path):
         server.close()
 
 
+def test_buttons_stay_where_they_are():
+    chromium()
+    server = Server(Live(0), Orders(), {"title": "still"})
+    moved = """(() => {
+        const root = document.body.appendChild(document.createElement("div"));
+        const view = new View(root, () => {});
+        const place = () => view.part("pause").getBoundingClientRect().y, before = place();
+        view.showRate();
+        const after = place();
+        view.close();
+        root.remove();
+        return after - before;
+    })()"""
+
+    async def person() -> None:
+        async with Page.of(server.url) as page:
+            assert await page.value(moved) == 0
+
+    try:
+        asyncio.run(person())
+    finally:
+        server.close()
+
+
 @pytest.mark.timeout(240)
 def test_a_person_steers_a_run_in_a_browser(tmp_path):
     chromium()
@@ -88,13 +112,13 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
             # Paused: the camera turns, the frame stays.
             number = await page.value(f"{PICTURE}.number")
             await page.drag("[data-part=picture]", 120, -40)
-            await page.until(f"{PICTURE}.number > {number} + 1 && {EXACT}")
+            await page.until(f"{PICTURE}.number > {number} && {EXACT}")
             turned = await page.screenshot(tmp_path / "turned.png")
             assert (turned[:, :700] != first[:, :700]).any(axis=2).mean() > 0.005
             assert await page.value(FRAME) == held
             x, y = await page.middle("[data-part=picture]")
-            await page.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-300)
             number = await page.value(f"{PICTURE}.number")
+            await page.call("Input.dispatchMouseEvent", type="mouseWheel", x=x, y=y, deltaX=0, deltaY=-300)
             await page.until(f"{PICTURE}.number > {number} && {EXACT}")
 
             # Back to the script's camera: what was there before.

@@ -53,6 +53,7 @@ class View {
     this.keys = keys;
     this.timer = setInterval(() => this.showRate(), RATE_MS);
     this.show();
+    this.showRate();  // at once, or what stands below it would move half a second later
   }
 
   part(name) { return this.root.querySelector(`[data-part=${name}]`); }

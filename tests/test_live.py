@@ -221,15 +221,13 @@ def test_a_viewer_that_stops_reading_costs_nothing():
         deaf = await connect(address(server.url), max_size=None, max_queue=1)
         deaf.transport.pause_reading()
         async with Client.of(server.url) as viewer:
-            seconds, worked = [], []
+            seconds = []
             for frame in range(60):
-                start, work = time.monotonic(), time.thread_time()
+                start = time.monotonic()
                 server.show(large, frame=frame, orders=0)
                 seconds.append(time.monotonic() - start)
-                worked.append(time.thread_time() - work)
                 await asyncio.sleep(0.02)
-            assert max(seconds) < 5  # it waits for no viewer
-            assert sorted(worked)[30] < 0.005  # nor does it encode: that takes 20 ms and more
+            assert sorted(seconds)[50] < 0.005
             await viewer.until(lambda: viewer.pictures[-1][1] == 59)
             assert len(viewer.pictures) > 5
             held = [v for v in server._viewers if len(v._flying) == 2]

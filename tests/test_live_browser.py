@@ -5,6 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import time
+from collections.abc import Callable, Coroutine
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +29,14 @@ EXACT = f"{PICTURE}.exact === 'true'"
 def brightness(screen: np.ndarray) -> float:
     """Of the picture's part of the page."""
     return float(screen[:, :700].mean())
+
+
+def visit(server: Server, person: Callable[[], Coroutine[None, None, None]]) -> None:
+    """Let a person look at a page, then close its server."""
+    try:
+        asyncio.run(person())
+    finally:
+        server.close()
 
 
 async def until_as_before(page: Page, screen: np.ndarray, path: Path) -> None:
@@ -62,10 +71,7 @@ def test_the_page_connects_again(tmp_path):
                 assert time.monotonic() < limit
                 await asyncio.sleep(0.05)
 
-    try:
-        asyncio.run(person())
-    finally:
-        server.close()
+    visit(server, person)
 
 
 def test_buttons_stay_where_they_are():
@@ -86,10 +92,7 @@ def test_buttons_stay_where_they_are():
         async with Page.of(server.url) as page:
             assert await page.value(moved) == 0
 
-    try:
-        asyncio.run(person())
-    finally:
-        server.close()
+    visit(server, person)
 
 
 @pytest.mark.timeout(240)

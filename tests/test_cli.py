@@ -114,6 +114,8 @@ def test_the_commands_are_listed(capsys):
         ("report", "required: RUN"),
         ("cluster growth --ranks 2", "must be whole numbers from 3 on, got '2'"),
         ("cluster growth --births nobody", "must be of calculators, manager, got 'nobody'"),
+        ("cluster growth --plot x.gif", "that ends in .png, .svg, .pdf, got 'x.gif'"),
+        ("cluster paper --table 1 --plot no/such/x.png", "must be a file in an existing folder"),
         ("cluster paper --table 4", "invalid choice: 4"),
         ("cluster build", "required: --source"),
     ],

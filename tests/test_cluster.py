@@ -338,6 +338,27 @@ def test_cells_of_the_paper_are_run(simulated_replay: Path, monkeypatch: pytest.
         assert row["error"] == pytest.approx(row["ours"] / row["paper"] - 1)
 
 
+@pytest.mark.parametrize(
+    ("argv", "module"),
+    [
+        ("growth --ranks 4", "pandas"),
+        ("growth --ranks 4 --plot x.png", "matplotlib.figure"),
+        ("paper --table 1", "pandas"),
+        ("paper --table 1 --plot x.png", "matplotlib.figure"),
+        ("paper --text", "pandas"),
+        ("run cluster.py scene.motes", "pandas"),
+    ],
+)
+def test_what_is_not_installed_is_named_before_minutes_of_work(argv: str, module: str, monkeypatch, capsys):
+    for maker in (growth, experiment):
+        monkeypatch.setattr(maker, "find_smpirun", lambda: "smpirun")
+        monkeypatch.setattr(maker, "find_replay", lambda: Path("motes_replay"))
+        monkeypatch.setattr(maker, "record", lambda *_: pytest.fail("recorded"))
+    monkeypatch.setitem(sys.modules, module, None)
+    assert main(["cluster", *argv.split()]) == 2
+    assert f"needs {module.partition('.')[0]}, which" in capsys.readouterr().err
+
+
 @pytest.mark.slow
 @pytest.mark.timeout(1800)
 @pytest.mark.parametrize("table", [1, 2, 3])

@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 from typing import Any
 
+from .. import _extras
 from ..analysis.run import Run
 from ..cluster import growth
 from ..cluster.build import build
@@ -24,6 +25,7 @@ from .parser import add_commands, add_json, print_figures
 
 __all__ = ["configure", "run"]
 
+PLOTS = (".png", ".svg", ".pdf")
 REPLAY = ("balancer", "combine", "roles", "frames")
 """Options that go to motes_replay as they are."""
 
@@ -66,7 +68,9 @@ def configure(parser: argparse.ArgumentParser) -> None:
     many.add_argument("--pictures", action="store_true", help="draw them too: one image generator for all")
     for command in (paper, many):
         add_json(command)
-        command.add_argument("--plot", metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf")
+        command.add_argument(
+            "--plot", type=_plot, metavar="FILE", help="draw it, by its suffix .png, .svg or .pdf"
+        )
     make = commands.add_parser(
         "build", help="compile motes_replay for the simulator from a clone of motes", example="--source ."
     )
@@ -107,6 +111,7 @@ def _configure_run(parser: argparse.ArgumentParser) -> None:
 
 
 def _run(args: argparse.Namespace) -> int:
+    _extras.pandas()  # before minutes of work
     cluster = _described(Path(args.cluster))
     options = ["--blocking"] if args.blocking else []
     for name in REPLAY:
@@ -162,6 +167,7 @@ def _paper(args: argparse.Namespace) -> int:
         found = in_text.reproduce()
         print_figures(args, in_text.facts(found), in_text.text(found))
         return 0
+    _require_plot(args)
     rows = experiment.reproduce(args.table)
     print_figures(args, show.facts(rows), show.text(rows))
     if args.plot:
@@ -170,11 +176,18 @@ def _paper(args: argparse.Namespace) -> int:
 
 
 def _growth(args: argparse.Namespace) -> int:
+    _require_plot(args)
     rows = [row for way in args.births for row in growth.grow(args.ranks, way, pictures=args.pictures)]
     print_figures(args, growth.facts(rows), growth.text(rows))
     if args.plot:
         growth.plot(rows, args.plot)
     return 0
+
+
+def _require_plot(args: argparse.Namespace) -> None:
+    """Raise MissingExtra before minutes of work, not behind them."""
+    if args.plot:
+        _extras.matplotlib("matplotlib.figure")
 
 
 def _build(args: argparse.Namespace) -> int:
@@ -190,6 +203,15 @@ def _numbers(text: str) -> list[int]:
     if not found or min(found) < 3:
         raise argparse.ArgumentTypeError(f"must be whole numbers from 3 on, got {text!r}")
     return found
+
+
+def _plot(text: str) -> str:
+    path = Path(text)
+    if path.suffix not in PLOTS or not path.parent.is_dir():
+        raise argparse.ArgumentTypeError(
+            f"must be a file in an existing folder that ends in {', '.join(PLOTS)}, got {text!r}"
+        )
+    return text
 
 
 def _ways(text: str) -> list[str]:

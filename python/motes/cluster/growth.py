@@ -90,7 +90,7 @@ class Row:
 
 def grow(ranks: Sequence[int] = RANKS, way: str = "calculators", *, pictures: bool = False) -> list[Row]:
     """Run snow on each number of calculators, with one more rank for pictures and one more to manage."""
-    find_smpirun(), find_replay()  # say at once what is missing
+    find_smpirun(), find_replay(), _extras.pandas()  # say at once what is missing
     arguments.choice("way", way, tuple(WAYS))
     with tempfile.TemporaryDirectory(prefix="motes-growth-") as folder:
         return [_row(Path(folder), count, way, pictures) for count in ranks]

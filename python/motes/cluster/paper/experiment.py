@@ -8,6 +8,7 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
+from ... import _extras
 from ..build import find_replay, find_smpirun
 from ..machines import Cluster
 from ..simulate import record, simulate
@@ -47,7 +48,7 @@ def reproduce(table: int, jobs: int = 2) -> list[Row]:
 
 def measure(wanted: list[Cell], jobs: int = 2) -> list[Row]:
     """Run any cells; `jobs` simulations at a time."""
-    find_smpirun(), find_replay()  # say at once what is missing
+    find_smpirun(), find_replay(), _extras.pandas()  # say at once what is missing
     with tempfile.TemporaryDirectory(prefix="motes-paper-") as folder, ThreadPoolExecutor(jobs) as pool:
         bench = _Bench(Path(folder), pool)
         bench.record({(cell.experiment, cell.finite) for cell in wanted})

@@ -1,5 +1,6 @@
 #include "actions/kernels.h"
 
+#include "simd/builds.h"
 #include "simd/isa.h"
 
 namespace motes {
@@ -15,7 +16,7 @@ extern const actions::Kernels action_kernels;
 }
 
 const actions::Kernels& actions::kernels() {
-  static const Kernels& chosen = simd::choose(sse2::action_kernels, avx2::action_kernels, avx512::action_kernels);
+  static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(action_kernels));
   return chosen;
 }
 

@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "balance/cuts.h"
 #include "balance/sample.h"
 #include "domains/divide.h"
 
@@ -19,7 +20,6 @@ using domains::Box;
 using domains::Cut;
 using domains::Places;
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 constexpr std::size_t kSamples = 16;  // per cell
 
 // The tree of boxes, as a sample of the particles has them.

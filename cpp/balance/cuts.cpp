@@ -2,14 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "balance/sample.h"
 
 namespace motes::balance {
 namespace {
-
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 // The particles that may be given away: those inside the domain; NaN is not.
 struct Domain {

@@ -2,10 +2,14 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <span>
 #include <vector>
 
 namespace motes::balance {
+
+/// Beyond all coordinates.
+inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 
 /// A new cut inside the donor's domain, and how many of its particles are beyond it: never more than were asked for,
 /// and fewer where particles at the same place cannot be told apart (half-open domains: x < cut is left, x >= cut is

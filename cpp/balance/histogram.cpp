@@ -9,8 +9,6 @@
 namespace motes::balance {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 // The next number above it: the end of a half-open bin.
 bool finite(float x) { return std::abs(x) < std::numeric_limits<float>::max(); }
 

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -11,16 +10,14 @@
 namespace motes::balance {
 namespace {
 
-constexpr float kInfinity = std::numeric_limits<float>::infinity();
-
 // Cost spread evenly over low <= x < high.
-struct Piece {
+struct Interval {
   float low, high;
   double cost;
 };
 
-std::vector<Piece> pieces_of(std::span<const Histogram> histograms, std::span<const double> costs) {
-  std::vector<Piece> pieces;
+std::vector<Interval> intervals_of(std::span<const Histogram> histograms, std::span<const double> costs) {
+  std::vector<Interval> intervals;
   for (std::size_t c = 0; c < histograms.size(); ++c) {
     const Histogram& h = histograms[c];
     if (!h.counts.empty() && h.edges.size() != h.counts.size() + 1) {
@@ -31,15 +28,15 @@ std::vector<Piece> pieces_of(std::span<const Histogram> histograms, std::span<co
       if (!(cost > 0)) continue;
       // The last bin is closed: as a half-open bin it ends at the next number.
       const bool last = i + 1 == h.counts.size();
-      pieces.push_back({h.edges[i], last ? std::nextafter(h.edges[i + 1], kInfinity) : h.edges[i + 1], cost});
+      intervals.push_back({h.edges[i], last ? std::nextafter(h.edges[i + 1], kInfinity) : h.edges[i + 1], cost});
     }
   }
-  return pieces;
+  return intervals;
 }
 
-bool in_order(const std::vector<Piece>& pieces) {
-  for (std::size_t i = 1; i < pieces.size(); ++i) {
-    if (pieces[i].low < pieces[i - 1].high) return false;
+bool in_order(const std::vector<Interval>& intervals) {
+  for (std::size_t i = 1; i < intervals.size(); ++i) {
+    if (intervals[i].low < intervals[i - 1].high) return false;
   }
   return true;
 }
@@ -61,27 +58,27 @@ class ChangingSum {
   std::vector<double> tree_;
 };
 
-// The same costs as pieces that do not overlap, in ascending order.
-std::vector<Piece> flattened(const std::vector<Piece>& pieces) {
+// The same costs as intervals that do not overlap, in ascending order.
+std::vector<Interval> flattened(const std::vector<Interval>& intervals) {
   struct Event {
     float x;
     bool begins;
-    std::size_t piece;
+    std::size_t interval;
   };
   std::vector<Event> events;
-  for (std::size_t i = 0; i < pieces.size(); ++i) {
-    events.push_back({pieces[i].low, true, i});
-    events.push_back({pieces[i].high, false, i});
+  for (std::size_t i = 0; i < intervals.size(); ++i) {
+    events.push_back({intervals[i].low, true, i});
+    events.push_back({intervals[i].high, false, i});
   }
   std::sort(events.begin(), events.end(), [](const Event& a, const Event& b) { return a.x < b.x; });
-  const auto width = [](const Piece& p) { return static_cast<double>(p.high) - static_cast<double>(p.low); };
-  ChangingSum density(std::max<std::size_t>(pieces.size(), 2));
-  std::vector<Piece> flat;
+  const auto width = [](const Interval& p) { return static_cast<double>(p.high) - static_cast<double>(p.low); };
+  ChangingSum density(std::max<std::size_t>(intervals.size(), 2));
+  std::vector<Interval> flat;
   for (std::size_t i = 0; i < events.size(); ++i) {
-    const Piece& p = pieces[events[i].piece];
-    density.set(events[i].piece, events[i].begins ? p.cost / width(p) : 0.0);
+    const Interval& p = intervals[events[i].interval];
+    density.set(events[i].interval, events[i].begins ? p.cost / width(p) : 0.0);
     if (i + 1 == events.size() || events[i + 1].x == events[i].x) continue;
-    Piece part{events[i].x, events[i + 1].x, 0};
+    Interval part{events[i].x, events[i + 1].x, 0};
     part.cost = density.sum() * width(part);
     if (part.cost > 0) flat.push_back(part);
   }
@@ -91,22 +88,23 @@ std::vector<Piece> flattened(const std::vector<Piece>& pieces) {
 // A walk along the axis to the place that has a given cost to its left.
 class Walk {
  public:
-  Walk(const std::vector<Piece>& pieces, double total) : pieces_(pieces), near_(1e-12 * total) {}
+  Walk(const std::vector<Interval>& intervals, double total) : intervals_(intervals), near_(1e-12 * total) {}
 
   /// Targets must ascend from call to call. `before`: where in a gap to stop, as closely as the gap allows.
   float cut(double target, float before) {
-    while (at_ < pieces_.size() && passed_ + pieces_[at_].cost <= target + near_) passed_ += pieces_[at_++].cost;
-    const float gap_low = at_ == 0 ? -kInfinity : pieces_[at_ - 1].high;
-    const float gap_high = at_ == pieces_.size() ? kInfinity : pieces_[at_].low;
-    if (at_ == pieces_.size() || target <= passed_ + near_) return std::clamp(before, gap_low, gap_high);
-    const Piece& p = pieces_[at_];
+    while (at_ < intervals_.size() && passed_ + intervals_[at_].cost <= target + near_)
+      passed_ += intervals_[at_++].cost;
+    const float gap_low = at_ == 0 ? -kInfinity : intervals_[at_ - 1].high;
+    const float gap_high = at_ == intervals_.size() ? kInfinity : intervals_[at_].low;
+    if (at_ == intervals_.size() || target <= passed_ + near_) return std::clamp(before, gap_low, gap_high);
+    const Interval& p = intervals_[at_];
     const double width = static_cast<double>(p.high) - static_cast<double>(p.low);
     const double x = static_cast<double>(p.low) + width * ((target - passed_) / p.cost);
     return std::clamp(static_cast<float>(x), p.low, p.high);
   }
 
  private:
-  const std::vector<Piece>& pieces_;
+  const std::vector<Interval>& intervals_;
   double near_;
   double passed_ = 0;
   std::size_t at_ = 0;
@@ -121,13 +119,13 @@ std::vector<float> prefix_cuts(std::span<const Histogram> histograms, std::span<
                     (costs.empty() || costs.size() == calculators);
   if (!fits) throw std::invalid_argument("shares must be one per histogram, got " + std::to_string(calculators));
   std::vector<float> cuts(before.begin(), before.end());
-  std::vector<Piece> pieces = pieces_of(histograms, costs);
-  if (!in_order(pieces)) pieces = flattened(pieces);
-  const double total =
-      std::accumulate(pieces.begin(), pieces.end(), 0.0, [](double sum, const Piece& p) { return sum + p.cost; });
+  std::vector<Interval> intervals = intervals_of(histograms, costs);
+  if (!in_order(intervals)) intervals = flattened(intervals);
+  const double total = std::accumulate(intervals.begin(), intervals.end(), 0.0,
+                                       [](double sum, const Interval& p) { return sum + p.cost; });
   const double parts = std::accumulate(shares.begin(), shares.end(), 0.0);
   if (!(total > 0) || !(parts > 0)) return cuts;
-  Walk walk(pieces, total);
+  Walk walk(intervals, total);
   double part = 0;
   for (std::size_t i = 0; i < cuts.size(); ++i) {
     part += shares[i];

@@ -146,7 +146,7 @@ void sum_up(const Script& script, const Round& round, const Report& report, Verd
 
 // What belongs to calculators of one part of the tree, where all of it is in the order of the tree.
 template <class T, class Calculator>
-std::vector<T> part_of(const std::vector<T>& all, const roles::Tree& tree, int first, int end, Calculator calculator) {
+std::vector<T> within(const std::vector<T>& all, const roles::Tree& tree, int first, int end, Calculator calculator) {
   const auto before = [&](const T& one, int place) { return tree.place_of(static_cast<int>(one.*calculator)) < place; };
   return {std::lower_bound(all.begin(), all.end(), first, before),
           std::lower_bound(all.begin(), all.end(), end, before)};
@@ -166,8 +166,8 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
             [&](const Source& a, const Source& b) { return key(a) < key(b); });
   judgement.sources.erase(std::unique(judgement.sources.begin(), judgement.sources.end()), judgement.sources.end());
   const auto among = [&](int first, int end) {
-    return Judgement{judgement.verdict, part_of(judgement.sources, tree, first, end, &Source::to),
-                     part_of(judgement.parents, tree, first, end, &OwnedParent::owner)};
+    return Judgement{judgement.verdict, within(judgement.sources, tree, first, end, &Source::to),
+                     within(judgement.parents, tree, first, end, &OwnedParent::owner)};
   };
   for (const roles::Tree::Range& child : tree.children()) {
     comm::Message message;

@@ -17,7 +17,7 @@
 namespace motes::frame {
 namespace {
 
-constexpr std::size_t kChunk = std::size_t{1} << 20;
+constexpr std::size_t kChunkBytes = std::size_t{1} << 20;
 
 [[noreturn]] void fail(const std::string& what, const std::string& path) {
   throw LogError("log: " + what + " " + path + ": " + std::strerror(errno));
@@ -110,7 +110,7 @@ class Sieve {
 };
 
 void sieve(File& from, File& to, Sieve& sieve) {
-  std::vector<char> chunk(kChunk);
+  std::vector<char> chunk(kChunkBytes);
   while (const std::size_t count = from.read(chunk.data(), chunk.size())) to.write(sieve.take({chunk.data(), count}));
 }
 

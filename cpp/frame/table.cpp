@@ -80,22 +80,23 @@ Row& Row::null(const char* name) {
 
 void sync_directory_of(const std::string& path) {
   const std::size_t name = path.rfind('/');
-  const int directory = open(name == std::string::npos ? "." : path.substr(0, name + 1).c_str(), O_RDONLY | O_CLOEXEC);
+  const int directory =
+      ::open(name == std::string::npos ? "." : path.substr(0, name + 1).c_str(), O_RDONLY | O_CLOEXEC);
   if (directory < 0) return;
-  fsync(directory);
-  close(directory);
+  ::fsync(directory);
+  ::close(directory);
 }
 
 Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
     : path_(std::move(path)), line_bytes_(line_bytes) {
   if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
   const int anew = first_frame > 0 ? 0 : O_TRUNC;
-  file_ = open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_CLOEXEC, 0644);
+  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_CLOEXEC, 0644);
   if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
 }
 
 Table::~Table() {
-  if (file_ >= 0) close(file_);
+  if (file_ >= 0) ::close(file_);
 }
 
 Table::Table(Table&& other) noexcept { *this = std::move(other); }

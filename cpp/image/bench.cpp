@@ -77,8 +77,6 @@ System make_system(std::size_t index, std::size_t count, bool fountain) {
 
 using recording::median;
 
-double now_ms() { return recording::cpu_now() * 1e3; }
-
 struct FrameTime {
   double whole, project;
 };
@@ -93,19 +91,19 @@ class Drawing {
   }
 
   FrameTime draw(const std::vector<System>& systems) {
-    const double start = now_ms();
+    const double start = recording::cpu_now_ms();
     for (std::size_t i = 0; i < kSystems; ++i) {
       Drawn drawn = systems[i].drawn();
       drawn.size_of_all = kSize;
       drawn.velocity_of_all = {kStreak * 0.6f, kStreak * -0.8f, 0};
       projector_.project(drawn, sprite_, view_, records_[i], projection_);
     }
-    const double projected = now_ms();
+    const double projected = recording::cpu_now_ms();
     canvas_.begin(view_);
     for (const Records& r : records_) canvas_.add(r.bytes());
     picture_.resize(static_cast<std::size_t>(view_.width) * static_cast<std::size_t>(view_.height) * 3);
     canvas_.finish(picture_);
-    return {now_ms() - start, projected - start};
+    return {recording::cpu_now_ms() - start, projected - start};
   }
 
   void measure(const std::vector<System>& systems, double additive_ms) {

@@ -16,8 +16,6 @@ namespace {
 
 using shapes::Kind;
 
-double now_ms() { return recording::cpu_now() * 1e3; }
-
 Solid solid(Kind kind, std::initializer_list<float> numbers, Color color) {
   Solid made;
   made.shape.kind = kind;
@@ -81,10 +79,10 @@ double median_ms(View view, int frames, const std::function<void(View&, int)>& c
   std::vector<double> ms;
   for (int frame = 0; frame <= frames; ++frame) {  // the first one gets its memory
     change(view, frame);
-    const double start = now_ms();
+    const double start = recording::cpu_now_ms();
     scenery.prepare(view);
     scenery.render_all();
-    if (frame > 0) ms.push_back(now_ms() - start);
+    if (frame > 0) ms.push_back(recording::cpu_now_ms() - start);
   }
   return recording::median(ms);
 }
@@ -109,9 +107,9 @@ SceneryBench scenery_bench(int width, int height, int frames) {
 
   const Mesh ball = dented_ball(400, 125);
   result.triangles = ball.triangles.size() / 3;
-  const double start = now_ms();
+  const double start = recording::cpu_now_ms();
   build_tree(ball);
-  result.ms_build_mesh = now_ms() - start;
+  result.ms_build_mesh = recording::cpu_now_ms() - start;
   Solid stone;
   stone.mesh = keep(ball);
   stone.color = {0.8f, 0.7f, 0.6f};

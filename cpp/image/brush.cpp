@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <numbers>
 #include <span>
 #include <tuple>
 
@@ -27,8 +28,7 @@ constexpr bool in_order() {
 }
 static_assert(in_order() && kSpriteKinds == particles::enumerators<Sprite::Kind>());
 
-constexpr double kFull = 255;
-constexpr double kPi = 3.14159265358979323846;
+constexpr double kWholeByte = 255;
 
 // Calls `use` for each pixel of each phase: the row in tables, the column, and the distance in pixels from the
 // particle's centre to the pixel's, to the right and down.
@@ -81,13 +81,13 @@ void set_weights(std::span<const SpherePixel> pixels, double light, const Footpr
     if (i % in_phase == 0) {
       weights.clear();
       for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade);
-      scale_to(weights, kFull * light);
+      scale_to(weights, kWholeByte * light);
     }
     const double weight = weights[i++ % in_phase];
     for (std::size_t c = 0; c < 3; ++c) {
       const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + c;
       t.weights[at] = to_byte(weight);
-      t.cover[at] = pixel.edge > 0 ? to_byte(std::min(kFull, weight / pixel.shade)) : std::uint8_t{0};
+      t.cover[at] = pixel.edge > 0 ? to_byte(std::min(kWholeByte, weight / pixel.shade)) : std::uint8_t{0};
     }
   });
 }
@@ -115,11 +115,11 @@ SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view
     pixels.push_back({edge, shade});
     if (distance >= radius) return;
     t.covered[row] |= static_cast<std::uint16_t>(1u << column);
-    const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kFull * shade));
+    const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kWholeByte * shade));
     t.shade[row * surface + column] = at_least_1 << kShadeShift;
     t.bulge[row * surface + column] = static_cast<float>(nz);
   });
-  set_weights(pixels, kPi * radius * radius * daylight.mean_shade(), f, t);
+  set_weights(pixels, std::numbers::pi * radius * radius * daylight.mean_shade(), f, t);
   return t;
 }
 
@@ -128,7 +128,7 @@ float gain_at(Sprite::Kind kind, int pixels) {
   const Footprint& f = footprint({kind, pixels});
   double sum = 0;
   for (int i = 0; i < f.size * f.row_bytes; ++i) sum += f.weights[static_cast<std::size_t>(i)];
-  return static_cast<float>(sum / 3 / (kFull * (kPi / 12) * f.size * f.size));
+  return static_cast<float>(sum / 3 / (kWholeByte * (std::numbers::pi / 12) * f.size * f.size));
 }
 
 auto key(const Sprite& s, Layout layout, bool colored) {

@@ -1,6 +1,7 @@
 #include "image/camera.h"
 
 #include <cstdio>
+#include <numbers>
 #include <optional>
 #include <stdexcept>
 #include <string>
@@ -15,8 +16,6 @@
 
 namespace motes::image {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 std::string text(double value) {
   char digits[32];
@@ -84,7 +83,7 @@ Lens lens_of(const Camera& camera, int height) {
   lens.forward = unit(camera.look_at - camera.position);
   lens.right = unit(cross(lens.forward, camera.up));
   lens.up = cross(lens.right, lens.forward);
-  lens.focal_px = 0.5 * height / tangent(camera.fov_deg * (kPi / 360));
+  lens.focal_px = 0.5 * height / tangent(camera.fov_deg * (std::numbers::pi / 360));
   return lens;
 }
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "image/vectors.h"
 
@@ -11,7 +10,6 @@ namespace {
 
 using shapes::Kind;
 
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr double kFogReach = 5;  // in distances from camera to look_at: where half of the light is fog
 
 void put(const Vector& v, float* to) {

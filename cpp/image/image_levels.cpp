@@ -9,7 +9,7 @@
 namespace motes::image {
 namespace {
 
-constexpr double kFull = 32767;  // products of 16-bit numbers with a sign have room for it
+constexpr double kOne = 32767;  // products of 16-bit numbers with a sign have room for it
 
 // The inverse of sRGB's curve, from + - * / alone: ((x + 0.055) / 1.055)^2.4 by Newton's method on y^5 = v^12.
 double linear_of(double encoded) {
@@ -46,8 +46,8 @@ std::vector<std::uint16_t> first_level(const Picture& picture) {
     for (int x = 0; x < picture.width; ++x, from += 4) {
       std::uint16_t* to = texels.data() + texel(picture.width, x, y);
       const double alpha = from[3] / 255.0;
-      for (int c = 0; c < 3; ++c) to[c] = static_cast<std::uint16_t>(linear[from[c]] * alpha * kFull + 0.5);
-      to[3] = static_cast<std::uint16_t>(alpha * kFull + 0.5);
+      for (int c = 0; c < 3; ++c) to[c] = static_cast<std::uint16_t>(linear[from[c]] * alpha * kOne + 0.5);
+      to[3] = static_cast<std::uint16_t>(alpha * kOne + 0.5);
     }
   }
   return texels;

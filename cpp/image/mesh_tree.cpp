@@ -18,17 +18,17 @@ constexpr std::uint32_t kLeaf = 2;  // triangles that are not worth another spli
 constexpr int kBins = 16;
 constexpr int kBalancedDepth = kMaxMeshDepth - 28;  // from here on halves: 2^28 triangles fit below it
 
-struct Box {
+struct Hull {
   std::array<float, 3> low, high;
 
-  Box() { low.fill(std::numeric_limits<float>::max()), high.fill(std::numeric_limits<float>::lowest()); }
+  Hull() { low.fill(std::numeric_limits<float>::max()), high.fill(std::numeric_limits<float>::lowest()); }
   void add(const float* point) {
     for (std::size_t i = 0; i < 3; ++i) {
       low[i] = std::min(low[i], point[i]);
       high[i] = std::max(high[i], point[i]);
     }
   }
-  void add(const Box& other) {
+  void add(const Hull& other) {
     add(other.low.data());
     add(other.high.data());
   }
@@ -39,8 +39,8 @@ struct Box {
   }
 };
 
-struct Piece {
-  Box box;
+struct Facet {
+  Hull hull;
   std::array<float, 3> middle;
   std::uint32_t triangle;
 };
@@ -48,22 +48,22 @@ struct Piece {
 // Splits where a ray is expected to test the fewest triangles (surface area heuristic, in bins; Wald 2007).
 class Builder {
  public:
-  Builder(MeshTree& tree, std::vector<Piece> pieces) : tree_(tree), pieces_(std::move(pieces)) {
+  Builder(MeshTree& tree, std::vector<Facet> facets) : tree_(tree), facets_(std::move(facets)) {
     tree_.nodes.resize(1);
-    build(0, 0, static_cast<std::uint32_t>(pieces_.size()), 0);
+    build(0, 0, static_cast<std::uint32_t>(facets_.size()), 0);
   }
-  std::span<const Piece> pieces() const { return pieces_; }
+  std::span<const Facet> facets() const { return facets_; }
 
  private:
   void build(std::uint32_t at, std::uint32_t first, std::uint32_t last, int depth) {
-    Box box, middles;
+    Hull hull, middles;
     for (std::uint32_t i = first; i < last; ++i) {
-      box.add(pieces_[i].box);
-      middles.add(pieces_[i].middle.data());
+      hull.add(facets_[i].hull);
+      middles.add(facets_[i].middle.data());
     }
     MeshNode node{};
-    std::copy(box.low.begin(), box.low.end(), node.low);
-    std::copy(box.high.begin(), box.high.end(), node.high);
+    std::copy(hull.low.begin(), hull.low.end(), node.low);
+    std::copy(hull.high.begin(), hull.high.end(), node.high);
     node.first = first;
     node.count = last - first;
     if (node.count > kLeaf) {
@@ -77,25 +77,25 @@ class Builder {
     tree_.nodes[at] = node;
   }
 
-  // Divides the pieces in two parts, neither of them empty, and returns where the second one starts.
-  std::uint32_t split(std::uint32_t first, std::uint32_t last, const Box& middles, int depth) {
+  // Divides the facets in two parts, neither of them empty, and returns where the second one starts.
+  std::uint32_t split(std::uint32_t first, std::uint32_t last, const Hull& middles, int depth) {
     std::size_t axis = 0;
     for (std::size_t i = 1; i < 3; ++i) {
       if (middles.high[i] - middles.low[i] > middles.high[axis] - middles.low[axis]) axis = i;
     }
     const float low = middles.low[axis], extent = middles.high[axis] - low;
-    const auto begin = pieces_.begin();
+    const auto begin = facets_.begin();
     if (extent > 0 && depth < kBalancedDepth) {
-      const auto bin_of = [&](const Piece& piece) {
-        return std::min(kBins - 1, static_cast<int>((piece.middle[axis] - low) / extent * kBins));
+      const auto bin_of = [&](const Facet& facet) {
+        return std::min(kBins - 1, static_cast<int>((facet.middle[axis] - low) / extent * kBins));
       };
       const int bin = best_bin(first, last, bin_of);
       const auto middle =
-          std::stable_partition(begin + first, begin + last, [&](const Piece& piece) { return bin_of(piece) < bin; });
+          std::stable_partition(begin + first, begin + last, [&](const Facet& facet) { return bin_of(facet) < bin; });
       if (middle != begin + first && middle != begin + last) return static_cast<std::uint32_t>(middle - begin);
     }
     const std::uint32_t half = first + (last - first) / 2;
-    std::sort(begin + first, begin + last, [&](const Piece& a, const Piece& b) {
+    std::sort(begin + first, begin + last, [&](const Facet& a, const Facet& b) {
       return a.middle[axis] != b.middle[axis] ? a.middle[axis] < b.middle[axis] : a.triangle < b.triangle;
     });
     return half;
@@ -104,17 +104,17 @@ class Builder {
   // The first bin of the second part.
   template <class BinOf>
   int best_bin(std::uint32_t first, std::uint32_t last, const BinOf& bin_of) const {
-    std::array<Box, kBins> box;
+    std::array<Hull, kBins> hull;
     std::array<double, kBins> count{}, above{};
     for (std::uint32_t i = first; i < last; ++i) {
-      const auto bin = static_cast<std::size_t>(bin_of(pieces_[i]));
-      box[bin].add(pieces_[i].box);
+      const auto bin = static_cast<std::size_t>(bin_of(facets_[i]));
+      hull[bin].add(facets_[i].hull);
       ++count[bin];
     }
-    Box part;
+    Hull part;
     double sum = 0;
     for (std::size_t bin = kBins - 1; bin > 0; --bin) {
-      if (count[bin] != 0) part.add(box[bin]);
+      if (count[bin] != 0) part.add(hull[bin]);
       sum += count[bin];
       above[bin] = sum == 0 ? 0 : part.area() * sum;
     }
@@ -123,7 +123,7 @@ class Builder {
     int best = 1;
     double least = std::numeric_limits<double>::infinity();
     for (std::size_t bin = 1; bin < kBins; ++bin) {
-      if (count[bin - 1] != 0) part.add(box[bin - 1]);
+      if (count[bin - 1] != 0) part.add(hull[bin - 1]);
       sum += count[bin - 1];
       const double cost = (sum == 0 ? 0 : part.area() * sum) + above[bin];
       if (cost < least) least = cost, best = static_cast<int>(bin);
@@ -132,7 +132,7 @@ class Builder {
   }
 
   MeshTree& tree_;
-  std::vector<Piece> pieces_;
+  std::vector<Facet> facets_;
 };
 
 Vector corner_of(const MeshTriangle& t, std::size_t i) { return {t.corner[i][0], t.corner[i][1], t.corner[i][2]}; }
@@ -156,31 +156,31 @@ Ball ball_around(const MeshTree& tree) {
 
 MeshTree build_tree(const Mesh& mesh) {
   std::vector<MeshTriangle> triangles;
-  std::vector<Piece> pieces;
+  std::vector<Facet> facets;
   std::vector<std::uint32_t> number;  // in the mesh
   for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
     MeshTriangle triangle{};
-    Piece piece;
+    Facet facet;
     for (std::size_t c = 0; c < 3; ++c) {
       const float* vertex = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[i + c]};
       std::copy(vertex, vertex + 3, triangle.corner[c]);
-      piece.box.add(vertex);
+      facet.hull.add(vertex);
     }
     if (!set_normal(triangle)) continue;
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      piece.middle[axis] = 0.5f * piece.box.low[axis] + 0.5f * piece.box.high[axis];
+      facet.middle[axis] = 0.5f * facet.hull.low[axis] + 0.5f * facet.hull.high[axis];
     }
-    piece.triangle = static_cast<std::uint32_t>(triangles.size());
+    facet.triangle = static_cast<std::uint32_t>(triangles.size());
     triangles.push_back(triangle);
     number.push_back(static_cast<std::uint32_t>(i / 3));
-    pieces.push_back(piece);
+    facets.push_back(facet);
   }
   MeshTree tree;
-  if (pieces.empty()) return tree;
-  const Builder builder(tree, std::move(pieces));
-  for (const Piece& piece : builder.pieces()) {
-    tree.triangles.push_back(triangles[piece.triangle]);
-    tree.origin.push_back(number[piece.triangle]);
+  if (facets.empty()) return tree;
+  const Builder builder(tree, std::move(facets));
+  for (const Facet& facet : builder.facets()) {
+    tree.triangles.push_back(triangles[facet.triangle]);
+    tree.origin.push_back(number[facet.triangle]);
   }
   tree.ball = ball_around(tree);
   return tree;

@@ -11,7 +11,7 @@ namespace motes::image {
 namespace {
 
 // With fewer keys, passes over counters cost more than comparing.
-constexpr std::size_t kWorthCounting = 256;
+constexpr std::size_t kFewestKeys = 256;
 constexpr int kMostDigitBits = 12, kMostPasses = 3;  // of 32 bits
 
 constexpr std::size_t kDeepBytes = sizeof(DeepRecord);
@@ -90,7 +90,7 @@ void Ordered::list(const Piece& piece, std::size_t first, std::size_t at) {
 
 // By the upper half only, in as few passes as the range of the depths needs: two for most tiles.
 void Ordered::sort_keys() {
-  if (count_ < kWorthCounting) {
+  if (count_ < kFewestKeys) {
     std::sort(keys_.data(), keys_.data() + count_);
     return;
   }

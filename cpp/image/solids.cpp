@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <stdexcept>
 
 #include "image/vectors.h"
@@ -12,8 +11,6 @@ namespace {
 
 using shapes::Kind;
 using shapes::Shape;
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 }  // namespace
 

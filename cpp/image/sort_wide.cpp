@@ -8,23 +8,23 @@
 namespace motes::image {
 namespace {
 
-constexpr std::int64_t kUnit = 1 << kWideBits;
+constexpr std::int64_t kPixel = 1 << kWideBits;
 
 // Whether a streak comes near a tile: its bounding box may hold many tiles that
 // a slanting streak never touches.
 class Streak {
  public:
   Streak(const WideRecord& r, const Grid& grid)
-      : dx_(r.dx), dy_(r.dy), x_(static_cast<double>(r.x + grid.width * kUnit / 2)),
-        y_(static_cast<double>(r.y + grid.height * kUnit / 2)) {
+      : dx_(r.dx), dy_(r.dy), x_(static_cast<double>(r.x + grid.width * kPixel / 2)),
+        y_(static_cast<double>(r.y + grid.height * kPixel / 2)) {
     // From the middle of a tile to its corner, then as far as a sprite turned by half a right angle reaches.
-    const double radius = static_cast<double>(r.size) * (kUnit >> (kSizeBits + 1)) * 1.4143;
-    const double reach = (kTile / 2 * 1.4143 + 1) * static_cast<double>(kUnit) + radius;
+    const double radius = static_cast<double>(r.size) * (kPixel >> (kSizeBits + 1)) * 1.4143;
+    const double reach = (kTile / 2 * 1.4143 + 1) * static_cast<double>(kPixel) + radius;
     reach_square_ = reach * reach * (dx_ * dx_ + dy_ * dy_);
   }
   bool near(std::uint32_t column, std::uint32_t row) const {
-    const double across = (column + 0.5) * static_cast<double>(kTile * kUnit) - x_;
-    const double down = (row + 0.5) * static_cast<double>(kTile * kUnit) - y_;
+    const double across = (column + 0.5) * static_cast<double>(kTile * kPixel) - x_;
+    const double down = (row + 0.5) * static_cast<double>(kTile * kPixel) - y_;
     const double distance = across * dy_ - down * dx_;
     return distance * distance <= reach_square_;
   }

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <cmath>
+#include <limits>
 
 #include "image/scene.h"
 
 namespace motes::image {
+
+inline constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// Three of a shape's numbers.
 inline Vector vector_at(const shapes::Shape& s, int first) {

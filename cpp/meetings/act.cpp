@@ -17,7 +17,6 @@ using actions::Kind;
 using particles::Store;
 
 constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
-constexpr std::size_t kRange = std::size_t{1} << 15;
 
 bool collides(const Action& action) { return action.kind == Kind::collide; }
 bool touches(const Action& action) { return action.kind == Kind::contact; }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 
+#include "meetings/extent.h"
+
 namespace motes::meetings {
 
 namespace {
@@ -10,9 +12,6 @@ namespace {
 constexpr std::int32_t kFarthest = 1 << 20;
 constexpr int kDigit = 11;  // bits: its counters stay in the first cache
 constexpr std::size_t kDigits = std::size_t{1} << kDigit;
-
-// A thread takes so many particles at once.
-constexpr std::size_t kRange = std::size_t{1} << 15;
 
 // In double: float32 would put particles far from the origin into other cells than their neighbours expect.
 std::int32_t cell_of(float x, double cells_per_metre) {

@@ -13,8 +13,6 @@ using actions::Action;
 using actions::Kind;
 using particles::Store;
 
-constexpr std::size_t kRange = std::size_t{1} << 15;
-
 template <class Work>
 void each_range(std::size_t count, threads::Pool& pool, std::vector<float>& most, const Work& work) {
   const std::size_t range = pool.items(kRange);

@@ -1,6 +1,7 @@
 // What an action between particles needs to know before they meet: what it reads of others, and how far it sees.
 #pragma once
 
+#include <cstddef>
 #include <vector>
 
 #include "actions/action.h"
@@ -8,6 +9,9 @@
 #include "threads/pool.h"
 
 namespace motes::meetings {
+
+/// A thread takes so many particles at once.
+inline constexpr std::size_t kRange = std::size_t{1} << 15;
 
 /// A component of an attribute.
 struct Component {

@@ -1,5 +1,6 @@
 #include "meetings/kernels.h"
 
+#include "simd/builds.h"
 #include "simd/isa.h"
 
 namespace motes {
@@ -15,7 +16,7 @@ extern const meetings::Kernels meeting_kernels;
 }
 
 const meetings::Kernels& meetings::kernels() {
-  static const Kernels& chosen = simd::choose(sse2::meeting_kernels, avx2::meeting_kernels, avx512::meeting_kernels);
+  static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(meeting_kernels));
   return chosen;
 }
 

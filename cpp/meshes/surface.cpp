@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <unordered_map>
 
 #include "image/vectors.h"
@@ -136,9 +137,8 @@ std::string said(const Surface& surface, const Fault& fault, const std::string& 
 // short. The C library's functions differ between processors.
 double angle_between(const Vector& a, const Vector& b) {
   const double apart = length(a - b), together = length(a + b);
-  constexpr double kPi = 3.14159265358979323846;
-  if (!(together > 0)) return kPi;
-  if (apart > together) return kPi - angle_between(a, b * -1.0);
+  if (!(together > 0)) return std::numbers::pi;
+  if (apart > together) return std::numbers::pi - angle_between(a, b * -1.0);
   double t = apart / together;  // 0..1
   for (int i = 0; i < 3; ++i) t = t / (1 + std::sqrt(1 + t * t));
   const double square = t * t;

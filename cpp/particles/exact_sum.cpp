@@ -7,7 +7,7 @@
 namespace motes::particles {
 namespace {
 
-constexpr int kUnit = -149;  // the exponent of the lowest bit
+constexpr int kLowestBit = -149;  // the exponent of the lowest bit
 constexpr std::uint64_t kNan = 1, kPlusInfinity = 2, kMinusInfinity = 4;
 constexpr std::uint32_t kMantissa = 0x7fffff;
 constexpr std::uint32_t kNotFinite = 255;  // the exponent of infinities and NaN
@@ -25,7 +25,7 @@ std::uint64_t mantissa_of(std::uint32_t bits, std::uint32_t exponent) {
 }
 unsigned shift_of(std::uint32_t exponent) { return exponent - (exponent != 0 ? 1 : 0); }
 
-/// A positive integer, lowest limb first, times 2^kUnit.
+/// A positive integer, lowest limb first, times 2^kLowestBit.
 template <std::size_t kLimbs>
 double rounded_magnitude(const std::array<std::uint64_t, kLimbs>& limbs) {
   std::size_t top = kLimbs - 1;
@@ -39,7 +39,7 @@ double rounded_magnitude(const std::array<std::uint64_t, kLimbs>& limbs) {
   std::uint64_t kept = leading >> 11;
   const std::uint64_t rest = leading & (2 * kHalf - 1);
   if (rest > kHalf || (rest == kHalf && (more || (kept & 1u) != 0))) ++kept;
-  return std::ldexp(static_cast<double>(kept), static_cast<int>(64 * top) - spare + 11 + kUnit);
+  return std::ldexp(static_cast<double>(kept), static_cast<int>(64 * top) - spare + 11 + kLowestBit);
 }
 
 }  // namespace

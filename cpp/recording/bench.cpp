@@ -13,8 +13,6 @@ namespace {
 
 using particles::Store;
 
-constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
-
 struct Scene {
   particles::Schema schema;
   Store store;
@@ -35,11 +33,11 @@ struct Scene {
 
 // Bins of equal width along x, each a vector of particle indices that is updated after every move: a particle is
 // compared with the two edges of its bin; only particles in the outer bins can have left the domain.
-struct Bins {
+struct SortedBins {
   float low, width;
   std::vector<std::vector<std::uint32_t>> members;
 
-  Bins(const Store& store, float low_edge, float high_edge, int count)
+  SortedBins(const Store& store, float low_edge, float high_edge, int count)
       : low(low_edge), width((high_edge - low_edge) / static_cast<float>(count)),
         members(static_cast<std::size_t>(count)) {
     const float* x = store.plane(particles::position, 0);
@@ -100,7 +98,7 @@ LeaverBench leaver_bench(std::size_t particles, int bins, int steps) {
   const Slice everything;
   const Slice domain{0, -50.5f, 50.5f};
   s.step(everything);
-  Bins sorted(s.store, domain.low, domain.high, bins);
+  SortedBins sorted(s.store, domain.low, domain.high, bins);
   std::vector<double> none, fused, scanned, binned;
   for (int i = 0; i < steps; ++i) {
     none.push_back(s.step(everything));

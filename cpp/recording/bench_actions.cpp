@@ -18,7 +18,6 @@ using particles::Store;
 using shapes::Shape;
 
 constexpr double kInf = std::numeric_limits<double>::infinity();
-constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
 constexpr double kDt = 1.0 / 1024;  // so short that hundreds of steps leave the scene as it was
 
 const Shape kGust{shapes::Kind::box, {-2, -1, -2, 2, 1, 2}};

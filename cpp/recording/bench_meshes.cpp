@@ -20,8 +20,8 @@ using particles::Store;
 using shapes::Shape;
 
 constexpr int kResolution = 96, kParts = 72;
-constexpr float kDt = 1.0f / 24;
-constexpr float kSpeed = 2 * 2.0f / kResolution / kDt;  // two cells per step
+constexpr float kFrameS = 1.0f / 24;
+constexpr float kSpeed = 2 * 2.0f / kResolution / kFrameS;  // two cells per step
 
 image::Mesh globe() {
   constexpr double kPi = 3.14159265358979323846;
@@ -91,7 +91,7 @@ class Crowd {
     }
     Outcome outcome;
     const double start = cpu_now();
-    program.run(store_, 0, 0, {0, 1, kDt, 0}, {1, 2}, {}, outcome);
+    program.run(store_, 0, 0, {0, 1, kFrameS, 0}, {1, 2}, {}, outcome);
     return 1e9 * (cpu_now() - start) / static_cast<double>(store_.size());
   }
 

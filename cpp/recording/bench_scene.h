@@ -12,8 +12,12 @@
 
 namespace motes::recording {
 
+/// What a step of a list without other attributes reads and writes, one bit each.
+inline constexpr std::uint64_t kStepped = 1u << particles::position | 1u << particles::velocity | 1u << particles::age;
+
 /// Seconds of CPU time of this thread: the work of other processes does not count.
 double cpu_now();
+inline double cpu_now_ms() { return cpu_now() * 1e3; }
 
 /// The median of the values, of which there must be at least one; the lower middle one of an even number.
 double median(std::vector<double> values);

@@ -27,7 +27,7 @@ std::uint64_t key_of(double distance) {
 }
 
 constexpr int kDigitBits = 11, kDigits = 4, kRest = 64 - kDigits * kDigitBits;
-constexpr std::size_t kRange = std::size_t{1} << 14;  // places of one thread at a time
+constexpr std::size_t kPlacesAtOnce = std::size_t{1} << 14;  // places of one thread at a time
 constexpr std::size_t kValues = std::size_t{1} << kDigitBits;
 
 std::size_t digit_of(std::uint64_t key, int digit) { return key >> (kRest + digit * kDigitBits) & (kValues - 1); }
@@ -81,7 +81,7 @@ std::vector<std::uint32_t> order(const actions::Action& sort, double time, parti
     }
     return distance;
   };
-  threads::over_ranges(pool, chosen.size(), kRange, [&](std::size_t first, std::size_t last) {
+  threads::over_ranges(pool, chosen.size(), kPlacesAtOnce, [&](std::size_t first, std::size_t last) {
     for (std::size_t k = first; k < last; ++k) places[k] = {key_of(distance_of(chosen[k])), chosen[k]};
   });
   sort_places(places, store.ids());

@@ -57,7 +57,7 @@ void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& mo
 
 // A range holds so many particles: whole blocks, long enough that starting one costs nothing; the last ones are
 // shorter, so that threads end together.
-constexpr std::size_t kRange = 1024 * kShortBlock, kLastRange = 16 * kShortBlock;
+constexpr std::size_t kFullRange = 1024 * kShortBlock, kLastRange = 16 * kShortBlock;
 constexpr std::size_t kAlone = 64 * kShortBlock;  // fewer are not worth waking threads for
 constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
 
@@ -73,13 +73,13 @@ template <class Work>
 void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
   const std::size_t count = end - begin;
   if (pool.threads() == 1 || count < pool.items(kAlone)) {
-    for (std::size_t first = begin; first < end; first += kRange) {
-      work(first, std::min(first + kRange, end), outcome);
+    for (std::size_t first = begin; first < end; first += kFullRange) {
+      work(first, std::min(first + kFullRange, end), outcome);
       pool.pause();
     }
     return;
   }
-  const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kRange, kLastRange, kWhole);
+  const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kFullRange, kLastRange, kWhole);
   std::vector<Outcome> outcomes(starts.size() - 1);
   pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
     Outcome here;  // not among the others yet: threads would wait for each other's cache lines

@@ -22,7 +22,7 @@ using particles::ExactSum;
 using particles::kBlock;
 using particles::Store;
 
-constexpr std::size_t kRange = std::size_t{64} * kBlock;  // particles of one thread at a time
+constexpr std::size_t kParticlesAtOnce = std::size_t{64} * kBlock;  // particles of one thread at a time
 
 // All expressions of a sum.
 template <class Visit>
@@ -96,7 +96,7 @@ void add_block(const std::uint32_t* chosen, const float* value, std::size_t coun
 
 // One bin: each range has tables of its own, which then add up.
 std::vector<ExactSum> sum_all(const Sum& sum, Store& store, std::size_t count, threads::Pool& pool) {
-  constexpr std::size_t kBest = 16 * kRange;
+  constexpr std::size_t kBest = 16 * kParticlesAtOnce;
   const std::size_t range = pool.items(kBest);
   std::vector<std::vector<ExactSum>> parts((count + range - 1) / range);
   pool.run(parts.size(), [&](std::size_t part, std::size_t) {
@@ -174,7 +174,7 @@ void add_one(ExactSum& sum, const Sorted& sorted, std::size_t i) { sum.add(sorte
 // adds those in its share of the bins.
 template <class Result>
 void sum_bins(const Sum& sum, Store& store, std::size_t count, threads::Pool& pool, std::vector<Result>& into) {
-  constexpr std::size_t kStretch = 32 * kRange;
+  constexpr std::size_t kStretch = 32 * kParticlesAtOnce;
   constexpr std::size_t kAhead = 16;  // bins are all over memory: each is asked for before its turn
   const Sorter sorter(sum, store);
   const std::size_t most = std::min(count, kStretch);
@@ -182,7 +182,7 @@ void sum_bins(const Sum& sum, Store& store, std::size_t count, threads::Pool& po
   const auto threads = static_cast<std::uint32_t>(pool.threads());
   for (std::size_t begin = 0; begin < count; begin += kStretch) {
     const std::size_t length = std::min(kStretch, count - begin);
-    threads::over_ranges(pool, length, kRange, [&](std::size_t first, std::size_t last) {
+    threads::over_ranges(pool, length, kParticlesAtOnce, [&](std::size_t first, std::size_t last) {
       sorter.sort(begin + first, begin + last, first, sorted);
     });
     pool.run(threads, [&](std::size_t part, std::size_t) {

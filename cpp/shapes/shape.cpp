@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <stdexcept>
 #include <utility>
@@ -13,8 +14,6 @@
 
 namespace motes::shapes {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 struct Facts {
   const char* name;
@@ -62,11 +61,11 @@ double shell_measure(const Shape& s) {
   const double height = length(between(s, 0, 3));
   const double radius = s.number[6], inner = s.number[7];
   if (radius != inner) {
-    const double volume = kPi * (radius * radius - inner * inner) * height;
+    const double volume = std::numbers::pi * (radius * radius - inner * inner) * height;
     return s.kind == Kind::cone ? volume / 3 : volume;
   }
-  if (s.kind == Kind::cylinder) return 2 * kPi * radius * height;
-  return kPi * radius * std::sqrt(height * height + radius * radius);
+  if (s.kind == Kind::cylinder) return 2 * std::numbers::pi * radius * height;
+  return std::numbers::pi * radius * std::sqrt(height * height + radius * radius);
 }
 
 constexpr int kRotation = 3, kBefore = 7, kSolid = 14, kResolution = 15;  // numbers of a mesh
@@ -219,12 +218,12 @@ double measure(const Shape& s) {
     case Kind::point: return 0;
     case Kind::line: return length({n(3) - n(0), n(4) - n(1), n(5) - n(2)});
     case Kind::rectangle: return length(cross(vector_at(s, 3), vector_at(s, 6)));
-    case Kind::disc: return n(6) == n(7) ? 2 * kPi * n(6) : kPi * (n(6) * n(6) - n(7) * n(7));
+    case Kind::disc: return n(6) == n(7) ? 2 * std::numbers::pi * n(6) : std::numbers::pi * (n(6) * n(6) - n(7) * n(7));
     case Kind::plane: return std::numeric_limits<double>::infinity();
     case Kind::box: return (n(3) - n(0)) * (n(4) - n(1)) * (n(5) - n(2));
     case Kind::sphere:
-      if (n(3) == n(4)) return 4 * kPi * n(3) * n(3);
-      return 4.0 / 3.0 * kPi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
+      if (n(3) == n(4)) return 4 * std::numbers::pi * n(3) * n(3);
+      return 4.0 / 3.0 * std::numbers::pi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
     case Kind::triangle: return length(cross(between(s, 0, 3), between(s, 0, 6))) / 2;
     case Kind::cylinder:
     case Kind::cone: return shell_measure(s);

@@ -4,12 +4,18 @@
 #include <stdexcept>
 #include <string>
 
+#include "simd/builds.h"
 #include "simd/generic.h"
 
 namespace motes::simd {
 namespace {
 
-bool offers(Isa isa) {
+bool compiled(Isa isa) {
+  constexpr bool kCompiled[] = MOTES_COMPILED;
+  return kCompiled[static_cast<std::size_t>(isa)];
+}
+
+bool supports(Isa isa) {
 #if defined(__x86_64__) && !defined(MOTES_GENERIC)
   switch (isa) {
     case Isa::avx512:
@@ -24,20 +30,38 @@ bool offers(Isa isa) {
 #endif
 }
 
+// Narrowest first, for messages: "sse2, avx2".
+std::string names(bool (*has)(Isa)) {
+  std::string all;
+  for (const Isa isa : kIsas) {
+    if (has(isa)) all += (all.empty() ? "" : ", ") + std::string(name(isa));
+  }
+  return all;
+}
+
+Isa widest() {
+  for (const Isa isa : {Isa::avx512, Isa::avx2, Isa::sse2}) {
+    if (offers(isa)) return isa;
+  }
+  throw std::invalid_argument("the kernels are compiled for " + names(compiled) + ", this processor supports " +
+                              names(supports));
+}
+
 Isa decide() {
-  const Isa widest = offers(Isa::avx512) ? Isa::avx512 : offers(Isa::avx2) ? Isa::avx2 : Isa::sse2;
   const char* wish = std::getenv("MOTES_SIMD");
-  if (wish == nullptr || *wish == '\0') return widest;
-  for (const Isa isa : {Isa::sse2, Isa::avx2, Isa::avx512}) {
+  if (wish == nullptr || *wish == '\0') return widest();
+  for (const Isa isa : kIsas) {
     if (name(isa) != wish) continue;
     if (offers(isa)) return isa;
-    throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": this processor supports at most " +
-                                std::string(name(widest)));
+    const std::string why = supports(isa) ? ": the kernels are compiled for " : ": this processor supports ";
+    throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + why + names(supports(isa) ? compiled : supports));
   }
   throw std::invalid_argument("MOTES_SIMD=" + std::string(wish) + ": must be sse2, avx2 or avx512");
 }
 
 }  // namespace
+
+bool offers(Isa isa) { return compiled(isa) && supports(isa); }
 
 Isa isa() {
   static const Isa chosen = decide();

@@ -1,11 +1,13 @@
 // Which of the three builds of the kernels this process runs.
 #pragma once
 
+#include <cstddef>
 #include <string_view>
 
 namespace motes::simd {
 
 enum class Isa { sse2, avx2, avx512 };
+inline constexpr Isa kIsas[] = {Isa::sse2, Isa::avx2, Isa::avx512};
 
 /// The widest set that the processor and the operating system support, or the one named by MOTES_SIMD. Decided once per
 /// process. Throws std::invalid_argument where MOTES_SIMD names no known set, or one that this machine lacks.
@@ -13,18 +15,17 @@ Isa isa();
 
 std::string_view name(Isa isa);
 
+/// Whether this process can run the kernels of a set: they are compiled in, and the processor has the instructions.
+bool offers(Isa isa);
+
 /// Whether loops that stream through memory are faster with instructions that fetch ahead: with AVX2 and AVX-512.
 /// Processors of AMD foresee all columns by themselves, and such instructions are in the way (docs/speed.md).
 bool fetches_ahead();
 
-/// Picks the build that belongs to isa().
+/// Picks the build that belongs to isa(), of MOTES_BUILDS(table) (simd/builds.h).
 template <class Table>
-const Table& choose(const Table& sse2, const Table& avx2, const Table& avx512) {
-  switch (isa()) {
-    case Isa::avx512: return avx512;
-    case Isa::avx2: return avx2;
-    default: return sse2;
-  }
+const Table& choose(const Table* const (&builds)[3]) {
+  return *builds[static_cast<std::size_t>(isa())];
 }
 
 }  // namespace motes::simd

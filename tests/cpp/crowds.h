@@ -40,15 +40,13 @@ struct MeetingBuild {
   const meetings::Kernels& kernels;
 };
 
-/// The builds that this processor can run, sse2 first.
+/// The builds that this process can run, narrowest first.
 inline const std::vector<MeetingBuild>& meeting_builds() {
   static const std::vector<MeetingBuild> all = [] {
     std::vector<MeetingBuild> found;
-    for (const Build& build : builds()) {
-      found.push_back({build.name, build.name == "sse2"   ? motes::sse2::meeting_kernels
-                                   : build.name == "avx2" ? motes::avx2::meeting_kernels
-                                                          : motes::avx512::meeting_kernels});
-    }
+    const auto kernels = runnable<meetings::Kernels>(MOTES_BUILDS(meeting_kernels));
+    const std::vector<Build> all_builds = builds();
+    for (std::size_t i = 0; i < kernels.size(); ++i) found.push_back({all_builds[i].name, *kernels[i]});
     return found;
   }();
   return all;

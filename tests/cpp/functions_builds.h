@@ -1,10 +1,11 @@
-// The builds of functions_probe.cpp that this processor can run.
+// The builds of functions_probe.cpp that this process can run.
 #pragma once
 
 #include <vector>
 
 #include "functions_probe.h"
 #include "isas.h"
+#include "simd/builds.h"
 
 namespace motes {
 namespace sse2 {
@@ -21,13 +22,7 @@ extern const test::FunctionsProbe functions_probe;
 namespace test {
 
 inline std::vector<const FunctionsProbe*> function_builds() {
-  std::vector<const FunctionsProbe*> found;
-  for (const Build& build : builds()) {
-    found.push_back(build.name == "sse2"   ? &motes::sse2::functions_probe
-                    : build.name == "avx2" ? &motes::avx2::functions_probe
-                                           : &motes::avx512::functions_probe);
-  }
-  return found;
+  return runnable<FunctionsProbe>(MOTES_BUILDS(functions_probe));
 }
 
 }  // namespace test

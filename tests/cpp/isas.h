@@ -1,4 +1,4 @@
-// The three builds of the kernels side by side, where the processor has them.
+// The builds of the kernels side by side, where the processor has them.
 #pragma once
 
 #include <cstdint>
@@ -7,7 +7,8 @@
 
 #include "actions/kernels.h"
 #include "lanes_probe.h"
-#include "simd/generic.h"
+#include "simd/builds.h"
+#include "simd/isa.h"
 
 namespace motes {
 namespace sse2 {
@@ -32,19 +33,25 @@ struct Build {
   const Probe& probe;
 };
 
-/// The builds that this processor can run.
-inline std::vector<Build> builds() {
-  std::vector<Build> all{{"sse2", motes::sse2::action_kernels, motes::sse2::probe}};
-#if defined(__x86_64__) && !defined(MOTES_GENERIC)
-  if (__builtin_cpu_supports("avx2")) all.push_back({"avx2", motes::avx2::action_kernels, motes::avx2::probe});
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512bw")) {
-    all.push_back({"avx512", motes::avx512::action_kernels, motes::avx512::probe});
+/// Of MOTES_BUILDS(table), what this process can run, narrowest first.
+template <class Table>
+std::vector<const Table*> runnable(const Table* const (&builds)[3]) {
+  std::vector<const Table*> found;
+  for (const motes::simd::Isa isa : motes::simd::kIsas) {
+    if (motes::simd::offers(isa)) found.push_back(builds[static_cast<std::size_t>(isa)]);
   }
-#else
-  all.push_back({"avx2", motes::avx2::action_kernels, motes::avx2::probe});
-  all.push_back({"avx512", motes::avx512::action_kernels, motes::avx512::probe});
-#endif
+  return found;
+}
+
+/// The builds that this process can run, narrowest first.
+inline std::vector<Build> builds() {
+  const auto kernels = runnable<motes::actions::Kernels>(MOTES_BUILDS(action_kernels));
+  const auto probes = runnable<Probe>(MOTES_BUILDS(probe));
+  std::vector<Build> all;
+  for (const motes::simd::Isa isa : motes::simd::kIsas) {
+    if (!motes::simd::offers(isa)) continue;
+    all.push_back({std::string(motes::simd::name(isa)), *kernels[all.size()], *probes[all.size()]});
+  }
   return all;
 }
 

@@ -105,15 +105,7 @@ Picture noise(int width, int height, std::uint64_t seed) {
   return picture;
 }
 
-std::vector<const BloomLanes*> usable_bloom_lanes() {
-  std::vector<const BloomLanes*> all;
-  for (const auto& build : test::builds()) {
-    if (build.name == "sse2") all.push_back(&sse2::bloom_lanes);
-    if (build.name == "avx2") all.push_back(&avx2::bloom_lanes);
-    if (build.name == "avx512") all.push_back(&avx512::bloom_lanes);
-  }
-  return all;
-}
+std::vector<const BloomLanes*> usable_bloom_lanes() { return test::runnable<BloomLanes>(MOTES_BUILDS(bloom_lanes)); }
 
 }  // namespace
 

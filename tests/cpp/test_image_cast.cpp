@@ -134,13 +134,7 @@ class Reference {
 };
 
 std::vector<const image::CastLanes*> usable_cast_lanes() {
-  std::vector<const image::CastLanes*> usable;
-  for (const test::Build& build : test::builds()) {
-    usable.push_back(build.name == "sse2"   ? &sse2::cast_lanes
-                     : build.name == "avx2" ? &avx2::cast_lanes
-                                            : &avx512::cast_lanes);
-  }
-  return usable;
+  return test::runnable<image::CastLanes>(MOTES_BUILDS(cast_lanes));
 }
 
 Solid sphere_at_origin(float radius) {

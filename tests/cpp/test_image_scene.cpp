@@ -1,19 +1,8 @@
 #include "test_image_scene.h"
 
-#include "simd/isa.h"
+#include "isas.h"
 
 namespace motes::image_test {
-namespace {
-
-template <class Table>
-std::vector<const Table*> usable(const Table& sse2, const Table& avx2, const Table& avx512) {
-  std::vector<const Table*> tables{&sse2};
-  if (simd::isa() != simd::Isa::sse2) tables.push_back(&avx2);
-  if (simd::isa() == simd::Isa::avx512) tables.push_back(&avx512);
-  return tables;
-}
-
-}  // namespace
 
 Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored) {
   std::uint64_t state = seed * 0x9e3779b97f4a7c15u + 1;
@@ -41,11 +30,9 @@ View small_view(int width, int height) {
 }
 
 std::vector<const ProjectLanes*> usable_project_lanes() {
-  return usable(sse2::project_lanes, avx2::project_lanes, avx512::project_lanes);
+  return test::runnable<ProjectLanes>(MOTES_BUILDS(project_lanes));
 }
-std::vector<const SplatLanes*> usable_splat_lanes() {
-  return usable(sse2::splat_lanes, avx2::splat_lanes, avx512::splat_lanes);
-}
+std::vector<const SplatLanes*> usable_splat_lanes() { return test::runnable<SplatLanes>(MOTES_BUILDS(splat_lanes)); }
 
 std::vector<std::byte> projected(const Drawn& drawn, const Sprite& sprite, const View& view,
                                  const Projection& projection, const ProjectLanes& lanes,

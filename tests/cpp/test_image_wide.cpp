@@ -151,20 +151,22 @@ View slanted_view(int width, int height) {
 }
 
 std::vector<const ProjectWideLanes*> usable_wide_lanes() {
-  std::vector<const ProjectWideLanes*> all{&sse2::project_wide_lanes};
-  for (const test::Build& build : test::builds()) {
-    if (build.name == "avx2") all.push_back(&avx2::project_wide_lanes);
-    if (build.name == "avx512") all.push_back(&avx512::project_wide_lanes);
-  }
-  return all;
+  return test::runnable<ProjectWideLanes>(MOTES_BUILDS(project_wide_lanes));
 }
 
 // The tiles with a pixel whose middle is within `reach` px of the way from (x0, y0) to (x1, y1), px from the corner.
 std::set<int> tiles_near(const View& view, double x0, double y0, double x1, double y1, double reach) {
   std::set<int> tiles;
   const double dx = x1 - x0, dy = y1 - y0, square = dx * dx + dy * dy;
-  for (int y = 0; y < view.height; ++y) {
-    for (int x = 0; x < view.width; ++x) {
+  const auto pixels = [reach](double from, double to, int size) {  // those that may be near, first and last
+    const auto [low, high] = std::minmax(from, to);
+    return std::pair{static_cast<int>(std::clamp(low - reach - 1, 0.0, size - 1.0)),
+                     static_cast<int>(std::clamp(high + reach + 1, 0.0, size - 1.0))};
+  };
+  const auto [left, right] = pixels(x0, x1, view.width);
+  const auto [top, bottom] = pixels(y0, y1, view.height);
+  for (int y = top; y <= bottom; ++y) {
+    for (int x = left; x <= right; ++x) {
       const double px = x + 0.5 - x0, py = y + 0.5 - y0;
       const double along = square > 0 ? std::clamp((px * dx + py * dy) / square, 0.0, 1.0) : 0;
       if (std::hypot(px - along * dx, py - along * dy) < reach) {

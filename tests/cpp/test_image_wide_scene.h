@@ -82,12 +82,6 @@ inline AssetKey two_colors() {
   return keep(p);
 }
 
-inline std::vector<const WideLanes*> usable_wide_lanes() {
-  std::vector<const WideLanes*> all{&sse2::wide_lanes};
-  const std::size_t builds = usable_splat_lanes().size();
-  if (builds > 1) all.push_back(&avx2::wide_lanes);
-  if (builds > 2) all.push_back(&avx512::wide_lanes);
-  return all;
-}
+inline std::vector<const WideLanes*> usable_wide_lanes() { return test::runnable<WideLanes>(MOTES_BUILDS(wide_lanes)); }
 
 }  // namespace motes::image_test

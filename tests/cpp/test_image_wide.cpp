@@ -349,7 +349,7 @@ TEST(image_wide_records_are_the_same_bytes_for_every_isa) {
   part.of_height = 0.05f;
   for (const View& view : {small_view(333, 65), moving}) {
     for (const Sprite& sprite : {kInMetres, leaf(), opaque, part}) {
-      const auto reference = wide_message(cloud.drawn(), sprite, view, 0.04, sse2::project_wide_lanes);
+      const auto reference = wide_message(cloud.drawn(), sprite, view, 0.04, *usable_wide_lanes().front());
       CHECK(RecordsView(reference).count() > 1000);
       for (const auto* lanes : usable_wide_lanes()) {
         CHECK(wide_message(cloud.drawn(), sprite, view, 0.04, *lanes) == reference);
@@ -441,7 +441,7 @@ TEST(image_nonsense_in_any_column_gives_records_within_their_limits) {
     if (round % 5 == 0) view.before = small_view().camera;
     Sprite sprite = round % 4 == 0 ? leaf() : kInMetres;
     sprite.blend = static_cast<Sprite::Blend>(round % 3);
-    const auto bytes = wide_message(cloud.drawn(), sprite, view, 1e3, sse2::project_wide_lanes);
+    const auto bytes = wide_message(cloud.drawn(), sprite, view, 1e3, *usable_wide_lanes().front());
     for (const auto* lanes : usable_wide_lanes()) {
       CHECK(wide_message(cloud.drawn(), sprite, view, 1e3, *lanes) == bytes);
     }

@@ -347,27 +347,39 @@ TEST(a_plan_for_all_systems_is_divided_among_them) {
   CHECK(part_of(plan, loads_of({many / 4, 0}), loads_of({many, 0})).orders[0].count == many / 3 / 4);
 }
 
-TEST(planning_for_4096_calculators_is_quick) {
+namespace {
+
+// Seconds of the quickest of several plans for so many calculators, by each policy that plans for all of them at once.
+std::vector<double> planning_s(int calculators) {
   std::mt19937_64 random(11);
   std::vector<Load> loads;
-  std::vector<double> powers;
-  for (int c = 0; c < 4096; ++c) {
+  for (int c = 0; c < calculators; ++c) {
     loads.push_back({random() % 1'000'000, 0, 1e6 * static_cast<double>(1 + random() % 8)});
-    powers.push_back(1);
   }
+  const std::vector<double> powers(loads.size(), 1);
   const Table table = table_of(loads);
   const std::vector<std::shared_ptr<Policy>> policies{
       std::make_shared<Pairwise>(0.1, 1), std::make_shared<Diffusive>(0.01, 0.8, 1),
       std::make_shared<PrefixCuts>(0.05, powers, 1), std::make_shared<Proportional>(powers, 0.05, 1)};
+  std::vector<double> quickest;
   for (const auto& policy : policies) {
-    double best = 1;
+    double best = std::numeric_limits<double>::infinity();
     for (int round = 0; round < 20; ++round) {
       const auto begin = std::chrono::steady_clock::now();
       CHECK(!legal(policy->plan(table), table, policy->name()).empty());
       best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count());
     }
-    CHECK(best < 0.01);
+    quickest.push_back(best);
   }
+  return quickest;
+}
+
+}  // namespace
+
+// By a ratio in one process, whatever the machine: of n calculators it grows like n, where n^2 would be 256.
+TEST(planning_for_16_times_as_many_calculators_takes_about_16_times_as_long) {
+  const std::vector<double> few = planning_s(256), many = planning_s(4096);
+  for (std::size_t i = 0; i < few.size(); ++i) CHECK(many[i] < 80 * few[i]);
 }
 
 // The paper's: the machines' powers are known before the run, times are as measured.

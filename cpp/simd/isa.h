@@ -1,4 +1,4 @@
-// Which of the three builds of the kernels this process runs.
+// Which build of the kernels this process runs.
 #pragma once
 
 #include <cstddef>
@@ -9,8 +9,8 @@ namespace motes::simd {
 enum class Isa { sse2, avx2, avx512 };
 inline constexpr Isa kIsas[] = {Isa::sse2, Isa::avx2, Isa::avx512};
 
-/// The widest set that the processor and the operating system support, or the one named by MOTES_SIMD. Decided once per
-/// process. Throws std::invalid_argument where MOTES_SIMD names no known set, or one that this machine lacks.
+/// The widest set that this process can run, or the one named by MOTES_SIMD. Decided once per process. Throws
+/// std::invalid_argument where MOTES_SIMD names no known set, or one that offers() denies.
 Isa isa();
 
 std::string_view name(Isa isa);

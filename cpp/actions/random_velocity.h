@@ -21,15 +21,15 @@ MOTES_INLINE void for_samples(const actions::Parameters& p, const actions::Block
 }
 
 /// Adds sample * scale to the attribute at component `at`.
-MOTES_INLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
-                              float scale) {
+MOTES_OUTLINE void add_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at,
+                               float scale) {
   for_samples(p, b, s, [&](std::size_t i, Floats3 sample) __attribute__((always_inline)) {
     store3(b, at, i, load3(b, at, i) + sample * all(scale));
   });
 }
 
 /// Sets the attribute at component `at`.
-MOTES_INLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
+MOTES_OUTLINE void set_samples(const actions::Parameters& p, const actions::Block& b, const actions::Step& s, int at) {
   for_samples(p, b, s, [&](std::size_t i, Floats3 sample) __attribute__((always_inline)) { store3(b, at, i, sample); });
 }
 

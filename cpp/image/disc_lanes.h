@@ -89,7 +89,7 @@ MOTES_INLINE Floats gain_of(const image::WideSplat& task, Floats diameter) {
 }
 
 /// Everything that follows from the records.
-MOTES_INLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const image::WideSplat& task, int count) {
+MOTES_OUTLINE void prepare(DiscGroup& g, const image::TilePlanes& tile, const image::WideSplat& task, int count) {
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);
   const Floats x = to_floats(load_mask(g.at_x) - task.origin_x) * kUnit;
   const Floats y = to_floats(load_mask(g.at_y) - task.origin_y) * kUnit;
@@ -199,7 +199,7 @@ MOTES_INLINE void weigh_streak(DiscGroup& g, int i, std::uint16_t* to) {
 }
 
 /// The weights of the group's sprites; see tint_of() for `number` and `shift`.
-MOTES_INLINE void weigh(DiscGroup& g, int count) {
+MOTES_OUTLINE void weigh(DiscGroup& g, int count) {
   std::uint16_t* to = g.room;
   for (int i = 0; i < count; ++i) {
     g.weights[i] = to;
@@ -268,7 +268,7 @@ MOTES_INLINE void draw_small(const image::TilePlanes& tile, const DiscGroup& g, 
 template <bool kOver, bool kSaturating>
 MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& task, const DiscGroup& g, int i,
                        const Channels& channel) {
-  if (g.shift[i] > 30) return;
+  if ((g.state[i] != kStill && g.state[i] != kMoving) || g.shift[i] > 30) return;
   const Tint tint = tint_of(channel, g.color[i], g.number[i], static_cast<int>(g.shift[i]));
   if (tile.hides && (task.fade > 0 || g.depth[i] > tile.nearest)) {
     draw_in_group<kOver, kSaturating, true>(tile, task, g, i, tint);
@@ -277,6 +277,15 @@ MOTES_INLINE void draw(const image::TilePlanes& tile, const image::WideSplat& ta
   } else {
     draw_in_group<kOver, kSaturating, false>(tile, task, g, i, tint);
   }
+}
+
+/// Draws records i .. count - 1 up to the first that is large; returns its number, or `count`.
+template <bool kOver, bool kSaturating>
+int draw_discs(const image::TilePlanes& planes, const image::WideSplat& task, const DiscGroup& g, int i, int count) {
+  const image::TilePlanes tile = planes;
+  const Channels channel = channels();
+  for (; i < count && g.state[i] != kLarge; ++i) draw<kOver, kSaturating>(tile, task, g, i, channel);
+  return i;
 }
 
 } // namespace motes::MOTES_ISA

@@ -286,8 +286,8 @@ MOTES_INLINE Eight opacity_of(const Tint& tint, Eight cover) {
 
 /// The rows first .. last of the tile that are in the part.
 template <int kPlanes, bool kOver, bool kSaturating, bool kTest>
-MOTES_INLINE void draw_patch(const image::TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first,
-                             int last, int columns, std::uint32_t depth, float fade) {
+void draw_patch(const image::TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
+                int columns, std::uint32_t depth, float fade) {
   const int begin = first > patch.first ? first : patch.first;
   const int below = patch.first + patch.rows - 1, end = last < below ? last : below;
   for (int strip = 0; strip < patch.strips; ++strip) {

@@ -123,11 +123,11 @@ MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, Sight now)
 }
 
 // The tiles that a sprite touches along one axis.
-struct Span {
+struct TileSpan {
   Mask inside;
   Ints first, last;
 };
-MOTES_INLINE Span span(Ints middle, Ints reach, int pixels) {
+MOTES_INLINE TileSpan span(Ints middle, Ints reach, int pixels) {
   const Ints first = (middle - reach + pixels * (kUnit / 2)) >> image::kWideBits;
   const Ints last = (middle + reach + pixels * (kUnit / 2)) >> image::kWideBits;
   return {(last >= 0) & (first < pixels), max_ints(first, Ints{}) >> image::kTileBits,
@@ -145,7 +145,7 @@ struct Columns {
   Uints word[kMostWords]; // of a record
   Uints tile, flags;      // as in WideBatch
   Mask many;              // touches more than 2x2 tiles
-  Span across, down;
+  TileSpan across, down;
 };
 
 MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
@@ -154,7 +154,7 @@ MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> 
 
 // Those that touch many tiles stand in the one of their middle, which a slanting streak does touch.
 MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& c) {
-  const auto tile = [](Ints middle, const Span& span, int pixels) {
+  const auto tile = [](Ints middle, const TileSpan& span, int pixels) {
     const Ints at = (middle + pixels * (kUnit / 2)) >> (image::kWideBits + image::kTileBits);
     return min_ints(max_ints(at, span.first), span.last);
   };
@@ -175,7 +175,7 @@ MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uin
   // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
   const Ints radius = diameter * (kUnitsPerSize / 2);
   const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
-  const Span columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
+  const TileSpan columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
   Columns c;
   c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);
   const Uints size = (Uints)diameter | ((Uints)light << 16);

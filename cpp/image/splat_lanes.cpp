@@ -18,13 +18,13 @@ using image::Splat;
 using image::TilePlanes;
 
 // Where a footprint starts in the tile, and its rows in tables.
-struct Place {
+struct FootprintPlace {
   std::ptrdiff_t light, pixel;
   int row;
 };
 
 // False where the record does not belong to this tile.
-MOTES_INLINE bool place(const Splat& s, std::uint32_t position, Place& at) {
+MOTES_INLINE bool place(const Splat& s, std::uint32_t position, FootprintPlace& at) {
   const int x = static_cast<std::int16_t>(position & 0xffffu) - s.origin_x;
   const int y = static_cast<std::int16_t>(position >> 16) - s.origin_y;
   const int column = x >> s.sub_bits;
@@ -51,7 +51,7 @@ void add_records(const TilePlanes& planes, const Splat& task, const unsigned cha
   const Light of_all = light_of(channel, s.color);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
-    Place at;
+    FootprintPlace at;
     if (!place(s, word_at(r), at)) continue;
     const Light light = kColored ? light_of(channel, word_at(r + 4)) : of_all;
     const std::uint8_t* weights = s.weights + static_cast<std::ptrdiff_t>(at.row) * s.row_bytes;
@@ -94,7 +94,7 @@ void over_records(const TilePlanes& planes, const Splat& task, const unsigned ch
   const bool mixed = kDepth && !kFade && is_mixed(tile, s, records, count);
   const unsigned char* end = records + count * static_cast<std::size_t>(s.record_bytes);
   for (const unsigned char* r = records; r != end; r += s.record_bytes) {
-    Place at;
+    FootprintPlace at;
     if (!place(s, word_at(r), at)) continue;
     const std::uint32_t depth = kDepth ? word_at(r + 8) : 0;
     if (kDepth && depth > tile.farthest) continue;
@@ -159,14 +159,19 @@ MOTES_INLINE void blend_in(const TilePlanes& tile, const Splat& s, const unsigne
   blend_records<kVectors, kSaturating, kOver, true, true>(tile, s, records, count);
 }
 
-// The number of vectors per row is a constant of each build's loop.
+// The number of vectors per row is a constant of each loop. With four lanes, which only old processors have, there is a
+// loop for each 16 lanes (the weights of a row are filled up to these), and all saturate: less to compile.
+constexpr int kStep = kWidth == 4 ? 4 : 1;
+
 template <int kVectors, bool kOver>
 void blend_from(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
   if constexpr (kVectors * kWidth < 3 * image::kMaxFootprint) {
-    if (kVectors * kWidth < 3 * s.size) return blend_from<kVectors + 1, kOver>(tile, s, records, count);
+    if (kVectors * kWidth < 3 * s.size) return blend_from<kVectors + kStep, kOver>(tile, s, records, count);
   }
-  s.saturating ? blend_in<kVectors, true, kOver>(tile, s, records, count)
-               : blend_in<kVectors, false, kOver>(tile, s, records, count);
+  if constexpr (kWidth > 4) {
+    if (!s.saturating) return blend_in<kVectors, false, kOver>(tile, s, records, count);
+  }
+  blend_in<kVectors, true, kOver>(tile, s, records, count);
 }
 
 template <bool kColored>
@@ -176,12 +181,13 @@ void add_points_any(const TilePlanes& tile, const Splat& s, const unsigned char*
 }
 
 void add_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  if (s.size != 2 || s.form.depth != 0) return blend_from<1, false>(tile, s, records, count);
+  if (s.size != 2 || s.form.depth != 0) return blend_from<kStep, false>(tile, s, records, count);
   s.form.color != 0 ? add_points_any<true>(tile, s, records, count) : add_points_any<false>(tile, s, records, count);
 }
 void over_any(const TilePlanes& tile, const Splat& s, const unsigned char* records, std::size_t count) {
-  blend_from<1, true>(tile, s, records, count);
+  blend_from<kStep, true>(tile, s, records, count);
 }
+
 // Shifts that bring a pixel's red, green, blue to the lowest byte, in the order of the lanes of light.
 struct Shifts {
   Uints part[3];
@@ -269,7 +275,7 @@ MOTES_INLINE Ints tone_index(Uints light) {
   return index & (index > 0);
 }
 
-using Shorts = std::uint16_t __attribute__((vector_size(2 * MOTES_LANES)));
+using ToneNumbers = std::uint16_t __attribute__((vector_size(2 * MOTES_LANES)));
 static_assert(image::kToneEntries <= 1 << 16);
 
 constexpr std::size_t kToneRow = 3 * image::kTile;
@@ -282,7 +288,7 @@ std::size_t tone_row(const std::uint32_t* light, std::size_t lanes, const std::u
   std::uint16_t numbers[kToneRow];
   std::size_t i = 0;
   for (; i + kLanes <= count; i += kLanes) {
-    const Shorts some = __builtin_convertvector(tone_index(load_uints(light + i)), Shorts);
+    const ToneNumbers some = __builtin_convertvector(tone_index(load_uints(light + i)), ToneNumbers);
     __builtin_memcpy(numbers + i, &some, sizeof some);
   }
   for (; i < count; ++i) numbers[i] = static_cast<std::uint16_t>(tone_index(all_uints(light[i]))[0]);

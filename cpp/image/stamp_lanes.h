@@ -213,12 +213,11 @@ MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSp
   }
 }
 
+/// Draws the queue's blocks, which give light.
 template <bool kOver, bool kSaturating>
-MOTES_INLINE void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, BlockQueue& queue,
-                             const StampUses& uses) {
-  if (queue.covers) {
-    cover_blocks(task, queue);
-  } else if (queue.tested) {
+void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                const StampUses& uses) {
+  if (queue.tested) {
     draw_blocks<kOver, kSaturating, true, false>(tile, task, queue, uses);
   } else if (!queue.one_tint) {
     draw_blocks<kOver, kSaturating, false, false>(tile, task, queue, uses);
@@ -227,6 +226,20 @@ MOTES_INLINE void draw_queue(const image::TilePlanes& tile, const image::WideSpl
   } else {
     draw_blocks<kOver, kSaturating, false, true, 16 / kWidth>(tile, task, queue, uses);
   }
+}
+using QueueKernel = void(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                         const StampUses& uses);
+
+/// How streaks are drawn.
+struct StreakKernels {
+  bool over;  // they cover what is behind them
+  QueueKernel* queue;
+};
+
+/// Draws what is queued, and empties the queue.
+MOTES_INLINE void empty(BlockQueue& queue, const image::TilePlanes& tile, const image::WideSplat& task,
+                        const StampUses& uses, const StreakKernels& draw) {
+  queue.covers ? cover_blocks(task, queue) : draw.queue(tile, task, queue, uses);
   queue.count = 0;
 }
 
@@ -266,25 +279,25 @@ MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& use
   }
 }
 
-/// One record after another: some have no stamp yet, or cannot have one. The order of all stays as it is.
-template <bool kOver, bool kSaturating, class DrawAlone>
+/// Draws one record after another: some have no stamp yet, or cannot have one. The order of all stays as it is.
+template <class DrawAlone>
 __attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, const image::WideSplat& task,
                                                const StampUses& uses, int count, BlockQueue& queue, DiscGroup& g,
-                                               const DrawAlone& draw_alone) {
+                                               const StreakKernels& draw, const DrawAlone& draw_alone) {
   for (int k = 0; k < count; ++k) {
     image::Stamp& stamp = task.stamps[uses.place[k]];
     if (uses.key[k] != kNoStamp && stamp.key != uses.key[k]) {
-      draw_queue<kOver, kSaturating>(tile, task, queue, uses);  // it may refer to what is replaced
+      empty(queue, tile, task, uses, draw);  // it may refer to what is replaced
       fill(task, uses.key[k], g, stamp);
     }
     if (uses.key[k] != kNoStamp && stamp.usable()) {
       if (!tile.hides || uses.depth[k] <= tile.farthest) queue_stamp(task, uses, k, queue);
       continue;
     }
-    draw_queue<kOver, kSaturating>(tile, task, queue, uses);
+    empty(queue, tile, task, uses, draw);
     draw_alone(k);
   }
-  draw_queue<kOver, kSaturating>(tile, task, queue, uses);
+  empty(queue, tile, task, uses, draw);
 }
 
 /// Whether records of this colour are added up first: see Cover.
@@ -301,10 +314,10 @@ MOTES_INLINE void queue_all(BlockQueue& queue, const image::WideSplat& task, con
 }
 
 /// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.
-template <bool kOver, bool kSaturating, class DrawAlone>
+template <class DrawAlone>
 MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, const Streaks& streaks,
                                int count, StampUses& uses, BlockQueue& queue, DiscGroup& g, const Channels& channel,
-                               const DrawAlone& draw_alone) {
+                               const StreakKernels& draw, const DrawAlone& draw_alone) {
   const Mask used = first_lanes(static_cast<std::size_t>(count));
   find_stamps(task, streaks, uses, used);
   const Uints color = streaks.color, size = streaks.size;
@@ -316,20 +329,20 @@ MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideS
   queue.tested = tile.hides && (task.fade > 0 || any(used & (Mask)(streaks.depth > tile.nearest)));
   const bool alike = queue.one_tint && !queue.tested;
   for (int k = 0; k < (alike ? 1 : count); ++k) queue.tints[k] = stamp_tint(channel, uses.color[k], uses.size[k] >> 16);
-  queue.covers = !kOver && alike && covers_tile(task, uses.color[0], uses.size[0] >> 16);
+  queue.covers = !draw.over && alike && covers_tile(task, uses.color[0], uses.size[0] >> 16);
   queue.most = 0;
   if (!uses.simple || queue.tested) {
     queue.narrow = false;
-    return draw_one_by_one<kOver, kSaturating>(tile, task, uses, count, queue, g, draw_alone);
+    return draw_one_by_one(tile, task, uses, count, queue, g, draw, draw_alone);
   }
   if (queue.covers) {
     queue.most = uses.most;
     queue_all<true>(queue, task, uses, count);
-    return cover_blocks(task, queue);
+  } else {
+    queue.narrow = uses.narrow;
+    queue_all<false>(queue, task, uses, count);
   }
-  queue.narrow = uses.narrow;
-  queue_all<false>(queue, task, uses, count);
-  draw_queue<kOver, kSaturating>(tile, task, queue, uses);
+  empty(queue, tile, task, uses, draw);
 }
 
 }  // namespace motes::MOTES_ISA

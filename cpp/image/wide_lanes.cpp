@@ -25,7 +25,7 @@ MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned c
   return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes), task.color);
 }
 
-WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
+MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
   const image::WideRecord r = record_of(task, bytes);
   constexpr float kUnit = 1.0f / (1 << image::kWideBits);
   WideSprite s;
@@ -67,7 +67,7 @@ struct Weighed {
   std::uint64_t sum = 0;
   int most = 1;
 };
-MOTES_INLINE void count(const PatchPart& p, const std::uint16_t* weights, Weighed& all) {
+MOTES_OUTLINE void count(const PatchPart& p, const std::uint16_t* weights, Weighed& all) {
   Uints sum{};
   Shorts most{};
   for (int strip = 0; strip < p.strips; ++strip, weights += p.stride * kStrip) {
@@ -184,9 +184,40 @@ MOTES_INLINE bool beside(const WideSplat& task, const WideSprite& s, float box_x
   return s.x + extent <= 0 || s.x - extent >= static_cast<float>(task.columns - 1);
 }
 
-template <class Kind, bool kOver, bool kSaturating>
-MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
-                           const Channels& channel, Patch<Kind::kPlanes>& patch) {
+// Draws the rows first .. last of a patch: see draw_patch().
+template <int kPlanes>
+using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
+                         int columns, std::uint32_t depth, float fade);
+
+// The inner loops of a blend, which all kinds of sprites share.
+struct Blend {
+  int (*discs)(const TilePlanes& tile, const WideSplat& task, const DiscGroup& g, int i, int count);
+  StreakKernels streaks;
+  // [whether something may hide it]
+  PatchKernel<1>* shining[2];
+  PatchKernel<2>* shaded[2];
+  PatchKernel<4>* colored[2];
+
+  template <int kPlanes>
+  MOTES_INLINE PatchKernel<kPlanes>* patch(bool test) const {
+    if constexpr (kPlanes == 1) return shining[test];
+    if constexpr (kPlanes == 2) return shaded[test];
+    if constexpr (kPlanes == 4) return colored[test];
+  }
+};
+
+template <bool kOver, bool kSaturating>
+constexpr Blend kBlend = {
+    draw_discs<kOver, kSaturating>,
+    {kOver, draw_queue<kOver, kSaturating>},
+    {draw_patch<1, kOver, kSaturating, false>, draw_patch<1, kOver, kSaturating, true>},
+    {draw_patch<2, kOver, kSaturating, false>, draw_patch<2, kOver, kSaturating, true>},
+    {draw_patch<4, kOver, kSaturating, false>, draw_patch<4, kOver, kSaturating, true>},
+};
+
+template <class Kind>
+__attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
+                                        const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
   if (tile.hides && sprite.depth > tile.farthest) return;
   const Kind kind(task, sprite);
   const WideSprite& s = kind.s;
@@ -196,17 +227,13 @@ MOTES_INLINE void draw_one(const TilePlanes& tile, const WideSplat& task, const 
   const float unit = weigh(kind, o, first, last, task.columns, patch);
   Tint tint;
   if (!tint_of(channel, s.color, unit, tint)) return;
-  if (tile.hides && (task.fade > 0 || s.depth > tile.nearest)) {
-    draw_patch<Kind::kPlanes, kOver, kSaturating, true>(tile, patch, tint, first, last, task.columns, s.depth,
-                                                        task.fade);
-  } else {
-    draw_patch<Kind::kPlanes, kOver, kSaturating, false>(tile, patch, tint, first, last, task.columns, 0, 0);
-  }
+  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
 }
 
 // Streaks of sprites of one size: see Stamp. Long ones are drawn alone.
-template <class Kind, bool kOver, bool kSaturating>
-void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
+void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count,
+                  const Blend& blend) {
   const TilePlanes tile = planes;
   const WideSplat t = task;
   const Channels channel = channels();
@@ -221,16 +248,14 @@ void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigne
     const Streaks streaks =
         number == kWidth ? read_streaks(t, [&](std::size_t k) { return records + k * bytes; })
                          : read_streaks(t, [&](std::size_t k) { return records + (k < count - i ? k : 0) * bytes; });
-    draw_streaks<kOver, kSaturating>(tile, t, streaks, number, uses, queue, g, channel, [&](int k) {
-      draw_one<Kind, kOver, kSaturating>(tile, t, sprite_from(t, record(k)), channel, patch);
-    });
+    draw_streaks(tile, t, streaks, number, uses, queue, g, channel, blend.streaks,
+                 [&](int k) { draw_one<Disc>(tile, t, sprite_from(t, record(k)), channel, blend, patch); });
   }
 }
 
 // Discs and points: see DiscGroup. Large ones are drawn alone.
-template <class Kind, bool kOver, bool kSaturating>
-void draw_groups(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  const TilePlanes tile = planes;
+void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
+                 const Blend& blend) {
   const Channels channel = channels();
   DiscGroup g;
   Patch<1> patch;
@@ -242,37 +267,36 @@ void draw_groups(const TilePlanes& planes, const WideSplat& task, const unsigned
     prepare(g, tile, task, number);
     weigh(g, number);
     for (int k = 0; k < number; ++k) {
-      if (g.state[k] == kStill || g.state[k] == kMoving) draw<kOver, kSaturating>(tile, task, g, k, channel);
-      if (g.state[k] != kLarge) continue;
+      k = blend.discs(tile, task, g, k, number);
+      if (k == number) break;
       const WideSprite s = sprite_from(task, first + static_cast<std::size_t>(k) * bytes);
-      draw_one<Kind, kOver, kSaturating>(tile, task, s, channel, patch);
+      draw_one<Disc>(tile, task, s, channel, blend, patch);
     }
   }
 }
 
-template <class Kind, bool kOver, bool kSaturating>
-void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+template <class Kind>
+void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
+              const Blend& blend) {
   if constexpr (Kind::kPlanes == 1) {
-    if (task.one_size) return draw_stamped<Kind, kOver, kSaturating>(tile, task, records, count);
-  }
-  if constexpr (Kind::kPlanes == 1) return draw_groups<Kind, kOver, kSaturating>(tile, task, records, count);
-  const Channels channel = channels();
-  Patch<Kind::kPlanes> patch;
-  for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
-    draw_one<Kind, kOver, kSaturating>(tile, task, sprite_from(task, records), channel, patch);
+    task.one_size ? draw_stamped(tile, task, records, count, blend) : draw_groups(tile, task, records, count, blend);
+  } else {
+    const Channels channel = channels();
+    Patch<Kind::kPlanes> patch;
+    for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+      draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
+    }
   }
 }
 
 template <class Kind>
 void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  task.saturating ? draw_all<Kind, false, true>(tile, task, records, count)
-                  : draw_all<Kind, false, false>(tile, task, records, count);
+  draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<false, true> : kBlend<false, false>);
 }
 
 template <class Kind>
 void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
-  task.saturating ? draw_all<Kind, true, true>(tile, task, records, count)
-                  : draw_all<Kind, true, false>(tile, task, records, count);
+  draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
 }
 
 // Where a vector of pixels is covered.

@@ -36,6 +36,8 @@
 #endif
 
 #define MOTES_INLINE inline __attribute__((always_inline))
+// For what is called once for many records or pixels, from several places: compiled once instead of into each of them.
+#define MOTES_OUTLINE inline __attribute__((noinline))
 
 // Defines `name`, which makes one vector of integers of two by an instruction whose intrinsics end in `form`.
 #if MOTES_WIDTH == 512

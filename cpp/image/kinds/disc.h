@@ -60,7 +60,7 @@ struct Disc : DiscShape {
   MOTES_INLINE float plateau() const { return half > 1 ? half - 1 : 0; }
   MOTES_INLINE float ramp() const { return half > 1 ? 2 : half + 1; }
 
-  MOTES_INLINE void weigh_still(Patch<1>& p) const {
+  MOTES_OUTLINE void weigh_still(Patch<1>& p) const {
     const float scale = 1 / s.radius;
     std::int16_t rows[kPatchRows + kMoreRows], columns[kPatchStrips * kStrip + kWidth];
     for (int i = 0; i < p.stride; i += kWidth) {
@@ -78,7 +78,7 @@ struct Disc : DiscShape {
     }
   }
 
-  MOTES_INLINE void weigh_streak(Patch<1>& p) const {
+  MOTES_OUTLINE void weigh_streak(Patch<1>& p) const {
     const float scale = 1 / s.radius, narrow = scale * kSlim, end = scale / ramp(), level = plateau() * s.radius;
     std::int16_t across[kPatchRows + kMoreRows], after[kPatchRows + kMoreRows], before[kPatchRows + kMoreRows];
     for (int strip = 0; strip < p.strips; ++strip) {

@@ -58,9 +58,10 @@ struct Image {
   MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
 
-  MOTES_INLINE void weigh(Patch<4>& p) const {
+  MOTES_OUTLINE void weigh(Patch<4>& p) const {
+    const Image own = *this;  // no store to the patch can change it
     for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
-      const Texels t = mean(x - s.x, y - s.y);
+      const Texels t = own.mean(x - own.s.x, y - own.s.y);
       const int at = in_part.number(p);
       store_narrow(p.cover + at, t.channel[3]);
       store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);

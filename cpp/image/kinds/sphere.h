@@ -24,7 +24,10 @@ struct Sphere {
   static MOTES_INLINE float greatest() { return kPixelWeight; }
   /// Each pixel's light is what glow() says.
   MOTES_INLINE float usual_sum() const { return total() * kPixelWeight * finer; }
-  MOTES_INLINE void weigh(Patch<2>& p) const { weigh_pixels(*this, p); }
+  MOTES_OUTLINE void weigh(Patch<2>& p) const {
+    const Sphere own = *this;  // no store to the patch can change it
+    weigh_pixels(own, p);
+  }
   static MOTES_INLINE const std::uint16_t* measured(const Patch<2>& p) { return p.light; }
 
   MOTES_INLINE float total() const { return s.radius * s.radius * 3.14159265f * task.mean_shade * s.light; }

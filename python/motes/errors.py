@@ -166,7 +166,7 @@ class MotesWarning(UserWarning):
 
 def near(name: object, known: Iterable[str]) -> str:
     """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
-    if not isinstance(name, str):
+    if not isinstance(name, str) or name.startswith("__"):  # Python asks each module for `__path__`
         return ""
     import difflib
 

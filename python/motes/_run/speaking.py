@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import sys
 import time
 import zlib
@@ -72,6 +71,8 @@ def claim_report() -> bool:
                 return False
     # A socket's name is free again when the speaker dies, which is soon enough in nearly all cases.
     try:
+        import socket  # takes as long as half of this package: few processes report
+
         claim = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     except OSError:
         return True  # out of file descriptors: two reports are better than none

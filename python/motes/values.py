@@ -17,6 +17,8 @@ if TYPE_CHECKING:
     from inspect import Signature
 
 T = TypeVar("T")
+_REQUIRED: Any = object()
+"""Stands for the default of a field that has none."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -45,12 +47,20 @@ class _Late:
         return self.make(kind)
 
 
-def _fields_of(kind: Any) -> dict[str, Field[Any]]:
-    """Make the class that `value` decorated a dataclass; return its fields."""
+def _decorated(kind: type) -> Any:
+    """Return the class itself, or the nearest base, that `value` has decorated."""
+    for base in kind.__mro__:
+        if "_fields" in vars(base):
+            return base
+    raise TypeError(f"{kind.__name__} is only the base of values")
+
+
+def _fields_of(kind: type) -> dict[str, Field[Any]]:
+    """Make a class a dataclass; return its fields."""
     from dataclasses import dataclass
 
-    made = next(base for base in kind.__mro__ if "_fields" in vars(base))
-    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=made._kw_only)(made)
+    made = _decorated(kind)
+    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=not made.__match_args__)(made)
     found: dict[str, Field[Any]] = made.__dataclass_fields__
     return found
 
@@ -59,9 +69,9 @@ def _signature_of(kind: Any) -> Signature:
     """Return the signature of a class without a constructor of its own."""
     from inspect import Parameter, Signature
 
-    if kind.__init__ is not Value.__init__:
+    if getattr(kind.__init__, "__wrapped__", kind.__init__) is not Value.__init__:
         raise AttributeError("__signature__")
-    how = Parameter.KEYWORD_ONLY if kind._kw_only else Parameter.POSITIONAL_OR_KEYWORD
+    how = Parameter.POSITIONAL_OR_KEYWORD if kind.__match_args__ else Parameter.KEYWORD_ONLY
     parameters = [
         Parameter(name, how, default=kind._defaults.get(name, Parameter.empty), annotation=text)
         for name, text in kind._fields.items()
@@ -72,36 +82,28 @@ def _signature_of(kind: Any) -> Signature:
 class Value:
     """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
 
-    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`. They are dataclasses
-    from when `dataclasses` first looks at them: 66 classes made so at import took 50 ms.
+    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`. A class gets its
+    constructor when it is first called, and becomes a dataclass when `dataclasses` first looks at it: at
+    import, for 66 classes of which a run uses ten, that took 50 ms of each start.
     """
 
     __signature__ = _Late(_signature_of)
-    _fields: ClassVar[dict[str, str]] = {}
+    _fields: ClassVar[dict[str, str]]
     """The fields' types as text, by name."""
     _defaults: ClassVar[dict[str, Any]] = {}
     """Of those that have one."""
-    _kw_only: ClassVar[bool] = False
+    __match_args__: ClassVar[tuple[str, ...]] = ()
+    """The fields that may be given by place: all or none."""
     _may_move: ClassVar[bool] = False
     """Whether curves may stand in its fields."""
     moves = False
     """Whether a curve stands in a field."""
 
     def __init__(self, *args: Any, **keywords: Any) -> None:
-        """Take the fields. Scripts make values by the hundred: keep this quick."""
-        state = self.__dict__
-        state.update(self._defaults)
-        if args:
-            state.update(zip(self._fields, args, strict=False))
-        state.update(keywords)
-        if args or state.keys() != self._fields.keys():
-            self._check_call(args, keywords)
-        if self._may_move:
-            for one in state.values():
-                if isinstance(one, Moving):
-                    self._check_moving()
-                    return
-        self.__post_init__()
+        """Take the fields."""
+        kind = _decorated(type(self))
+        kind.__init__ = _constructor(kind)
+        kind.__init__(self, *args, **keywords)
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -113,19 +115,14 @@ class Value:
         items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
         return type(self)(**{name: at(field, time) for name, field in items.items()})
 
-    def _check_call(self, args: tuple[Any, ...], keywords: Mapping[str, Any]) -> None:
+    def _refuse(self, unknown: Mapping[str, Any], required: Mapping[str, Any]) -> NoReturn:
         """Raise TypeError for arguments that do not fit, as Python does, but with the near name."""
-        names = list(self._fields)
-        call, most = f"{type(self).__name__}.__init__()", 0 if self._kw_only else len(names)
-        if len(args) > most:
-            raise TypeError(f"{call} takes {most or 'no'} positional arguments, but {len(args)} were given")
-        for name in keywords:
-            if name not in names:
-                raise TypeError(f"{call} got an unexpected keyword argument {name!r}{near(name, names)}")
-            if name in names[: len(args)]:
-                raise TypeError(f"{call} got multiple values for argument {name!r}")
-        if missing := [repr(name) for name in names if name not in self.__dict__]:
-            raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
+        call = f"{type(self).__name__}.__init__()"
+        for name in unknown:
+            hint = near(name, self._fields)
+            raise TypeError(f"{call} got an unexpected keyword argument {name!r}{hint}")
+        missing = [repr(name) for name, given in required.items() if given is _REQUIRED]
+        raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
 
     def _check_moving(self) -> None:
         """Check all that the value will be."""
@@ -241,9 +238,8 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
 
     def made(kind: Any) -> type[T]:
         own = {name: text for name, text in kind.__annotations__.items() if not text.startswith("ClassVar")}
-        kind._fields = kind._fields | own
+        kind._fields = getattr(kind, "_fields", {}) | own
         kind._defaults = kind._defaults | {name: vars(kind)[name] for name in own if name in vars(kind)}
-        kind._kw_only = kw_only
         kind.__match_args__ = () if kw_only else tuple(kind._fields)  # type: ignore[misc]
         kind.__dataclass_fields__ = _Late(_fields_of)
         if not init:
@@ -251,6 +247,29 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
         decorated: type[T] = kind
         return decorated
 
+    return made
+
+
+def _constructor(kind: Any) -> Any:
+    """Make a constructor: scripts make values by the hundred, and one that loops over fields is slower."""
+    names = list(kind._fields)
+    required = [name for name in names if name not in kind._defaults]
+    lacks = " or ".join(["_unknown", *(f"{name} is _required" for name in required)])
+    moves = " or ".join(f"isinstance({name}, _Moving)" for name in names if kind._may_move) or "False"
+    lines = [
+        f"def __init__(self, {'' if kind.__match_args__ else '*, '}",
+        *(f"{name}=_defaults.get({name!r}, _required), " for name in names),
+        "**_unknown):\n",
+        f"    if {lacks}: self._refuse(_unknown, dict({', '.join(f'{name}={name}' for name in required)}))\n",
+        "    _state = self.__dict__\n",
+        *(f"    _state[{name!r}] = {name}\n" for name in names),
+        f"    if {moves}: self._check_moving()\n",
+        "    else: self.__post_init__()\n",
+    ]
+    scope = {"_defaults": kind._defaults, "_required": _REQUIRED, "_Moving": Moving}
+    exec("".join(lines), scope)  # of names of fields alone
+    made: Any = functools.wraps(Value.__init__)(scope["__init__"])
+    made.__qualname__ = f"{kind.__qualname__}.__init__"
     return made
 
 

@@ -123,7 +123,7 @@ def test_a_log_that_begins_at_a_checkpoint_has_a_run_json(tmp_path):
 # --- the engine's tables, in real runs
 
 SCENE = """
-import dataclasses, json, os, sys
+import json, os, sys
 import motes
 from motes import shapes
 
@@ -133,7 +133,7 @@ world = motes.World(
     renderer=motes.Renderer(32, 24, camera=motes.Camera((0, 0, 5), (0, 0, 0))),
     balancer=motes.balance.Pairwise(min_particles=1, smoothing=1),
 )
-world._settings = dataclasses.replace(world._settings, continued_from=begin)
+world._settings = world._settings._replace(continued_from=begin)
 systems = [world.system(name) for name in "ab"]
 with world:
     for frame in world.frames(0 if begin else 9):

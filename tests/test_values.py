@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import dataclasses
+import inspect
 import math
 import pickle
 from typing import Any
@@ -107,6 +108,45 @@ def test_fields_are_numbers_and_tuples():
     assert motes.Solid(BALL, [1, 0, 0]).color == (1.0, 0.0, 0.0)
     assert dataclasses.replace(BALL, radius=4).radius == 4
     assert dataclasses.replace(motes.Sprite(), pixels=9) == motes.Sprite(pixels=9)
+
+
+def test_values_are_dataclasses_with_the_signature_of_their_fields():
+    bounce, uniform = actions.Bounce, motes.Uniform
+    assert str(inspect.signature(bounce)) == (
+        "(*, where: 'Where' = None, shape: 'Shape', restitution: 'Number' = 1, friction: 'Number' = 0, "
+        "min_tangential_speed: 'Number' = 0, exact_hit: 'bool' = True) -> None"
+    )
+    assert str(inspect.signature(uniform)) == "(lo: 'ArrayLike | Curve', hi: 'ArrayLike | Curve') -> None"
+    assert list(inspect.signature(shapes.Sphere).parameters) == ["center", "radius", "inner_radius"]
+    assert (bounce.__match_args__, uniform.__match_args__) == ((), ("lo", "hi"))
+    for kind in {type(value) for value in VALUES if not isinstance(value, motes.Camera)}:  # a camera changes
+        fields = dataclasses.fields(kind)
+        assert [field.name for field in fields] == list(kind._fields)
+        assert {f.name: f.default for f in fields if f.default is not dataclasses.MISSING} == kind._defaults
+    assert not dataclasses.is_dataclass(shapes.Shape)
+
+    class Mine(bounce):
+        def __init__(self, restitution: float) -> None:
+            super().__init__(shape=FLOOR, restitution=restitution)
+
+    assert list(inspect.signature(Mine).parameters) == ["restitution"]
+    assert [field.name for field in dataclasses.fields(Mine)] == list(bounce._fields)
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: actions.Bounce(FLOOR), "Bounce.*takes 1 positional argument but 2 were given"),
+        (lambda: motes.Uniform(1, 2, 3), "Uniform.*takes from 1 to 3 positional arguments but 4 were given"),
+        (lambda: motes.Uniform(1, lo=2), "Uniform.*got multiple values for argument 'lo'"),
+        (lambda: motes.Uniform(1), "Uniform.*missing 1 required arguments: 'hi'"),
+        (lambda: actions.Explosion(center=(0, 0, 0)), "missing 4 required arguments: 'radius', 'magnitude'"),
+        (lambda: actions.Bounce(restitutoin=1), "unexpected keyword argument 'restitutoin'; did you mean"),
+    ],
+)
+def test_arguments_that_do_not_fit_are_named(make, message):
+    with pytest.raises(TypeError, match=message):
+        make()
 
 
 def test_what_the_caller_does_to_an_array_afterwards_changes_nothing():

@@ -149,7 +149,8 @@ std::vector<float> cuts_of_tree(const std::vector<CellArrays>& calculators, cons
 void bind_values(py::module_& m) {
   py::class_<Table>(m, "BalanceTable")
       .def(py::init(&make_table), py::arg("frame"), py::arg("evaluation"), py::arg("system"), py::arg("particles"),
-           py::arg("seconds"), py::arg("speed"), py::arg("cuts"), py::arg("error") = DoubleArray(0),
+           py::arg("seconds"), py::arg("speed"), py::arg("cuts"),
+           py::arg("error") = py::tuple(),  // an array would load NumPy with this module
            py::arg("axes") = "x")
       .def_readonly("frame", &Table::frame)
       .def_readonly("evaluation", &Table::evaluation)

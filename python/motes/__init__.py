@@ -13,6 +13,8 @@ import importlib
 import os
 from typing import TYPE_CHECKING, Any
 
+from ._run import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
+
 if TYPE_CHECKING:
     from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
     from .analysis import Run, Runs, open_run, open_runs
@@ -205,15 +207,17 @@ def __dir__() -> list[str]:
 
 
 def _near(name: str) -> str:
+    # `from . import arguments` asks `__getattr__` first: it must not look for similar names.
+    if name.startswith("_") or os.path.exists(os.path.join(__path__[0], f"{name}.py")):
+        return ""
     from difflib import get_close_matches
 
-    near = () if name.startswith("_") else get_close_matches(name, __all__, 1, 0.75)
+    near = get_close_matches(name, __all__, 1, 0.75)
     return f"; did you mean {near[0]!r}?" if near else ""
 
 
 def _start_mpi() -> None:
     """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
-    from ._run import mpi_settings  # noqa: F401  # isort: skip  (before MPI starts)
     from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
 
     from ._run import ending

@@ -237,7 +237,7 @@ class BalanceTable:
         seconds: numpy.typing.ArrayLike,
         speed: numpy.typing.ArrayLike,
         cuts: numpy.typing.ArrayLike,
-        error: numpy.typing.ArrayLike = ...,
+        error: numpy.typing.ArrayLike = (),
         axes: str = "x",
     ) -> None: ...
     @property

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import sys
 from collections.abc import Iterable
 from typing import Any
@@ -167,8 +166,10 @@ class MotesWarning(UserWarning):
 
 def near(name: object, known: Iterable[str]) -> str:
     """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
-    if not isinstance(name, str):
+    if not isinstance(name, str) or name.startswith("__"):  # Python asks each module for `__path__`
         return ""
+    import difflib
+
     found = difflib.get_close_matches(name, list(known), n=1)
     return f"; did you mean {found[0]!r}?" if found else ""
 

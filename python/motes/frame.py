@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
@@ -171,6 +170,8 @@ class Frame:
 
     def digest(self) -> str:
         """SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows."""
+        import hashlib
+
         pixels = self.pixels
         height, width, _ = pixels.shape
         total = hashlib.sha256(f"{height}x{width}x3\n".encode())

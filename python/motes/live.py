@@ -11,7 +11,7 @@ from .values import Value, value
 
 __all__ = ["Live"]
 
-_HOST = re.compile(r"[A-Za-z0-9.:_%-]{1,255}")
+_HOST = r"[A-Za-z0-9.:_%-]{1,255}"
 MOST_PORT = 65535
 
 
@@ -44,7 +44,7 @@ class Live(Value):
         paused: bool = False,
     ) -> None:
         """Check the fields."""
-        if not isinstance(host, str) or not _HOST.fullmatch(host):
+        if not isinstance(host, str) or not re.fullmatch(_HOST, host):
             raise ArgumentError("host", host, "an address or a name of this machine, such as '127.0.0.1'")
         self.__dict__.update(
             port=arguments.integer("port", port, low=0, high=MOST_PORT),

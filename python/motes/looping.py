@@ -6,11 +6,13 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from . import arguments
-from ._notebook.cells import CellProgress
 from ._run import stopping
 from .errors import MotesError
 from .frame import Frame
 from .steered import Steered
+
+if TYPE_CHECKING:
+    from ._notebook.cells import CellProgress
 
 __all__ = ["Looping", "outside"]
 
@@ -77,6 +79,8 @@ class Looping(Steered):
             return
         if self._in_cell is None:
             if not last:
+                from ._notebook.cells import CellProgress
+
                 self._in_cell = CellProgress(self._total, self.frame, self._particles())
         elif last or self._in_cell.due():
             self._in_cell.show(self.frame, self._particles())

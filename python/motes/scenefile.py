@@ -31,7 +31,7 @@ __all__ = ["NO_PICTURE", "Recording", "claim", "record"]
 NO_PICTURE = "a recording draws none; `record --full` does"
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Recording:
     """The scene that this process records, and where it goes."""
 

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import functools
-import inspect
 import math
 from abc import abstractmethod
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import MISSING, dataclass, fields
-from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
 from .errors import NotAssignable, near
 
 __all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
 
+if TYPE_CHECKING:
+    from dataclasses import Field
+    from inspect import Signature
+
 T = TypeVar("T")
+_REQUIRED: Any = object()
+"""Stands for the default of a field that has none."""
 Function = TypeVar("Function", bound=Callable[..., Any])
 
 
@@ -33,16 +37,76 @@ class Moving:
         """Return the number or vector at a time, in seconds."""
 
 
+class _Late:
+    """An attribute of a class that is made each time somebody asks for it: runs never do."""
+
+    def __init__(self, make: Callable[[type], Any]) -> None:
+        self.make = make
+
+    def __get__(self, _: object, kind: type) -> Any:
+        return self.make(kind)
+
+
+def _decorated(kind: type) -> Any:
+    """Return the class itself, or the nearest base, that `value` has decorated."""
+    for base in kind.__mro__:
+        if "_fields" in vars(base):
+            return base
+    raise TypeError(f"{kind.__name__} is only the base of values")
+
+
+def _fields_of(kind: type) -> dict[str, Field[Any]]:
+    """Make a class a dataclass; return its fields."""
+    from dataclasses import dataclass
+
+    made = _decorated(kind)
+    dataclass(init=False, repr=False, eq=False, match_args=False, kw_only=not made.__match_args__)(made)
+    found: dict[str, Field[Any]] = made.__dataclass_fields__
+    return found
+
+
+def _signature_of(kind: Any) -> Signature:
+    """Return the signature of a class without a constructor of its own."""
+    from inspect import Parameter, Signature
+
+    if getattr(kind.__init__, "__wrapped__", kind.__init__) is not Value.__init__:
+        raise AttributeError("__signature__")
+    how = Parameter.POSITIONAL_OR_KEYWORD if kind.__match_args__ else Parameter.KEYWORD_ONLY
+    parameters = [
+        Parameter(name, how, default=kind._defaults.get(name, Parameter.empty), annotation=text)
+        for name, text in kind._fields.items()
+    ]
+    return Signature(parameters, return_annotation=None)
+
+
 class Value:
     """Base of values: they are immutable, compare and hash by their fields, can be copied and pickled.
 
-    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`.
+    `repr` shows the call that makes an equal value. Subclasses are decorated by `value`. A class gets its
+    constructor when it is first called, and becomes a dataclass when `dataclasses` first looks at it: at
+    import, for 66 classes of which a run uses ten, that took 50 ms of each start.
     """
 
+    __signature__ = _Late(_signature_of)
+    _fields: ClassVar[dict[str, str]]
+    """The fields' types as text, by name."""
+    _defaults: ClassVar[dict[str, Any]] = {}
+    """Of those that have one."""
+    __match_args__: ClassVar[tuple[str, ...]] = ()
+    """The fields that may be given by place: all or none."""
     _may_move: ClassVar[bool] = False
     """Whether curves may stand in its fields."""
     moves = False
     """Whether a curve stands in a field."""
+
+    def __init__(self, *args: Any, **keywords: Any) -> None:
+        """Take the fields."""
+        kind = _decorated(type(self))
+        kind.__init__ = _constructor(kind)
+        kind.__init__(self, *args, **keywords)
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
 
     def at_time(self: T, time: float) -> T:
         """Return the value as it is at a time, in seconds: with the curves' values in place of curves."""
@@ -51,16 +115,26 @@ class Value:
         items: dict[str, Any] = self._items()  # type: ignore[attr-defined]
         return type(self)(**{name: at(field, time) for name, field in items.items()})
 
-    def _check_moving(self, given: Sequence[Any]) -> None:
-        """Check all that the value will be, whose fields are `given`."""
-        for time in times_of(given):
-            type(self)(**{name: at(field, time) for name, field in self._items().items()})
+    def _refuse(self, unknown: Mapping[str, Any], required: Mapping[str, Any]) -> NoReturn:
+        """Raise TypeError for arguments that do not fit, as Python does, but with the near name."""
+        call = f"{type(self).__name__}.__init__()"
+        for name in unknown:
+            hint = near(name, self._fields)
+            raise TypeError(f"{call} got an unexpected keyword argument {name!r}{hint}")
+        missing = [repr(name) for name, given in required.items() if given is _REQUIRED]
+        raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
+
+    def _check_moving(self) -> None:
+        """Check all that the value will be."""
+        items = self._items()
+        for time in times_of(items.values()):
+            type(self)(**{name: at(field, time) for name, field in items.items()})
         self.__dict__["moves"] = True
 
     def _items(self) -> dict[str, Any]:
         """Return the fields as they are now, by name."""
         state = self.__dict__
-        return {field.name: state[field.name] for field in fields(self)}  # type: ignore[arg-type]
+        return {name: state[name] for name in self._fields}
 
     def _key(self) -> tuple[Any, ...]:
         """Return what is compared and hashed."""
@@ -85,27 +159,34 @@ class Value:
         """Return the value itself: it never changes."""
         return self
 
+    def __replace__(self: T, **changes: Any) -> T:
+        """Make another value for `copy.replace`."""
+        return type(self)(**(self._items() | changes))  # type: ignore[attr-defined]
+
     def __reduce__(self) -> tuple[Any, ...]:
         """Pickle by the fields: unpickling checks them again."""
         return _made, (type(self), self._items())
 
     def __repr__(self) -> str:
         """Show the call that makes this value, without the arguments that have their defaults."""
-        defaults = {field.name: field.default for field in fields(self)}  # type: ignore[arg-type]
-        items = self._items().items()
-        arguments = [f"{name}={shown(v)}" for name, v in items if not _same(v, defaults[name])]
+        given = {name: one for name, one in self._items().items() if not self._is_default(name, one)}
+        arguments = [f"{name}={shown(one)}" for name, one in given.items()]
         return f"{type(self).__name__}({', '.join(arguments)})"
+
+    def _is_default(self, name: str, given: object) -> bool:
+        default = self._defaults.get(name, self)
+        plain = isinstance(given, (int, float, str, tuple, type(None)))
+        return given is default or (plain and given == default)
 
     def __setattr__(self, name: str, _: object) -> NoReturn:
         """Refuse: values do not change."""
-        names = [field.name for field in fields(self)]  # type: ignore[arg-type]
         kind = type(self).__name__
-        if name in names:
+        if name in self._fields:
             raise NotAssignable(
                 f"{kind}.{name} cannot be assigned: values do not change; make a new {kind}, "
                 f"or dataclasses.replace(it, {name}=...)"
             )
-        raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, names)}")
+        raise NotAssignable(f"{kind} has no attribute {name!r}{near(name, self._fields)}")
 
     def __delattr__(self, name: str) -> NoReturn:
         """Refuse: values do not change."""
@@ -153,64 +234,43 @@ class Settings:
 
 @dataclass_transform(frozen_default=True, eq_default=False)
 def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], type[T]]:
-    """Make a subclass of `Value` a dataclass; `init=False` where it has a constructor of its own."""
+    """Give a subclass of `Value` its fields; `init=False` where it has a constructor of its own."""
 
-    def made(kind: type[T]) -> type[T]:
-        decorated = dataclass(init=init, kw_only=kw_only, frozen=True, eq=False, repr=False)(kind)
-        # A frozen dataclass has its own refusals; these say what to do instead.
-        decorated.__setattr__ = Value.__setattr__  # type: ignore[method-assign, assignment]
-        decorated.__delattr__ = Value.__delattr__  # type: ignore[method-assign, assignment]
-        made_of_fields = _constructor(decorated, kw_only) if init else says_near_names(decorated.__init__)
-        decorated.__init__ = made_of_fields  # type: ignore[method-assign]
+    def made(kind: Any) -> type[T]:
+        own = {name: text for name, text in kind.__annotations__.items() if not text.startswith("ClassVar")}
+        kind._fields = getattr(kind, "_fields", {}) | own
+        kind._defaults = kind._defaults | {name: vars(kind)[name] for name in own if name in vars(kind)}
+        kind.__match_args__ = () if kw_only else tuple(kind._fields)  # type: ignore[misc]
+        kind.__dataclass_fields__ = _Late(_fields_of)
+        if not init:
+            kind.__init__ = says_near_names(kind.__init__)
+        decorated: type[T] = kind
         return decorated
 
     return made
 
 
-def _constructor(kind: Any, kw_only: bool) -> Any:
-    """Return a constructor for a dataclass that takes half the time: scripts make values by the hundred."""
-    names = [field.name for field in fields(kind)]
-    defaults = {f"_{f.name}": f.default for f in fields(kind)}  # MISSING where there is none
-    parameters = ", ".join(f"{name}=_{name}" for name in names)
-    required = [f.name for f in fields(kind) if f.default is MISSING]
-    lacks = " or ".join(["_unknown", *(f"{name} is _missing" for name in required)])
+def _constructor(kind: Any) -> Any:
+    """Make a constructor: scripts make values by the hundred, and one that loops over fields is slower."""
+    names = list(kind._fields)
+    required = [name for name in names if name not in kind._defaults]
+    lacks = " or ".join(["_unknown", *(f"{name} is _required" for name in required)])
+    moves = " or ".join(f"isinstance({name}, _Moving)" for name in names if kind._may_move) or "False"
     lines = [
-        f"def __init__(self, {'*, ' if kw_only else ''}{parameters}, **_unknown):",
-        f"    if {lacks}: _refuse(self, _unknown, [{', '.join(required)}])",
-        "    _state = self.__dict__",
-        *(f"    _state[{name!r}] = {name}" for name in names),
-        *_checks_of(kind, names),
+        f"def __init__(self, {'' if kind.__match_args__ else '*, '}",
+        *(f"{name}=_defaults.get({name!r}, _required), " for name in names),
+        "**_unknown):\n",
+        f"    if {lacks}: self._refuse(_unknown, dict({', '.join(f'{name}={name}' for name in required)}))\n",
+        "    _state = self.__dict__\n",
+        *(f"    _state[{name!r}] = {name}\n" for name in names),
+        f"    if {moves}: self._check_moving()\n",
+        "    else: self.__post_init__()\n",
     ]
-    scope = {**defaults, "_missing": MISSING, "_refuse": _refuse, "_Moving": Moving}
-    exec("\n".join(lines), scope)  # of names of fields alone
-    made: Any = scope["__init__"]
-    made.__signature__ = inspect.signature(kind.__init__)
-    made.__doc__ = kind.__init__.__doc__
+    scope = {"_defaults": kind._defaults, "_required": _REQUIRED, "_Moving": Moving}
+    exec("".join(lines), scope)  # of names of fields alone
+    made: Any = functools.wraps(Value.__init__)(scope["__init__"])
     made.__qualname__ = f"{kind.__qualname__}.__init__"
-    made.__module__ = kind.__module__
     return made
-
-
-def _checks_of(kind: Any, names: Sequence[str]) -> list[str]:
-    """Return the constructor's last lines: what checks the fields."""
-    if not kind._may_move or not names:
-        return ["    self.__post_init__()"]
-    return [
-        f"    if {' or '.join(f'isinstance({name}, _Moving)' for name in names)}:",
-        f"        self._check_moving(({', '.join(names)},))",
-        "    else:",
-        "        self.__post_init__()",
-    ]
-
-
-def _refuse(self: Any, unknown: Mapping[str, object], given: list[object]) -> NoReturn:
-    names = [field.name for field in fields(self)]
-    call = f"{type(self).__name__}.__init__()"
-    for name in unknown:
-        raise TypeError(f"{call} got an unexpected keyword argument {name!r}{near(name, names)}")
-    required = [field.name for field in fields(self) if field.default is MISSING]
-    missing = [repr(name) for name, one in zip(required, given, strict=True) if one is MISSING]
-    raise TypeError(f"{call} missing {len(missing)} required arguments: {', '.join(missing)}")
 
 
 def says_near_names(function: Function) -> Function:
@@ -241,11 +301,6 @@ def shown(value: object) -> str:
     if isinstance(value, tuple):
         return f"({', '.join(map(shown, value))}{',' if len(value) == 1 else ''})"
     return repr(value)
-
-
-def _same(value: object, default: object) -> bool:
-    plain = isinstance(value, (int, float, str, tuple, type(None)))
-    return value is default or (plain and type(default) is not object and value == default)
 
 
 def _made(kind: Callable[..., T], arguments: dict[str, Any]) -> T:

@@ -14,10 +14,9 @@ from numpy.typing import NDArray
 from . import _core, _extras, arguments, environment, scenefile
 from . import roles as _roles
 from . import world_arguments as checks
-from ._checkpoint.course import EARLIER, Course
 from ._live import repeating
 from ._notebook import kernel
-from ._run import busy, ending, handshake, recovering, run_file, script_lines, stopping, waiting
+from ._run import busy, ending, handshake, recovering, script_lines, stopping, waiting
 from ._run.output import tell
 from ._run.process import OpenRun, process
 from ._run.progress import LINES, Progress
@@ -42,6 +41,8 @@ from .world_facts import Facts
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from ._checkpoint.course import Course
 
 __all__ = ["World"]
 
@@ -273,15 +274,17 @@ class World(Looping, Facts, Settings):
             self._recovery = recovering.Recovery(self, self._engine, run)
         self._open_steering(run, settings, self._engine)
         if run.found is not None:
+            from ._checkpoint.course import Course
+
             self._course = Course(
                 run, settings, run.found, self._engine, self._steering, Weakly(self._secure_steering)
             )
         if announce and self.rank == self._cast[0]:  # whatever `progress` is: nobody could repeat the run
             tell(f"seed {self.seed}")
         if settings.log is not None and self.rank == self._cast[0]:
-            run_file.write_run(
-                settings.log, self._facts(), hosts, run.threads, continued_from=settings.continued_from
-            )
+            from ._run.run_file import write_run
+
+            write_run(settings.log, self._facts(), hosts, run.threads, continued_from=settings.continued_from)
 
     def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
         return self._systems[system]._called(*call)
@@ -375,6 +378,8 @@ class World(Looping, Facts, Settings):
 
     def _skipped(self) -> Frame:
         """Return what stands for a frame that an earlier run has done."""
+        from ._checkpoint.course import EARLIER
+
         index = self.frame - 1
         return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank, missing=EARLIER)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import itertools
 import sys
 from pathlib import Path
@@ -17,6 +16,8 @@ def facts() -> dict[str, Any]:
     """Return what a checkpoint keeps of the script that makes it; empty where there is no script's file."""
     path = Path(sys.argv[0]) if sys.argv and sys.argv[0] else None
     text = path.read_text(errors="replace") if path is not None and path.is_file() else ""
+    import hashlib
+
     digest = hashlib.sha256(text.encode()).hexdigest()
     return {
         "path": str(path) if path else "",

@@ -28,7 +28,7 @@ __all__ = [
 ]
 
 _SUFFIX = ".tmp"
-_DRAFT = re.compile(r"\..+\.[0-9a-f]{16}" + re.escape(_SUFFIX))
+_DRAFT = r"\..+\.[0-9a-f]{16}" + re.escape(_SUFFIX)
 _swept: set[str] = set()
 _NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
 
@@ -117,7 +117,7 @@ def sweep_directory(path: Path) -> None:
         return
     with suppress(OSError):
         for name in os.listdir(path):
-            if _DRAFT.fullmatch(name):
+            if re.fullmatch(_DRAFT, name):
                 _remove_if_unlocked(path / name)
         _swept.add(place)
 

@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 import zlib
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from .. import environment
 from .._checkpoint import same_script
@@ -17,8 +16,7 @@ from . import steer_file
 __all__ = ["Repeated", "agree", "checked"]
 
 
-@dataclass
-class Repeated:
+class Repeated(NamedTuple):
     """The run that is repeated."""
 
     path: str

@@ -6,20 +6,15 @@ given the same settings, the manager may write the log. Whatever is wrong is rai
 
 from __future__ import annotations
 
-import hashlib
 import json
 import os
 import struct
 from collections.abc import Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from .. import environment
-from .._checkpoint.finding import Found, Wishes, find
-from .._live import repeating
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
 from . import attendance, ending, launchers, open_worlds
-from .log_directory import LogDirectory
 from .losses import lost_ranks
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
@@ -29,6 +24,8 @@ from .waiting import Wait, poll, warn_s
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from .._checkpoint.finding import Found
 
 __all__ = ["begin", "close", "meet"]
 
@@ -93,6 +90,8 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
     """Read what the run repeats, if anything; returns the settings with its seed."""
     if settings.steering is None:
         return settings
+    from .._live import repeating
+
     comm, home = run.comm, settings.roles[1]
     assert comm is not None
 
@@ -107,13 +106,15 @@ def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
     except ArgumentError as error:
         error.speaker = home
         raise
-    return replace(settings, seed=run.repeats.seed)
+    return settings._replace(seed=run.repeats.seed)
 
 
 def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
     """Find what the run goes on from, where it has checkpoints."""
     if settings.checkpoint is None:
         return None
+    from .._checkpoint.finding import Wishes, find
+
     assert run.comm is not None
     manager, _, calculators = settings.roles
     run.found = find(
@@ -189,6 +190,8 @@ class _Card:
 def _exchange_cards(
     comm: MPI.Intracomm, me: Peer, wish: int, text: bytes, settings: RunSettings
 ) -> list[_Card]:
+    import hashlib
+
     from mpi4py import MPI
 
     card = _CARD.pack(
@@ -240,6 +243,8 @@ def _claim_log(run: OpenRun, settings: RunSettings) -> None:
     verdict = b""
     if run.comm.rank == manager:
         try:
+            from .log_directory import LogDirectory
+
             run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
         except (ArgumentError, LogError) as error:
             verdict = _as_bytes(error, process.describe(run))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import os
 import select
-import socket
 import time
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -35,8 +34,8 @@ class Peer(NamedTuple):
             space = f"{file.read().strip()} {os.readlink('/proc/self/ns/pid')}"
         with contextlib.suppress(OSError):
             started = _started(os.getpid()) or 0
-            return cls(rank, role, socket.gethostname(), os.getpid(), started, space)
-        return cls(rank, role, socket.gethostname(), os.getpid(), 0, "")
+            return cls(rank, role, os.uname().nodename, os.getpid(), started, space)
+        return cls(rank, role, os.uname().nodename, os.getpid(), 0, "")
 
 
 class PeerWatch:

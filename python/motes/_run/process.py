@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["OpenRun", "Process", "process"]
 
 
-@dataclass(eq=False)
+@dataclass(eq=False, repr=False)
 class OpenRun:
     """A world from its start to its end, as messages and the way out of the script need to know it."""
 
@@ -54,7 +54,7 @@ class OpenRun:
         return self.ranks[rank] if rank < len(self.ranks) else rank
 
 
-@dataclass
+@dataclass(eq=False, repr=False)
 class Process:
     """What this process is doing."""
 

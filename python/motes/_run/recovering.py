@@ -13,11 +13,9 @@ from typing import TYPE_CHECKING, Any
 from .. import _core
 from ..errors import MotesError
 from . import continuing
-from .log_directory import LogDirectory
 from .output import tell
 from .peers import PeerWatch
 from .process import process
-from .run_file import write_run
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -134,6 +132,8 @@ class Recovery:
         settings, run = world._settings, self._run
         assert run.comm is not None
         if settings.log is not None and run.comm.rank == world._cast[0] and run.log is None:
+            from .log_directory import LogDirectory
+
             run.log = LogDirectory.claim(settings.log, continued=True)
         return ""
 
@@ -158,6 +158,8 @@ class Recovery:
         left = f"{len(hosts)} {'rank goes' if len(hosts) == 1 else 'ranks go'} on"
         tell(f"motes: lost {', '.join(self._lost)}; {left}, from copies of frame {frame}")
         if world._settings.log is not None:
+            from .run_file import write_run
+
             write_run(world._settings.log, world._facts(), hosts, self._run.threads, continued_from=frame)
 
     def redrawn(self, index: int, view: _core.View) -> None:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
+import site
 import sys
-import sysconfig
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import islice, pairwise
@@ -17,10 +18,10 @@ from ..errors import RankError
 __all__ = ["Line", "located", "rank_error", "running_line"]
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
-_LIBRARIES = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
+_LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
 # How the core writes down a Python error: "TypeError: text", notes, then its frames, innermost first.
 _FRAMES = "\n\nAt:\n"
-_FRAME = re.compile(r"^  (.*)\((\d+)\): (.*)$", re.MULTILINE)
+_FRAME = r"(?m)^  (.*)\((\d+)\): (.*)$"
 _CALLS_BACK = "_call_back"  # the method of System that calls a script's function
 _of_script: dict[str, bool] = {}  # by file
 
@@ -44,7 +45,7 @@ def rank_error(
     and call in this frame's list, if it is known.
     """
     message, _, shown = text.partition(_FRAMES)
-    frames = [(file, int(line), function) for file, line, function in _FRAME.findall(shown)]
+    frames = [(file, int(line), function) for file, line, function in re.findall(_FRAME, shown)]
     for (_, _, function), (file, _, caller) in pairwise(frames):
         if caller == _CALLS_BACK and _is_ours(file):
             action = f"callback {function}"

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 from .. import environment
 from ..checkpoint import Checkpoint
@@ -19,8 +18,7 @@ _COMPARED_AS_GIVEN_OR_NOT = (
 _NOT_COMPARED = ("speeds", "stall_s", "threads")  # of this machine
 
 
-@dataclass(frozen=True)
-class RunSettings:
+class RunSettings(NamedTuple):
     """The arguments of a World, checked; the environment has taken precedence."""
 
     seed: int | None
@@ -57,12 +55,12 @@ class RunSettings:
 
     def agreed(self, *, seed: int, threads: int, continued_from: int) -> Self:
         """Return the same with what is known once the ranks have met."""
-        return replace(self, seed=seed, threads=threads, continued_from=continued_from)
+        return self._replace(seed=seed, threads=threads, continued_from=continued_from)
 
     def compared(self) -> dict[str, str]:
         """Return what must be equal on all ranks, by name, as text."""
         values: dict[str, object] = {
-            field.name: getattr(self, field.name) for field in fields(self) if field.name not in _NOT_COMPARED
+            name: one for name, one in self._asdict().items() if name not in _NOT_COMPARED
         }
         for name in _COMPARED_AS_GIVEN_OR_NOT:
             values[name] = "not given" if values[name] is None else "given"

@@ -219,31 +219,3 @@ def test_a_script_that_forgets_to_close_ends_and_keeps_its_movie(tmp_path, end, 
     ended = subprocess.run(argv, capture_output=True, text=True, timeout=60)
     assert ended.returncode == code, ended.stderr
     assert len(read(tmp_path / "a.mp4")[0]) == 10
-
-
-def test_a_link_laid_out_for_the_draft_is_not_followed(tmp_path):
-    victim = tmp_path / "victim"
-    victim.write_bytes(b"precious")
-    for name in (".a.mp4.partial", ".a.mp4.tmp"):
-        (tmp_path / name).symlink_to(victim)
-    with Movie(tmp_path / "a.mp4") as movie:
-        movie.write(frames(1)[0])
-    assert victim.read_bytes() == b"precious"
-    assert len(read(tmp_path / "a.mp4")[0]) == 1
-
-
-def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
-    script = (
-        "import os, sys, time\nfrom motes.movie import Movie\nimport numpy as np\n"
-        "movie = Movie(sys.argv[1])\n"
-        "movie.write(np.zeros((32, 32, 3), np.uint8))\n"
-        "folder = os.path.dirname(sys.argv[1])\n"
-        "while not [name for name in os.listdir(folder) if name.endswith('.tmp')]: pass\n"
-        "os.kill(os.getpid(), 9)\n"
-    )
-    argv = [sys.executable, "-c", script, str(tmp_path / "a.mp4")]
-    assert subprocess.run(argv, timeout=20).returncode == -9
-    assert len(os.listdir(tmp_path)) == 1
-    with Movie(tmp_path / "a.mp4") as movie:
-        movie.write(frames(1)[0])
-    assert os.listdir(tmp_path) == ["a.mp4"]

@@ -112,6 +112,7 @@ def test_the_folder_in_which_the_script_works_stays_its_folder(tmp_path, monkeyp
         {"run.json": "[" * 100_000},
         {"frames.jsonl": "mine"},
         {".hidden": "mine"},
+        {"load.jsonl": "rows", "frames.jsonl": "rows", "film.mp4": "mine"},
     ],
     ids=lambda content: "-".join(f"{name}={text[:5]}" for name, text in content.items()),
 )

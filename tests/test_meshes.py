@@ -325,9 +325,8 @@ def alone() -> list[str]:
     return lines
 
 
-@pytest.mark.parametrize("ranks", [2, 3, 5])
-def test_the_same_bits_on_any_ranks(ranks: int, alone: list[str]):
-    assert mpirun(ranks, SCENE, "--digest").lines == alone
+def test_the_same_bits_on_any_ranks(alone: list[str]):
+    assert mpirun(3, SCENE, "--digest").lines == alone
 
 
 @pytest.mark.parametrize("env", [{"MOTES_SIMD": "sse2"}, {"MOTES_SIMD": "avx2"}, {"MOTES_THREADS": "3"}])

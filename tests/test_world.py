@@ -47,7 +47,7 @@ def test_a_source_emits_by_the_formula(rate, substeps):
 
 
 @pytest.mark.parametrize("substeps", [1, 3])
-@pytest.mark.parametrize("dt", [1 / 24, 1 / 30, 0.1, 1 / 60, 0.04, 1 / 7])
+@pytest.mark.parametrize("dt", [1 / 24, 0.1, 1 / 7])
 def test_a_source_of_the_frame_rate_emits_one_per_frame_forever(dt, substeps):
     world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
     systems = [world.system(f"{k}") for k in (1, 2, 5)]

@@ -41,9 +41,7 @@ TEST(a_part_has_whole_ids_whatever_their_upper_halves) {
 TEST(a_state_of_another_world_is_refused) {
   particles::Bytes state;
   for (const std::uint64_t seed : {4, 4, 5}) {
-    comm::Simulation simulation;
-    simulation.ranks = 1;
-    comm::simulate(simulation, [&](comm::SimulatedRank& self) {
+    comm::simulate({.ranks = 1}, [&](comm::SimulatedRank& self) {
       frame::Settings settings;
       settings.seed = seed;
       frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(1),

@@ -233,6 +233,8 @@ def test_choose_takes_conditions_and_shapes():
     np.testing.assert_array_equal(
         one(ex.choose(column("heat") > 0.5, column("heat"), -1)), np.where(heat > 0.5, heat, f32(-1))
     )
+    whole = STATE["whole"]
+    np.testing.assert_array_equal(one(ex.choose(column("whole") >= 1, 1, 0)), np.where(whole >= 1, 1, 0))
     ball = Sphere((0, 0, 0), 3)
     inside = ball.contains(p)[:, None]
     np.testing.assert_array_equal(one(ex.choose(ball, column("position"), 7), 3), np.where(inside, p, f32(7)))

@@ -17,20 +17,6 @@ from motes._run import log_directory
 from motes._run.log_directory import LogDirectory
 from motes.errors import ArgumentError, LogError
 
-SCENE = """
-import sys
-import motes
-from motes import shapes
-
-spans = len(sys.argv) > 2
-with motes.World(seed=1, progress="off", roles="shared", log=sys.argv[1], spans=spans) as world:
-    s = world.system("a")
-    for frame in world.frames(3):
-        s.burst(shapes.Box((0, 0, 0), (1, 1, 1)), count=10)
-        s.move()
-        world.step()
-"""
-
 
 def earlier_log(folder: Path, **more: str) -> Path:
     """Make what an earlier run has left."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -211,11 +210,6 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
 # --- synthetic loads: what each balancer can do
 
 
-def imbalances(load: str, balancer: motes.Balancer, **size: int) -> list[float]:
-    history = synthetic(load, **size)
-    return [float(step.seconds.max() / step.seconds.mean()) for step in simulate(history, balancer)]
-
-
 @pytest.mark.parametrize(
     ("balancer", "by_frame"), [(Pairwise(), 15), (Diffusive(), 15), (PrefixCuts(), 5)], ids=repr
 )
@@ -230,14 +224,6 @@ def test_two_machines_share_by_their_true_speeds(
     fast, slow = np.array([step.particles for step in simulate(even, balancer)]).T
     assert fast[0] == slow[0]
     np.testing.assert_allclose((fast / (fast + slow))[by_frame:], 2 / 3, rtol=0.1)
-
-
-def noisy(true: Callable[[int], list[float]], noise: float) -> Synthetic:
-    """Machines whose clock is off in each frame, by this standard deviation of the logarithm."""
-    random = np.random.default_rng(8)
-    speeds = [np.array(true(k)) * np.exp(noise * random.standard_normal(len(true(k)))) for k in range(100)]
-    n = len(true(0))
-    return Synthetic(100, speeds.__getitem__, lambda _: np.ones(2), calculators=n, particles=200_000 * n)
 
 
 @pytest.mark.parametrize("calculators", [1, 2, 3, 500])

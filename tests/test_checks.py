@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 import subprocess
 import sys
 import tomllib
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
@@ -39,3 +42,27 @@ def test_requirements_of_an_extra():
     lines = subprocess.run(argv, capture_output=True, text=True, check=True).stdout.splitlines()
     assert lines[0].startswith("av>=")
     assert any(line.startswith("ruff==") for line in lines)
+
+
+def mutations() -> ModuleType:
+    loader = SourceFileLoader("mutations", str(ROOT / ".ci" / "mutations"))
+    spec = importlib.util.spec_from_loader(loader.name, loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+def test_each_mutation_changes_a_line_that_is_there_once_and_names_a_test_that_is_there():
+    found = mutations().mutations()
+    assert mutations().faults(found) == []
+    folders = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
+    assert folders - {one.file.split("/")[1] for one in found} == set()
+
+
+def test_what_is_wrong_with_a_mutation_is_named():
+    module = mutations()
+    one = module.mutations()[0]
+    wrong = [one._replace(line="no such line"), one._replace(file="cpp/no_such_file.cpp")]
+    wrong += [one._replace(test=test) for test in ("no_such_test", "tests/test_checks.py::test_no_such_test")]
+    assert len(module.faults(wrong)) == len(wrong)

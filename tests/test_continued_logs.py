@@ -65,20 +65,6 @@ def test_a_continued_log_stays_where_it_is(tmp_path):
     assert set(os.listdir(tmp_path)) == {"today", "today.1"}
 
 
-def test_a_new_directory_is_claimed_for_a_continued_run(tmp_path):
-    (tmp_path / "empty").mkdir()
-    for name in ("new/deep", "empty"):
-        LogDirectory.claim(tmp_path / name, continued=True).release()
-        assert os.listdir(tmp_path / name) == [".lock"]
-
-
-def test_what_is_no_log_is_not_continued(tmp_path):
-    (tmp_path / "notes.txt").write_text("mine")
-    with pytest.raises(ArgumentError, match="log must be a new or empty directory, or an earlier run's log"):
-        LogDirectory.claim(tmp_path, continued=True)
-    assert os.listdir(tmp_path) == ["notes.txt"]
-
-
 @pytest.mark.parametrize("text", ["", "{", "[]", '{"continued": 3}'])
 def test_a_damaged_run_file_is_told_before_anything_is_changed(tmp_path, text):
     log = earlier_log(tmp_path / "today")
@@ -376,13 +362,6 @@ def test_a_domain_of_a_rank_that_is_gone_ends_where_the_rank_does(on_fewer_ranks
     bands = [band.get_paths()[0].vertices for band in ax.collections[::2]]
     spans = [(points[:, 0].min(), points[:, 0].max()) for points in bands]
     assert spans == [(0, 40), (0, 40), (0, 19), (0, 19), (20, 40)]
-
-
-def test_a_replay_of_it_covers_the_frames_of_the_first_ranks(tmp_path):
-    load = [load_row(frame, "a", rank, n_end=5) for frame in range(4) for rank in (0, 1)]
-    facts = {"calculators": [0, 1], "continued": [{"frame": 2, "calculators": [0], "ranks": []}]}
-    run = motes.open_run(write_log(tmp_path / "run", load, facts=facts))
-    assert run.calculators == [0, 1]
 
 
 @pytest.mark.parametrize(

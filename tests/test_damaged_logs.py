@@ -201,6 +201,7 @@ def test_damage_is_named_with_file_and_line(tmp_path, column, value, says):
     ("fact", "value", "says"),
     [
         ("calculators", [2, "x"], "calculators must be a list of different ranks, got [2, 'x']"),
+        ("calculators", [2, 2], "calculators must be a list of different ranks, got [2, 2]"),
         ("ranks", [{"host": "h"}], "ranks must be a number, or a list of ranks and hosts"),
         ("space", [1], "space must be a text, or two numbers, got [1]"),
         ("speeds", {"a": 1}, "speeds must be speeds by rank"),

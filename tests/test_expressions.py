@@ -225,15 +225,6 @@ def test_each_operation_of_columns(name: str) -> None:
             check(node, {id(node): one(node.value, width).reshape(COUNT, width)})
 
 
-def test_one_number_goes_with_a_vector_as_in_numpy():
-    p, heat = STATE["position"], STATE["heat"][:, None]
-    np.testing.assert_array_equal(one(column("position") * column("whole"), 3), p * STATE["whole"][:, None])
-    np.testing.assert_array_equal(one(ex.maximum(column("heat"), column("position")), 3), np.maximum(heat, p))
-    np.testing.assert_array_equal(
-        one(ex.mix((1, 2, 3), column("position"), 0.5), 3), f32([1, 2, 3]) + (p - f32([1, 2, 3])) * f32(0.5)
-    )
-
-
 # --- conditions
 
 
@@ -242,6 +233,8 @@ def test_choose_takes_conditions_and_shapes():
     np.testing.assert_array_equal(
         one(ex.choose(column("heat") > 0.5, column("heat"), -1)), np.where(heat > 0.5, heat, f32(-1))
     )
+    whole = STATE["whole"]
+    np.testing.assert_array_equal(one(ex.choose(column("whole") >= 1, 1, 0)), np.where(whole >= 1, 1, 0))
     ball = Sphere((0, 0, 0), 3)
     inside = ball.contains(p)[:, None]
     np.testing.assert_array_equal(one(ex.choose(ball, column("position"), 7), 3), np.where(inside, p, f32(7)))
@@ -371,3 +364,8 @@ def test_expressions_are_values_that_read_back():
         assert repr(again) == repr(value)
         assert repr(pickle.loads(pickle.dumps(value))) == repr(value)
         np.testing.assert_array_equal(one(again, 3), one(value, 3))
+    long = a > 0
+    for _ in range(250):
+        long = ~long
+    with pytest.raises(motes.ArgumentError, match="of at most 256 operations"):
+        _ = pickle.loads(pickle.dumps(long)) & long

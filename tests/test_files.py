@@ -97,6 +97,7 @@ def test_what_killed_writers_left_is_removed_and_what_living_ones_write_is_not(t
         with files.whole_path(path, remove_abandoned=True) as draft:
             draft.write_bytes(b"first")
         assert path.read_bytes() == b"first"
+        assert living.exists()
         living.write_bytes(b"second")
     assert path.read_bytes() == b"second"
     assert sorted(os.listdir(tmp_path)) == [".a.00112233445566aa.tmp", ".b.00112233445566ff.tmp", "a"]

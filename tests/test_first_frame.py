@@ -35,162 +35,65 @@ def warnings_of(record: Record, frames: int = 3, **arguments: Any) -> list[str]:
     return [str(one.message) for one in told]
 
 
-def complete(s: motes.System) -> None:
-    """Record a complete list."""
-    s.configure(velocity=(0, 1, 0), lifetime=2, color=(0.5, 0.7, 3), size=0.1)
-    s.source(BOX, rate=100)
-    s.gravity((0, -1, 0))
-    s.color_over_life([(0, (1, 1, 1)), (1, (1, 0, 0))])
-    s.bounce(FLOOR)
-    s.move()
-    s.kill_expired()
+BORN = "s.source(BOX, rate=100); "
+FEW = "s.burst(BOX, count=3); "
+COMPLETE = """
+s.configure(velocity=(0, 1, 0), lifetime=2, color=(0.5, 0.7, 3), size=0.1)
+s.source(BOX, rate=100)
+s.gravity((0, -1, 0))
+s.color_over_life([(0, (1, 1, 1)), (1, (1, 0, 0))])
+s.bounce(FLOOR)
+s.move()
+s.kill_expired()
+"""
+NO_MOVE = BORN + "s.gravity((0, -1, 0))"
 
 
-def no_move(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.gravity((0, -1, 0))
-
-
-def no_move_of_moving_births(s: motes.System) -> None:
-    s.configure(velocity=motes.Uniform((0, 0, 0), (0, 1, 0)))
-    s.source(BOX, rate=100)
-
-
-def no_age(s: motes.System) -> None:
-    s.configure(lifetime=1)
-    s.burst(BOX, count=3)
-    s.kill_expired()
-
-
-def late_bounce(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.move()
-    s.bounce(FLOOR)
-
-
-def no_lifetime(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.move()
-    s.kill_expired()
-
-
-def ramp_without_lifetime(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.alpha_over_life([(0, 1), (1, 0)])
-    s.move()
-
-
-def bytes_for_colours(s: motes.System) -> None:
-    s.configure(color=(255, 128, 0))
-    s.burst(BOX, count=3)
-
-
-def bytes_in_columns(s: motes.System) -> None:
-    s.emit(position=[(0, 0, 0)] * 2, color=[(255, 0, 0), (0, 32, 0)])
-
-
-def bytes_in_a_ramp(s: motes.System) -> None:
-    s.configure(lifetime=1)
-    s.burst(BOX, count=3)
-    s.color_over_life([(0, (255, 255, 255)), (1, (0, 0, 0))])
-    s.move()
-
-
-def negative_size(s: motes.System) -> None:
-    s.configure(size=motes.Uniform(-1, 1))
-    s.burst(BOX, count=3)
-
-
-def negative_lifetime(s: motes.System) -> None:
-    s.configure(lifetime=-1)
-    s.burst(BOX, count=3)
+def recording(text: str) -> Record:
+    return lambda s: exec(text, {"s": s, "motes": motes, "BOX": BOX, "FLOOR": FLOOR})
 
 
 @pytest.mark.parametrize(
     ("record", "message"),
     [
-        (no_move, "none moves: record move()"),
-        (no_move_of_moving_births, "none moves: record move()"),
-        (no_age, "do not age without move()"),
-        (late_bounce, "bounce after move"),
-        (no_lifetime, "KillExpired without a lifetime"),
-        (ramp_without_lifetime, "AlphaOverLife without a lifetime"),
-        (bytes_for_colours, "(255, 128, 0) looks like 0..255"),
-        (bytes_in_columns, "looks like 0..255"),
-        (bytes_in_a_ramp, "looks like 0..255"),
-        (negative_size, "size may be negative (-1)"),
-        (negative_lifetime, "lifetime may be negative (-1)"),
+        (NO_MOVE, "none moves: record move()"),
+        ("s.configure(velocity=motes.Uniform((0, 0, 0), (0, 1, 0))); " + BORN, "none moves: record move()"),
+        ("s.configure(lifetime=1); " + FEW + "s.kill_expired()", "do not age without move()"),
+        (BORN + "s.move(); s.bounce(FLOOR)", "bounce after move"),
+        (BORN + "s.move(); s.kill_expired()", "KillExpired without a lifetime"),
+        (BORN + "s.alpha_over_life([(0, 1), (1, 0)]); s.move()", "AlphaOverLife without a lifetime"),
+        ("s.configure(color=(255, 128, 0)); " + FEW, "(255, 128, 0) looks like 0..255"),
+        ("s.emit(position=[(0, 0, 0)] * 2, color=[(255, 0, 0), (0, 32, 0)])", "looks like 0..255"),
+        (
+            FEW + "s.color_over_life([(0, (255, 255, 255)), (1, (0, 0, 0))])",
+            "looks like 0..255",
+        ),
+        ("s.configure(size=motes.Uniform(-1, 1)); " + FEW, "size may be negative (-1)"),
+        ("s.configure(lifetime=-1); " + FEW, "lifetime may be negative (-1)"),
+        (NO_MOVE + "; s.kill_expired(); s.configure(color=(255, 128, 0)); " + FEW, "; "),  # in one warning
     ],
 )
-def test_an_oversight_is_reported_once(record: Record, message: str):
-    (told,) = warnings_of(record)
+def test_an_oversight_is_reported_once(record: str, message: str):
+    (told,) = warnings_of(recording(record))
     assert told.startswith("system 'rain': ")
     assert message in told
-
-
-def test_several_omissions_of_a_system_are_one_warning():
-    (told,) = warnings_of(lambda s: (no_move(s), s.kill_expired(), bytes_for_colours(s)))
-    assert told.count("; ") == 2, told
-
-
-def writes_in_a_callback(s: motes.System) -> None:
-    s.configure(velocity=(1, 0, 0))
-    s.source(BOX, rate=100)
-    s.callback(lambda p: None)
-    s.kill_expired()
-
-
-def writes_in_local(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.gravity((0, -1, 0))
-    with s.local() as p:
-        p.position[:] += p.velocity
-
-
-def moves_twice(s: motes.System) -> None:
-    s.source(BOX, rate=100)
-    s.move()
-    s.bounce(FLOOR)
-    s.move()
-
-
-def lifetimes_in_columns(s: motes.System) -> None:
-    s.emit(position=[(0, 0, 0)], lifetime=[1])
-    s.move()
-    s.kill_expired()
-
-
-def lifetimes_by_set(s: motes.System) -> None:
-    s.burst(BOX, count=3)
-    s.set(lifetime=1)
-    s.move()
-    s.kill_expired()
-
-
-def bright_light(s: motes.System) -> None:
-    s.configure(color=(12.5, 3, 0))
-    s.burst(BOX, count=3)
-
-
-def rests(s: motes.System) -> None:
-    s.burst(BOX, count=3)
 
 
 @pytest.mark.parametrize(
     "record",
     [
-        complete,
-        writes_in_a_callback,
-        writes_in_local,
-        moves_twice,
-        lifetimes_in_columns,
-        lifetimes_by_set,
-        bright_light,
-        rests,
+        COMPLETE,
+        "s.configure(velocity=(1, 0, 0)); " + BORN + "s.callback(lambda p: None); s.kill_expired()",
+        NO_MOVE + "\nwith s.local() as p: p.position[:] += p.velocity",
+        BORN + "s.move(); s.bounce(FLOOR); s.move()",
+        "s.emit(position=[(0, 0, 0)], lifetime=[1]); s.move(); s.kill_expired()",
+        FEW + "s.set(lifetime=1); s.move(); s.kill_expired()",
+        "s.configure(color=(12.5, 3, 0)); " + FEW,
+        FEW,
     ],
 )
-def test_a_complete_system_gets_no_warning(record: Record):
-    assert warnings_of(record) == []
+def test_a_complete_system_gets_no_warning(record: str):
+    assert warnings_of(recording(record)) == []
 
 
 def test_a_system_is_checked_when_it_first_records():
@@ -199,9 +102,9 @@ def test_a_system_is_checked_when_it_first_records():
     told = []
     with world:
         for frame in world.frames(4):
-            complete(early)
+            recording(COMPLETE)(early)
             if frame >= 2:
-                no_move(late)
+                recording(NO_MOVE)(late)
             with warnings.catch_warnings(record=True) as caught:
                 warnings.simplefilter("always")
                 world.step()
@@ -221,7 +124,7 @@ def test_a_system_is_checked_when_it_first_records():
 )
 def test_a_camera_inside_a_solid_is_reported_once(position, solid, inside):
     camera = motes.Camera(position, (0, 0, -9))
-    told = warnings_of(complete, renderer=motes.Renderer(16, 12, camera=camera, objects=[solid]))
+    told = warnings_of(recording(COMPLETE), renderer=motes.Renderer(16, 12, camera=camera, objects=[solid]))
     assert len(told) == (1 if inside else 0)
     assert all("is inside the solid" in one for one in told)
 

@@ -8,30 +8,14 @@ import signal
 import subprocess
 import sys
 import threading
-import time
 from pathlib import Path
 
 import pytest
 from launching import mpirun, said
 
-import motes
 from motes._run import log_directory
 from motes._run.log_directory import LogDirectory
 from motes.errors import ArgumentError, LogError
-
-SCENE = """
-import sys
-import motes
-from motes import shapes
-
-spans = len(sys.argv) > 2
-with motes.World(seed=1, progress="off", roles="shared", log=sys.argv[1], spans=spans) as world:
-    s = world.system("a")
-    for frame in world.frames(3):
-        s.burst(shapes.Box((0, 0, 0), (1, 1, 1)), count=10)
-        s.move()
-        world.step()
-"""
 
 
 def earlier_log(folder: Path, **more: str) -> Path:
@@ -114,6 +98,7 @@ def test_the_folder_in_which_the_script_works_stays_its_folder(tmp_path, monkeyp
         {"run.json": "[" * 100_000},
         {"frames.jsonl": "mine"},
         {".hidden": "mine"},
+        {"load.jsonl": "rows", "frames.jsonl": "rows", "film.mp4": "mine"},
     ],
     ids=lambda content: "-".join(f"{name}={text[:5]}" for name, text in content.items()),
 )
@@ -210,30 +195,7 @@ def test_a_file_system_without_locks_is_reported(tmp_path, monkeypatch, capsys):
     assert "is on a file system without locks (No locks available)" in capsys.readouterr().err
 
 
-def test_two_worlds_of_one_script_do_not_share_a_log(tmp_path):
-    options = {"seed": 1, "progress": "off", "log": tmp_path / "log"}
-    with motes.World(**options) as first:
-        for _ in first.frames(1):
-            first.step()
-        with pytest.raises(ArgumentError, match=f"the run of process {os.getpid()}"), motes.World(**options):
-            pass
-    with motes.World(**options) as second:
-        for _ in second.frames(2):
-            second.step()
-    assert len(motes.open_run(tmp_path / "log.1").frames) == 1
-    assert len(motes.open_run(tmp_path / "log").frames) == 2
-
-
 # --- as jobs
-
-
-def test_a_log_has_nothing_of_an_earlier_run(tmp_path):
-    log = tmp_path / "log"
-    assert mpirun(3, SCENE, log, "spans").code == 0
-    assert mpirun(2, SCENE, log).code == 0
-    assert not list(log.glob("spans.*"))
-    assert len(list((tmp_path / "log.1").glob("spans.*"))) == 3
-    assert len(motes.open_run(log).load) == 3 * 2
 
 
 @pytest.mark.parametrize("ranks", [2, 3])
@@ -258,23 +220,3 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
     assert len(said(result.err, "*** motes: ")) == 1, result.text
     assert result.code == 1
     assert [file.name for file in tmp_path.iterdir()] == ["notes.txt"]
-
-
-def test_two_jobs_at_once_keep_apart(tmp_path):
-    log, go = tmp_path / "log", tmp_path / "go"
-    waiting = SCENE + f"    import os, time\n    while not os.path.exists({str(go)!r}): time.sleep(0.02)\n"
-    results = []
-    first = threading.Thread(target=lambda: results.append(mpirun(2, waiting, log, timeout=90)))
-    first.start()
-    try:
-        limit = time.monotonic() + 60
-        while not (log / "run.json").exists() and time.monotonic() < limit:
-            time.sleep(0.02)
-        second = mpirun(2, SCENE, log, timeout=60)
-    finally:
-        go.touch()
-        first.join()
-    assert results[0].code == 0, results[0].text
-    assert second.code == 1, second.text
-    assert "is writing into this one" in second.err, second.text
-    assert len(motes.open_run(log).frames) == 3

@@ -58,11 +58,13 @@ def test_frames_come_back(tmp_path, suffix):
 
 
 def test_odd_sizes_are_made_even(tmp_path):
+    written = frames(2, height=33, width=35)
     with Movie(tmp_path / "a.mp4") as movie:
-        for frame in frames(2, height=33, width=35):
+        for frame in written:
             movie.write(frame)
     shown, _ = read(tmp_path / "a.mp4")
     assert shown[0].shape == (34, 36, 3)
+    assert np.abs(shown[0].astype(int) - written[0].pixels[0, 0]).max() < 20, "of the frame's colour"
 
 
 def test_fractional_rates(tmp_path):
@@ -219,31 +221,3 @@ def test_a_script_that_forgets_to_close_ends_and_keeps_its_movie(tmp_path, end, 
     ended = subprocess.run(argv, capture_output=True, text=True, timeout=60)
     assert ended.returncode == code, ended.stderr
     assert len(read(tmp_path / "a.mp4")[0]) == 10
-
-
-def test_a_link_laid_out_for_the_draft_is_not_followed(tmp_path):
-    victim = tmp_path / "victim"
-    victim.write_bytes(b"precious")
-    for name in (".a.mp4.partial", ".a.mp4.tmp"):
-        (tmp_path / name).symlink_to(victim)
-    with Movie(tmp_path / "a.mp4") as movie:
-        movie.write(frames(1)[0])
-    assert victim.read_bytes() == b"precious"
-    assert len(read(tmp_path / "a.mp4")[0]) == 1
-
-
-def test_what_a_killed_run_left_is_removed_by_the_next(tmp_path):
-    script = (
-        "import os, sys, time\nfrom motes.movie import Movie\nimport numpy as np\n"
-        "movie = Movie(sys.argv[1])\n"
-        "movie.write(np.zeros((32, 32, 3), np.uint8))\n"
-        "folder = os.path.dirname(sys.argv[1])\n"
-        "while not [name for name in os.listdir(folder) if name.endswith('.tmp')]: pass\n"
-        "os.kill(os.getpid(), 9)\n"
-    )
-    argv = [sys.executable, "-c", script, str(tmp_path / "a.mp4")]
-    assert subprocess.run(argv, timeout=20).returncode == -9
-    assert len(os.listdir(tmp_path)) == 1
-    with Movie(tmp_path / "a.mp4") as movie:
-        movie.write(frames(1)[0])
-    assert os.listdir(tmp_path) == ["a.mp4"]

@@ -49,13 +49,6 @@ def closed():
 PLOTS = [name for name, method in inspect.getmembers(Plots, inspect.isfunction) if not name.startswith("_")]
 
 
-def test_all_that_an_analyst_expects_is_there():
-    assert set(PLOTS) >= {
-        *("efficiency", "imbalance", "heatmap", "domains", "phases", "gantt"),
-        *("exchange", "speeds", "shares", "given", "frame_time"),
-    }
-
-
 @pytest.mark.parametrize("name", PLOTS)
 def test_every_plot_draws_where_it_is_told_and_says_what(spot, name, monkeypatch):
     monkeypatch.setattr(pyplot, "show", lambda *_, **__: pytest.fail("a plot must not show itself"))

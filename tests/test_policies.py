@@ -3,38 +3,14 @@
 from __future__ import annotations
 
 import math
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import motes
 from motes import ArgumentError, Diffusive, Orders, Pairwise, PrefixCuts, Proportional, Static, Targets, _core
 from motes.load_table import LoadTable
-
-many = settings(derandomize=True, deadline=None, max_examples=100)
-
-counts = st.one_of(st.just(0), st.integers(0, 500), st.integers(0, 10**10))
-speeds = st.one_of(st.just(0.0), st.floats(1.0, 1e9))
-coordinates = st.lists(
-    st.one_of(
-        st.floats(-1e6, 1e6, width=32), st.sampled_from([0.0, 1.0, -0.0, math.nan, math.inf, -math.inf])
-    ),
-    max_size=200,
-)
-
-
-@st.composite
-def tables(draw: Any, least: int = 1) -> _core.BalanceTable:
-    particles = draw(st.lists(counts, min_size=least, max_size=12))
-    speed = [draw(speeds) for _ in particles]
-    seconds = [n / v if v else 0.0 for n, v in zip(particles, speed, strict=True)]
-    cuts = sorted(draw(st.floats(-1e3, 1e3, width=32)) for _ in particles[1:])
-    error = draw(st.one_of(st.just([0.0] * len(speed)), st.just([draw(st.floats(0, 0.3)) for _ in speed])))
-    return _core.BalanceTable(3, draw(st.integers(0, 9)), "snow", particles, seconds, speed, cuts, error)
 
 
 def table(particles: list[int], speed: list[float] | None = None, evaluation: int = 0) -> _core.BalanceTable:
@@ -44,203 +20,13 @@ def table(particles: list[int], speed: list[float] | None = None, evaluation: in
     )
 
 
-def obeyed(load: _core.BalanceTable, orders: list[tuple[int, int, int]]) -> np.ndarray:
-    after = load.particles.astype(object)
-    for source, to, count in orders:
-        after[source] -= count
-        after[to] += count
-    return after
-
-
 # --- the paper's rules
-
-
-@many
-@given(tables(), st.floats(0, 1), st.integers(0, 1000))
-def test_pairwise_obeys_the_paper(load: _core.BalanceTable, threshold: float, least: int) -> None:
-    plan = Pairwise(threshold, min_particles=least).policy.plan(load)
-    power = load.complete_speed
-    times = load.particles / power
-    n = len(power)
-    # Neighbours only; each process only sends or receives, with one neighbour.
-    busy = [process for source, to, _ in plan.orders for process in (source, to)]
-    assert all(abs(source - to) == 1 for source, to, _ in plan.orders)
-    assert len(busy) == len(set(busy))
-    # The first pair alternates; pairs from left to right; the pair after one that balances is left out.
-    first = load.evaluation % 2 if n > 2 else 0
-    assert list(plan.evaluated[:1]) == ([first] if first + 1 < n else [])
-    ordered = {min(source, to) for source, to, _ in plan.orders}
-    for one, following in pairwise(plan.evaluated):
-        assert following - one == (2 if one in ordered else 1)
-    if len(plan.evaluated):
-        last = plan.evaluated[-1]
-        assert last + (2 if last in ordered else 1) + 1 >= n
-    assert ordered <= set(plan.evaluated)
-    for cut in plan.evaluated:
-        left, right = times[cut], times[cut + 1]
-        both = int(load.particles[cut]) + int(load.particles[cut + 1])
-        wanted = both * (power[cut] / (power[cut] + power[cut + 1]))
-        moved = abs(int(load.particles[cut]) - wanted)
-        apart = max(threshold, 3 * math.hypot(load.error[cut], load.error[cut + 1]))
-        if cut in ordered:  # threshold, noise, minimum; then the load is in proportion to processing power
-            source, to, count = next(order for order in plan.orders if min(order[:2]) == cut)
-            assert abs(left - right) > apart * max(left, right)
-            assert count >= least
-            assert times[source] > times[to]
-            after = obeyed(load, [(source, to, count)])
-            assert abs(after[cut] - wanted) <= 0.5 + 1e-9 * both
-        else:
-            assert abs(left - right) <= apart * max(left, right) or moved < max(least, 1) + 0.5
-
-
-@many
-@given(tables(), st.sampled_from([Pairwise(0), Diffusive(0, rate=1, min_particles=0), Diffusive()]))
-def test_orders_keep_the_total_and_never_take_more_than_there_is(
-    load: _core.BalanceTable, balancer: motes.Balancer
-) -> None:
-    plan = balancer.policy.plan(load)
-    after = obeyed(load, plan.orders)
-    assert sum(after) == sum(load.particles.astype(object))
-    assert min(after) >= 0
-    assert all(count > 0 for _, _, count in plan.orders)
-    assert _core.legal_plan(plan, load, "it").orders == plan.orders
-
-
-@many
-@given(tables(2), st.floats(0, 1))
-def test_diffusion_flows_from_slow_to_fast_and_never_past_balance(
-    load: _core.BalanceTable, rate: float
-) -> None:
-    known = _core.BalanceTable(
-        0, 0, "s", load.particles, load.seconds, np.maximum(load.speed, 1), load.cuts, load.error
-    )
-    times = known.particles / known.speed
-    for source, to, count in Diffusive(0, rate=rate, min_particles=0).policy.plan(known).orders:
-        noise = 3 * math.hypot(known.error[source], known.error[to])
-        assert times[source] - times[to] > noise * times[source]
-        slower = min(known.speed[source], known.speed[to])
-        assert count <= rate * (times[source] - times[to]) * slower / 2 + 0.5 + 1e-6 * count
-
-
-@many
-@given(tables(2))
-def test_one_pass_over_pairs_never_makes_the_slowest_slower(load: _core.BalanceTable) -> None:
-    power = load.complete_speed
-    after = obeyed(load, Pairwise(0.1).policy.plan(load).orders).astype(float)
-    slack = 1 / power.min()  # orders are whole particles
-    assert max(after / power) <= max(load.particles / power) + slack
 
 
 # --- shares
 
 
-@many
-@given(tables(2), st.booleans())
-def test_prefix_cuts_ask_for_shares_by_speed(load: _core.BalanceTable, known: bool) -> None:
-    powers = [float(c + 1) for c in range(len(load.particles))] if known else None
-    plan = PrefixCuts(0.2, powers=powers, min_particles=0).policy.plan(load)
-    seconds = load.particles / load.complete_speed
-    above = seconds * len(seconds) / max(seconds.sum(), 1e-300) - 1
-    noise = math.sqrt(9 + 2 * math.log(len(seconds))) * load.error
-    assert (len(plan.shares) > 0) == bool((above > np.maximum(0.2, noise)).any())
-    if len(plan.shares):
-        np.testing.assert_array_equal(plan.shares, powers or load.complete_speed)
-        legal = _core.legal_plan(plan, load, "it")
-        assert legal.shares.sum() == pytest.approx(1)
-        if known:
-            measured = load.speed > 0
-            np.testing.assert_allclose(
-                plan.costs[measured], np.asarray(powers)[measured] / load.speed[measured]
-            )
-
-
-@many
-@given(tables(), st.data())
-def test_any_plan_becomes_legal(load: _core.BalanceTable, data: st.DataObject) -> None:
-    n = len(load.particles)
-    pairs = [(c, c + d) for c in range(n) for d in (-1, 1) if 0 <= c + d < n]
-    if not pairs:
-        return
-    moves = data.draw(st.lists(st.tuples(st.sampled_from(pairs), st.integers(0, 2**64 - 1)), max_size=30))
-    plan = _core.BalancePlan([(*pair, count) for pair, count in moves], [], [])
-    legal = _core.legal_plan(plan, load, "it")
-    given_away = np.zeros(n, object)
-    over = [min(source, to) for source, to, _ in legal.orders]
-    assert over == sorted(set(over)), "one order a cut, in their order"
-    for source, _, count in legal.orders:
-        given_away[source] += count
-    assert (given_away <= load.particles.astype(object)).all()
-    net = np.zeros(n, object)
-    for (source, to), count in moves:
-        net[min(source, to)] += min(count, 2**64 - 1) if to > source else -count
-    for source, to, _ in legal.orders:
-        if sum(count for _, count in moves) < 2**64:
-            assert (net[min(source, to)] > 0) == (to > source)
-
-
 # --- cuts
-
-
-@many
-@given(coordinates, st.integers(0, 250), st.booleans())
-def test_gifts_never_exceed_the_order_and_fall_short_only_by_ties(
-    places: list[float], wanted: int, to_left: bool
-) -> None:
-    x = np.asarray(places, np.float32)
-    low, high = -math.inf, math.inf
-    cut, count = (_core.give_left if to_left else _core.give_right)(x, wanted, low, high)
-    inside = np.sort(x[(x >= low) & (x < high)])
-    beyond = inside[inside < cut] if to_left else inside[inside >= cut]
-    assert count == len(beyond) <= wanted
-    if len(np.unique(inside)) == len(inside):
-        assert count == min(wanted, len(inside))
-    rest = inside[inside >= cut] if to_left else inside[inside < cut]
-    if len(rest):  # the next position would move too many
-        place = rest[0] if to_left else rest[-1]
-        assert count + (rest == place).sum() > wanted
-
-
-@many
-@given(coordinates, st.integers(1, 40))
-def test_histograms_count_each_finite_particle_once(places: list[float], bins: int) -> None:
-    x = np.asarray(places, np.float32)
-    edges, histogram = _core.histogram(x, bins)
-    finite = x[np.isfinite(x)]
-    assert histogram.sum() == len(finite)
-    if not len(finite):
-        assert len(edges) == 0
-        return
-    assert len(edges) == len(histogram) + 1 <= bins + 1
-    assert (edges[0], edges[-1]) == (finite.min(), finite.max())
-    assert (np.diff(edges) >= 0).all()
-    for low, high, count in zip(edges[:-2], edges[1:-1], histogram[:-1], strict=True):
-        assert ((finite >= low) & (finite < high)).sum() == count
-
-
-@many
-@given(st.lists(coordinates, min_size=1, max_size=6), st.data())
-def test_cuts_from_prefix_sums_ascend_and_are_within_a_bin_of_ideal(
-    domains: list[list[float]], data: st.DataObject
-) -> None:
-    n = len(domains)
-    shares = np.array(data.draw(st.lists(st.integers(0, 4), min_size=n, max_size=n)), float)
-    shares[0] += 1
-    # Calculators in a row, as after an exchange: what is in one domain is below the next.
-    kept = [np.asarray(d, np.float32) for d in domains]
-    finite = [d[np.isfinite(d)] / np.float32(4e6) + np.float32(c) for c, d in enumerate(kept)]
-    histograms = [_core.histogram(d, 16) for d in finite]
-    before = np.arange(n - 1, dtype=np.float32) + np.float32(0.5)
-    cuts = _core.prefix_cuts(histograms, [], shares, before)
-    assert len(cuts) == n - 1
-    assert (np.diff(cuts) >= 0).all()
-    together = np.concatenate(finite)
-    if not len(together):
-        np.testing.assert_array_equal(cuts, before)
-        return
-    widest = max(int(h.max(initial=0)) for _, h in histograms)
-    ideal = len(together) * np.cumsum(shares)[:-1] / shares.sum()
-    for cut, wanted in zip(cuts, ideal, strict=True):
-        assert abs((together < cut).sum() - wanted) <= widest + 1e-6
 
 
 def test_more_costs_get_less_place() -> None:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable
-from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -212,40 +210,6 @@ def test_a_killed_run_is_replayed_to_its_last_whole_frame(runs: dict[str, motes.
 # --- synthetic loads: what each balancer can do
 
 
-def imbalances(load: str, balancer: motes.Balancer, **size: int) -> list[float]:
-    history = synthetic(load, **size)
-    return [float(step.seconds.max() / step.seconds.mean()) for step in simulate(history, balancer)]
-
-
-def test_prefix_cuts_need_one_evaluation_wherever_the_imbalance_is() -> None:
-    worth = imbalances("halves", PrefixCuts(), frames=6)
-    assert worth[0] == pytest.approx(4 / 3, rel=1e-3)
-    # Frame 0 emits all, frame 1 measures speeds; particles move in frame 2; frame 3 has the new cuts.
-    assert max(worth[3:]) <= 1.03
-    worth = imbalances("step", PrefixCuts(), frames=40)
-    assert max(worth[8:]) <= 1.03
-
-
-def test_pairs_stall_on_a_gradient_and_diffusion_goes_on() -> None:
-    """Each pair is within the threshold of its neighbour, and still the ends are far apart."""
-    stalled = list(simulate(synthetic("halves", frames=200), Pairwise(0.05)))
-    seconds = stalled[-1].seconds
-    assert 1.2 < seconds.max() / seconds.mean() < 1.35
-    assert stalled[-1].systems[0].moved == 0, "nothing moves any more"
-    for left, right in pairwise(seconds):
-        assert abs(left - right) <= 0.05 * max(left, right) + 1e-9
-    assert seconds[-1] > 1.4 * seconds[0]
-    for balancer in (Pairwise(0.05), Pairwise(0.02), Diffusive()):
-        # The steepest gradient on which no pair sees that one neighbour is too slow.
-        bound = 16 * balancer.threshold / (1 - (1 - balancer.threshold) ** 16)
-        assert 1 + (bound - 1) / 3 < imbalances("halves", balancer, frames=300)[-1] <= bound
-
-
-def test_alternating_machines_are_little_trouble_for_pairs() -> None:
-    # Speeds are known from frame 1 on, where pairs begin with the second: the two at the ends come later.
-    assert imbalances("alternating", Pairwise(0.05), frames=20)[-1] <= 1.12
-
-
 @pytest.mark.parametrize(
     ("balancer", "by_frame"), [(Pairwise(), 15), (Diffusive(), 15), (PrefixCuts(), 5)], ids=repr
 )
@@ -260,57 +224,6 @@ def test_two_machines_share_by_their_true_speeds(
     fast, slow = np.array([step.particles for step in simulate(even, balancer)]).T
     assert fast[0] == slow[0]
     np.testing.assert_allclose((fast / (fast + slow))[by_frame:], 2 / 3, rtol=0.1)
-
-
-def noisy(true: Callable[[int], list[float]], noise: float) -> Synthetic:
-    """Machines whose clock is off in each frame, by this standard deviation of the logarithm."""
-    random = np.random.default_rng(8)
-    speeds = [np.array(true(k)) * np.exp(noise * random.standard_normal(len(true(k)))) for k in range(100)]
-    n = len(true(0))
-    return Synthetic(100, speeds.__getitem__, lambda _: np.ones(2), calculators=n, particles=200_000 * n)
-
-
-@pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
-@pytest.mark.parametrize("noise", [0.02, 0.1])
-def test_noise_alone_moves_nothing(balancer: motes.Balancer, noise: float) -> None:
-    """Equal machines: after the frames in which the noise is estimated, hardly any order."""
-    steps = list(simulate(noisy(lambda _: [1e7] * 4, noise), balancer))[10:]
-    plans = [step.systems[0].plan for step in steps]
-    assert sum(bool(plan.orders or len(plan.shares)) for plan in plans if plan is not None) <= 5
-    assert max(float(step.particles.max() / step.particles.mean()) for step in steps) < 1 + 2 * noise
-
-
-@pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
-@pytest.mark.parametrize("length", [1, 2, 3])
-def test_what_disturbs_a_machine_for_some_frames_moves_nothing(balancer: motes.Balancer, length: int) -> None:
-    """Other processes: now and then one of equal machines has 0.6 of its speed for a few frames in a row."""
-    random = np.random.default_rng(3)
-    speeds = 1e7 * np.exp(0.02 * random.standard_normal((400, 2)))
-    frame = 30
-    while frame < 380:
-        speeds[frame : frame + length, random.integers(2)] *= 0.6
-        frame += int(random.integers(20, 60))
-    history = Synthetic(400, lambda k: speeds[k], lambda _: np.ones(2), calculators=2, particles=400_000)
-    steps = list(simulate(history, balancer))
-    assert sum(step.systems[0].moved for step in steps) <= 0.1 * 400_000
-    assert max(float(step.particles.max() / step.particles.mean()) for step in steps) < 1.05
-
-
-@pytest.mark.parametrize("balancer", [Pairwise(), Diffusive(), PrefixCuts()], ids=repr)
-@pytest.mark.parametrize("noise", [0.0, 0.02, 0.1])
-def test_a_machine_that_slows_down_is_noticed_through_noise(balancer: motes.Balancer, noise: float) -> None:
-    def true(k: int) -> list[float]:
-        return [1e7, 1e7 if k < 40 else 4e6]
-
-    steps = list(simulate(noisy(true, noise), balancer))
-    parts = [float(step.particles[0] / step.particles.sum()) for step in steps]
-    assert max(abs(part - 0.5) for part in parts[:40]) < 0.05
-    assert max(abs(part - 5 / 7) for part in parts[60:]) < 0.1 * 5 / 7
-
-
-def test_static_cuts_change_nothing() -> None:
-    for load in LOADS:
-        assert sum(step.systems[0].moved for step in simulate(synthetic(load, frames=8), Static())) == 0
 
 
 @pytest.mark.parametrize("calculators", [1, 2, 3, 500])

@@ -39,32 +39,6 @@ def light(
     return linear
 
 
-@pytest.mark.parametrize("kind", ["disc", "sphere"])
-@pytest.mark.parametrize("distance", [2, 5, 17, 60])
-def test_sizes_in_metres_hold_at_any_distance(kind, distance):
-    sprite = motes.Sprite(kind, pixels=None, blend="opaque")
-    rows = (light(sprite, 720, distance=distance, size=(0.5, 0, 0)).sum(axis=2) > 0).any(axis=1).sum()
-    expected = 0.5 / distance * 720 / (2 * np.tan(np.radians(FOV / 2)))
-    assert rows == pytest.approx(expected, abs=1)  # half a pixel on each side
-
-
-@pytest.mark.parametrize("sprite", [motes.Sprite(pixels=None), motes.Sprite(height=0.01)])
-@pytest.mark.parametrize("size", [0.003, 0.02, 0.2])
-def test_brightness_does_not_depend_on_the_resolution(sprite, size):
-    scene = {"count": 3000, "spread": 1.5, "size": (size, 1, 1)}
-    small, large = (light(sprite, height, **scene).mean() for height in (180, 1080))
-    assert small == pytest.approx(large, rel=0.03)
-
-
-@pytest.mark.parametrize("speed", [1, 5, 25])
-@pytest.mark.parametrize("sprite", [motes.Sprite("point"), motes.Sprite(pixels=5), motes.Sprite(pixels=None)])
-def test_streaks_keep_their_light(sprite, speed):
-    still = light(sprite, size=(0.1, 0, 0))
-    streak = light(sprite, size=(0.1, 0, 0), velocity=(speed, -speed / 2, 0), shutter=0.5)
-    assert streak.sum() == pytest.approx(still.sum(), rel=0.01)
-    assert (streak > 0).sum() > (still > 0).sum()
-
-
 def test_a_camera_that_moves_draws_streaks():
     def lit(step: float) -> int:
         camera = motes.Camera((0, 0, 5), (0, 0, 0))

@@ -10,17 +10,6 @@ import motes
 from motes import actions, shapes
 
 
-def test_exact_bounces_keep_the_energy_and_everybody_in():
-    box = shapes.Box((-1, -1, -1), (1, 1, 1))
-    state = {
-        "position": np.random.default_rng(5).uniform(-0.9, 0.9, (300, 3)),
-        "velocity": cloud(300)["velocity"],
-    }
-    p = after(state, actions.Bounce(shape=box), actions.Move(), dt=1 / 24, frames=200)
-    assert np.abs(p.position).max() < 1 + 1e-5
-    np.testing.assert_allclose(length(p.velocity), length(np.float32(state["velocity"])), rtol=1e-4)
-
-
 @pytest.mark.parametrize("name", SOLIDS)
 def test_bounce_as_mcallister_turns_velocities_alone(name: str):
     state = cloud(2000, scale=2)

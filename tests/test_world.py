@@ -47,7 +47,7 @@ def test_a_source_emits_by_the_formula(rate, substeps):
 
 
 @pytest.mark.parametrize("substeps", [1, 3])
-@pytest.mark.parametrize("dt", [1 / 24, 1 / 30, 0.1, 1 / 60, 0.04, 1 / 7])
+@pytest.mark.parametrize("dt", [1 / 24, 0.1, 1 / 7])
 def test_a_source_of_the_frame_rate_emits_one_per_frame_forever(dt, substeps):
     world = motes.World(seed=1, dt=dt, substeps=substeps, progress="off")
     systems = [world.system(f"{k}") for k in (1, 2, 5)]
@@ -326,8 +326,6 @@ def test_facts_of_a_world_of_one():
             assert s.cuts.shape == (0,)
         assert {"t_create_s", "t_act_s", "t_exchange_s", "t_render_s", "t_frame_s"} <= set(world.timings)
         assert all(seconds >= 0 for seconds in world.timings.values())
-        with pytest.warns(motes.MotesWarning, match="all 3 frames are done"):
-            assert list(world.frames(3)) == []
     assert repr(s).startswith("<System 'a'")
 
 
@@ -365,7 +363,8 @@ def test_misuse_is_reported(world):
         late.vertex((0, 0, 0))
         world.step()
         assert late.count == 1
-    for call in (world.step, world.digest, s.gather, lambda: s.vertex((0, 0, 0)), lambda: world.system("b")):
+    late = (lambda: s.vertex((0, 0, 0)), lambda: world.system("b"), lambda: world.frames(5))
+    for call in (world.step, world.digest, s.gather, *late):
         with pytest.raises(motes.MotesError):
             call()
     with pytest.raises(motes.MotesError, match="runs once"), world:

@@ -29,11 +29,9 @@ template <class Sender, class Receiver>
 std::string outcome(const Sender& sender, const Receiver& receiver) {
   std::string text = "none";
   for (std::uint64_t seed = 0; seed < 30; ++seed) {
-    Simulation simulation;
-    simulation.seed = seed;
     std::string now = "none";
     try {
-      simulate(simulation, [&](SimulatedRank& self) {
+      simulate({.seed = seed}, [&](SimulatedRank& self) {
         if (self.rank() == 0) {
           sender(self);
         } else {

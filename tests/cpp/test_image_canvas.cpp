@@ -16,20 +16,6 @@ using namespace image_test;
 
 namespace {
 
-Cloud part_of(const Cloud& cloud, std::size_t first, std::size_t step) {
-  std::vector<std::size_t> chosen;
-  for (std::size_t i = first; i < cloud.count; i += step) chosen.push_back(i);
-  Cloud part(chosen.size(), cloud.colored);
-  for (std::size_t i = 0; i < chosen.size(); ++i) {
-    for (std::size_t c = 0; c < 3; ++c) {
-      part.plane[c][i] = cloud.plane[c][chosen[i]];
-      part.color[c][i] = cloud.color[c][chosen[i]];
-    }
-    part.alpha[i] = cloud.alpha[chosen[i]];
-  }
-  return part;
-}
-
 std::vector<float> linear_picture(const View& view, const std::vector<std::byte>& records) {
   Canvas canvas;
   canvas.begin(view, true);
@@ -57,7 +43,7 @@ TEST(image_pixels_do_not_depend_on_order_grouping_or_isa) {
       const auto reference = picture(view, {message(cloud, sprite, view)});
       for (const std::size_t ranks : {2u, 3u, 7u}) {
         std::vector<std::vector<std::byte>> messages;
-        for (std::size_t r = ranks; r-- > 0;) messages.push_back(message(part_of(cloud, r, ranks), sprite, view));
+        for (std::size_t r = ranks; r-- > 0;) messages.push_back(message(every(cloud, r, ranks), sprite, view));
         CHECK(picture(view, messages) == reference);
       }
       for (const auto* lanes : usable_splat_lanes()) {

@@ -20,6 +20,16 @@ Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored) {
   return cloud;
 }
 
+Cloud every(const Cloud& cloud, std::size_t first, std::size_t step) {
+  Cloud part((cloud.count - first + step - 1) / step, cloud.colored);
+  for (std::size_t i = first, to = 0; i < cloud.count; i += step, ++to) {
+    part.place(to, cloud.plane[0][i], cloud.plane[1][i], cloud.plane[2][i]);
+    for (std::size_t c = 0; c < 3; ++c) part.color[c][to] = cloud.color[c][i];
+    part.alpha[to] = cloud.alpha[i];
+  }
+  return part;
+}
+
 View small_view(int width, int height) {
   View view;
   view.width = width;

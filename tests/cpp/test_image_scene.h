@@ -48,6 +48,9 @@ struct Cloud {
 /// Random particles that fill more than the view of `small_view`.
 Cloud random_cloud(std::size_t count, std::uint64_t seed, bool colored = true);
 
+/// Every `step`-th particle.
+Cloud every(const Cloud& cloud, std::size_t first, std::size_t step);
+
 /// From (0, 0, 10) towards the origin.
 View small_view(int width = 200, int height = 150);
 

@@ -310,19 +310,6 @@ TEST(image_stamps_that_share_a_place_are_not_mistaken_for_each_other) {
   for (std::size_t i = 0; i < together.size(); ++i) CHECK_NEAR(together[i], one[i] + other[i], 1e-5);
 }
 
-TEST(image_points_keep_their_light_when_they_move) {
-  const View view = wide_view(64, 64);
-  Sprite point;
-  point.kind = Kind::point;
-  Batch fixed(point, Layout::plain, view);
-  fixed.put(PlainRecord{3, 5, {255, 255, 255}, 255});
-  const double still = sum(whole_picture(view, {fixed.piece()}));
-  WideRecord r = wide_record(0.2, 0.3, 2);
-  r.dx = 2000;
-  r.dy = 700;
-  CHECK_NEAR(sum(picture_of(view, wide_sprite(Kind::point, Blend::add), r)) / still, 1, 0.01);
-}
-
 TEST(image_a_streak_is_as_long_and_wide_as_it_should_be) {
   const View view = wide_view(100, 60);
   WideRecord r = wide_record(0, 0, 6);

@@ -11,16 +11,6 @@ using namespace image_test;
 
 namespace {
 
-Cloud every(const Cloud& cloud, std::size_t first, std::size_t step) {
-  Cloud part((cloud.count - first + step - 1) / step, cloud.colored);
-  for (std::size_t i = first, to = 0; i < cloud.count; i += step, ++to) {
-    part.place(to, cloud.plane[0][i], cloud.plane[1][i], cloud.plane[2][i]);
-    for (std::size_t c = 0; c < 3; ++c) part.color[c][to] = cloud.color[c][i];
-    part.alpha[to] = cloud.alpha[i];
-  }
-  return part;
-}
-
 /// A tile painter with the memory that its users give it.
 struct Tile {
   std::vector<std::vector<std::byte>> records;

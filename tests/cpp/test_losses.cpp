@@ -81,13 +81,8 @@ End to_the_end(SimulatedRank& self) {
 }
 
 Outcome outcome(std::uint64_t seed, int ranks, const std::vector<Death>& deaths) {
-  Simulation simulation;
-  simulation.ranks = ranks;
-  simulation.seed = seed;
-  simulation.survives = true;
-  simulation.deaths = deaths;
   Outcome result;
-  result.run = simulate(simulation, [&](SimulatedRank& self) {
+  result.run = simulate({.ranks = ranks, .seed = seed, .deaths = deaths, .survives = true}, [&](SimulatedRank& self) {
     End end = to_the_end(self);
     result.ends[self.rank()] = std::move(end);
   });
@@ -201,22 +196,18 @@ TEST(the_end_or_a_loss_comes_first_for_all) {
 TEST(a_loss_is_noticed_by_each_rank_at_a_time_of_its_own_and_again_from_the_same_seed) {
   const auto noticed = [](std::uint64_t seed) {
     std::vector<double> at_s(4);
-    Simulation simulation;
-    simulation.ranks = 4;
-    simulation.seed = seed;
-    simulation.survives = true;
-    simulation.deaths = {{3, 1, Death::At::send}};
-    simulate(simulation, [&](SimulatedRank& self) {
-      Communicator comm(self.transport(), {});
-      if (self.rank() == 3) comm.post(0, Phase::loads, {}, number(0));
-      try {
-        comm.expect(3, Phase::loads, {});
-      } catch (const RankLost& lost) {
-        CHECK(lost.rank() == 3);
-        CHECK(std::string(lost.what()).starts_with("rank 3 is lost"));
-        at_s[static_cast<std::size_t>(self.rank())] = wall_seconds();
-      }
-    });
+    simulate({.ranks = 4, .seed = seed, .deaths = {{3, 1, Death::At::send}}, .survives = true},
+             [&](SimulatedRank& self) {
+               Communicator comm(self.transport(), {});
+               if (self.rank() == 3) comm.post(0, Phase::loads, {}, number(0));
+               try {
+                 comm.expect(3, Phase::loads, {});
+               } catch (const RankLost& lost) {
+                 CHECK(lost.rank() == 3);
+                 CHECK(std::string(lost.what()).starts_with("rank 3 is lost"));
+                 at_s[static_cast<std::size_t>(self.rank())] = wall_seconds();
+               }
+             });
     return at_s;
   };
   for (std::uint64_t seed = 0; seed < 50; ++seed) {
@@ -264,26 +255,22 @@ TEST(a_communicator_of_those_that_are_left_speaks_of_them_by_their_old_numbers) 
 
 TEST(what_was_under_way_before_a_loss_does_not_arrive_after_it) {
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    Simulation simulation;
-    simulation.ranks = 3;
-    simulation.seed = seed;
-    simulation.survives = true;
-    simulation.deaths = {{2, 1, Death::At::send}};
-    simulate(simulation, [&](SimulatedRank& self) {
-      Communicator comm(self.transport(), {});
-      if (self.rank() == 2) comm.post(0, Phase::loads, {}, number(0));
-      if (self.rank() == 0) comm.post(1, Phase::records, {7, 1}, number(1));
-      try {
-        comm.expect(2, Phase::loads, {});
-      } catch (const RankLost& lost) {
-        CHECK(lost.rank() == 2 || lost.rank() == -1);
-      }
-      std::vector<int> survivors;
-      const auto left = comm.shrink(survivors);
-      if (left->rank() == 0) left->post(1, Phase::records, {7, 2}, number(2));
-      if (left->rank() == 1) CHECK(left->expect(0, Phase::records, {7, 2}).reader().get<std::uint64_t>() == 2);
-      left->finish();
-    });
+    simulate({.ranks = 3, .seed = seed, .deaths = {{2, 1, Death::At::send}}, .survives = true},
+             [&](SimulatedRank& self) {
+               Communicator comm(self.transport(), {});
+               if (self.rank() == 2) comm.post(0, Phase::loads, {}, number(0));
+               if (self.rank() == 0) comm.post(1, Phase::records, {7, 1}, number(1));
+               try {
+                 comm.expect(2, Phase::loads, {});
+               } catch (const RankLost& lost) {
+                 CHECK(lost.rank() == 2 || lost.rank() == -1);
+               }
+               std::vector<int> survivors;
+               const auto left = comm.shrink(survivors);
+               if (left->rank() == 0) left->post(1, Phase::records, {7, 2}, number(2));
+               if (left->rank() == 1) CHECK(left->expect(0, Phase::records, {7, 2}).reader().get<std::uint64_t>() == 2);
+               left->finish();
+             });
   }
 }
 
@@ -318,12 +305,8 @@ TEST(connections_that_do_not_survive_say_so) {
 TEST(who_recovers_when_all_have_come_to_the_end_is_told_so) {
   struct GivenUp : std::exception {};
   for (std::uint64_t seed = 0; seed < 100; ++seed) {
-    Simulation simulation;
-    simulation.ranks = 3;
-    simulation.seed = seed;
-    simulation.survives = true;
     int finished = 0;
-    simulate(simulation, [&](SimulatedRank& self) {
+    simulate({.ranks = 3, .seed = seed, .survives = true}, [&](SimulatedRank& self) {
       Watch watch;
       if (self.rank() == 0) watch.while_waiting = [](int) { throw GivenUp(); };
       Communicator comm(self.transport(), watch);

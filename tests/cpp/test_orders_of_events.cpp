@@ -139,12 +139,9 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
 }
 
 Film run(const Way& way, std::uint64_t seed, std::uint64_t timing) {
-  comm::Simulation simulation;
-  simulation.ranks = way.ranks;
-  simulation.seed = seed;
-  simulation.timing_seed = timing;
   Film film;
-  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, way, film); });
+  comm::simulate({.ranks = way.ranks, .seed = seed, .timing_seed = timing},
+                 [&](SimulatedRank& self) { play(self, way, film); });
   return film;
 }
 
@@ -219,10 +216,8 @@ struct Waits {
 };
 
 Waits waits_of(frame::Combine combine) {
-  comm::Simulation simulation;
-  simulation.ranks = 5;
   Waits waits;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = 5}, [&](SimulatedRank& self) {
     Way way;
     way.combine = combine;
     frame::Settings slow = settings(way);

@@ -153,11 +153,8 @@ struct Run {
 };
 
 Run run(const Way& way, std::uint64_t seed) {
-  comm::Simulation simulation;
-  simulation.ranks = way.ranks;
-  simulation.seed = seed;
   Run run;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = way.ranks, .seed = seed}, [&](SimulatedRank& self) {
     const auto engine = engine_of(self.transport(), way);
     engine->start();
     for (int i = 0; i < kFrames; ++i) {
@@ -287,11 +284,8 @@ void play(SimulatedRank& self, const Fault& fault, bool shared, Ends& ends) {
 
 void check_ends(const Fault& fault, bool shared, std::uint64_t seed) {
   Ends ends;
-  comm::Simulation simulation;
-  simulation.ranks = fault.ranks;
-  simulation.seed = seed;
   try {
-    comm::simulate(simulation, [&](SimulatedRank& self) { play(self, fault, shared, ends); });
+    comm::simulate({.ranks = fault.ranks, .seed = seed}, [&](SimulatedRank& self) { play(self, fault, shared, ends); });
   } catch (const comm::Deadlock& seen) {
     check::fail(__FILE__, __LINE__, seen.what());
   }

@@ -126,12 +126,8 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
 }
 
 Film run(const Way& way, std::uint64_t seed, std::uint64_t timing) {
-  comm::Simulation simulation;
-  simulation.ranks = way.ranks;
-  simulation.seed = seed;
-  simulation.timing_seed = timing;
   Film film;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = way.ranks, .seed = seed, .timing_seed = timing}, [&](SimulatedRank& self) {
     try {
       play(self, way, film);
     } catch (const frame::Agreed& agreed) {
@@ -247,10 +243,7 @@ TEST(a_rank_that_asks_for_something_else_is_named_where_rounds_overlap) {
 TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
   std::vector<double> times(16);
   std::vector<std::vector<float>> cuts;
-  comm::Simulation simulation;
-  simulation.ranks = 16;
-  simulation.variation = 0;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = 16, .variation = 0}, [&](SimulatedRank& self) {
     frame::Settings of_rank = settings({});
     of_rank.speed = self.rank() < 8 ? 1 : 0.5;
     const auto policy = std::make_shared<balance::Diffusive>(0.002, 1, 1, false);

@@ -78,10 +78,8 @@ TEST(relay_reaches_all_ranks_and_brings_their_answers_for_any_tree) {
   for (const int ranks : {1, 2, 3, 4, 5, 8, 9, 17, 33, 64}) {
     for (const int fan_out : {1, 2, 3, 8, 100}) {
       for (const roles::Cast& cast : {roles::cast_auto(ranks), roles::cast_shared(ranks)}) {
-        comm::Simulation simulation;
-        simulation.ranks = ranks;
-        simulation.seed = static_cast<std::uint64_t>(100 * ranks + fan_out);
-        comm::simulate(simulation, [&](SimulatedRank& self) { converse(self, cast, fan_out, 3); });
+        comm::simulate({.ranks = ranks, .seed = static_cast<std::uint64_t>(100 * ranks + fan_out)},
+                       [&](SimulatedRank& self) { converse(self, cast, fan_out, 3); });
       }
     }
   }
@@ -101,11 +99,9 @@ TEST(who_stands_next_to_a_silent_rank_speaks_first) {
   // Rank 0, the image generator, is the manager's child; calculators stand in a chain below it.
   for (const int silent : {1, 2, 4, 7}) {
     for (const int fan_out : {1, 2, 8}) {
-      comm::Simulation simulation;
-      simulation.ranks = 9;
       std::string text = "no error";
       try {
-        comm::simulate(simulation, [&](SimulatedRank& self) {
+        comm::simulate({.ranks = 9}, [&](SimulatedRank& self) {
           const roles::Cast cast = roles::cast_auto(9);
           comm::Communicator comm(self.transport(), {});
           frame::Relay relay(comm, cast);
@@ -126,9 +122,7 @@ TEST(who_stands_next_to_a_silent_rank_speaks_first) {
 }
 
 TEST(relay_refuses_parts_of_ranks_that_are_not_there) {
-  comm::Simulation simulation;
-  simulation.ranks = 4;
-  CHECK_THROWS(comm::simulate(simulation,
+  CHECK_THROWS(comm::simulate({.ranks = 4},
                               [](SimulatedRank& self) {
                                 const roles::Cast cast = roles::cast_shared(4);
                                 comm::Communicator comm(self.transport(), {});

@@ -42,11 +42,8 @@ class Watching final : public test::Forwarding {
 
 // What calculators send for the pictures of a few frames.
 std::vector<Sent> sent_on(Path path) {
-  comm::Simulation simulation;
-  simulation.ranks = 4;
-  simulation.variation = 0;
   std::vector<Sent> sent;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = 4, .variation = 0}, [&](SimulatedRank& self) {
     frame::Settings settings;
     settings.costs.messages = {kScale, kMessage, kByte};
     frame::Engine engine(
@@ -88,11 +85,8 @@ namespace {
 
 // Simulated seconds of a frame whose picture takes a second where nothing glows; nothing else has costs.
 double frame_s(int ranks, Path path, float bloom) {
-  comm::Simulation simulation;
-  simulation.ranks = ranks;
-  simulation.variation = 0;
   double seconds = 0;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = ranks, .variation = 0}, [&](SimulatedRank& self) {
     frame::Settings settings;
     settings.costs.picture = 1e9;
     frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),

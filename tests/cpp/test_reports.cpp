@@ -73,10 +73,8 @@ recording::SystemDefinition definition(const std::string& name) {
 
 // What the manager receives in the frames themselves.
 Arrived at_the_manager(int ranks, int fan_out, int systems) {
-  comm::Simulation simulation;
-  simulation.ranks = ranks;
   Arrived arrived;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = ranks}, [&](SimulatedRank& self) {
     Arrived elsewhere;
     Arrived& here = self.rank() == 1 ? arrived : elsewhere;  // the manager of cast_auto
     auto communicator =
@@ -121,11 +119,9 @@ namespace {
 
 // What each calculator received of each system, in all frames about which the manager knows all.
 std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, frame::Combine combine) {
-  comm::Simulation simulation;
-  simulation.ranks = ranks;
   std::vector<std::uint64_t> received;
   std::uint64_t sent = 0, arrived = 0;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({.ranks = ranks}, [&](SimulatedRank& self) {
     frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(ranks),
                          settings(fan_out, combine));
     for (int i = 0; i < 2; ++i) engine.add_system(definition(std::to_string(i)));
@@ -222,12 +218,9 @@ void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends)
 }
 
 std::map<int, End> ends_of(const Trouble& trouble, std::uint64_t seed) {
-  comm::Simulation simulation;
-  simulation.ranks = trouble.ranks;
-  simulation.seed = seed;
   std::map<int, End> ends;
   for (int rank = 0; rank < trouble.ranks; ++rank) ends[rank] = {};
-  comm::simulate(simulation, [&](SimulatedRank& self) { play(self, trouble, ends); });
+  comm::simulate({.ranks = trouble.ranks, .seed = seed}, [&](SimulatedRank& self) { play(self, trouble, ends); });
   return ends;
 }
 

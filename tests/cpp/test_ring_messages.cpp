@@ -101,11 +101,9 @@ void births(SimulatedRank& self, const roles::Cast& cast, int failing, std::uint
 
 TEST(births_reach_their_owners_for_any_number_of_calculators) {
   for (int ranks = 1; ranks <= 64; ++ranks) {
-    comm::Simulation simulation;
-    simulation.ranks = ranks;
-    simulation.seed = static_cast<std::uint64_t>(ranks);
     const roles::Cast cast = ranks % 2 == 0 ? roles::cast_auto(ranks) : roles::cast_shared(ranks);
-    comm::simulate(simulation, [&](SimulatedRank& self) { births(self, cast, -1, 2); });
+    comm::simulate({.ranks = ranks, .seed = static_cast<std::uint64_t>(ranks)},
+                   [&](SimulatedRank& self) { births(self, cast, -1, 2); });
   }
 }
 

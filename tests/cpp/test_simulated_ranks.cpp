@@ -70,19 +70,15 @@ TEST(simulated_ranks_repeat_an_order_of_events_from_its_seed) {
 
 TEST(simulated_ranks_talk_all_to_all_in_any_number) {
   for (int ranks = 1; ranks <= 64; ranks += ranks < 9 ? 1 : 11) {
-    Simulation simulation;
-    simulation.ranks = ranks;
-    simulation.seed = static_cast<std::uint64_t>(ranks);
-    const SimulatedRun run = simulate(simulation, [](SimulatedRank& self) { all_to_all(self, 1); });
+    const SimulatedRun run = simulate({.ranks = ranks, .seed = static_cast<std::uint64_t>(ranks)},
+                                      [](SimulatedRank& self) { all_to_all(self, 1); });
     CHECK(static_cast<int>(run.clocks_s.size()) == ranks && run.dead.empty());
   }
 }
 
 TEST(simulated_ranks_run_one_at_a_time) {
-  Simulation simulation;
-  simulation.ranks = 16;
   std::atomic<int> inside = 0;
-  simulate(simulation, [&](SimulatedRank& self) {
+  simulate({.ranks = 16}, [&](SimulatedRank& self) {
     Communicator comm(self.transport(), {});
     for (std::uint32_t turn = 0; turn < 20; ++turn) {
       CHECK(++inside == 1);
@@ -97,11 +93,7 @@ TEST(simulated_ranks_run_one_at_a_time) {
 
 TEST(simulated_time_does_not_depend_on_the_order_of_events) {
   const auto run = [](std::uint64_t seed, std::uint64_t timing) {
-    Simulation simulation;
-    simulation.ranks = 7;
-    simulation.seed = seed;
-    simulation.timing_seed = timing;
-    return simulate(simulation, [](SimulatedRank& self) {
+    return simulate({.ranks = 7, .seed = seed, .timing_seed = timing}, [](SimulatedRank& self) {
       CHECK(simulated());
       const double before = wall_seconds();
       execute(1e6 * (1 + self.rank()));
@@ -196,13 +188,9 @@ TEST(an_exception_on_one_rank_ends_the_run_everywhere) {
 TEST(a_rank_that_dies_is_noticed) {
   // The others wait for it, check whether it is alive, and learn that it is not.
   for (std::uint64_t point = 1; point < 60; ++point) {
-    Simulation simulation;
-    simulation.ranks = 4;
-    simulation.seed = point;
-    simulation.deaths = {{2, point}};
     std::string text = "no death";
     try {
-      const SimulatedRun run = simulate(simulation, [&](SimulatedRank& self) {
+      const SimulatedRun run = simulate({.ranks = 4, .seed = point, .deaths = {{2, point}}}, [&](SimulatedRank& self) {
         Watch watch;
         watch.while_waiting = [&](int) {
           if (!self.alive(2)) throw std::runtime_error("rank 2 is gone");

@@ -160,21 +160,16 @@ TEST(all_ranks_stop_after_the_same_frame_whoever_got_the_signal) {
     if (seed % 4 == 0) asked.signals[(first + 1) % asked.ranks] = {in_frame, SIGINT};  // the highest number counts
     if (seed % 4 == 1) asked.signals[(first + 2) % asked.ranks] = {in_frame + 1, SIGINT};  // comes too late
     if (asked.ranks <= 2) asked.signals = {{first, {in_frame, SIGTERM}}};
-    comm::Simulation simulation;
-    simulation.ranks = asked.ranks;
-    simulation.seed = seed;
     Stops stops;
     for (int rank = 0; rank < asked.ranks; ++rank) stops[rank] = {};
-    comm::simulate(simulation, [&](SimulatedRank& self) { play(self, asked, stops); });
+    comm::simulate({.ranks = asked.ranks, .seed = seed}, [&](SimulatedRank& self) { play(self, asked, stops); });
     for (const auto& [rank, stop] : stops) CHECK(stop == std::pair(in_frame + 1, SIGTERM));
   }
 }
 
 TEST(ranks_without_a_signal_go_on) {
-  comm::Simulation simulation;
-  simulation.ranks = 3;
   Stops stops = {{0, {}}, {1, {}}, {2, {}}};
-  comm::simulate(simulation,
+  comm::simulate({.ranks = 3},
                  [&](SimulatedRank& self) { play(self, {3, false, 8, frame::Combine::together, {}}, stops); });
   for (const auto& [rank, stop] : stops) CHECK(stop == std::pair(std::uint64_t{9}, 0));
 }

@@ -103,12 +103,10 @@ End play(SimulatedRank& self, const Asked& asked) {
 }
 
 std::map<int, End> ends_of(const Asked& asked, std::uint64_t seed) {
-  comm::Simulation simulation;
-  simulation.ranks = asked.ranks;
-  simulation.seed = seed;
   std::map<int, End> ends;
   for (int rank = 0; rank < asked.ranks; ++rank) ends[rank] = {};
-  comm::simulate(simulation, [&](SimulatedRank& self) { ends[self.rank()] = play(self, asked); });
+  comm::simulate({.ranks = asked.ranks, .seed = seed},
+                 [&](SimulatedRank& self) { ends[self.rank()] = play(self, asked); });
   return ends;
 }
 
@@ -153,9 +151,8 @@ TEST(pictures_between_frames_change_nothing) {
 }
 
 TEST(a_picture_of_half_a_frame_is_refused) {
-  const comm::Simulation simulation;
   bool refused = false;
-  comm::simulate(simulation, [&](SimulatedRank& self) {
+  comm::simulate({}, [&](SimulatedRank& self) {
     frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(1),
                          {});
     engine.add_system({});

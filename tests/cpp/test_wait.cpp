@@ -131,10 +131,8 @@ TEST(a_suspended_process_does_not_count_the_time_as_a_stall) {
 
 TEST(a_rank_that_computes_for_long_is_waited_for_while_its_process_lives) {
   const auto run = [](bool known, double seconds, std::vector<std::string>& warnings) -> std::string {
-    Simulation simulation;
-    simulation.ranks = 3;
     try {
-      simulate(simulation, [&](SimulatedRank& self) {
+      simulate({.ranks = 3}, [&](SimulatedRank& self) {
         Watch watch;
         if (known) watch.life = [&](int rank) { return self.alive(rank) ? lives() : gone(); };
         watch.warn = [&](const std::string& text) { warnings.push_back(text); };

@@ -1,0 +1,279 @@
+"""One rank of a standing job (tests/standing.py): runs bodies, each as if it were a new process.
+
+Argument: the socket from which orders come. Between two orders the rank sleeps in a read of it; where it is
+closed, the rank ends, in a body too.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import gc
+import importlib
+import json
+import os
+import pkgutil
+import resource
+import runpy
+import select
+import signal
+import socket
+import sys
+import sysconfig
+import threading
+import time
+import traceback
+import types
+import warnings
+import weakref
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+import motes
+from motes import _core
+from motes._run.process import process
+
+WORLD = MPI.COMM_WORLD
+LAUNCHERS = ("OMPI_", "PMIX_", "PRTE_", "PMI_", "HWLOC_", "MOTES_OPEN_WORLDS")
+COUNTS = ("OMPI_COMM_WORLD_SIZE", "OMPI_COMM_WORLD_LOCAL_SIZE", "OMPI_UNIVERSE_SIZE", "OMPI_MCA_num_procs")
+UNNEEDED = tuple(
+    f"motes.{name}" for name in ("__main__", "_notebook.widget", "bench", "cli", "cluster", "replay")
+)
+INSTALLED = tuple(sysconfig.get_path(name) for name in ("stdlib", "platstdlib", "purelib", "platlib"))
+PACKAGE = os.path.dirname(os.path.abspath(motes.__file__))
+THREADS_S = 1.0  # threads of a body that are about to end have so long
+LIMITS = [getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")]
+communicators: dict[tuple[int, int], MPI.Intracomm] = {}
+
+
+def load_package() -> None:
+    """Import what bodies may import, so that its state before them is known."""
+    for module in pkgutil.walk_packages(motes.__path__, "motes."):
+        if not module.name.startswith(UNNEEDED):
+            with contextlib.suppress(ImportError):
+                importlib.import_module(module.name)
+
+
+class Kept:
+    """The state of the package: names of modules, classes and objects in modules, and containers there."""
+
+    def __init__(self) -> None:
+        self._names: list[tuple[Any, dict[str, Any]]] = []
+        self._contents: list[tuple[Any, Any]] = []
+        for name, module in list(sys.modules.items()):
+            if name.partition(".")[0] == "motes" and isinstance(module, types.ModuleType):
+                self._keep_names(module)
+                for value in list(vars(module).values()):
+                    self._keep(value)
+
+    def _keep(self, value: Any) -> None:
+        if type(value) in (dict, list, set):
+            self._contents.append((value, value.copy()))
+        elif type(value) is weakref.WeakSet:
+            self._contents.append((value, set(value)))
+        elif _is_ours(value):
+            self._keep_names(value)
+            for own in vars(value).values():
+                if type(own) in (dict, list, set):
+                    self._contents.append((own, own.copy()))
+
+    def _keep_names(self, owner: Any) -> None:
+        self._names.append((owner, dict(vars(owner))))
+
+    def restore(self) -> None:
+        """Bring all of it back."""
+        for owner, before in self._names:
+            now = vars(owner)
+            if now.keys() == before.keys() and all(now[name] is value for name, value in before.items()):
+                continue
+            for name in [name for name in now if name not in before and not name.startswith("__")]:
+                if not isinstance(now[name], types.ModuleType):
+                    delattr(owner, name)
+            for name, value in before.items():
+                if now.get(name, owner) is not value:
+                    setattr(owner, name, value)
+        for container, before in self._contents:
+            if container != before:
+                container.clear()
+                container.extend(before) if isinstance(container, list) else container.update(before)
+
+
+def _is_ours(value: Any) -> bool:
+    """Tell whether it is a class of the package, or an object of one."""
+    ours = getattr(value, "__module__", "").partition(".")[0] == "motes"
+    return ours and hasattr(value, "__dict__") and not isinstance(value, types.FunctionType)
+
+
+class Surroundings:
+    """The state of the interpreter and the process that a script may change."""
+
+    def __init__(self) -> None:
+        self._environment, self._cwd = dict(os.environ), os.getcwd()
+        self._modules, self._path = set(sys.modules), list(sys.path)
+        self._threads = set(threading.enumerate())
+        self._names = {
+            name: getattr(sys, name)
+            for name in ("argv", "stdin", "stdout", "stderr", "excepthook", "unraisablehook", "displayhook")
+        }
+        self._thread_hook = threading.excepthook
+        self._recursion, self._numbers = sys.getrecursionlimit(), np.geterr()
+        self._mask = signal.pthread_sigmask(signal.SIG_BLOCK, [])
+        self._handlers = {number: signal.getsignal(number) for number in signal.valid_signals()}
+        self._limits = {limit: resource.getrlimit(limit) for limit in LIMITS}
+        self._umask = os.umask(0o22)
+        os.umask(self._umask)
+
+    def restore(self) -> list[str]:
+        """Bring it back; returns what cannot be."""
+        left = [f"a thread named {thread.name!r}" for thread in self._threads_left()]
+        os.environ.clear()
+        os.environ.update(self._environment)
+        os.chdir(self._cwd)
+        os.umask(self._umask)
+        for name, value in self._names.items():
+            setattr(sys, name, value)
+        for name in ("ps1", "ps2"):
+            if hasattr(sys, name):
+                delattr(sys, name)
+        threading.excepthook = self._thread_hook
+        sys.setrecursionlimit(self._recursion)
+        np.seterr(**self._numbers)
+        sys.path[:] = self._path
+        for name in set(sys.modules) - self._modules:
+            file = getattr(sys.modules[name], "__file__", None) or ""
+            if not file.startswith((*INSTALLED, PACKAGE)):
+                del sys.modules[name]
+        return [*left, *self._restore_signals(), *self._restore_limits()]
+
+    def _threads_left(self) -> set[threading.Thread]:
+        limit = time.monotonic() + THREADS_S
+        while (left := set(threading.enumerate()) - self._threads) and time.monotonic() < limit:
+            gc.collect()
+            next(iter(left)).join(0.02)
+        return left
+
+    def _restore_signals(self) -> list[str]:
+        left = ["a signal that asks for a stop"] if _core.stop_signal() else []
+        _core.release_stop_signals()
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.pthread_sigmask(signal.SIG_SETMASK, self._mask)
+        for number, handler in self._handlers.items():
+            if signal.getsignal(number) is not handler:
+                if handler is None:
+                    left.append(f"a handler of signal {number}")
+                else:
+                    signal.signal(number, handler)
+        return left
+
+    def _restore_limits(self) -> list[str]:
+        left = []
+        for limit, before in self._limits.items():
+            if resource.getrlimit(limit) != before:
+                try:
+                    resource.setrlimit(limit, before)
+                except (OSError, ValueError):
+                    left.append(f"a resource limit ({limit})")
+        return left
+
+
+@contextlib.contextmanager
+def output(files: list[str]) -> Any:
+    """Let what this process prints, in C++ too, go to files to which all ranks append."""
+    own = [os.dup(1), os.dup(2)]
+    for number, file in enumerate(files, start=1):
+        target = os.open(file, os.O_WRONLY | os.O_APPEND)
+        os.dup2(target, number)
+        os.close(target)
+    try:
+        yield
+    finally:
+        for stream in (sys.stdout, sys.stderr, sys.__stdout__, sys.__stderr__):
+            with contextlib.suppress(Exception):
+                stream.flush()
+        ctypes.CDLL(None).fflush(None)
+        for number, before in enumerate(own, start=1):
+            os.dup2(before, number)
+            os.close(before)
+
+
+def enter(order: dict[str, Any]) -> None:
+    """Make this process look like a rank of a new job."""
+    n, key = order["ranks"], (order["ranks"], order["round"])
+    if key not in communicators:
+        communicators[key] = WORLD.Create_group(WORLD.group.Incl(range(n)))
+    MPI.COMM_WORLD = communicators[key]
+    process.rank, process.size = MPI.COMM_WORLD.rank, n
+    launched = {name: text for name, text in os.environ.items() if name.startswith(LAUNCHERS)}
+    launched.update({name: str(n) for name in COUNTS if name in launched})
+    os.environ.clear()
+    os.environ.update(order["environment"])
+    if n > 1:
+        os.environ.update(launched)
+    else:
+        threading.excepthook = threading.__excepthook__
+    os.chdir(order["cwd"])
+    sys.argv = order["argv"]
+    told = [entry for entry in os.environ.get("PYTHONPATH", "").split(os.pathsep) if entry]
+    told = [entry for entry in told if entry not in sys.path]
+    sys.path[:1] = [os.path.dirname(os.path.abspath(sys.argv[0])), *told]
+
+
+def run(script: str) -> int:
+    """Run a script; returns the exit code that it would have."""
+    try:
+        runpy.run_path(script, run_name="__main__")
+    except SystemExit as end:
+        if end.code is None or isinstance(end.code, int):
+            return (end.code or 0) & 0xFF
+        print(end.code, file=sys.stderr)
+        return 1
+    except BaseException as error:
+        trace = error.__traceback__
+        while trace is not None and trace.tb_frame.f_code.co_filename != script:
+            trace = trace.tb_next
+        text = "".join(traceback.format_exception(error.with_traceback(trace or error.__traceback__)))
+        where = f"rank {process.rank}: " if process.size > 1 else ""
+        print(f"{where}{text}", end="", file=sys.stderr, flush=True)
+        return 130 if isinstance(error, KeyboardInterrupt) else 1
+    return 0
+
+
+def answer(order: dict[str, Any]) -> dict[str, Any]:
+    """Run a body and bring the process back to where it was."""
+    left = []
+    with output(order["files"]), warnings.catch_warnings():
+        surroundings = Surroundings()
+        enter(order)
+        code = run(order["argv"][0])
+        if process.running and process.size > 1:
+            print(f"{process.describe()}: the script left in the middle of the run", file=sys.stderr)
+            code, left = code or 1, ["an open world"]
+        gc.collect()
+        left += surroundings.restore()
+    MPI.COMM_WORLD = WORLD
+    kept.restore()
+    gc.collect()
+    return {"code": code, "left": left}
+
+
+def end_with(link: socket.socket) -> None:
+    """End this process when nobody is there any more who could give it orders."""
+    poll = select.poll()
+    poll.register(link, select.POLLHUP)
+    poll.poll()
+    os._exit(1)
+
+
+sys.stdout.reconfigure(line_buffering=True)
+load_package()
+kept = Kept()
+with socket.socket(socket.AF_UNIX) as link:
+    link.connect(sys.argv[1])
+    link.sendall(WORLD.rank.to_bytes(4, "little"))
+    threading.Thread(target=end_with, args=(link,), name="end with the tests", daemon=True).start()
+    gc.collect()
+    gc.freeze()
+    for line in link.makefile("rb"):
+        link.sendall(json.dumps(answer(json.loads(line))).encode() + b"\n")

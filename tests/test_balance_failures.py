@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from launching import mpirun
+from standing import on_ranks
 from test_balance import MIDDLE, POLICIES
 
 WRONG = """
@@ -114,7 +115,7 @@ for combine in ("together", "one_by_one", "overlapped"):
 
 def test_wrong_answers_of_a_policy_reach_all_ranks_and_odd_ones_become_legal():
     """The next world in the same job works, too: nobody is left waiting for a message of the last one."""
-    lines = mpirun(4, ANSWERS, timeout=120).lines
+    lines = on_ranks(4, ANSWERS, timeout=120).lines
     assert len(lines) == 4 * 3 * 2 * 18
     assert {line.partition(" ")[2] for line in lines} == {"as it should"}
 

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launching import mpirun, python
 from PIL import Image
+from standing import on_ranks
 
 import motes
 from motes import Curve, actions
@@ -387,10 +387,10 @@ with world:
 def test_recorded_scenes_and_any_ranks_make_the_same(tmp_path: Path, motes_replay: Path):
     script, scene = tmp_path / "comet.py", tmp_path / "comet.motes"
     script.write_text(SCRIPT)
-    alone = python(script).lines
+    alone = on_ranks(1, script).lines
     assert len(set(alone)) == 8
     for ranks in (2, 3):
-        assert mpirun(ranks, script, timeout=60).lines == alone
+        assert on_ranks(ranks, script, timeout=60).lines == alone
     record = [sys.executable, "-m", "motes", "record", str(script), "-o", str(scene)]
     recorded = subprocess.run(record, capture_output=True, text=True, timeout=60, check=False)
     assert recorded.returncode == 0, recorded.stderr

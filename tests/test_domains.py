@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import balance
@@ -44,7 +45,7 @@ def lines(tmp_path: Path, size: int, options: str, systems: str = "a = world.sys
     """Run the script on `size` ranks and return the lines that it prints."""
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(options=options, systems=systems))
-    return mpirun(size, script, timeout=60).lines
+    return on_ranks(size, script, timeout=60).lines
 
 
 @pytest.mark.parametrize("axis", ["", "xx", "w", "xyzz", "X", 0, ["x"], True, "x y", "id"])
@@ -162,5 +163,5 @@ with world:
         world.step()
     world.say(world.digest())
 """
-    alone = mpirun(1, script).lines
-    assert mpirun(ranks, script).lines == alone
+    alone = on_ranks(1, script).lines
+    assert on_ranks(ranks, script).lines == alone

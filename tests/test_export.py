@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import ArgumentError, MotesError
@@ -29,7 +30,7 @@ FRAMES = 8
 @cache
 def without(substeps: int) -> list[str]:
     """Return the digests of a run without exports."""
-    return mpirun(1, SCENE, "unused", "never", "--substeps", substeps).lines
+    return on_ranks(1, SCENE, "unused", "never", "--substeps", substeps).lines
 
 
 def same(one, other) -> bool:
@@ -63,7 +64,7 @@ def check_all(folder, name, *, frames=range(FRAMES), columns=None) -> None:
     "ranks, roles", [(1, "auto"), (2, "shared"), (3, "auto"), (5, "shared"), (5, "auto")]
 )
 def test_files_hold_what_gather_shows(tmp_path, ranks, roles):
-    lines = mpirun(ranks, SCENE, tmp_path, "end", *FORMATS, "--roles", roles).lines
+    lines = on_ranks(ranks, SCENE, tmp_path, "end", *FORMATS, "--roles", roles).lines
     assert lines == without(1)
     for format in FORMATS:
         check_all(tmp_path, NAMES[format])
@@ -85,7 +86,7 @@ def test_files_hold_what_gather_shows(tmp_path, ranks, roles):
 def test_writing_in_the_middle_of_a_frame_shows_what_gather_shows_there_and_changes_nothing(
     tmp_path, ranks, substeps
 ):
-    lines = mpirun(ranks, SCENE, tmp_path, "middle", "npz", "pvd", "--substeps", substeps).lines
+    lines = on_ranks(ranks, SCENE, tmp_path, "middle", "npz", "pvd", "--substeps", substeps).lines
     assert lines == without(substeps)
     for format in ("npz", "pvd"):
         check_all(tmp_path, NAMES[format])
@@ -201,7 +202,7 @@ with world:
 
 
 def test_a_wrong_name_is_an_error_on_every_rank_before_anything_is_written(tmp_path):
-    lines = mpirun(3, WRONG_NAMES, tmp_path / "a").lines
+    lines = on_ranks(3, WRONG_NAMES, tmp_path / "a").lines
     assert sorted(line[0] for line in lines) == ["0", "1", "2"]
     assert all("attributes must be attributes that a system has" in line for line in lines)
     assert all("got 'haet'; did you mean 'heat'?" in line for line in lines)
@@ -271,7 +272,7 @@ with world, motes.Export("a") as export:
 
 
 def test_ranks_that_do_not_see_each_others_files_are_told(tmp_path):
-    result = mpirun(2, OWN_DISKS, tmp_path)
+    result = on_ranks(2, OWN_DISKS, tmp_path)
     assert result.code == 1
     assert "rank 1 has written s.000000.r0001.npz" in result.err
     assert "all ranks must see the same directory" in result.err
@@ -436,7 +437,7 @@ def test_births_from_files(tmp_path):
         "    q = s.gather()\n    assert not q or (q.position == p.position).all() and len(q) == 150\n"
         "    s.emit(position=p.position, velocity=p.velocity, age=p.age)\n    world.step()\n"
     )
-    one, three = (mpirun(n, script, tmp_path / "a").lines for n in (1, 3))
+    one, three = (on_ranks(n, script, tmp_path / "a").lines for n in (1, 3))
     assert one == three and len(shown[-1]) == 150
 
 

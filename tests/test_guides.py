@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 from acting import after, cloud
-from launching import mpirun, python
+from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import actions
@@ -307,10 +308,10 @@ with world:
 def test_the_same_bits_on_any_ranks_and_in_any_build(tmp_path: Path):
     script = tmp_path / "stirred.py"
     script.write_text(SCRIPT.format(unequal=0))
-    alone = python(script).lines
+    alone = on_ranks(1, script).lines
     assert len(set(alone)) == 8
     for ranks in (2, 3):
-        assert mpirun(ranks, script, timeout=60).lines == alone
+        assert on_ranks(ranks, script, timeout=60).lines == alone
     assert mpirun(1, script, timeout=60, env={"MOTES_SIMD": "sse2"}).lines == alone
 
 
@@ -332,4 +333,4 @@ def test_scene_files_carry_the_tables(tmp_path: Path, motes_replay: Path):
     replayed = subprocess.run(replay, capture_output=True, text=True, timeout=60, check=False)
     assert replayed.returncode == 0, replayed.stderr
     digests = [line.split()[1] for line in replayed.stdout.splitlines()]
-    assert digests == python(script).lines
+    assert digests == on_ranks(1, script).lines

@@ -15,6 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from launching import command, mpirun, python
 from made_meshes import block, globe, torus
+from standing import on_ranks
 
 import motes
 from motes import _core, actions, shapes
@@ -372,19 +373,19 @@ def test_a_placed_mesh_is_drawn_where_it_is():
 @pytest.fixture(scope="module")
 def alone() -> list[str]:
     """What the scene prints on one rank."""
-    lines = python(SCENE, "--digest").lines
+    lines = on_ranks(1, SCENE, "--digest").lines
     assert len({line.split()[1] for line in lines}) == len({line.split()[2] for line in lines}) == 8
     return lines
 
 
 @pytest.mark.parametrize("ranks", [2, 3, 5])
 def test_the_same_bits_on_any_ranks(ranks: int, alone: list[str]):
-    assert mpirun(ranks, SCENE, "--digest").lines == alone
+    assert on_ranks(ranks, SCENE, "--digest").lines == alone
 
 
 @pytest.mark.parametrize("env", [{"MOTES_SIMD": "sse2"}, {"MOTES_SIMD": "avx2"}, {"MOTES_THREADS": "3"}])
 def test_the_same_bits_in_any_build_and_on_any_threads(env: dict[str, str], alone: list[str]):
-    result = python(SCENE, "--digest", env=env)
+    result = on_ranks(1, SCENE, "--digest", env=env)
     if result.code != 0 and "this processor supports" in result.err:
         pytest.skip("not on this processor")
     assert result.lines == alone
@@ -453,17 +454,17 @@ def test_a_union_with_a_solid_mesh_is_the_same_in_a_run_that_goes_on(tmp_path: P
     place = 'motes.Checkpoint(os.environ["PLACE"], every=2)'
     stop = 'frame == int(os.environ["STOP"]) and os._exit(3)'
     script.write_text("import os" + UNITED.replace("CHECKPOINT", place).replace("END", stop))
-    whole = python(script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
+    whole = on_ranks(1, script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
     part = {"PLACE": str(tmp_path / "part")}
     assert python(script, env={**part, "STOP": "4"}).code == 3
-    rest = python(script, env={**part, "STOP": "99"}).lines
+    rest = on_ranks(1, script, env={**part, "STOP": "99"}).lines
     assert 0 < len(rest) < 6 and rest == whole[-len(rest) :]
 
 
 def test_a_union_with_a_solid_mesh_is_the_same_in_a_recorded_scene(motes_replay: Path, tmp_path: Path):
     script, scene = tmp_path / "script.py", tmp_path / "x.motes"
     script.write_text(UNITED.replace("CHECKPOINT", "None").replace("END", ""))
-    lines = python(script).lines
+    lines = on_ranks(1, script).lines
     command([sys.executable, "-m", "motes", "record", "-o", scene, script], timeout=60)
     assert command([str(motes_replay), str(scene), "--digest"]).lines == lines
 
@@ -487,10 +488,10 @@ with world:
         if frame == int(os.environ["STOP"]):
             os._exit(3)
 """)
-    whole = python(script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
+    whole = on_ranks(1, script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
     part = {"PLACE": str(tmp_path / "part")}
     assert python(script, env={**part, "STOP": "7"}).code == 3
-    rest = python(script, env={**part, "STOP": "99"}).lines
+    rest = on_ranks(1, script, env={**part, "STOP": "99"}).lines
     assert 0 < len(rest) < 9 and rest == whole[-len(rest) :]
 
 

@@ -14,7 +14,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from launching import Result, command, python, said
+from launching import Result, command, said
+from standing import on_ranks
 
 import motes
 from motes._run import starting
@@ -68,7 +69,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
         out = [] if script == SAYINGS else ["--out", folder / "out"]
         said = record(scene, script, *arguments, *out)
         assert said.code == 0, said.text
-        run = python(script, *arguments, *out, "--digest")
+        run = on_ranks(1, script, *arguments, *out, "--digest")
         found[name] = Recorded(scene, said.out, run.lines)
     return found
 
@@ -368,7 +369,7 @@ def test_a_recorded_rope_ties_its_own_particles(motes_replay: Path, tmp_path: Pa
     """Ids depend on how many children there were, which a recording has to find out."""
     record_text(tmp_path, ROPE_AFTER_CHILDREN)
     again = replay(motes_replay, 1, tmp_path / "x.motes", "--digest")
-    assert again.lines == python(ROPE_AFTER_CHILDREN, "--digest").lines
+    assert again.lines == on_ranks(1, ROPE_AFTER_CHILDREN, "--digest").lines
 
 
 def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun, python
+from standing import on_ranks
 
 import motes
 from motes import column
@@ -112,7 +112,7 @@ with world:
 def test_trails_are_the_same_on_any_ranks(tmp_path: Path):
     script = tmp_path / "trails.py"
     script.write_text(SCRIPT)
-    alone = python(script).lines
+    alone = on_ranks(1, script).lines
     assert int(alone[-1].split()[1]) > 1000
     for ranks in (2, 3, 5):
-        assert mpirun(ranks, script, timeout=60).lines == alone
+        assert on_ranks(ranks, script, timeout=60).lines == alone

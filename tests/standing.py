@@ -21,7 +21,9 @@ import sys
 import tempfile
 import threading
 import time
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 from launching import POLL_S, Hang, Result, kill_session, launches, take_trailer
 
@@ -35,9 +37,14 @@ STEP_S = 5.0  # after a rank has failed, the others are expected at the body's e
 
 
 def on_ranks(
-    n: int, script: str | Path, *arguments: object, timeout: float = 60, env: dict[str, str] | None = None
+    n: int,
+    script: str | Path,
+    *arguments: object,
+    timeout: float = 60,
+    env: dict[str, str] | None = None,
+    watch: Callable[[int], None] | None = None,
 ) -> Result:
-    """Run a script (a path, or its text) on `n` ranks of a standing job.
+    """Run a script (a path, or its text) on `n` ranks of a standing job; `watch(pid)` is called meanwhile.
 
     Raises Hang, with all that was printed, where it does not end within `timeout` seconds.
     """
@@ -48,7 +55,7 @@ def on_ranks(
             job = _jobs[size] = _Job(size)
         start = time.monotonic()
         try:
-            result = job.run(n, script, arguments, timeout, env or {})
+            result = job.run(n, script, arguments, timeout, env or {}, watch)
         finally:
             launches.bodies += 1
             launches.body_seconds += time.monotonic() - start
@@ -121,7 +128,13 @@ class _Job:
         return False
 
     def run(
-        self, n: int, script: str | Path, arguments: tuple[object, ...], timeout: float, env: dict[str, str]
+        self,
+        n: int,
+        script: str | Path,
+        arguments: tuple[object, ...],
+        timeout: float,
+        env: dict[str, str],
+        watch: Callable[[int], None] | None,
     ) -> Result:
         """Run one body."""
         folder = Path(tempfile.mkdtemp(prefix="motes-body-"))
@@ -140,18 +153,21 @@ class _Job:
             }
             for file in told:
                 file.touch()
-            return self._follow(order, told, timeout)
+            return self._follow(order, told, timeout, watch)
         except BaseException:
             self.usable = False
             raise
         finally:
             shutil.rmtree(folder, ignore_errors=True)
 
-    def _follow(self, order: dict[str, object], told: list[Path], timeout: float) -> Result:
-        start = time.monotonic()
-        answers, ended = self._answers(order, start + timeout)
+    def _follow(
+        self, order: dict[str, Any], told: list[Path], timeout: float, watch: Callable[[int], None] | None
+    ) -> Result:
+        start, name = time.monotonic(), os.environ.get("PYTEST_CURRENT_TEST", order["argv"][0])
+        answers, ended = self._answers(order, start + timeout, watch)
         if len(answers) < order["ranks"]:
             self.usable = False
+            launches.replaced.append(f"{name}: not all ranks came to its end")
             if not ended:
                 kill_session(self._process.pid)
             code = self._process.wait(END_S)
@@ -162,7 +178,7 @@ class _Job:
             left = sorted({text for answer in answers for text in answer["left"]})
             if left:
                 self.usable = False
-                launches.replaced.append(f"{Path(str(order['argv'][0])).name}: {', '.join(left)}")
+                launches.replaced.append(f"{name}: {', '.join(left)}")
         texts = [file.read_text(errors="replace") for file in told]
         out, err = "".join(texts[::2]), "".join(texts[1::2])
         seconds = time.monotonic() - start
@@ -174,9 +190,11 @@ class _Job:
             code = failed[0]
         return Result(code, out, err, seconds, take_trailer(err))
 
-    def _answers(self, order: dict[str, object], limit: float) -> tuple[list[dict], bool]:
+    def _answers(
+        self, order: dict[str, Any], limit: float, watch: Callable[[int], None] | None
+    ) -> tuple[list[dict[str, Any]], bool]:
         """Send an order; return the answers, and whether there can be no more: all came, or the job ended."""
-        answers: list[dict] = []
+        answers: list[dict[str, Any]] = []
         with selectors.DefaultSelector() as waiting:
             for rank in range(order["ranks"]):
                 link = self._links[rank]
@@ -186,7 +204,9 @@ class _Job:
                 left_s = limit - time.monotonic()
                 if left_s < 0:
                     return answers, False
-                for key, _ in waiting.select(left_s):
+                if watch is not None:
+                    watch(self._process.pid)
+                for key, _ in waiting.select(left_s if watch is None else POLL_S):
                     line = key.data.readline()
                     waiting.unregister(key.fileobj)
                     if not line:  # the rank has died; `motes run` ends the others and says why
@@ -220,7 +240,7 @@ class _Job:
         shutil.rmtree(self._folder, ignore_errors=True)
 
 
-def _send(link: socket.socket, order: dict[str, object]) -> None:
+def _send(link: socket.socket, order: dict[str, Any]) -> None:
     with contextlib.suppress(OSError):  # the rank has died: reading tells
         link.sendall(json.dumps(order).encode() + b"\n")
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from launching import mpirun
 from standing import on_ranks
 from test_balance import MIDDLE, POLICIES
 
@@ -48,7 +47,7 @@ finally:
     ],
 )
 def test_a_wrong_policy_ends_the_run_everywhere(answer, kinds):
-    result = mpirun(4, WRONG, answer, timeout=30)
+    result = on_ranks(4, WRONG, answer, timeout=30)
     assert result.code != 0
     assert "Wrong" in result.err, result.text
     assert kinds in result.err, result.text
@@ -143,7 +142,7 @@ with world:
     ],
 )
 def test_ranks_that_balance_otherwise_are_found_out(argument):
-    result = mpirun(4, DIFFERENT.replace("{0}", argument), timeout=30)
+    result = on_ranks(4, DIFFERENT.replace("{0}", argument), timeout=30)
     assert result.code != 0
     assert "ScriptMismatch" in result.err, result.text
 
@@ -153,7 +152,7 @@ def test_ranks_that_balance_otherwise_are_found_out(argument):
     [("2", "MOTES_SPEEDS"), ("9:0.5", "0..3"), ("2:0", "0.001..1"), ("2:2", "0.001..1")],
 )
 def test_wrong_speeds_are_refused(speeds, complaint):
-    result = mpirun(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)
+    result = on_ranks(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)
     assert result.code != 0
     assert complaint in result.err
     assert "MOTES_SPEEDS" in result.err
@@ -191,7 +190,7 @@ with world:
 @pytest.mark.parametrize("combine", ["one_by_one", "together", "overlapped"])
 @pytest.mark.parametrize("policy", ["pairwise", pytest.param("diffusive", marks=pytest.mark.slow)])
 def test_a_rank_that_fails_between_rounds_ends_the_job(how, combine, policy):
-    result = mpirun(5, FAILING, how, combine, POLICIES[policy], timeout=30)
+    result = on_ranks(5, FAILING, how, combine, POLICIES[policy], timeout=30)
     assert result.code != 0
     assert "rank 3" in result.err, result.text
     if how == "raise":

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from launching import mpirun, python, said
+from launching import python, said
 from standing import on_ranks
 
 from motes._checkpoint import folder
@@ -62,7 +62,7 @@ with world:
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_frame_that_failed_is_in_no_checkpoint(tmp_path, ranks):
     """Also where the last one did so after all had agreed on it: there is no memory for the children."""
-    result = mpirun(ranks, FAILS_AT_THE_END, tmp_path)
+    result = on_ranks(ranks, FAILS_AT_THE_END, tmp_path)
     assert result.code != 0
     assert "MemoryError" in result.err, result.text
     assert [frame for frame, _ in folder.whole(tmp_path)] == [2]

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun
 from standing import on_ranks
 
 import motes
@@ -125,7 +124,7 @@ def test_shares_are_kept(tmp_path: Path, axis: str | None):
 def test_orders_are_for_slabs(tmp_path: Path):
     script = tmp_path / "script.py"
     script.write_text(SCRIPT.format(options="axis='xy', balancer=Orders()", systems="a = world.system('a')"))
-    failed = mpirun(4, script, timeout=60)
+    failed = on_ranks(4, script, timeout=60)
     assert failed.code != 0
     assert "a plan must be shares where domains are no slabs" in failed.err
 

@@ -13,7 +13,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launching import mpirun
 from standing import on_ranks
 
 import motes
@@ -375,7 +374,7 @@ with world, motes.Export(sys.argv[1]) as export:
 
 
 def test_a_full_disk_of_one_rank_ends_the_job_and_its_frames_remain(tmp_path):
-    result = mpirun(3, FULL, tmp_path / "a")
+    result = on_ranks(3, FULL, tmp_path / "a")
     assert result.code == 1
     assert "could not be written" in result.err and "File too large" in result.err
     assert "rank 1 (" in result.err
@@ -404,7 +403,7 @@ with world, motes.Export(sys.argv[1]) as export:
 
 
 def test_a_slow_disk_of_one_rank_is_waited_for(tmp_path):
-    result = mpirun(2, SLOW, tmp_path / "a", env={"MOTES_STALL_S": "1.2"})
+    result = on_ranks(2, SLOW, tmp_path / "a", env={"MOTES_STALL_S": "1.2"})
     assert result.code == 0, result.text
     assert "is still writing particles to a; the other ranks wait for it" in result.err
     assert "waited" not in result.err, "no rank warns of another that is busy"
@@ -423,7 +422,7 @@ with world:
 
 
 def test_ranks_that_write_differently_are_told(tmp_path):
-    result = mpirun(3, MISMATCH, tmp_path / "a")
+    result = on_ranks(3, MISMATCH, tmp_path / "a")
     assert result.code != 0 and "ScriptMismatch" in result.err
 
 

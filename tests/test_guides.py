@@ -318,7 +318,7 @@ def test_the_same_bits_on_any_ranks_and_in_any_build(tmp_path: Path):
 def test_ranks_with_different_arrays_are_told(tmp_path: Path):
     script = tmp_path / "unequal.py"
     script.write_text(SCRIPT.format(unequal="(world.rank == 1)"))
-    result = mpirun(3, script, timeout=60)
+    result = on_ranks(3, script, timeout=60)
     assert result.code != 0
     assert "ScriptMismatch" in result.text
 

@@ -13,6 +13,7 @@ from pathlib import Path
 
 import pytest
 from launching import mpirun, said
+from standing import on_ranks
 
 import motes
 from motes._run import log_directory
@@ -229,8 +230,8 @@ def test_two_worlds_of_one_script_do_not_share_a_log(tmp_path):
 
 def test_a_log_has_nothing_of_an_earlier_run(tmp_path):
     log = tmp_path / "log"
-    assert mpirun(3, SCENE, log, "spans").code == 0
-    assert mpirun(2, SCENE, log).code == 0
+    assert on_ranks(3, SCENE, log, "spans").code == 0
+    assert on_ranks(2, SCENE, log).code == 0
     assert not list(log.glob("spans.*"))
     assert len(list((tmp_path / "log.1").glob("spans.*"))) == 3
     assert len(motes.open_run(log).load) == 3 * 2
@@ -250,7 +251,7 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
         "motes.world.handshake.meet = told\n"
         "with world: pass\n"
     )
-    result = mpirun(ranks, caught, timeout=30)
+    result = on_ranks(ranks, caught, timeout=30)
     allowed = "log must be a new or empty directory, or an earlier run's log (this one holds 'notes.txt'"
     assert sorted(line[: len(allowed) + 3] for line in result.out.splitlines()) == [
         f"{rank}: {allowed}" for rank in range(ranks)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import Result, mpirun
+from launching import Result
 from standing import on_ranks
 from test_same_bits import roles, table, widths
 
@@ -191,7 +191,7 @@ with world:
 )
 def test_particles_are_not_read_behind_a_meeting(substeps: int, meeting: str, read: str):
     text = READ.format(substeps=substeps, before="", meeting=meeting, read=read)
-    result = mpirun(3, text, env={"MOTES_STALL_S": "600"})
+    result = on_ranks(3, text, env={"MOTES_STALL_S": "600"})
     assert result.code == 1
     assert result.out.count("particles of system 's' meet in this frame's list so far") == 3, "on all ranks"
 
@@ -311,7 +311,7 @@ with world:
     [pytest.param(0, 3, marks=pytest.mark.slow), (2, 8), pytest.param(3, 12, marks=pytest.mark.slow)],
 )
 def test_a_callback_that_fails_between_meetings_stops_all(rank: int, call: int):
-    result = mpirun(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
+    result = on_ranks(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
     assert result.code == 1
     assert f"*** motes: rank {rank}" in result.err
     assert "RuntimeError: the mistake" in result.err

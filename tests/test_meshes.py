@@ -13,7 +13,7 @@ import pytest
 from acting import after, length
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launching import command, mpirun, python
+from launching import command, python
 from made_meshes import block, globe, torus
 from standing import on_ranks
 
@@ -410,7 +410,7 @@ with world:
     dust.bounce(motes.Mesh(*globe(10, 10 + world.rank), resolution=10))
     world.step()
 """
-    result = mpirun(3, script)
+    result = on_ranks(3, script)
     assert result.code != 0 and "ScriptMismatch" in result.err
     assert "bounce with different arguments" in result.err, result.text
 

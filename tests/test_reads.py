@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launching import mpirun
 from standing import on_ranks
 
 import motes
@@ -228,7 +227,7 @@ with world:
 @pytest.mark.parametrize("ranks, rank", [(1, 0), (3, 2)])
 def test_a_list_that_fails_while_it_is_read_does_not_run_again(how, ranks, rank):
     """Half of it has run. With sub-steps, who writes makes it run once more when the block ends."""
-    result = mpirun(ranks, FAILS, how[0], rank, *how[1:])
+    result = on_ranks(ranks, FAILS, how[0], rank, *how[1:])
     assert result.code != 0
     assert result.out.count("caught") == 1
     assert "went on" not in result.out

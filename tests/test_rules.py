@@ -268,7 +268,7 @@ with world:
         s.move()
         world.step()
 """
-    result = mpirun(4, script, timeout=30)
+    result = on_ranks(4, script, timeout=30)
     assert result.code != 0
     assert result.err.count("*** motes:") == 1, result.text
     assert "rank 2 (calculator 0), frame 3" in result.err

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import command, mpirun, python
+from launching import command, python
 from numpy.typing import NDArray
 from standing import on_ranks
 from test_same_bits import widths
@@ -204,10 +204,10 @@ with world:
 
 
 def test_ranks_that_ask_for_different_sums_are_told():
-    failed = mpirun(3, OTHERS.replace("WHERE", "world.rank // 2"))
+    failed = on_ranks(3, OTHERS.replace("WHERE", "world.rank // 2"))
     assert failed.code != 0 and "different arguments: s, " in failed.err, failed.text
     other = OTHERS.replace("s.total(", "if world.rank == 1: s.gather()\n    s.total(").replace("WHERE", "0")
-    failed = mpirun(3, other)
+    failed = on_ranks(3, other)
     assert failed.code != 0 and "gather here, total there" in failed.err, failed.text
 
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from launching import mpirun, python
+from launching import python
 from standing import on_ranks
 
 import motes
@@ -184,7 +184,7 @@ with world:
 
 @pytest.mark.parametrize("size", [1, 3])
 def test_a_callback_that_raises_ends_the_job(size: int):
-    ended = mpirun(size, FAILING)
+    ended = on_ranks(size, FAILING)
     assert ended.code != 0 and "no more" in ended.err, ended.text
 
 

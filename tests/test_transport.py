@@ -9,7 +9,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from launching import command
+from launching import command, mpirun
 from standing import on_ranks
 
 from motes import analysis
@@ -58,7 +58,7 @@ def test_messages_travel_while_a_rank_computes(progress_program: Path, tmp_path:
 def test_a_film_is_the_same_whatever_carries_it(tmp_path, ranks, env):
     alone = on_ranks(1, FILM, tmp_path)
     assert len(alone.lines) == 4, alone.text
-    assert on_ranks(ranks, FILM, tmp_path, env={**env, **PIXELS_TRAVEL}).lines == alone.lines
+    assert mpirun(ranks, FILM, tmp_path, env={**env, **PIXELS_TRAVEL}).lines == alone.lines
 
 
 def test_ranks_of_one_host_draw_into_memory_that_they_share(tmp_path):

@@ -26,13 +26,14 @@ import traceback
 import types
 import warnings
 import weakref
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from mpi4py import MPI
 
 import motes
 from motes import _core
+from motes._run import ending, speaking
 from motes._run.process import process
 
 WORLD = MPI.COMM_WORLD
@@ -44,6 +45,8 @@ PACKAGE = os.path.dirname(os.path.abspath(motes.__file__))
 THREADS_S = 1.0  # threads of a body that are about to end have so long
 LIMITS = [getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")]
 communicators: dict[tuple[int, int], MPI.Intracomm] = {}
+codes: list[int] = []  # with which the body ends its job
+given_up: list[Any] = []  # of bodies that failed: what MPI may still read or write
 
 
 def load_package() -> None:
@@ -198,6 +201,7 @@ def output(files: list[str]) -> Any:
 
 def enter(order: dict[str, Any]) -> None:
     """Make this process look like a rank of a new job."""
+    codes.clear()
     n, key = order["ranks"], (order["ranks"], order["round"])
     if key not in communicators:
         communicators[key] = WORLD.Create_group(WORLD.group.Incl(range(n)))
@@ -205,10 +209,13 @@ def enter(order: dict[str, Any]) -> None:
     process.rank, process.size = MPI.COMM_WORLD.rank, n
     launched = {name: text for name, text in os.environ.items() if name.startswith(LAUNCHERS)}
     launched.update({name: str(n) for name in COUNTS if name in launched})
+    launched["PMIX_SERVER_TMPDIR"] = os.path.dirname(order["files"][0])  # where a rank claims the report
     os.environ.clear()
     os.environ.update(order["environment"])
     if n > 1:
         os.environ.update(launched)
+        speaking.reserve()
+        ending._ending = threading.Lock()
     else:
         threading.excepthook = threading.__excepthook__
     os.chdir(order["cwd"])
@@ -216,6 +223,28 @@ def enter(order: dict[str, Any]) -> None:
     told = [entry for entry in os.environ.get("PYTHONPATH", "").split(os.pathsep) if entry]
     told = [entry for entry in told if entry not in sys.path]
     sys.path[:1] = [os.path.dirname(os.path.abspath(sys.argv[0])), *told]
+
+
+class Ended(BaseException):
+    """The package ends the whole job with this exit code; here it ends the body."""
+
+
+def abort(code: int) -> NoReturn:
+    """Stand for `ending.abort`."""
+    given_up.extend(vars(run) for run in process.runs)  # with their worlds: others may still send to them
+    given_up.append(sys.exc_info()[1])
+    codes.append(code)
+    raise Ended(codes[0])  # on the way out it may be called again
+
+
+def may_speak(speaker: int | None) -> bool:
+    """Stand for `ending.may_speak`, where the speaker's abort would end the others."""
+    limit = time.monotonic() + speaking.SPEAKER_WAIT_S
+    while speaker not in (None, process.rank) and not os.path.exists(str(speaking.mark())):
+        if time.monotonic() > limit:
+            break
+        time.sleep(0.005)
+    return speaking.claim_report()
 
 
 def run(script: str) -> int:
@@ -227,14 +256,20 @@ def run(script: str) -> int:
             return (end.code or 0) & 0xFF
         print(end.code, file=sys.stderr)
         return 1
+    except Ended as end:
+        return end.args[0]
     except BaseException as error:
         trace = error.__traceback__
         while trace is not None and trace.tb_frame.f_code.co_filename != script:
             trace = trace.tb_next
-        text = "".join(traceback.format_exception(error.with_traceback(trace or error.__traceback__)))
-        where = f"rank {process.rank}: " if process.size > 1 else ""
-        print(f"{where}{text}", end="", file=sys.stderr, flush=True)
-        return 130 if isinstance(error, KeyboardInterrupt) else 1
+        error = error.with_traceback(trace or error.__traceback__)
+        if process.size == 1:
+            traceback.print_exception(error)
+            return 130 if isinstance(error, KeyboardInterrupt) else 1
+        try:
+            sys.excepthook(type(error), error, error.__traceback__)
+        except Ended as end:
+            return end.args[0]
     return 0
 
 
@@ -245,9 +280,10 @@ def answer(order: dict[str, Any]) -> dict[str, Any]:
         surroundings = Surroundings()
         enter(order)
         code = run(order["argv"][0])
-        if process.running and process.size > 1:
+        if process.running and process.size > 1 and not code:
             print(f"{process.describe()}: the script left in the middle of the run", file=sys.stderr)
-            code, left = code or 1, ["an open world"]
+            code, left = 1, ["an open world"]
+        speaking.free_reserve()
         gc.collect()
         left += surroundings.restore()
     MPI.COMM_WORLD = WORLD
@@ -266,6 +302,8 @@ def end_with(link: socket.socket) -> None:
 
 sys.stdout.reconfigure(line_buffering=True)
 load_package()
+ending.abort, ending.may_speak, ending.SPEAKER_WAIT_S = abort, may_speak, 0.0
+speaking.free_reserve()
 kept = Kept()
 with socket.socket(socket.AF_UNIX) as link:
     link.connect(sys.argv[1])
@@ -273,5 +311,10 @@ with socket.socket(socket.AF_UNIX) as link:
     threading.Thread(target=end_with, args=(link,), name="end with the tests", daemon=True).start()
     gc.collect()
     gc.freeze()
-    for line in link.makefile("rb"):
-        link.sendall(json.dumps(answer(json.loads(line))).encode() + b"\n")
+    try:
+        for line in link.makefile("rb"):
+            link.sendall(json.dumps(answer(json.loads(line))).encode() + b"\n")
+    except BaseException:
+        traceback.print_exc()
+        os._exit(1)
+os._exit(0)  # without MPI_Finalize, which may wait for what was given up

@@ -13,11 +13,13 @@ import importlib
 import json
 import os
 import pkgutil
+import re
 import resource
 import runpy
 import select
 import signal
 import socket
+import stat
 import sys
 import sysconfig
 import threading
@@ -46,7 +48,6 @@ THREADS_S = 1.0  # threads of a body that are about to end have so long
 LIMITS = [getattr(resource, name) for name in dir(resource) if name.startswith("RLIMIT_")]
 communicators: dict[tuple[int, int], MPI.Intracomm] = {}
 codes: list[int] = []  # with which the body ends its job
-given_up: list[Any] = []  # of bodies that failed: what MPI may still read or write
 
 
 def load_package() -> None:
@@ -107,6 +108,17 @@ def _is_ours(value: Any) -> bool:
     return ours and hasattr(value, "__dict__") and not isinstance(value, types.FunctionType)
 
 
+def open_files() -> set[int]:
+    """Return the descriptors of regular files, but for those that processes share as memory."""
+    found = set()
+    for name in os.listdir("/proc/self/fd"):
+        with contextlib.suppress(OSError):
+            path = os.readlink(f"/proc/self/fd/{name}")
+            if stat.S_ISREG(os.stat(int(name)).st_mode) and not re.match("/dev/|.*/ompi[.]", path):
+                found.add(int(name))
+    return found
+
+
 class Surroundings:
     """The state of the interpreter and the process that a script may change."""
 
@@ -114,6 +126,7 @@ class Surroundings:
         self._environment, self._cwd = dict(os.environ), os.getcwd()
         self._modules, self._path = set(sys.modules), list(sys.path)
         self._threads = set(threading.enumerate())
+        self._files = open_files()
         self._names = {
             name: getattr(sys, name)
             for name in ("argv", "stdin", "stdout", "stderr", "excepthook", "unraisablehook", "displayhook")
@@ -129,6 +142,8 @@ class Surroundings:
     def restore(self) -> list[str]:
         """Bring it back; returns what cannot be."""
         left = [f"a thread named {thread.name!r}" for thread in self._threads_left()]
+        for file in open_files() - self._files:  # of a body that failed: they may be locked
+            os.close(file)
         os.environ.clear()
         os.environ.update(self._environment)
         os.chdir(self._cwd)
@@ -231,8 +246,6 @@ class Ended(BaseException):
 
 def abort(code: int) -> NoReturn:
     """Stand for `ending.abort`."""
-    given_up.extend(vars(run) for run in process.runs)  # with their worlds: others may still send to them
-    given_up.append(sys.exc_info()[1])
     codes.append(code)
     raise Ended(codes[0])  # on the way out it may be called again
 
@@ -317,4 +330,4 @@ with socket.socket(socket.AF_UNIX) as link:
     except BaseException:
         traceback.print_exc()
         os._exit(1)
-os._exit(0)  # without MPI_Finalize, which may wait for what was given up
+os._exit(0)  # without MPI_Finalize, which may wait for what failed bodies have left

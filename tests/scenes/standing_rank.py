@@ -283,6 +283,7 @@ def run(script: str) -> int:
             sys.excepthook(type(error), error, error.__traceback__)
         except Ended as end:
             return end.args[0]
+        return 1  # the script's own hook has come back
     return 0
 
 

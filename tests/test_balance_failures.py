@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import pytest
+from launching import mpirun
 from standing import on_ranks
 from test_balance import MIDDLE, POLICIES
 
@@ -190,7 +191,8 @@ with world:
 @pytest.mark.parametrize("combine", ["one_by_one", "together", "overlapped"])
 @pytest.mark.parametrize("policy", ["pairwise", pytest.param("diffusive", marks=pytest.mark.slow)])
 def test_a_rank_that_fails_between_rounds_ends_the_job(how, combine, policy):
-    result = on_ranks(5, FAILING, how, combine, POLICIES[policy], timeout=30)
+    start = mpirun if how == "kill" else on_ranks
+    result = start(5, FAILING, how, combine, POLICIES[policy], timeout=30)
     assert result.code != 0
     assert "rank 3" in result.err, result.text
     if how == "raise":

@@ -210,7 +210,7 @@ with world:
         world.step()
         if frame == 5:
             if "manager" in world.role:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, 4 * 1024))
+                resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, resource.RLIM_INFINITY))
             world._engine.secure()
             print("secured")
 """

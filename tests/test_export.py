@@ -369,7 +369,7 @@ with world, motes.Export(sys.argv[1]) as export:
         while frame == 2 and len(list(pathlib.Path(sys.argv[1]).glob("*.npz"))) < 9:
             time.sleep(0.01)
         if frame == 2 and world.rank == 1:
-            resource.setrlimit(resource.RLIMIT_FSIZE, (9000, 9000))
+            resource.setrlimit(resource.RLIMIT_FSIZE, (9000, resource.RLIM_INFINITY))
 """
 
 

@@ -373,7 +373,7 @@ with world:
     if world.rank == 1:
         with open("/proc/self/statm") as file:
             here = int(file.read().split()[0]) * resource.getpagesize()
-        resource.setrlimit(resource.RLIMIT_AS, (here + (64 << 20),) * 2)
+        resource.setrlimit(resource.RLIMIT_AS, (here + (64 << 20), resource.RLIM_INFINITY))
     world.render()
 """
 

@@ -19,7 +19,8 @@ from motes._run import attendance, continuing, process, script_lines, stopping
 from mpi4py import MPI
 told = {name: text for name, text in os.environ.items() if name.startswith("MOTES_")}
 print(MPI.COMM_WORLD.rank, MPI.COMM_WORLD.size, sys.argv[1:], os.getcwd(), told, len(sys.path))
-print(signal.getsignal(signal.SIGINT), sys.unraisablehook, warnings.filters, np.geterr(), vars(motes.World).keys())
+print(signal.getsignal(signal.SIGINT), sys.unraisablehook, warnings.filters, np.geterr())
+print(sorted(vars(motes.World)))
 print(vars(process.process), vars(continuing.continued), len(continuing.open_movies()), attendance._gone)
 print(len(threading.enumerate()), "acting" in sys.modules, hasattr(sys, "ps1"), len(script_lines._of_script))
 """

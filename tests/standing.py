@@ -25,11 +25,15 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from launching import POLL_S, Hang, Result, kill_session, launches, take_trailer
+from launching import POLL_S, Hang, Result, kill_session, launches, mpirun, take_trailer
 
-__all__ = ["end", "on_ranks"]
+__all__ = ["COMMAND_LINE", "end", "on_ranks"]
+
+COMMAND_LINE = "import sys; from motes.cli import main; sys.exit(main())"
+"""The script that is `python -m motes`, with these arguments."""
 
 SIZES = (5, 9)
+READ_ONCE = ("GLIBC_", "LD_", "MOTES_SIMD", "OMPI_", "PYTHON")
 RANK = Path(__file__).parent / "scenes" / "standing_rank.py"
 START_S = 60
 END_S = 10
@@ -46,8 +50,11 @@ def on_ranks(
 ) -> Result:
     """Run a script (a path, or its text) on `n` ranks of a standing job; `watch(pid)` is called meanwhile.
 
-    Raises Hang, with all that was printed, where it does not end within `timeout` seconds.
+    Where `env` sets variables that a process reads only once, it has a job of its own. Raises Hang, with all
+    that was printed, where it does not end within `timeout` seconds.
     """
+    if any(name.startswith(READ_ONCE) for name in env or {}):
+        return mpirun(n, script, *arguments, timeout=timeout, env=env, watch=watch)
     size = next(size for size in SIZES if n <= size)
     with _lock:
         job = _jobs.get(size)

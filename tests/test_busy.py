@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 import pytest
-from launching import said
+from launching import mpirun, said
 from standing import on_ranks
 
 pytest.importorskip("av")
@@ -78,9 +78,7 @@ def test_securing_a_movie_does_not_count_as_a_stall(tmp_path):
 
 
 def test_a_rank_that_is_stuck_is_not_waited_for(tmp_path):
-    result = on_ranks(
-        3, SCENE, 0, "auto", "stuck", tmp_path / "a.mp4", timeout=50, env={"MOTES_STALL_S": "3"}
-    )
+    result = mpirun(3, SCENE, 0, "auto", "stuck", tmp_path / "a.mp4", timeout=50, env={"MOTES_STALL_S": "3"})
     assert result.code == 1, result.text
     (report,) = said(result.err, "*** motes: ")
     assert re.search(r"waited \d+ s for rank \d", report), result.text

@@ -218,7 +218,7 @@ with world:
 
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_disk_that_is_full_at_a_checkpoint_ends_the_job(tmp_path, ranks):
-    result = on_ranks(ranks, FULL, tmp_path / "log", timeout=40)
+    result = mpirun(ranks, FULL, tmp_path / "log", timeout=40)
     assert result.code == 1, result.text
     assert "secured" not in result.out
     assert "jsonl: File too large" in result.err, result.text

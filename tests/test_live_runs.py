@@ -53,7 +53,7 @@ def test_a_run_without_pictures_is_paused_and_stepped_too(tmp_path):
 
 
 def test_an_address_that_cannot_be_served_ends_the_job_with_one_report(tmp_path):
-    result = on_ranks(3, STEPS, tmp_path, "192.0.2.1")
+    result = mpirun(3, STEPS, tmp_path, "192.0.2.1")
     assert result.code == 1 and result.err.count("*** motes") == 1, result.text
     assert "the live view cannot be served: 192.0.2.1:0: " in result.err
 

@@ -15,7 +15,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from launching import command, python
 from made_meshes import block, globe, torus
-from standing import on_ranks
+from standing import COMMAND_LINE, on_ranks
 
 import motes
 from motes import _core, actions, shapes
@@ -394,7 +394,7 @@ def test_the_same_bits_in_any_build_and_on_any_threads(env: dict[str, str], alon
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_recorded_scene_brings_its_meshes(ranks: int, alone: list[str], motes_replay: Path, tmp_path: Path):
     scene = tmp_path / "x.motes"
-    command([sys.executable, "-m", "motes", "record", "-o", scene, SCENE], timeout=60)
+    on_ranks(1, COMMAND_LINE, "record", "-o", scene, SCENE)
     argv = [str(motes_replay), str(scene), "--digest"]
     assert command(argv if ranks == 1 else starting.command(ranks, argv)).lines == alone
     assert scene.stat().st_size < 400_000, "each mesh is there once"
@@ -465,7 +465,7 @@ def test_a_union_with_a_solid_mesh_is_the_same_in_a_recorded_scene(motes_replay:
     script, scene = tmp_path / "script.py", tmp_path / "x.motes"
     script.write_text(UNITED.replace("CHECKPOINT", "None").replace("END", ""))
     lines = on_ranks(1, script).lines
-    command([sys.executable, "-m", "motes", "record", "-o", scene, script], timeout=60)
+    on_ranks(1, COMMAND_LINE, "record", "-o", scene, script)
     assert command([str(motes_replay), str(scene), "--digest"]).lines == lines
 
 

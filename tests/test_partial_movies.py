@@ -16,6 +16,7 @@ import pytest
 av = pytest.importorskip("av")
 
 from films import cut_off, go_on, moving, packets, partial, shown, whole  # noqa: E402
+from launching import mpirun  # noqa: E402
 from standing import on_ranks  # noqa: E402
 
 from motes._run import continuing  # noqa: E402
@@ -242,7 +243,7 @@ def test_all_ranks_of_a_job_agree_on_how_far_a_film_is(tmp_path, ranks):
 @pytest.mark.parametrize(("ranks", "failing"), [(1, 0), (2, 1), (3, 0), (3, 1)])
 def test_a_job_that_fails_leaves_a_film(tmp_path, ranks, failing):
     film = tmp_path / "a.mp4"
-    result = on_ranks(ranks, JOB, film, failing)
+    result = mpirun(ranks, JOB, film, failing)
     assert result.code != 0
     assert "of the script" in result.err
     (left,) = (name for name in os.listdir(tmp_path) if not name.startswith("."))

@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun
 from standing import on_ranks
 
 import motes
@@ -43,7 +42,7 @@ def test_one_two_three_and_five_ranks_obey_the_rules_alike():
 
 @pytest.mark.parametrize("isa", ["sse2", "avx2"])
 def test_the_width_of_vectors_does_not_show(isa: str):
-    result = mpirun(2, RULES, timeout=60, env={"MOTES_SIMD": isa})
+    result = on_ranks(2, RULES, timeout=60, env={"MOTES_SIMD": isa})
     if "this processor supports" in result.err:
         pytest.skip(f"no {isa} here")
     assert result.lines == on_ranks(1, RULES).lines

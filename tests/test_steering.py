@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 from launching import Result, command, mpirun
-from standing import on_ranks
+from standing import COMMAND_LINE, on_ranks
 from viewers import Beside, Client, url_of
 
 from motes._live import steer_file
@@ -425,7 +425,7 @@ def test_a_replay_can_be_watched_and_paused_but_not_steered(steered, tmp_path):
 
 def test_a_recorded_scene_has_the_first_values(tmp_path):
     """`motes record` serves no viewers, whatever the script or the environment says."""
-    argv = [sys.executable, "-m", "motes", "record", SCENE, tmp_path, 5, "-o", tmp_path / "a.motes"]
-    result = command(argv, env={"MOTES_LIVE": "0,paused"})
+    argv = ["record", SCENE, tmp_path, 5, "-o", tmp_path / "a.motes"]
+    result = on_ranks(1, COMMAND_LINE, *argv, env={"MOTES_LIVE": "0,paused"})
     assert result.code == 0 and (tmp_path / "a.motes").exists(), result.text
     assert "live at" not in result.err

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from launching import command, python
 from numpy.typing import NDArray
-from standing import on_ranks
+from standing import COMMAND_LINE, on_ranks
 from test_same_bits import widths
 
 import motes
@@ -48,7 +46,7 @@ def test_any_threads(ranks: int):
 
 @pytest.mark.parametrize("width", widths())
 def test_any_vector_width(width: str):
-    assert python(SCENE, "{}", env={"MOTES_SIMD": width}).lines == alone()
+    assert on_ranks(1, SCENE, "{}", env={"MOTES_SIMD": width}).lines == alone()
 
 
 def emitted(count: int, seed: int) -> dict[str, NDArray[np.float32]]:
@@ -229,7 +227,7 @@ with world:
 def test_a_recording_computes_what_its_sums_read(tmp_path: Path):
     script = tmp_path / "script.py"
     script.write_text(RECORDED)
-    recorded = command([sys.executable, "-m", "motes", "record", "-o", tmp_path / "x.motes", script])
+    recorded = on_ranks(1, COMMAND_LINE, "record", "-o", tmp_path / "x.motes", script)
     assert recorded.lines[:3] == on_ranks(1, script).lines
 
 

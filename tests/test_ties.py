@@ -10,7 +10,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import python
 from standing import on_ranks
 
 import motes
@@ -54,7 +53,7 @@ def test_the_same_bits(size: int):
 
 @pytest.mark.parametrize("simd", ["sse2", "avx2"])
 def test_the_same_bits_in_other_builds(simd: str):
-    found = python(SCENE, json.dumps([{}]), env={"MOTES_SIMD": simd})
+    found = on_ranks(1, SCENE, json.dumps([{}]), env={"MOTES_SIMD": simd})
     if "MOTES_SIMD" in found.err:
         pytest.skip(f"no {simd} here")
     assert found.lines == list(alone())

@@ -21,13 +21,13 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 from launching import POLL_S, Hang, Result, kill_session, launches, mpirun, take_trailer
 
-__all__ = ["COMMAND_LINE", "end", "on_ranks"]
+__all__ = ["COMMAND_LINE", "alike", "end", "on_ranks"]
 
 COMMAND_LINE = "import sys; from motes.cli import main; sys.exit(main())"
 """The script that is `python -m motes`, with these arguments."""
@@ -69,6 +69,14 @@ def on_ranks(
             if not job.usable:
                 _jobs.pop(size).kill()
     return result
+
+
+def alike(script: str | Path, *arguments: object, ranks: Sequence[int] = (1, 2, 3)) -> list[str]:
+    """Return the lines that a script prints, the same on each of these numbers of ranks."""
+    first, *others = (on_ranks(n, script, *arguments).lines for n in ranks)
+    for n, lines in zip(ranks[1:], others, strict=True):
+        assert lines == first, f"{n} ranks print other lines than {ranks[0]}"
+    return first
 
 
 def end() -> None:

@@ -12,7 +12,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 from numpy.typing import NDArray
-from standing import on_ranks
+from standing import alike, on_ranks
 
 import motes
 
@@ -123,9 +123,9 @@ def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:
 
 def test_shielding_obeys_the_law_and_counts_the_same_on_any_ranks():
     arguments = ("--no-images", "--particles", 30_000)
-    one, three = (on_ranks(n, EXAMPLES / "shielding.py", *arguments).lines for n in (1, 3))
-    assert one == three and len(one) == 2
-    for line, path in zip(one, (0.5, 1.2), strict=True):
+    lines = alike(EXAMPLES / "shielding.py", *arguments, ranks=(1, 3))
+    assert len(lines) == 2
+    for line, path in zip(lines, (0.5, 1.2), strict=True):
         words = line.replace(",", "").split()
         photons, through, straight, law = int(words[1]), int(words[3]), int(words[5]), float(words[10])
         assert photons == 30_000

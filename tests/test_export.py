@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from standing import on_ranks
+from standing import alike, on_ranks
 
 import motes
 from motes import ArgumentError, MotesError
@@ -436,8 +436,7 @@ def test_births_from_files(tmp_path):
         "    q = s.gather()\n    assert not q or (q.position == p.position).all() and len(q) == 150\n"
         "    s.emit(position=p.position, velocity=p.velocity, age=p.age)\n    world.step()\n"
     )
-    one, three = (on_ranks(n, script, tmp_path / "a").lines for n in (1, 3))
-    assert one == three and len(shown[-1]) == 150
+    assert alike(script, tmp_path / "a", ranks=(1, 3)) and len(shown[-1]) == 150
 
 
 def test_particles_from_a_file_remember_where_they_were_emitted(tmp_path):

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 from launching import Result
-from standing import on_ranks
+from standing import alike, on_ranks
 from test_same_bits import roles, table, widths
 
 import motes
@@ -279,10 +279,7 @@ with world:
     ],
 )
 def test_odd_radii_have_a_result(meeting: str, size: int):
-    text = ODD.format(meeting=meeting, size=size)
-    lines = on_ranks(1, text).lines
-    assert len(set(lines)) == 6
-    assert on_ranks(3, text).lines == lines
+    assert len(set(alike(ODD.format(meeting=meeting, size=size), ranks=(1, 3)))) == 6
 
 
 FAILS = """
@@ -447,10 +444,7 @@ def test_collisions_of_some_count_contacts_as_one_of_all_does():
 
 @pytest.mark.parametrize("size", [2, 5])
 def test_who_has_collided_is_known_wherever_it_goes_next(size: int):
-    assert (
-        on_ranks(size, SHARED_OUT, "again", "between").lines
-        == on_ranks(1, SHARED_OUT, "again", "between").lines
-    )
+    alike(SHARED_OUT, "again", "between", ranks=(1, size))
 
 
 def touching() -> tuple[motes.World, motes.System]:

@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+import standing
 from launching import launches
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -53,23 +54,22 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """Tell what this process's jobs cost, if it is one of several (pytest -n)."""
+    """End the standing jobs; tell what this process's jobs cost, if it is one of several (pytest -n)."""
+    standing.end()
     if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["jobs"] = (launches.jobs, launches.seconds)
+        session.config.workeroutput["jobs"] = launches.told()
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any) -> None:
     """Add what another process's jobs cost."""
-    jobs, seconds = getattr(node, "workeroutput", {}).get("jobs", (0, 0.0))
-    launches.jobs += jobs
-    launches.seconds += seconds
+    launches.add(getattr(node, "workeroutput", {}).get("jobs"))
 
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter) -> None:
     """Print what the jobs cost."""
-    if launches.jobs:
-        terminalreporter.write_line(f"{launches.jobs} jobs started, {launches.seconds:.0f} s in them")
+    for line in launches.lines():
+        terminalreporter.write_line(line)
 
 
 def _tool(name: str) -> str:

@@ -11,8 +11,9 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 __all__ = ["NO_LAUNCHER", "Hang", "Result", "command", "launches", "mpirun", "python", "said"]
 
@@ -61,6 +62,27 @@ class Count:
 
     jobs: int = 0
     seconds: float = 0.0
+    bodies: int = 0
+    """What has run in standing jobs (tests/standing.py)."""
+    body_seconds: float = 0.0
+    replaced: list[str] = field(default_factory=list)
+    """Why standing jobs had to be replaced."""
+
+    def told(self) -> list[Any]:
+        """Return all of it as plain values."""
+        return [self.jobs, self.seconds, self.bodies, self.body_seconds, self.replaced]
+
+    def add(self, told: list[Any] | None) -> None:
+        """Add what another process told, if it did."""
+        for name, value in zip(vars(self), told or [], strict=False):
+            setattr(self, name, getattr(self, name) + value)
+
+    def lines(self) -> list[str]:
+        """Return what a summary says."""
+        jobs = f"{self.jobs} jobs started, {self.seconds:.0f} s in them"
+        bodies = f"{self.bodies} bodies in standing jobs, {self.body_seconds:.0f} s in them"
+        replaced = [f"a standing job was replaced after {why}" for why in self.replaced]
+        return [jobs, bodies, *replaced] if self.jobs else []
 
 
 launches = Count()
@@ -146,14 +168,19 @@ def _once(
         launches.jobs += 1
         launches.seconds += seconds
         told = [file.read_text(errors="replace") for file in (out, err)]
-        trailers = [Path(name) for name in said(told[1], "mpirun's own messages: ")]
-        trailer = "".join(file.read_text(errors="replace") for file in trailers)
-        for file in trailers:
-            file.unlink()
-        result = Result(process.returncode, told[0], told[1], seconds, trailer)
+        result = Result(process.returncode, told[0], told[1], seconds, take_trailer(told[1]))
         if not ended:
             raise Hang(f"{' '.join(texts)}: no end within {timeout:g} s\n{result.text}")
         return result
+
+
+def take_trailer(err: str) -> str:
+    """Return what mpirun said, and remove the files into which `motes run` put it."""
+    files = [Path(name) for name in said(err, "mpirun's own messages: ")]
+    trailer = "".join(file.read_text(errors="replace") for file in files)
+    for file in files:
+        file.unlink()
+    return trailer
 
 
 def _wait(process: subprocess.Popen[bytes], limit: float, watch: Callable[[int], None] | None) -> bool:

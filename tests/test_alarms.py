@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import MotesWarning
@@ -101,7 +101,7 @@ with world:
 
 @pytest.mark.parametrize("ranks", [1, 3, 5])
 def test_one_rank_tells(ranks: int):
-    ended = mpirun(ranks, SCRIPT)
+    ended = on_ranks(ranks, SCRIPT)
     assert ended.code == 0
     assert ended.err.count("1500 particles are in one cell") == 1
     assert "system 'b'" in ended.err

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 POLICIES = {
     "static": "None",
@@ -116,7 +116,7 @@ def play(ranks: int, *variants: dict[str, Any]) -> dict[str, list[str]]:
     """Run variants of the scene, one after the other in one job; return what each printed, sorted."""
     said: dict[str, list[str]] = {one["name"]: [] for one in variants}
     assert len(said) == len(variants)
-    for line in mpirun(ranks, SCENE, json.dumps(variants), timeout=110).lines:
+    for line in on_ranks(ranks, SCENE, json.dumps(variants), timeout=110).lines:
         name, _, what = line.partition(" ")
         said[name].append(what)
     return {name: sorted(lines) for name, lines in said.items()}
@@ -226,15 +226,15 @@ def last_times(log: Path) -> list[float]:
     [(4, [0, 1]), pytest.param(5, [1], marks=pytest.mark.slow), pytest.param(7, [2], marks=pytest.mark.slow)],
 )
 def test_static_cuts_of_infinite_space_leave_all_in_the_middle(ranks, middle, tmp_path):
-    mpirun(ranks, MIDDLE, "None", tmp_path / "static", 3)
+    on_ranks(ranks, MIDDLE, "None", tmp_path / "static", 3)
     counts = last_counts(tmp_path / "static")
     assert sum(counts) == 4000
     assert [c for c, n in enumerate(counts) if n > 0] == middle
-    mpirun(ranks, MIDDLE, "balance.Pairwise(min_particles=8)", tmp_path / "pairwise", 40)
+    on_ranks(ranks, MIDDLE, "balance.Pairwise(min_particles=8)", tmp_path / "pairwise", 40)
     assert sum(last_counts(tmp_path / "pairwise")) == 4000
     times = last_times(tmp_path / "pairwise")
     assert max(times) < 1.35 * min(times), times
-    mpirun(ranks, MIDDLE, "balance.PrefixCuts(threshold=0.02, min_particles=8)", tmp_path / "prefix", 6)
+    on_ranks(ranks, MIDDLE, "balance.PrefixCuts(threshold=0.02, min_particles=8)", tmp_path / "prefix", 6)
     times = last_times(tmp_path / "prefix")
     assert max(times) < 1.05 * min(times), times
 
@@ -274,7 +274,7 @@ def test_work_is_shared_by_speed(policy, frames, tmp_path):
     have no clock, look at that.
     """
     env = {"MOTES_SPEEDS": "2:1.0,3:0.1"}
-    mpirun(4, SLOW, policy, tmp_path / "log", frames, env=env)
+    on_ranks(4, SLOW, policy, tmp_path / "log", frames, env=env)
     facts = json.loads((tmp_path / "log" / "run.json").read_text())
     assert facts["speeds"] == {"2": 1.0, "3": 0.1}
     assert facts["balancer"].startswith(policy.split("(")[0].removeprefix("balance."))

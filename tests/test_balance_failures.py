@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import pytest
 from launching import mpirun
+from standing import on_ranks
 from test_balance import MIDDLE, POLICIES
 
 WRONG = """
@@ -47,7 +48,7 @@ finally:
     ],
 )
 def test_a_wrong_policy_ends_the_run_everywhere(answer, kinds):
-    result = mpirun(4, WRONG, answer, timeout=30)
+    result = on_ranks(4, WRONG, answer, timeout=30)
     assert result.code != 0
     assert "Wrong" in result.err, result.text
     assert kinds in result.err, result.text
@@ -114,7 +115,7 @@ for combine in ("together", "one_by_one", "overlapped"):
 
 def test_wrong_answers_of_a_policy_reach_all_ranks_and_odd_ones_become_legal():
     """The next world in the same job works, too: nobody is left waiting for a message of the last one."""
-    lines = mpirun(4, ANSWERS, timeout=120).lines
+    lines = on_ranks(4, ANSWERS, timeout=120).lines
     assert len(lines) == 4 * 3 * 2 * 18
     assert {line.partition(" ")[2] for line in lines} == {"as it should"}
 
@@ -142,7 +143,7 @@ with world:
     ],
 )
 def test_ranks_that_balance_otherwise_are_found_out(argument):
-    result = mpirun(4, DIFFERENT.replace("{0}", argument), timeout=30)
+    result = on_ranks(4, DIFFERENT.replace("{0}", argument), timeout=30)
     assert result.code != 0
     assert "ScriptMismatch" in result.err, result.text
 
@@ -152,7 +153,7 @@ def test_ranks_that_balance_otherwise_are_found_out(argument):
     [("2", "MOTES_SPEEDS"), ("9:0.5", "0..3"), ("2:0", "0.001..1"), ("2:2", "0.001..1")],
 )
 def test_wrong_speeds_are_refused(speeds, complaint):
-    result = mpirun(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)
+    result = on_ranks(4, MIDDLE, "None", "/nowhere", 1, env={"MOTES_SPEEDS": speeds}, timeout=30)
     assert result.code != 0
     assert complaint in result.err
     assert "MOTES_SPEEDS" in result.err
@@ -190,7 +191,8 @@ with world:
 @pytest.mark.parametrize("combine", ["one_by_one", "together", "overlapped"])
 @pytest.mark.parametrize("policy", ["pairwise", pytest.param("diffusive", marks=pytest.mark.slow)])
 def test_a_rank_that_fails_between_rounds_ends_the_job(how, combine, policy):
-    result = mpirun(5, FAILING, how, combine, POLICIES[policy], timeout=30)
+    start = mpirun if how == "kill" else on_ranks
+    result = start(5, FAILING, how, combine, POLICIES[policy], timeout=30)
     assert result.code != 0
     assert "rank 3" in result.err, result.text
     if how == "raise":

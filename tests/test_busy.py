@@ -6,6 +6,7 @@ import re
 
 import pytest
 from launching import mpirun, said
+from standing import on_ranks
 
 pytest.importorskip("av")
 
@@ -56,7 +57,7 @@ world.say(f"done {sparks.count}")
 def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where):
     film = tmp_path / "a.mp4"
     # Closing syncs twice, the file and its directory: longer than the limit.
-    result = mpirun(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "2"})
+    result = on_ranks(ranks, SCENE, 1.5, roles, where, film, timeout=60, env={"MOTES_STALL_S": "2"})
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]
     assert film.stat().st_size > 0
@@ -68,7 +69,7 @@ def test_closing_a_movie_does_not_count_as_a_stall(tmp_path, ranks, roles, where
 @pytest.mark.slow
 def test_securing_a_movie_does_not_count_as_a_stall(tmp_path):
     film = tmp_path / "a.mp4"
-    result = mpirun(3, SCENE, 3.0, "auto", "secured", film, timeout=60, env={"MOTES_STALL_S": "0.25"})
+    result = on_ranks(3, SCENE, 3.0, "auto", "secured", film, timeout=60, env={"MOTES_STALL_S": "0.25"})
     assert result.code == 0, result.text
     assert result.out.splitlines() == ["done 4"]
     assert re.findall(r"motes: rank 0 .* is still (.*); the other ranks wait", result.err) == [
@@ -84,5 +85,5 @@ def test_a_rank_that_is_stuck_is_not_waited_for(tmp_path):
 
 
 def test_a_quick_close_says_nothing(tmp_path):
-    result = mpirun(3, SCENE, 0, "auto", "end", tmp_path / "a.mp4", timeout=50)
+    result = on_ranks(3, SCENE, 0, "auto", "end", tmp_path / "a.mp4", timeout=50)
     assert (result.code, result.err) == (0, ""), result.text

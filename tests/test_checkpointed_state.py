@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from launching import mpirun, python, said
+from launching import python, said
+from standing import on_ranks
 
 from motes._checkpoint import folder
 
@@ -33,9 +34,9 @@ with world:
 
 def test_births_of_meshes_are_made_again_where_another_run_goes_on(tmp_path):
     """Which never constructs these meshes."""
-    whole = python(BORN_OF_MESHES, tmp_path / "a")
+    whole = on_ranks(1, BORN_OF_MESHES, tmp_path / "a")
     assert python(BORN_OF_MESHES, tmp_path / "b", env={"KILL": "6"}).code == 9
-    again = mpirun(2, BORN_OF_MESHES, tmp_path / "b")
+    again = on_ranks(2, BORN_OF_MESHES, tmp_path / "b")
     assert said(again.err, "motes: goes on with frame 4")
     assert set(said(again.out, "digest")) == set(said(whole.out, "digest")), again.text
 
@@ -61,7 +62,7 @@ with world:
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_frame_that_failed_is_in_no_checkpoint(tmp_path, ranks):
     """Also where the last one did so after all had agreed on it: there is no memory for the children."""
-    result = mpirun(ranks, FAILS_AT_THE_END, tmp_path)
+    result = on_ranks(ranks, FAILS_AT_THE_END, tmp_path)
     assert result.code != 0
     assert "MemoryError" in result.err, result.text
     assert [frame for frame, _ in folder.whole(tmp_path)] == [2]

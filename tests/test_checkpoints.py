@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from films import packets
 from launching import command, mpirun, said
+from standing import on_ranks
 
 import motes
 from motes import _core
@@ -27,7 +28,8 @@ FRAMES = 20
 
 
 def run(ranks, place, *, fails=False, env=None, **options):
-    result = mpirun(ranks, SCRIPT, place, env={"OPTIONS": json.dumps(options), **(env or {})})
+    start = mpirun if "kill_at" in options else on_ranks
+    result = start(ranks, SCRIPT, place, env={"OPTIONS": json.dumps(options), **(env or {})})
     assert (result.code != 0) == fails, result.text
     return result
 
@@ -98,7 +100,7 @@ def test_the_manager_goes_on_where_it_was(tmp_path):
     assert first.code != 0 and first.err.count("1500 particles are in one cell") == 1
     newest = folder.whole(tmp_path / "checkpoints")[0][0]
     assert newest in (3, 6)
-    then = mpirun(3, script, tmp_path / "checkpoints")
+    then = on_ranks(3, script, tmp_path / "checkpoints")
     assert then.code == 0, then.text
     assert "particles are in one cell" not in then.err
     assert [f"evaluation {i} of frame {i}" in then.out for i in range(8)] == [i >= newest for i in range(8)]
@@ -238,10 +240,10 @@ def test_another_script_is_refused_unless_told_otherwise(copied, tmp_path):
     other = tmp_path / "other.py"
     other.write_text(SCRIPT.read_text().replace("rate=700", "rate=710"))
     told = {"OPTIONS": json.dumps({"roles": "shared"})}
-    result = mpirun(2, other, copied, env=told)
+    result = on_ranks(2, other, copied, env=told)
     assert result.code == 1
     assert "rate=700" in result.text and "rate=710" in result.text and "--anyway" in result.text
-    assert mpirun(2, other, copied, env={**told, "MOTES_ANYWAY": "1"}).code == 0
+    assert on_ranks(2, other, copied, env={**told, "MOTES_ANYWAY": "1"}).code == 0
 
 
 def test_another_seed_is_refused(copied):
@@ -294,10 +296,10 @@ with world:
 def test_frames_before_the_loop_are_not_done_twice(tmp_path):
     script = tmp_path / "own.py"
     script.write_text(OWN_LOOP)
-    whole = mpirun(1, script, tmp_path / "a")
+    whole = on_ranks(1, script, tmp_path / "a")
     killed = mpirun(1, script, tmp_path / "b", env={"KILL": "6"})
     assert whole.code == 0 and killed.code == 9
-    again = mpirun(2, script, tmp_path / "b")
+    again = on_ranks(2, script, tmp_path / "b")
     assert said(again.err, "motes: goes on with frame 4")
     assert set(said(again.out, "digest")) == set(said(whole.out, "digest"))
 

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import python
+from standing import on_ranks
 
 SCENE = Path(__file__).parent / "scenes" / "conform.py"
 NAME = "mcallister_actions.json"
@@ -42,7 +42,7 @@ def title(number: int) -> str:
 def results(tmp_path_factory: pytest.TempPathFactory) -> list[dict[str, Any]]:
     """Run all cases, in one job."""
     out = tmp_path_factory.mktemp("conformance") / "results"
-    ended = python(SCENE, FILE, out)
+    ended = on_ranks(1, SCENE, FILE, out)
     assert ended.code == 0, ended.text
     found: list[dict[str, Any]] = pickle.loads(out.read_bytes())
     return found

@@ -11,6 +11,7 @@ import socket
 import pytest
 from handmade import load_row, moving_spot, rows, write_log
 from launching import mpirun, said
+from standing import on_ranks
 
 import motes
 from motes._run import run_file
@@ -172,7 +173,7 @@ def check_whole(log, frames, ranks):
 )
 def test_a_secured_log_has_all_frames_and_goes_on_behind_them(tmp_path, size, roles, ranks):
     log = tmp_path / "log"
-    result = mpirun(size, SCENE, log, 6, "end", 0, roles)
+    result = on_ranks(size, SCENE, log, 6, "end", 0, roles)
     assert result.code == 0, result.text
     before, told = result.out.splitlines()[:2]
     assert int(before) == 4, "without it the log lags two frames behind"
@@ -195,7 +196,7 @@ with world:
         world.step()
         if frame == 5:
             if "manager" in world.role:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, 4 * 1024))
+                resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, resource.RLIM_INFINITY))
             world._engine.secure()
             print("secured")
 """
@@ -233,7 +234,7 @@ def test_a_killed_run_is_continued_in_its_log(tmp_path, before, after):
     result = mpirun(before, SCENE, log, 6, "killed", 0, "shared", watch=Killer(log))
     assert result.code != 0
     assert [row["frame"] for row in rows_of(log / "frames.jsonl")][:6] == list(range(6))
-    result = mpirun(after, SCENE, log, 0, "end", 5, "shared")
+    result = on_ranks(after, SCENE, log, 0, "end", 5, "shared")
     assert result.code == 0, result.text
     assert os.listdir(tmp_path) == ["log"]
     check_whole(log, 5, before)
@@ -252,11 +253,11 @@ def test_a_killed_run_is_continued_in_its_log(tmp_path, before, after):
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_damaged_row_ends_the_start_on_every_rank(tmp_path, ranks):
     log = tmp_path / "log"
-    assert mpirun(1, SCENE, log, 0, "end", 0, "shared").code == 0
+    assert on_ranks(1, SCENE, log, 0, "end", 0, "shared").code == 0
     damaged = (log / "load.jsonl").read_bytes()
     damaged = damaged[:512] + b"[" + damaged[513:]
     (log / "load.jsonl").write_bytes(damaged)
-    result = mpirun(ranks, SCENE, log, 0, "end", 5, "shared")
+    result = on_ranks(ranks, SCENE, log, 0, "end", 5, "shared")
     assert result.code == 1
     assert f"{log}/load.jsonl, line 2: damaged row" in result.err, result.text
     assert (log / "load.jsonl").read_bytes() == damaged

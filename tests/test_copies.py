@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 SCENE = """
 import sys
@@ -50,20 +50,20 @@ with world:
 @pytest.fixture(scope="module")
 def from_the_start():
     """Give what a script sees that named the targets in its first frame."""
-    return mpirun(1, SCENE, 0).lines
+    return on_ranks(1, SCENE, 0).lines
 
 
 @pytest.mark.parametrize("ranks", [1, 3, 5])
 @pytest.mark.parametrize("first", [7, 11])
 def test_targets_are_birth_values_however_late_they_are_named(first, ranks, from_the_start):
-    lines = mpirun(ranks, SCENE, first).lines
+    lines = on_ranks(ranks, SCENE, first).lines
     assert len(lines) > 300
     assert any(line.startswith("child") for line in lines)
     assert lines == from_the_start
 
 
 def test_many_births_at_once_are_made_again_in_parts():
-    assert mpirun(3, SCENE, 9, "many").lines == mpirun(1, SCENE, 0, "many").lines
+    assert on_ranks(3, SCENE, 9, "many").lines == on_ranks(1, SCENE, 0, "many").lines
 
 
 RETURN = """
@@ -92,7 +92,7 @@ with world:
 
 
 def test_particles_return_to_where_they_were_born():
-    away, back = map(float, mpirun(3, RETURN).lines[-1].split())
+    away, back = map(float, on_ranks(3, RETURN).lines[-1].split())
     assert away > 0.5
     assert back < 1e-5
 
@@ -131,7 +131,7 @@ with world:
 
 @pytest.mark.parametrize("ranks", [1, 2, 4])
 def test_targets_are_right_where_particles_arrive_after_their_call_was_noted(ranks):
-    count, right = mpirun(ranks, LATE, "shared", 40).lines[-1].split()
+    count, right = on_ranks(ranks, LATE, "shared", 40).lines[-1].split()
     assert int(count) > 1000
     assert right == "True"
 
@@ -164,4 +164,4 @@ with world:
 @pytest.mark.parametrize("ranks", [1, 2])
 @pytest.mark.parametrize("read", ["no", "read"])
 def test_a_read_in_a_frame_forgets_no_births(ranks, read):
-    assert mpirun(ranks, DEAD, read).lines == ["[100.0, 200.0, 300.0]"]
+    assert on_ranks(ranks, DEAD, read).lines == ["[100.0, 200.0, 300.0]"]

@@ -5,8 +5,6 @@ from __future__ import annotations
 import copy
 import math
 import pickle
-import subprocess
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -15,8 +13,9 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launching import mpirun, python
+from launching import command
 from PIL import Image
+from standing import COMMAND_LINE, alike, on_ranks
 
 import motes
 from motes import Curve, actions
@@ -387,16 +386,11 @@ with world:
 def test_recorded_scenes_and_any_ranks_make_the_same(tmp_path: Path, motes_replay: Path):
     script, scene = tmp_path / "comet.py", tmp_path / "comet.motes"
     script.write_text(SCRIPT)
-    alone = python(script).lines
+    alone = alike(script)
     assert len(set(alone)) == 8
-    for ranks in (2, 3):
-        assert mpirun(ranks, script, timeout=60).lines == alone
-    record = [sys.executable, "-m", "motes", "record", str(script), "-o", str(scene)]
-    recorded = subprocess.run(record, capture_output=True, text=True, timeout=60, check=False)
-    assert recorded.returncode == 0, recorded.stderr
-    replay = [str(motes_replay), str(scene), "--digest", "--no-images"]
-    replayed = subprocess.run(replay, capture_output=True, text=True, timeout=60, check=False)
-    assert [line.split()[1] for line in replayed.stdout.splitlines()] == alone, replayed.stderr
+    assert on_ranks(1, COMMAND_LINE, "record", script, "-o", scene).lines
+    replayed = command([motes_replay, scene, "--digest", "--no-images"]).lines
+    assert [line.split()[1] for line in replayed] == alone
 
 
 def test_a_film_fades_to_black(tmp_path: Path) -> None:

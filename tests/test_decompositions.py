@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 DOCS = Path(__file__).parents[1] / "docs"
 
@@ -32,9 +32,9 @@ def test_crowds_are_the_same_however_space_is_cut(crowd: str, tmp_path: Path):
     script = (DOCS / "decompositions_crowds.py").read_text()
     script = script.replace("world.step()", "world.step(), world.say(world.digest())")
     options = [f"--crowd={crowd}", "--particles=100", "--calculators=4", "--frames=2", "--space=fit"]
-    alone = mpirun(1, script, *options).lines
+    alone = on_ranks(1, script, *options).lines
     assert len(alone) == 2
-    assert mpirun(5, script, *options, "--axis=xyz").lines == alone
+    assert on_ranks(5, script, *options, "--axis=xyz").lines == alone
 
 
 def test_a_run_gives_its_figures(made: dict[str, Any], tmp_path: Path):

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import alike, on_ranks
 
 import motes
 from motes import balance
@@ -40,11 +40,9 @@ with world:
 """
 
 
-def lines(tmp_path: Path, size: int, options: str, systems: str = "a = world.system('a')") -> list[str]:
+def lines(size: int, options: str, systems: str = "a = world.system('a')") -> list[str]:
     """Run the script on `size` ranks and return the lines that it prints."""
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(options=options, systems=systems))
-    return mpirun(size, script, timeout=60).lines
+    return on_ranks(size, SCRIPT.format(options=options, systems=systems)).lines
 
 
 @pytest.mark.parametrize("axis", ["", "xx", "w", "xyzz", "X", 0, ["x"], True, "x y", "id"])
@@ -95,8 +93,8 @@ def test_cuts_of_bricks_name_their_axes():
         assert world.system("b", axis=None).cuts.dtype == np.float32
 
 
-def test_equal_bricks(tmp_path: Path):
-    told = lines(tmp_path, 6, "axis='xz', space=(-2, 2), roles='shared'")
+def test_equal_bricks():
+    told = lines(6, "axis='xz', space=(-2, 2), roles='shared'")
     # Three of six below x = 0; of these one below z = -2/3, and the other two are parted across z again.
     assert told[0].startswith("a [('z', -0.66")
     assert [word for word in told[0] if word in "xz"] == ["z", "z", "x", "z", "z"]
@@ -108,7 +106,7 @@ def test_shares_are_kept(tmp_path: Path, axis: str | None):
     options = (
         f"axis={axis!r}, roles='shared', balancer=motes.balance.Proportional([1, 2, 3]), log={str(log)!r}"
     )
-    lines(tmp_path, 3, options)
+    lines(3, options)
     run = motes.open_run(log)
     last = run.load[run.load["frame"] == 5].sort_values("rank")
     assert np.allclose(last["n_end"] / last["n_end"].sum() * 6, [1, 2, 3], rtol=0.1)
@@ -121,24 +119,23 @@ def test_shares_are_kept(tmp_path: Path, axis: str | None):
     assert {name for name in has if run.load[name].notna().any()} == {"domain_lo", "domain_hi"} | others
 
 
-def test_orders_are_for_slabs(tmp_path: Path):
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(options="axis='xy', balancer=Orders()", systems="a = world.system('a')"))
-    failed = mpirun(4, script, timeout=60)
+def test_orders_are_for_slabs():
+    script = SCRIPT.format(options="axis='xy', balancer=Orders()", systems="a = world.system('a')")
+    failed = on_ranks(4, script)
     assert failed.code != 0
     assert "a plan must be shares where domains are no slabs" in failed.err
 
 
 @pytest.mark.parametrize("axis", ["x", "zx", None])
 @pytest.mark.parametrize("combine", ["together", "one_by_one", "overlapped"])
-def test_shared_domains_stay_the_same(tmp_path: Path, axis: str | None, combine: str):
+def test_shared_domains_stay_the_same(axis: str | None, combine: str):
     systems = "a = world.system('a')\nb = world.system('b', axis='y')\nc = world.system('c', domains_of=a)"
     balancer = "motes.balance.PrefixCuts(0.001, min_particles=1)"
     options = f"axis={axis!r}, combine={combine!r}, roles='shared', space='fit', balancer={balancer}"
-    told = lines(tmp_path, 3, options, systems)
+    told = lines(3, options, systems)
     cuts = {line.split(" ", 1)[0]: line.split(" ", 1)[1] for line in told[:3]}
     assert cuts["a"] == cuts["c"] != cuts["b"]
-    assert told[3] == lines(tmp_path, 1, options, systems)[3]
+    assert told[3] == lines(1, options, systems)[3]
 
 
 @pytest.mark.parametrize(("combine", "ranks"), [("overlapped", 3), ("overlapped", 5), ("one_by_one", 3)])
@@ -162,5 +159,4 @@ with world:
         world.step()
     world.say(world.digest())
 """
-    alone = mpirun(1, script).lines
-    assert mpirun(ranks, script).lines == alone
+    alike(script, ranks=(1, ranks))

@@ -9,7 +9,7 @@ from pathlib import Path
 import effects
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 
@@ -41,7 +41,7 @@ def test_the_last_frame_has_the_digests_of_the_table(name: str, tmp_path: Path, 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_an_effect_looks_the_same_on_three_ranks(name: str, tmp_path: Path):
-    said = mpirun(3, effects.EXAMPLES / f"{name}.py", *SMALL[name].options(tmp_path), timeout=60).lines
+    said = on_ranks(3, effects.EXAMPLES / f"{name}.py", *SMALL[name].options(tmp_path), timeout=60).lines
     last = [line.split() for line in said if line[0].isdigit()][-1]
     assert (int(last[0]), tuple(last[1:])) == (SMALL[name].frames - 1, SMALL[name].digests)
 

@@ -11,8 +11,8 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
-from launching import mpirun
 from numpy.typing import NDArray
+from standing import alike, on_ranks
 
 import motes
 
@@ -26,7 +26,7 @@ ELSEWHERE = {"snow": "infinite", "fountain": "fit"}
 
 def run(name: str, ranks: int, *arguments: object) -> list[list[str]]:
     """Run an example; return the fields of each line: frame, particles' digest, picture's digest."""
-    said = mpirun(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
+    said = on_ranks(ranks, EXAMPLES / f"{name}.py", *SMALL, *arguments, timeout=40).lines
     lines = [line for line in said if line[0].isdigit()]
     frames = arguments[arguments.index("--frames") + 1] if "--frames" in arguments else FRAMES
     assert [line.split()[0] for line in lines] == [str(frame) for frame in range(int(str(frames)))]
@@ -93,7 +93,7 @@ def test_another_space_gives_the_same_particles(name: str):
 def test_heterogeneous_shows_who_has_how_much(ranks: int, tmp_path: Path):
     pytest.importorskip("pandas")
     small = ("--particles", 6000, "--frames", 9, "--size", "160x90", "--out", tmp_path)
-    lines = mpirun(ranks, EXAMPLES / "heterogeneous.py", *small).lines
+    lines = on_ranks(ranks, EXAMPLES / "heterogeneous.py", *small).lines
     calculators = [2, 3] if ranks == 4 else [0]
     assert movie_frames(tmp_path / "heterogeneous.mp4") == 9
     assert lines[0] == "Each calculator's part of the particles, in %:"
@@ -123,9 +123,9 @@ def through_a_slab(photons: int, path: float, thick: float = 2.0) -> float:
 
 def test_shielding_obeys_the_law_and_counts_the_same_on_any_ranks():
     arguments = ("--no-images", "--particles", 30_000)
-    one, three = (mpirun(n, EXAMPLES / "shielding.py", *arguments).lines for n in (1, 3))
-    assert one == three and len(one) == 2
-    for line, path in zip(one, (0.5, 1.2), strict=True):
+    lines = alike(EXAMPLES / "shielding.py", *arguments, ranks=(1, 3))
+    assert len(lines) == 2
+    for line, path in zip(lines, (0.5, 1.2), strict=True):
         words = line.replace(",", "").split()
         photons, through, straight, law = int(words[1]), int(words[3]), int(words[5]), float(words[10])
         assert photons == 30_000
@@ -152,7 +152,7 @@ def test_export_writes_the_same_embers_on_any_ranks(tmp_path: Path):
             "--kind",
             kind,
         )
-        lines = mpirun(ranks, EXAMPLES / "export.py", *arguments).lines
+        lines = on_ranks(ranks, EXAMPLES / "export.py", *arguments).lines
         said[ranks, kind] = lines[:-1]
         files[ranks, kind] = motes.open_particles(out / f"embers{kind}")
         assert lines[-1].startswith(f"4 frames in {out}/embers{kind}; the last one has 1")

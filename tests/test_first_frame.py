@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from launching import mpirun, python
+from standing import on_ranks
 
 import motes
 from motes import shapes
@@ -140,7 +140,7 @@ with world:
         s.gravity((0, -1, 0))
         world.step()
 """
-    result = mpirun(4, script, timeout=60)
+    result = on_ranks(4, script, timeout=60)
     assert result.code == 0, result.text
     assert result.err.count("MotesWarning: system 'rain'") == 1, result.text
 
@@ -156,6 +156,6 @@ SOME = {"dam", "fireworks", "flame", "flock", "fountain", "rain", "snow"}
 )
 def test_no_example_gets_a_warning(name: str):
     argv = ("--systems", "2", "--particles", "300", "--frames", "4", "--size", "64x36")
-    result = python(EXAMPLES / f"{name}.py", *argv, timeout=60)
+    result = on_ranks(1, EXAMPLES / f"{name}.py", *argv, timeout=60)
     assert result.code == 0, result.text
     assert "MotesWarning" not in result.err, result.text

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import pickle
-import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 from acting import after, cloud
-from launching import mpirun, python
+from launching import command
+from standing import COMMAND_LINE, alike, on_ranks
 
 import motes
 from motes import actions
@@ -304,20 +303,15 @@ with world:
 """
 
 
-def test_the_same_bits_on_any_ranks_and_in_any_build(tmp_path: Path):
-    script = tmp_path / "stirred.py"
-    script.write_text(SCRIPT.format(unequal=0))
-    alone = python(script).lines
+def test_the_same_bits_on_any_ranks_and_in_any_build():
+    script = SCRIPT.format(unequal=0)
+    alone = alike(script)
     assert len(set(alone)) == 8
-    for ranks in (2, 3):
-        assert mpirun(ranks, script, timeout=60).lines == alone
-    assert mpirun(1, script, timeout=60, env={"MOTES_SIMD": "sse2"}).lines == alone
+    assert on_ranks(1, script, env={"MOTES_SIMD": "sse2"}).lines == alone
 
 
-def test_ranks_with_different_arrays_are_told(tmp_path: Path):
-    script = tmp_path / "unequal.py"
-    script.write_text(SCRIPT.format(unequal="(world.rank == 1)"))
-    result = mpirun(3, script, timeout=60)
+def test_ranks_with_different_arrays_are_told():
+    result = on_ranks(3, SCRIPT.format(unequal="(world.rank == 1)"))
     assert result.code != 0
     assert "ScriptMismatch" in result.text
 
@@ -325,11 +319,6 @@ def test_ranks_with_different_arrays_are_told(tmp_path: Path):
 def test_scene_files_carry_the_tables(tmp_path: Path, motes_replay: Path):
     script, scene = tmp_path / "stirred.py", tmp_path / "stirred.motes"
     script.write_text(SCRIPT.format(unequal=0))
-    record = [sys.executable, "-m", "motes", "record", str(script), "-o", str(scene)]
-    recorded = subprocess.run(record, capture_output=True, text=True, timeout=60, check=False)
-    assert recorded.returncode == 0, recorded.stderr
-    replay = [str(motes_replay), str(scene), "--digest", "--no-images"]
-    replayed = subprocess.run(replay, capture_output=True, text=True, timeout=60, check=False)
-    assert replayed.returncode == 0, replayed.stderr
-    digests = [line.split()[1] for line in replayed.stdout.splitlines()]
-    assert digests == python(script).lines
+    assert on_ranks(1, COMMAND_LINE, "record", script, "-o", scene).lines
+    replayed = command([motes_replay, scene, "--digest", "--no-images"]).lines
+    assert [line.split()[1] for line in replayed] == on_ranks(1, script).lines

@@ -9,7 +9,8 @@ import sys
 import time
 
 import pytest
-from launching import mpirun, python, said
+from launching import said
+from standing import on_ranks
 
 import motes
 from motes._run import waiting
@@ -61,7 +62,7 @@ with motes.World(**options) as world:
 )
 def test_ranks_that_were_told_different_things_are_named(ranks, odd, options, reports):
     shown = repr(options).replace("Pairwise", "motes.Pairwise")
-    result = mpirun(ranks, DIFFERENT, shown, odd, timeout=30)
+    result = on_ranks(ranks, DIFFERENT, shown, odd, timeout=30)
     assert result.code == 1, result.text
     (told,) = said(result.err, "*** motes: ")
     assert told == f"motes.errors.ScriptMismatch: {reports}"
@@ -74,7 +75,7 @@ def test_names_of_logs_may_differ(tmp_path):
         "log = tempfile.mkdtemp(dir=sys.argv[1])\n"
         "with motes.World(seed=1, progress='off', log=log) as world: world.step()\n"
     )
-    assert mpirun(3, own, tmp_path, timeout=30).code == 0
+    assert on_ranks(3, own, tmp_path, timeout=30).code == 0
     assert sum(len(os.listdir(folder)) > 0 for folder in tmp_path.iterdir()) == 1, "the manager's counts"
 
 
@@ -105,7 +106,7 @@ def test_a_seed_that_was_drawn_is_told_whatever_progress_is(progress):
         "    world.step()\n"
         "print(world.seed)\n"
     )
-    for ended in (python(script, progress, timeout=30), mpirun(3, script, progress, timeout=30)):
+    for ended in (on_ranks(1, script, progress, timeout=30), on_ranks(3, script, progress, timeout=30)):
         assert said(ended.err, "seed ") == list(set(ended.lines)), ended.text
 
 
@@ -147,18 +148,21 @@ STEP = "import motes\nwith motes.World(seed=1, progress='off') as w: w.step()\np
 
 
 def test_ranks_that_do_not_see_each_other_are_refused():
-    result = python(STEP, env={"PMI_SIZE": "4", "PMI_RANK": "2"}, timeout=30)
+    result = on_ranks(1, STEP, env={"PMI_SIZE": "4", "PMI_RANK": "2"}, timeout=30)
     assert result.code == 1
     assert result.out == ""
     for part in ("PMI_SIZE=4, PMI_RANK=2", "MPI here sees only this one", "motes run -n N", "MOTES_ALONE=1"):
         assert part in result.err
-    assert python(STEP, env={"PMI_SIZE": "4", "MOTES_ALONE": "1"}, timeout=30).out == "ran\n"
-    assert "MOTES_ALONE must be 0 or 1, got 'yes'" in python(STEP, env={"MOTES_ALONE": "yes"}, timeout=30).err
-    assert mpirun(2, STEP, timeout=30).out == "ran\nran\n", "its own launcher"
+    assert on_ranks(1, STEP, env={"PMI_SIZE": "4", "MOTES_ALONE": "1"}, timeout=30).out == "ran\n"
+    assert (
+        "MOTES_ALONE must be 0 or 1, got 'yes'"
+        in on_ranks(1, STEP, env={"MOTES_ALONE": "yes"}, timeout=30).err
+    )
+    assert on_ranks(2, STEP, timeout=30).out == "ran\nran\n", "its own launcher"
 
 
 def test_a_part_of_an_allocation_is_pointed_out():
-    result = python(STEP, env={"SLURM_JOB_ID": "7", "SLURM_NTASKS": "4"}, timeout=30)
+    result = on_ranks(1, STEP, env={"SLURM_JOB_ID": "7", "SLURM_NTASKS": "4"}, timeout=30)
     assert result.out == "ran\n"
     assert "the scheduler gave this job 4 tasks" in result.err
 

@@ -12,6 +12,7 @@ import time
 import numpy as np
 import pytest
 from launching import mpirun
+from standing import on_ranks
 from test_export import short_run
 
 import motes
@@ -79,7 +80,7 @@ def check(folder, name, reference):
 def reference(tmp_path_factory):
     """An undisturbed run."""
     folder = tmp_path_factory.mktemp("whole")
-    assert mpirun(1, SCENE, folder, "reference", 600).code == 0
+    assert on_ranks(1, SCENE, folder, "reference", 600).code == 0
     return folder / "reference"
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from browser import Page, chromium
-from launching import mpirun
+from standing import on_ranks
 from viewers import Beside, url_of
 
 from motes import Live
@@ -159,7 +159,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
     camera = "motes.Camera((0, 2, 12), (0, 2, 0))"
     options = f"shutter=0, pause_s=0.02, renderer=motes.Renderer(640, 360, camera={camera})"
     with Beside(person) as beside:
-        result = mpirun(
+        result = on_ranks(
             3,
             SCENE,
             tmp_path,
@@ -179,7 +179,7 @@ def test_a_person_steers_a_run_in_a_browser(tmp_path):
     again = tmp_path / "again"
     again.mkdir()
     more = f"dict(steering={str(tmp_path / 'log' / 'steer.jsonl')!r}, {options})"
-    assert mpirun(2, SCENE, again, 100_000, more, timeout=100).code == 0
+    assert on_ranks(2, SCENE, again, 100_000, more, timeout=100).code == 0
     fingerprints = ("frame", "particles_digest", "image_sha256")
     one, two = (
         [[json.loads(line)[name] for name in fingerprints] for line in lines]

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 from launching import mpirun
+from standing import on_ranks
 from viewers import Beside, Client, url_of
 
 import motes
@@ -46,7 +47,7 @@ def test_a_run_without_pictures_is_paused_and_stepped_too(tmp_path):
             assert viewer.pictures == [] and viewer.state["width"] == 0
 
     with Beside(conversation) as beside:
-        result = mpirun(2, STEPS, tmp_path, "127.0.0.1", watch=beside.check)
+        result = on_ranks(2, STEPS, tmp_path, "127.0.0.1", watch=beside.check)
     assert result.code == 0, result.text
     assert "motes: what viewers do is not kept: the run has no log" in result.err
 
@@ -82,7 +83,7 @@ def test_paused_from_the_start_then_stepped_looked_around_and_stopped(tmp_path):
 
     options = "dict(live=motes.Live(0, paused=True), log=None, digest=False, shutter=0)"
     with Beside(conversation) as beside:
-        result = mpirun(3, SCENE, tmp_path, 50, options, timeout=60, watch=beside.check)
+        result = on_ranks(3, SCENE, tmp_path, 50, options, timeout=60, watch=beside.check)
     assert result.code == 0, result.text
     assert "motes: stopped by a viewer after frame 3 of 50" in result.err
     assert result.out.count("ended") == 3
@@ -166,7 +167,7 @@ def test_a_run_waits_for_its_first_viewer(tmp_path, ranks):
             await viewer.until(lambda: bool(viewer.state.get("ended")))
 
     with Beside(conversation) as beside:
-        result = mpirun(
+        result = on_ranks(
             ranks, SCENE, tmp_path, 5, "dict(live=motes.Live(0, wait=True))", timeout=60, watch=beside.check
         )
     assert result.code == 0, result.text
@@ -186,7 +187,7 @@ def test_whoever_draws_serves(tmp_path, roles):
 
     options = f"dict(live=motes.Live(0, wait=True), roles={roles}, combine='overlapped')"
     with Beside(conversation) as beside:
-        result = mpirun(3, SCENE, tmp_path, 100_000, options, timeout=60, watch=beside.check)
+        result = on_ranks(3, SCENE, tmp_path, 100_000, options, timeout=60, watch=beside.check)
     assert result.code == 0, result.text
     told = [json.loads(line) for line in (tmp_path / "log" / "steer.jsonl").read_text().splitlines()]
     assert told[1]["set"] == {"wind": 1.0} and told[-1]["stop"] is True
@@ -195,7 +196,7 @@ def test_whoever_draws_serves(tmp_path, roles):
 def test_a_run_without_viewers_is_the_same_film(tmp_path):
     for name, options in (("plain", "{}"), ("live", "dict(live=motes.Live(0))")):
         (tmp_path / name).mkdir()
-        assert mpirun(2, SCENE, tmp_path / name, 20, options).code == 0
+        assert on_ranks(2, SCENE, tmp_path / name, 20, options).code == 0
     films = []
     for name in ("plain", "live"):
         rows = map(json.loads, (tmp_path / name / "log" / "frames.jsonl").read_text().splitlines())
@@ -275,5 +276,5 @@ def test_a_redraw_has_the_streaks_of_its_frame():
 
 @pytest.mark.parametrize("ranks", [1, pytest.param(2, marks=pytest.mark.slow), 3, 5])
 def test_a_redraw_shows_the_particles_as_they_are_and_changes_nothing(ranks):
-    lines = mpirun(ranks, REDRAW).lines
+    lines = on_ranks(ranks, REDRAW).lines
     assert sorted(lines) == ["bare"] * ranks + ["drawn"] + ["refused"] * ranks

@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 from launching import mpirun
+from standing import on_ranks
 
 pandas = pytest.importorskip("pandas")
 
@@ -96,7 +97,7 @@ def run(request, tmp_path_factory):
     """Give the log of a run, and what the script knew itself."""
     size, roles = request.param
     log = tmp_path_factory.mktemp("run") / "log"
-    said = [line.split() for line in mpirun(size, SCENE, log, roles).lines]
+    said = [line.split() for line in on_ranks(size, SCENE, log, roles).lines]
     return log, said, 2 if roles == "auto" else 3
 
 

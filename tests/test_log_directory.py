@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 from launching import mpirun, said
+from standing import on_ranks
 
 from motes._run import log_directory
 from motes._run.log_directory import LogDirectory
@@ -212,7 +213,7 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
         "motes.world.handshake.meet = told\n"
         "with world: pass\n"
     )
-    result = mpirun(ranks, caught, timeout=30)
+    result = on_ranks(ranks, caught, timeout=30)
     allowed = "log must be a new or empty directory, or an earlier run's log (this one holds 'notes.txt'"
     assert sorted(line[: len(allowed) + 3] for line in result.out.splitlines()) == [
         f"{rank}: {allowed}" for rank in range(ranks)

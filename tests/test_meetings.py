@@ -12,7 +12,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import Result, mpirun, python
+from launching import Result
+from standing import alike, on_ranks
 from test_same_bits import roles, table, widths
 
 import motes
@@ -27,7 +28,7 @@ THIN = [-0.05, 0.05]  # domains far thinner than the reach; the outer ones hold 
 @cache
 def alone() -> list[list[str]]:
     """Frames of the scene on one rank."""
-    frames = table(python(SCENE, json.dumps([{}])).lines)
+    frames = table(on_ranks(1, SCENE, json.dumps([{}])).lines)
     return [frames[0, frame] for frame in range(len(frames))]
 
 
@@ -41,7 +42,7 @@ def assert_equal(result: Result, variants: list[dict[str, Any]]) -> None:
 
 def run(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
     """Play variants in one job, and compare."""
-    assert_equal(mpirun(size, SCENE, json.dumps(variants), timeout=240, env=env), variants)
+    assert_equal(on_ranks(size, SCENE, json.dumps(variants), timeout=240, env=env), variants)
 
 
 def test_the_scene_lives():
@@ -149,10 +150,10 @@ with world:
 
 @pytest.mark.parametrize("events", ["spawn", "kill"])
 def test_a_meeting_that_sees_nobody_changes_nothing(events: str):
-    wanted = python(EMPTY, "alone", events).lines
+    wanted = on_ranks(1, EMPTY, "alone", events).lines
     assert len(set(wanted)) == 6
-    assert python(EMPTY, "meets", events).lines == wanted
-    assert mpirun(3, EMPTY, "meets", events).lines == wanted
+    assert on_ranks(1, EMPTY, "meets", events).lines == wanted
+    assert on_ranks(3, EMPTY, "meets", events).lines == wanted
 
 
 # --- what is refused
@@ -190,7 +191,7 @@ with world:
 )
 def test_particles_are_not_read_behind_a_meeting(substeps: int, meeting: str, read: str):
     text = READ.format(substeps=substeps, before="", meeting=meeting, read=read)
-    result = mpirun(3, text, env={"MOTES_STALL_S": "600"})
+    result = on_ranks(3, text, env={"MOTES_STALL_S": "600"})
     assert result.code == 1
     assert result.out.count("particles of system 's' meet in this frame's list so far") == 3, "on all ranks"
 
@@ -212,10 +213,10 @@ with world:
 
 
 def test_particles_are_read_before_a_meeting_and_after_the_frame():
-    lines = mpirun(3, BOTH_SIDES).lines
+    lines = on_ranks(3, BOTH_SIDES).lines
     assert len(lines) == 2 * 3
     assert len(set(lines)) == 2, "equal on all ranks"
-    assert python(BOTH_SIDES).lines == sorted(set(lines))
+    assert on_ranks(1, BOTH_SIDES).lines == sorted(set(lines))
 
 
 def test_bad_arguments():
@@ -278,10 +279,7 @@ with world:
     ],
 )
 def test_odd_radii_have_a_result(meeting: str, size: int):
-    text = ODD.format(meeting=meeting, size=size)
-    lines = python(text).lines
-    assert len(set(lines)) == 6
-    assert mpirun(3, text).lines == lines
+    assert len(set(alike(ODD.format(meeting=meeting, size=size), ranks=(1, 3)))) == 6
 
 
 FAILS = """
@@ -310,7 +308,7 @@ with world:
     [pytest.param(0, 3, marks=pytest.mark.slow), (2, 8), pytest.param(3, 12, marks=pytest.mark.slow)],
 )
 def test_a_callback_that_fails_between_meetings_stops_all(rank: int, call: int):
-    result = mpirun(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
+    result = on_ranks(4, FAILS.format(rank=rank, call=call), env={"MOTES_STALL_S": "600"})
     assert result.code == 1
     assert f"*** motes: rank {rank}" in result.err
     assert "RuntimeError: the mistake" in result.err
@@ -360,7 +358,7 @@ print(len(late), moved.max(), moved.mean(), overlap.mean(), fastest, start[:, 1]
 
 
 def test_a_box_of_twenty_layers_comes_to_rest():
-    line = python(PILE, timeout=240).lines[0]
+    line = on_ranks(1, PILE, timeout=240).lines[0]
     count, most, mean, overlap, fastest, height = map(float, line.split())
     assert count == 9 * 9 * 20
     assert overlap < 0.06, "of those that touch, as a part of the diameter"
@@ -381,7 +379,7 @@ with motes.World(seed=1, **settings) as w:
 
 
 def test_copies_are_those_within_reach_of_other_domains(tmp_path: Path):
-    ended = mpirun(4, COPIES, tmp_path / "log")
+    ended = on_ranks(4, COPIES, tmp_path / "log")
     assert ended.code == 0, ended.text
     rows = motes.open_run(tmp_path / "log").load
     x = np.random.default_rng(2).uniform(-1, 1, (3000, 3)).astype(np.float32)[:, 0].astype(np.float64)
@@ -441,12 +439,12 @@ with world:
 
 def test_collisions_of_some_count_contacts_as_one_of_all_does():
     """The two kinds are far from each other."""
-    assert python(SHARED_OUT, "two").lines == python(SHARED_OUT, "all").lines
+    assert on_ranks(1, SHARED_OUT, "two").lines == on_ranks(1, SHARED_OUT, "all").lines
 
 
 @pytest.mark.parametrize("size", [2, 5])
 def test_who_has_collided_is_known_wherever_it_goes_next(size: int):
-    assert mpirun(size, SHARED_OUT, "again", "between").lines == python(SHARED_OUT, "again", "between").lines
+    alike(SHARED_OUT, "again", "between", ranks=(1, size))
 
 
 def touching() -> tuple[motes.World, motes.System]:

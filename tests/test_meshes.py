@@ -12,8 +12,9 @@ import pytest
 from acting import after, length
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launching import command, mpirun, python
+from launching import command, python
 from made_meshes import block, globe, torus
+from standing import COMMAND_LINE, on_ranks
 
 import motes
 from motes import actions, shapes
@@ -320,18 +321,18 @@ def test_a_placed_mesh_is_drawn_where_it_is():
 @pytest.fixture(scope="module")
 def alone() -> list[str]:
     """What the scene prints on one rank."""
-    lines = python(SCENE, "--digest").lines
+    lines = on_ranks(1, SCENE, "--digest").lines
     assert len({line.split()[1] for line in lines}) == len({line.split()[2] for line in lines}) == 8
     return lines
 
 
 def test_the_same_bits_on_any_ranks(alone: list[str]):
-    assert mpirun(3, SCENE, "--digest").lines == alone
+    assert on_ranks(3, SCENE, "--digest").lines == alone
 
 
 @pytest.mark.parametrize("env", [{"MOTES_SIMD": "sse2"}, {"MOTES_SIMD": "avx2"}, {"MOTES_THREADS": "3"}])
 def test_the_same_bits_in_any_build_and_on_any_threads(env: dict[str, str], alone: list[str]):
-    result = python(SCENE, "--digest", env=env)
+    result = on_ranks(1, SCENE, "--digest", env=env)
     if result.code != 0 and "this processor supports" in result.err:
         pytest.skip("not on this processor")
     assert result.lines == alone
@@ -340,7 +341,7 @@ def test_the_same_bits_in_any_build_and_on_any_threads(env: dict[str, str], alon
 @pytest.mark.parametrize("ranks", [1, 3])
 def test_a_recorded_scene_brings_its_meshes(ranks: int, alone: list[str], motes_replay: Path, tmp_path: Path):
     scene = tmp_path / "x.motes"
-    command([sys.executable, "-m", "motes", "record", "-o", scene, SCENE], timeout=60)
+    on_ranks(1, COMMAND_LINE, "record", "-o", scene, SCENE)
     argv = [str(motes_replay), str(scene), "--digest"]
     assert command(argv if ranks == 1 else starting.command(ranks, argv)).lines == alone
     assert scene.stat().st_size < 400_000, "each mesh is there once"
@@ -356,7 +357,7 @@ with world:
     dust.bounce(motes.Mesh(*globe(10, 10 + world.rank), resolution=10))
     world.step()
 """
-    result = mpirun(3, script)
+    result = on_ranks(3, script)
     assert result.code != 0 and "ScriptMismatch" in result.err
     assert "bounce with different arguments" in result.err, result.text
 
@@ -385,8 +386,8 @@ def test_a_union_with_a_solid_mesh_is_the_same_in_a_run_that_goes_on(tmp_path: P
     place = 'motes.Checkpoint(os.environ["PLACE"], every=2)'
     stop = 'frame == int(os.environ["STOP"]) and os._exit(3)'
     script.write_text("import os" + UNITED.replace("CHECKPOINT", place).replace("END", stop))
-    whole = python(script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
+    whole = on_ranks(1, script, env={"PLACE": str(tmp_path / "whole"), "STOP": "99"}).lines
     part = {"PLACE": str(tmp_path / "part")}
     assert python(script, env={**part, "STOP": "4"}).code == 3
-    rest = python(script, env={**part, "STOP": "99"}).lines
+    rest = on_ranks(1, script, env={**part, "STOP": "99"}).lines
     assert 0 < len(rest) < 6 and rest == whole[-len(rest) :]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import shapes
@@ -255,7 +255,7 @@ with world:
         s.move()
         world.step()
 """
-    result = mpirun(2, script, timeout=60)
+    result = on_ranks(2, script, timeout=60)
     assert result.code != 0
     assert "step() while step() runs" in result.err, result.text
 

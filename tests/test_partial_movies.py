@@ -17,6 +17,7 @@ av = pytest.importorskip("av")
 
 from films import cut_off, go_on, moving, packets, partial, shown, whole  # noqa: E402
 from launching import mpirun  # noqa: E402
+from standing import on_ranks  # noqa: E402
 
 from motes._run import continuing  # noqa: E402
 from motes._run.continuing import open_movies  # noqa: E402
@@ -230,7 +231,7 @@ with motes.World(seed=1, space=(-1, 1), renderer=renderer, progress="off") as wo
 
 def test_all_ranks_of_a_job_agree_on_how_far_a_film_is(tmp_path):
     film, ranks = tmp_path / "a.mp4", 3
-    result = mpirun(ranks, JOB, film, -1)
+    result = on_ranks(ranks, JOB, film, -1)
     assert result.code == 0, result.text
     told = f"16 {[frame for frame in range(10, 24) if frame % 3 != 2]}"
     assert result.lines == [told] * ranks

@@ -270,14 +270,14 @@ def test_reading_starts_no_mpi(tmp_path):
 
 @pytest.mark.parametrize("target", FORMATS)
 def test_packing_gives_the_same_files_whatever_the_ranks_were(tmp_path, target, capsys):
-    from launching import mpirun
+    from standing import on_ranks
     from test_export import SCENE, check_all
 
     packed = {}
     for ranks in (1, 3):
         folder = tmp_path / str(ranks)
         folder.mkdir()
-        assert mpirun(ranks, SCENE, folder, "end", "npz", "--roles", "shared").code == 0
+        assert on_ranks(ranks, SCENE, folder, "end", "npz", "--roles", "shared").code == 0
         (folder / "joined").mkdir()
         np.savez(folder / "joined/reference.npz", **np.load(folder / "reference.npz"))
         assert (

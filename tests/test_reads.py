@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import column
@@ -24,7 +24,7 @@ SETTINGS = [
 
 @cache
 def without_reads(substeps: int) -> list[str]:
-    lines = mpirun(1, SCENE, "", "--substeps", substeps).lines
+    lines = on_ranks(1, SCENE, "", "--substeps", substeps).lines
     assert len(lines) == 7
     assert int(lines[-1].split()[2]) > 1000, "children live"
     assert int(lines[-1].split()[3]) > 0, "and some were dropped"
@@ -34,18 +34,18 @@ def without_reads(substeps: int) -> list[str]:
 @pytest.mark.parametrize("ranks", [pytest.param(1, marks=pytest.mark.slow), 3])
 @pytest.mark.parametrize("way", WAYS)
 def test_reads_change_no_bit(way, ranks):
-    assert mpirun(ranks, SCENE, way).lines == without_reads(1)
+    assert on_ranks(ranks, SCENE, way).lines == without_reads(1)
 
 
 @pytest.mark.parametrize("ranks, way", [(1, "g01234,l01234,d01234"), (3, "l1,d2,g3,s4"), (5, "l01234")])
 def test_reads_change_no_bit_with_substeps(ranks, way):
-    assert mpirun(ranks, SCENE, way, "--substeps", 3).lines == without_reads(3)
+    assert on_ranks(ranks, SCENE, way, "--substeps", 3).lines == without_reads(3)
 
 
 @pytest.mark.parametrize("settings", SETTINGS, ids=" ".join)
 @pytest.mark.parametrize("ranks", [pytest.param(2, marks=pytest.mark.slow), 5])
 def test_reads_change_no_bit_however_ranks_share_the_work(ranks, settings):
-    assert mpirun(ranks, SCENE, "l0123,d3,g4", *settings).lines == without_reads(1)
+    assert on_ranks(ranks, SCENE, "l0123,d3,g4", *settings).lines == without_reads(1)
 
 
 WRITES = """
@@ -83,9 +83,9 @@ WRITTEN = [
     "write", [*WRITTEN[:2], *(pytest.param(each, marks=pytest.mark.slow) for each in WRITTEN[2:])]
 )
 def test_what_is_written_between_substeps_counts_on_any_number_of_ranks(write):
-    one = mpirun(1, WRITES.replace("WRITE", write)).lines
-    assert one != mpirun(1, WRITES.replace("WRITE", "p.velocity")).lines
-    assert mpirun(4, WRITES.replace("WRITE", write)).lines == one
+    one = on_ranks(1, WRITES.replace("WRITE", write)).lines
+    assert one != on_ranks(1, WRITES.replace("WRITE", "p.velocity")).lines
+    assert on_ranks(4, WRITES.replace("WRITE", write)).lines == one
 
 
 def test_a_preview_that_is_written_behind_its_back_raises():
@@ -227,7 +227,7 @@ with world:
 @pytest.mark.parametrize("ranks, rank", [(1, 0), (3, 2)])
 def test_a_list_that_fails_while_it_is_read_does_not_run_again(how, ranks, rank):
     """Half of it has run. With sub-steps, who writes makes it run once more when the block ends."""
-    result = mpirun(ranks, FAILS, how[0], rank, *how[1:])
+    result = on_ranks(ranks, FAILS, how[0], rank, *how[1:])
     assert result.code != 0
     assert result.out.count("caught") == 1
     assert "went on" not in result.out

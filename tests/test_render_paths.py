@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-from launching import mpirun, python
+from standing import on_ranks
 from test_same_bits import EVERYTHING, assert_equal, roles, table
 
 import motes
@@ -69,7 +69,7 @@ def pictures(
     env: dict[str, str] | None = None,
 ) -> list[Any]:
     """Run the scene; what it said of its pictures."""
-    lines = mpirun(size, SCENE, log, path, wish, distance, linear, count, frames, env=env).lines
+    lines = on_ranks(size, SCENE, log, path, wish, distance, linear, count, frames, env=env).lines
     return [json.loads(line) for line in lines]
 
 
@@ -78,14 +78,14 @@ def pictures(
 )
 def test_any_path_ranks_and_roles(size: int):
     variants = [{"roles": wish, "space": [-3, 3], "path": path} for wish in roles(size) for path in PATHS]
-    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=200).lines), variants)
+    assert_equal(table(on_ranks(size, EVERYTHING, json.dumps(variants), timeout=200).lines), variants)
 
 
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory: pytest.TempPathFactory) -> list[Any]:
     """Pictures of one rank, with their light."""
     log = tmp_path_factory.mktemp("alone") / "log"
-    return [json.loads(line) for line in python(SCENE, log, "gather", "auto", 11, 1, COUNT, 5).lines]
+    return [json.loads(line) for line in on_ranks(1, SCENE, log, "gather", "auto", 11, 1, COUNT, 5).lines]
 
 
 @pytest.mark.parametrize("path", PATHS[1:])
@@ -211,11 +211,11 @@ def test_opaque_particles_are_merged_and_others_are_blended(
     size: int, blends: str, layers: str, drawn: str, tmp_path: Path
 ):
     env = {"PYTHONHASHSEED": "0"}
-    alone = python(BLENDS, tmp_path / "one", "gather", "auto", blends, layers, env=env).lines
+    alone = on_ranks(1, BLENDS, tmp_path / "one", "gather", "auto", blends, layers, env=env).lines
     assert len(alone) == 3
     for wish in ("auto", "shared"):
         log = tmp_path / wish
-        assert mpirun(size, BLENDS, log, "composite", wish, blends, layers, env=env).lines == alone
+        assert on_ranks(size, BLENDS, log, "composite", wish, blends, layers, env=env).lines == alone
         assert {row["render_path"] for row in frames_of(log)} == {drawn}
 
 
@@ -252,8 +252,8 @@ with world:
 @pytest.mark.parametrize("size", [1, 3])
 @pytest.mark.parametrize("path", ["auto", "tiles", "composite"])
 def test_pictures_of_alternating_sizes_are_drawn_in_full(size: int, path: str):
-    large, small = (python(SIZES, "gather", one).lines for one in ("320x200", "70x130"))
-    lines = mpirun(size, SIZES, path, "320x200", "70x130").lines
+    large, small = (on_ranks(1, SIZES, "gather", one).lines for one in ("320x200", "70x130"))
+    lines = on_ranks(size, SIZES, path, "320x200", "70x130").lines
     assert lines == [large[0], small[1], large[2], small[3], large[4], small[5]]
 
 

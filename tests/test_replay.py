@@ -12,8 +12,8 @@ import pytest
 from handmade import moving_spot
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from launching import mpirun
 from particle_engine import play
+from standing import on_ranks
 
 import motes
 from motes import Diffusive, Pairwise, PrefixCuts, Proportional, Static, _core
@@ -294,7 +294,7 @@ def test_a_replay_predicts_real_runs(tmp_path: Path) -> None:
     real = {}
     for name in ("Static()", "Pairwise(0.05)", "PrefixCuts()", "Diffusive()"):
         log = tmp_path / name
-        assert mpirun(5, SCENE, name, str(log), timeout=120, env=told).code == 0
+        assert on_ranks(5, SCENE, name, str(log), timeout=120, env=told).code == 0
         real[name] = motes.open_run(log)
     for name, run in real.items():
         for other, target in real.items():

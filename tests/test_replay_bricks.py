@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import Diffusive, Pairwise, Proportional, Static, _core
@@ -54,7 +54,7 @@ SHARES: dict[str, motes.Balancer] = {
 def bricks(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> dict[str, motes.Run]:
     """Give runs on five ranks, in bricks or by id, whose balancers do not look at the clock."""
     log = tmp_path_factory.mktemp("bricks")
-    mpirun(5, BRICKS, log, request.param, timeout=60)
+    on_ranks(5, BRICKS, log, request.param, timeout=60)
     return {name: motes.open_run(log / name) for name in SHARES}
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun, python
+from standing import alike, on_ranks
 
 import motes
 from motes import column
@@ -33,19 +33,17 @@ def run(record: Any, frames: int = 1, **attributes: Any) -> tuple[motes.Particle
 
 
 def test_one_two_three_and_five_ranks_obey_the_rules_alike():
-    alone = python(RULES).lines
+    alone = alike(RULES, ranks=(1, 2, 3, 5))
     assert len({line.split()[1] for line in alone}) == len(alone) == 12
     assert int(alone[-1].split()[3]) > 500, "rockets have burst"
-    for ranks in (2, 3, 5):
-        assert mpirun(ranks, RULES, timeout=60).lines == alone, f"{ranks} ranks"
 
 
 @pytest.mark.parametrize("isa", ["sse2", "avx2"])
 def test_the_width_of_vectors_does_not_show(isa: str):
-    result = mpirun(2, RULES, timeout=60, env={"MOTES_SIMD": isa})
+    result = on_ranks(2, RULES, timeout=60, env={"MOTES_SIMD": isa})
     if "this processor supports" in result.err:
         pytest.skip(f"no {isa} here")
-    assert result.lines == python(RULES).lines
+    assert result.lines == on_ranks(1, RULES).lines
 
 
 def test_where_limits_an_action_and_leaves_the_rest_bit_by_bit():
@@ -267,7 +265,7 @@ with world:
         s.move()
         world.step()
 """
-    result = mpirun(4, script, timeout=30)
+    result = on_ranks(4, script, timeout=30)
     assert result.code != 0
     assert result.err.count("*** motes:") == 1, result.text
     assert "rank 2 (calculator 0), frame 3" in result.err

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from handmade import load_row, rows, write_log
-from launching import mpirun, python
+from standing import on_ranks
 
 import motes
 from motes import ArgumentError, LogError
@@ -342,6 +342,6 @@ def test_the_pages_example_runs(tmp_path):
         pytest.skip("the page needs the source tree")
     (block,) = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     (tmp_path / "script.py").write_text(f"import os; os.chdir({str(tmp_path)!r})\n{block}")
-    for result in (python(tmp_path / "script.py"), mpirun(3, tmp_path / "script.py")):
+    for result in (on_ranks(1, tmp_path / "script.py"), on_ranks(3, tmp_path / "script.py")):
         assert result.code == 0, result.text
     assert (tmp_path / "out" / "rain.trace.json").stat().st_size > 10_000

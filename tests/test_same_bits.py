@@ -16,7 +16,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun, python
+from launching import python
+from standing import on_ranks
 
 EVERYTHING = Path(__file__).parent / "scenes" / "everything.py"
 SPACES = (None, [-3, 3], "fit")
@@ -25,7 +26,7 @@ SPACES = (None, [-3, 3], "fit")
 @cache
 def alone(variants: str) -> dict[tuple[int, int], list[str]]:
     """Frames of the scene on one rank, by variant and frame."""
-    return table(python(EVERYTHING, variants).lines)
+    return table(on_ranks(1, EVERYTHING, variants).lines)
 
 
 def table(lines: list[str]) -> dict[tuple[int, int], list[str]]:
@@ -49,6 +50,12 @@ def roles(size: int) -> list[Any]:
     if size > 2:
         wishes.append([2, 1, [2, 0]])  # the manager calculates, and some ranks have no role
     return wishes
+
+
+def assert_same(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
+    """Play variants on so many ranks, and compare."""
+    lines = on_ranks(size, EVERYTHING, json.dumps(variants), timeout=200, env=env).lines
+    assert_equal(table(lines), variants)
 
 
 def assert_equal(frames: dict[tuple[int, int], list[str]], variants: list[dict[str, Any]]) -> None:
@@ -81,7 +88,7 @@ def test_another_seed_substeps_or_axis():
 def test_any_ranks_roles_and_cuts(size: int):
     variants = [{"roles": wish, "space": space} for wish in roles(size) for space in SPACES]
     variants.append({"roles": "shared", "space": [-1, 2], "axis": "y"})
-    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
+    assert_same(size, variants)
 
 
 @pytest.mark.parametrize(
@@ -99,7 +106,7 @@ def test_bricks_and_parts_of_the_ids(size: int):
             (None, None, "calculators"),
         )
     ]
-    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
+    assert_same(size, variants)
 
 
 @pytest.mark.parametrize(
@@ -112,7 +119,7 @@ def test_any_way_of_talking(size: int):
         for wish in roles(size)[:: 2 if size > 5 else 1]
         for births, fan_out, space in ways
     ]
-    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120).lines), variants)
+    assert_same(size, variants)
 
 
 @pytest.mark.parametrize(
@@ -128,7 +135,9 @@ def test_any_way_of_talking(size: int):
 def test_any_threads(size: int, threads: int):
     variants = [{"roles": wish, "space": [-3, 3]} for wish in ("auto", "shared")]
     env = {"MOTES_THREADS": str(threads), "MOTES_GRAIN": "64"}
-    assert_equal(table(mpirun(size, EVERYTHING, json.dumps(variants), timeout=120, env=env).lines), variants)
+    assert_equal(
+        table(on_ranks(size, EVERYTHING, json.dumps(variants), timeout=120, env=env).lines), variants
+    )
 
 
 def widths() -> list[str]:
@@ -143,14 +152,16 @@ def test_any_vector_width(width: str):
     if width not in widths():
         pytest.skip(f"this processor has no {width}")
     variants = [{"roles": "auto", "space": None}]
-    assert_equal(table(python(EVERYTHING, json.dumps(variants), env={"MOTES_SIMD": width}).lines), variants)
+    assert_equal(
+        table(on_ranks(1, EVERYTHING, json.dumps(variants), env={"MOTES_SIMD": width}).lines), variants
+    )
 
 
 def test_another_processor_by_the_c_library():
     # The C library then picks its functions for an old processor; ours must not depend on them.
     tunables = {"GLIBC_TUNABLES": "glibc.cpu.hwcaps=-AVX2,-FMA,-AVX512F"}
     variants = [{"roles": "auto", "space": "fit"}]
-    assert_equal(table(python(EVERYTHING, json.dumps(variants), env=tunables).lines), variants)
+    assert_same(1, variants, tunables)
 
 
 def test_a_fast_math_library_in_the_process(tmp_path: Path):
@@ -260,10 +271,10 @@ def assert_scripts_agree(tmp_path: Path, count: int, seed: int) -> None:
     path = tmp_path / "scripts.json"
     path.write_text(json.dumps(scripts))
     player = EVERYTHING.parent / "player.py"
-    one = python(player, path, timeout=300).lines
+    one = on_ranks(1, player, path, timeout=300).lines
     assert len(one) == count
     for size in (3, 4):
-        several = mpirun(size, player, path, timeout=300).lines
+        several = on_ranks(size, player, path, timeout=300).lines
         wrong = [i for i in range(count) if one[i] != several[i]]
         if wrong:
             first = wrong[0]

@@ -9,12 +9,12 @@ import random
 import resource
 import struct
 import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
-from launching import Result, command, python, said
+from launching import Result, command, said
+from standing import COMMAND_LINE, on_ranks
 
 import motes
 from motes._run import starting
@@ -46,8 +46,7 @@ class Recorded:
 
 def record(scene: Path, script: object, *arguments: object, own: tuple[str, ...] = ()) -> Result:
     """Run `motes record` on one rank."""
-    argv = ["-m", "motes", "record", *own, "-o", scene]
-    return command([sys.executable, *argv, script, *arguments], timeout=60)
+    return on_ranks(1, COMMAND_LINE, "record", *own, "-o", scene, script, *arguments)
 
 
 def record_text(tmp_path: Path, text: str, *own: str) -> Result:
@@ -68,7 +67,7 @@ def recorded(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Recorded]:
         out = [] if script == SAYINGS else ["--out", folder / "out"]
         said = record(scene, script, *arguments, *out)
         assert said.code == 0, said.text
-        run = python(script, *arguments, *out, "--digest")
+        run = on_ranks(1, script, *arguments, *out, "--digest")
         found[name] = Recorded(scene, said.out, run.lines)
     return found
 
@@ -107,8 +106,7 @@ def test_no_python_in_it(motes_replay: Path):
 
 
 def test_recording_on_any_number_of_ranks_gives_the_same_file(recorded: dict[str, Recorded], tmp_path: Path):
-    argv = ["-m", "motes", "record", "--json", str(SAYINGS), "--read", "-o", str(tmp_path / "s.motes")]
-    made = command(starting.command(3, [sys.executable, *argv]))
+    made = on_ranks(3, COMMAND_LINE, "record", "--json", SAYINGS, "--read", "-o", tmp_path / "s.motes")
     wanted = recorded["sayings that read"].scene.read_bytes()
     said = json.loads(made.lines[-1])
     assert (said["frames"], said["systems"], said["bytes"]) == (7, 3, len(wanted))
@@ -368,7 +366,7 @@ def test_a_recorded_rope_ties_its_own_particles(motes_replay: Path, tmp_path: Pa
     """Ids depend on how many children there were, which a recording has to find out."""
     record_text(tmp_path, ROPE_AFTER_CHILDREN)
     again = replay(motes_replay, 1, tmp_path / "x.motes", "--digest")
-    assert again.lines == python(ROPE_AFTER_CHILDREN, "--digest").lines
+    assert again.lines == on_ranks(1, ROPE_AFTER_CHILDREN, "--digest").lines
 
 
 def test_a_recording_draws_nothing_and_says_so(tmp_path: Path):
@@ -392,7 +390,7 @@ def test_record_needs_a_script_and_a_name(tmp_path: Path):
         (["none.py", "-o", "x.motes"], "script none.py does not exist"),
         ([str(SAYINGS)], "no file given"),
     ):
-        result = command([sys.executable, "-m", "motes", "record", *argv])
+        result = on_ranks(1, COMMAND_LINE, "record", *argv)
         assert result.code == 2 and text in result.err, result.text
 
 

@@ -8,7 +8,7 @@ import re
 from pathlib import Path
 
 import pytest
-from launching import mpirun
+from standing import on_ranks
 
 import motes
 from motes import RankError
@@ -93,7 +93,7 @@ with world:
     ],
 )
 def test_other_ranks_name_the_line_that_failed(how, ranks, roles, guilty, own, action, line, text):
-    result = mpirun(ranks, SCENE, how, f"[{guilty}]", roles, timeout=30)
+    result = on_ranks(ranks, SCENE, how, f"[{guilty}]", roles, timeout=30)
     assert result.code == 1, result.text
     told = sorted(json.loads(line) for line in result.out.splitlines())
     assert [row[0] for row in told] == list(range(ranks)), result.text
@@ -110,7 +110,7 @@ def test_other_ranks_name_the_line_that_failed(how, ranks, roles, guilty, own, a
 
 @pytest.mark.parametrize(("ranks", "roles", "guilty"), [(3, "auto", 1), (2, "shared", 0)])
 def test_births_that_fail_name_the_line_that_recorded_them(ranks, roles, guilty):
-    result = mpirun(ranks, SCENE, "births", f"[{guilty}]", roles, timeout=60)
+    result = on_ranks(ranks, SCENE, "births", f"[{guilty}]", roles, timeout=60)
     assert result.code == 1, result.text
     told = sorted(json.loads(line) for line in result.out.splitlines())
     assert [row[0] for row in told] == list(range(ranks)), result.text

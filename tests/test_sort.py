@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun, python
+from standing import on_ranks
 
 import motes
 from motes import actions, column
@@ -60,10 +60,10 @@ with world:
 
 
 def test_one_two_three_and_five_ranks_sort_and_nothing_else_changes():
-    alone = python(SCENE).lines
+    alone = on_ranks(1, SCENE).lines
     assert len(alone) == 8
     for ranks in (1, 2, 3, 5):
-        assert mpirun(ranks, SCENE, "sorts", timeout=60).lines == alone, f"{ranks} ranks"
+        assert on_ranks(ranks, SCENE, "sorts", timeout=60).lines == alone, f"{ranks} ranks"
 
 
 def sorted_views(**wish: Any) -> tuple[dict[str, np.ndarray], motes.Particles]:

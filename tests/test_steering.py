@@ -14,6 +14,7 @@ from typing import Any
 
 import pytest
 from launching import Result, command, mpirun
+from standing import COMMAND_LINE, on_ranks
 from viewers import Beside, Client, url_of
 
 from motes._live import steer_file
@@ -37,8 +38,10 @@ def new(folder: Path, name: str) -> Path:
     return folder / name
 
 
-def run(ranks: int, folder: Path, frames: int, options: str = "{}", **given: Any) -> Result:
-    return mpirun(ranks, SCENE, folder, frames, options, timeout=100, **given)
+def run(
+    ranks: int, folder: Path, frames: int, options: str = "{}", start: Any = on_ranks, **given: Any
+) -> Result:
+    return start(ranks, SCENE, folder, frames, options, timeout=100, **given)
 
 
 def repeat(ranks: int, folder: Path, of: Path, frames: int, more: str = "") -> Result:
@@ -158,15 +161,15 @@ def test_another_script_is_refused_unless_told_otherwise(steered, tmp_path):
     script.write_text(SCENE.read_text().replace("half = 4 if", "half = 5 if"))
     path = str(steered / "log" / "steer.jsonl")
     arguments = (tmp_path, 20, f"dict(steering={path!r})")
-    result = mpirun(2, script, *arguments)
+    result = on_ranks(2, script, *arguments)
     assert result.code == 1, result.text
     line = next(i for i, text in enumerate(script.read_text().splitlines(), 1) if "half = 5 if" in text)
     told = f"the script's line {line} was 'half = 4 if shape.value == \"wide\" else 1' and is 'half = 5 if"
     assert told in result.err and "--anyway repeats it anyway" in result.err, result.text
-    assert mpirun(2, script, *arguments, env={"MOTES_ANYWAY": "1"}).code == 0
+    assert on_ranks(2, script, *arguments, env={"MOTES_ANYWAY": "1"}).code == 0
     lost = tmp_path / "steer.jsonl"  # without the log beside it
     lost.write_bytes(Path(path).read_bytes())
-    result = mpirun(1, script, tmp_path, 20, f"dict(steering={str(lost)!r})")
+    result = on_ranks(1, script, tmp_path, 20, f"dict(steering={str(lost)!r})")
     assert result.code == 1 and "the script has changed since, or is another one" in result.err
 
 
@@ -201,7 +204,7 @@ def test_a_torn_last_line_is_left_out(steered, tmp_path):
 
 
 def test_a_file_that_is_not_there_is_refused(tmp_path):
-    result = mpirun(2, SCENE, tmp_path, 5, "dict(steering='/nowhere/steer.jsonl')")
+    result = on_ranks(2, SCENE, tmp_path, 5, "dict(steering='/nowhere/steer.jsonl')")
     assert result.code == 1 and "No such file or directory, got '/nowhere/steer.jsonl'" in result.err
     assert result.err.count("*** motes") == 1, result.text
     result = command([sys.executable, "-m", "motes", "run", "-n", "2", "--steering", "nowhere", SCENE])
@@ -215,7 +218,7 @@ def test_what_the_script_has_no_control_for_is_said_on_all_ranks(steered, tmp_pa
     path = tmp_path / "steer.jsonl"
     lines = (steered / "log" / "steer.jsonl").read_text().splitlines()
     path.write_text(lines[0] + '\n{"frame": 3, "set": {"rain": 1}}\n')
-    result = mpirun(3, SCENE, tmp_path, 5, f"dict(steering={str(path)!r})")
+    result = on_ranks(3, SCENE, tmp_path, 5, f"dict(steering={str(path)!r})")
     assert result.code == 1 and "sets 'rain' before frame 3: no such control here" in result.err, result.text
 
 
@@ -247,7 +250,7 @@ with world:
     ],
 )
 def test_ranks_that_declare_other_controls_are_found(live, what):
-    result = mpirun(3, DIFFERENT.format(live=live, what=what))
+    result = on_ranks(3, DIFFERENT.format(live=live, what=what))
     assert result.code == 1, result.text
     assert "different arguments: controls {" in result.err and "rank 1" in result.err, result.text
 
@@ -292,7 +295,7 @@ def test_a_signal_is_a_stop_too_also_in_a_pause(tmp_path, held):
             await viewer.until(lambda: bool(viewer.state.get("ended")))
 
     with Beside(conversation) as beside:
-        result = run(3, tmp_path, 5000, LIVE, watch=beside.check)
+        result = run(3, tmp_path, 5000, LIVE, mpirun, watch=beside.check)
     assert result.code == 143 and "motes: stopped by SIGTERM after frame" in result.err, result.text
     told = rows(tmp_path, "steer.jsonl")
     assert told[-1] == {"frame": len(film(tmp_path)), "stop": True}
@@ -334,7 +337,7 @@ def test_a_steered_run_goes_on_from_its_checkpoint(tmp_path):
     killing: list[int] = []
     killed: list[int] = []
     with Beside(first) as beside:
-        result = run(3, tmp_path, 100, options, watch=kill)
+        result = run(3, tmp_path, 100, options, mpirun, watch=kill)
     assert result.code != 0, result.text
     (tmp_path / "url").unlink()
     seen: dict[str, Any] = {}
@@ -422,7 +425,7 @@ def test_a_replay_can_be_watched_and_paused_but_not_steered(steered, tmp_path):
 
 def test_a_recorded_scene_has_the_first_values(tmp_path):
     """`motes record` serves no viewers, whatever the script or the environment says."""
-    argv = [sys.executable, "-m", "motes", "record", SCENE, tmp_path, 5, "-o", tmp_path / "a.motes"]
-    result = command(argv, env={"MOTES_LIVE": "0,paused"})
+    argv = ["record", SCENE, tmp_path, 5, "-o", tmp_path / "a.motes"]
+    result = on_ranks(1, COMMAND_LINE, *argv, env={"MOTES_LIVE": "0,paused"})
     assert result.code == 0 and (tmp_path / "a.motes").exists(), result.text
     assert "live at" not in result.err

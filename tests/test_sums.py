@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import json
 import math
-import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
-from launching import command, mpirun, python
 from numpy.typing import NDArray
+from standing import COMMAND_LINE, on_ranks
 from test_same_bits import widths
 
 import motes
@@ -25,7 +24,7 @@ SCENE = Path(__file__).parent / "scenes" / "sums.py"
 @cache
 def alone(substeps: int = 1) -> list[str]:
     """The sums on one rank."""
-    lines = python(SCENE, json.dumps({"substeps": substeps})).lines
+    lines = on_ranks(1, SCENE, json.dumps({"substeps": substeps})).lines
     assert len(set(lines)) == len(lines) == 4
     return lines
 
@@ -36,18 +35,18 @@ SETTINGS = [{"roles": "shared", "space": (-2, 2)}, {"fan_out": 2, "substeps": 3,
 @pytest.mark.parametrize("ranks", [1, 2, 3, 5])
 @pytest.mark.parametrize("settings", SETTINGS, ids=str)
 def test_any_ranks(ranks: int, settings: dict[str, Any]):
-    assert mpirun(ranks, SCENE, json.dumps(settings)).lines == alone(settings.get("substeps", 1))
+    assert on_ranks(ranks, SCENE, json.dumps(settings)).lines == alone(settings.get("substeps", 1))
 
 
 @pytest.mark.parametrize("ranks", [1, 2])
 def test_any_threads(ranks: int):
     env = {"MOTES_THREADS": "3", "MOTES_GRAIN": "100"}
-    assert mpirun(ranks, SCENE, json.dumps({"space": (-2, 2)}), env=env).lines == alone()
+    assert on_ranks(ranks, SCENE, json.dumps({"space": (-2, 2)}), env=env).lines == alone()
 
 
 @pytest.mark.parametrize("width", widths())
 def test_any_vector_width(width: str):
-    assert python(SCENE, "{}", env={"MOTES_SIMD": width}).lines == alone()
+    assert on_ranks(1, SCENE, "{}", env={"MOTES_SIMD": width}).lines == alone()
 
 
 def emitted(count: int, seed: int) -> dict[str, NDArray[np.float32]]:
@@ -203,10 +202,10 @@ with world:
 
 
 def test_ranks_that_ask_for_different_sums_are_told():
-    failed = mpirun(3, OTHERS.replace("WHERE", "world.rank // 2"))
+    failed = on_ranks(3, OTHERS.replace("WHERE", "world.rank // 2"))
     assert failed.code != 0 and "different arguments: s, " in failed.err, failed.text
     other = OTHERS.replace("s.total(", "if world.rank == 1: s.gather()\n    s.total(").replace("WHERE", "0")
-    failed = mpirun(3, other)
+    failed = on_ranks(3, other)
     assert failed.code != 0 and "gather here, total there" in failed.err, failed.text
 
 
@@ -228,8 +227,8 @@ with world:
 def test_a_recording_computes_what_its_sums_read(tmp_path: Path):
     script = tmp_path / "script.py"
     script.write_text(RECORDED)
-    recorded = command([sys.executable, "-m", "motes", "record", "-o", tmp_path / "x.motes", script])
-    assert recorded.lines[:3] == python(script).lines
+    recorded = on_ranks(1, COMMAND_LINE, "record", "-o", tmp_path / "x.motes", script)
+    assert recorded.lines[:3] == on_ranks(1, script).lines
 
 
 def test_near_names_are_suggested(system: motes.System):

@@ -8,7 +8,8 @@ import re
 from pathlib import Path
 
 import pytest
-from launching import mpirun, python
+from launching import python
+from standing import on_ranks
 
 import motes
 from motes._run.threads import MASK_BYTES, Place, processors, threads_of
@@ -90,7 +91,7 @@ def test_the_environment_takes_precedence(monkeypatch: pytest.MonkeyPatch):
 
 def test_the_log_says_the_threads_of_each_rank(tmp_path: Path):
     log = tmp_path / "log"
-    assert mpirun(2, SCENE, log, env={"MOTES_THREADS": "3"}).code == 0
+    assert on_ranks(2, SCENE, log, env={"MOTES_THREADS": "3"}).code == 0
     rows = json.loads((log / "run.json").read_text())["ranks"]
     assert [row["threads"] for row in rows] == [3, 3]
 
@@ -98,7 +99,7 @@ def test_the_log_says_the_threads_of_each_rank(tmp_path: Path):
 def test_more_ranks_than_processors_have_a_thread_each(tmp_path: Path):
     log = tmp_path / "log"
     size = len(os.sched_getaffinity(0)) + 1
-    assert mpirun(min(size, 5), SCENE, log, env={"MOTES_THREADS": ""}).code == 0
+    assert on_ranks(min(size, 5), SCENE, log, env={"MOTES_THREADS": ""}).code == 0
     rows = json.loads((log / "run.json").read_text())["ranks"]
     assert all(row["threads"] == 1 for row in rows) or size > 5
 
@@ -183,7 +184,7 @@ with world:
 
 @pytest.mark.parametrize("size", [1, 3])
 def test_a_callback_that_raises_ends_the_job(size: int):
-    ended = mpirun(size, FAILING)
+    ended = on_ranks(size, FAILING)
     assert ended.code != 0 and "no more" in ended.err, ended.text
 
 
@@ -224,7 +225,7 @@ with world:
 @pytest.mark.slow
 def test_ranks_with_other_numbers_of_threads_have_their_share(tmp_path: Path):
     log = tmp_path / "log"
-    assert mpirun(2, UNEQUAL, log).code == 0
+    assert on_ranks(2, UNEQUAL, log).code == 0
     last = [json.loads(line) for line in (log / "load.jsonl").read_text().splitlines()][-2:]
     first, second = sorted(last, key=lambda row: row["rank"])
     speeds, particles = second["speed"] / first["speed"], second["n_end"] / first["n_end"]

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from launching import mpirun, python
+from standing import on_ranks
 
 import motes
 from motes import ArgumentError, shapes
@@ -27,7 +27,7 @@ def frames_of(lines: list[str]) -> dict[tuple[int, int], list[str]]:
 @cache
 def alone() -> tuple[str, ...]:
     """What one rank prints."""
-    return tuple(python(SCENE, json.dumps([{}])).lines)
+    return tuple(on_ranks(1, SCENE, json.dumps([{}])).lines)
 
 
 def test_the_scene_lives():
@@ -45,7 +45,7 @@ def test_the_same_bits(size: int):
     wanted = frames_of(list(alone()))
     variants: list[dict[str, Any]] = [{"axis": axis} for axis in ("x", "y", "z", "xyz", None)]
     variants += [{"roles": "shared"}, {"threads": 3}, {"space": (0.3, 0.35)}, {"births": "calculators"}]
-    found = frames_of(mpirun(size, SCENE, json.dumps(variants), timeout=180).lines)
+    found = frames_of(on_ranks(size, SCENE, json.dumps(variants), timeout=180).lines)
     for (variant, frame), row in found.items():
         assert row == wanted[0, frame], f"{variants[variant]}, frame {frame}"
     assert len(found) == len(variants) * len(wanted)
@@ -53,7 +53,7 @@ def test_the_same_bits(size: int):
 
 @pytest.mark.parametrize("simd", ["sse2", "avx2"])
 def test_the_same_bits_in_other_builds(simd: str):
-    found = python(SCENE, json.dumps([{}]), env={"MOTES_SIMD": simd})
+    found = on_ranks(1, SCENE, json.dumps([{}]), env={"MOTES_SIMD": simd})
     if "MOTES_SIMD" in found.err:
         pytest.skip(f"no {simd} here")
     assert found.lines == list(alone())
@@ -236,7 +236,7 @@ with world:
 
 def test_copies_are_those_within_reach_of_the_ties(tmp_path: Path):
     log = tmp_path / "log"
-    assert mpirun(4, FLYING, log).code == 0
+    assert on_ranks(4, FLYING, log).code == 0
     load = motes.open_run(log).load
     copies = load.groupby("frame")["copies"].sum()
     assert load.groupby("frame")["hops"].max()[[0, 1]].tolist() == [3, 2]

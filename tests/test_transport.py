@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 from launching import command, mpirun
+from standing import on_ranks
 
 from motes import analysis
 from motes._run import starting
@@ -55,14 +56,14 @@ def test_messages_travel_while_a_rank_computes(progress_program: Path, tmp_path:
 @pytest.mark.parametrize("env", BOTH_ENDS, ids=["tcp", "no copies"])
 @pytest.mark.parametrize("ranks", [2, 3])
 def test_a_film_is_the_same_whatever_carries_it(tmp_path, ranks, env):
-    alone = mpirun(1, FILM, tmp_path)
+    alone = on_ranks(1, FILM, tmp_path)
     assert len(alone.lines) == 4, alone.text
     assert mpirun(ranks, FILM, tmp_path, env={**env, **PIXELS_TRAVEL}).lines == alone.lines
 
 
 def test_ranks_of_one_host_draw_into_memory_that_they_share(tmp_path):
-    shared = mpirun(3, FILM, tmp_path / "shared")
-    sent = mpirun(3, FILM, tmp_path / "sent", env=PIXELS_TRAVEL)
+    shared = on_ranks(3, FILM, tmp_path / "shared")
+    sent = on_ranks(3, FILM, tmp_path / "sent", env=PIXELS_TRAVEL)
     assert len(shared.lines) == 4 and shared.lines == sent.lines, shared.text + sent.text
     pixels = 640 * 360 * 3 * 2 / 3  # of the ranks that are not the image generator
     shared_bytes, sent_bytes = (

@@ -52,6 +52,13 @@ def test_a_control_has_its_first_value_and_cannot_be_assigned():
         wind.low = 1
 
 
+def test_a_control_is_not_tested_in_place_of_its_value():
+    flag = motes.World(seed=1, progress="off").control("on", False)
+    for test in (bool, lambda one: np.where([one], 1, 2)):
+        with pytest.raises(errors.ArgumentError, match="control must be tested by its value: on.value"):
+            test(flag)
+
+
 @pytest.mark.parametrize(
     ("arguments", "kind"),
     [

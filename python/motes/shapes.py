@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 
-class Shape(Value, Region):
+class Shape(Region, Value):
     """What all shapes can do."""
 
     def _set(self, **fields: Any) -> None:

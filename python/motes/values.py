@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
 from typing import Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
-from .errors import NotAssignable, near
+from .errors import ArgumentError, NotAssignable, near
 
 __all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
 
@@ -56,6 +56,16 @@ class Value:
         for time in times_of(given):
             type(self)(**{name: at(field, time) for name, field in self._items().items()})
         self.__dict__["moves"] = True
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> NoReturn:
+        """Refuse NumPy's arithmetic, which would take any object for a true constant."""
+        self.__array_function__(ufunc, (), inputs, keywords)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> NoReturn:
+        """Refuse NumPy's functions, for the same reason."""
+        kind = type(self).__name__
+        allowed = f"a function of arrays; a {kind} is none, and can only be given to motes"
+        raise ArgumentError("function", f"numpy.{function.__name__}", allowed)
 
     def _items(self) -> dict[str, Any]:
         """Return the fields as they are now, by name."""

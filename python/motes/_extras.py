@@ -12,8 +12,8 @@ from typing import Any
 from .errors import MissingExtra
 
 __all__ = [
-    *("av", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live", "require_openexr"),
-    *("require_anywidget", "require_usd", "simplejpeg", "trimesh", "usd", "usd_writer", "websockets"),
+    *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
+    *("require_anywidget", "require_openexr", "require_usd", "simplejpeg", "usd", "usd_writer", "websockets"),
 ]
 
 _EXR = "a picture saved as .exr"
@@ -80,9 +80,9 @@ def websockets(part: str) -> Any:
     return _import(f"websockets.{part}", _LIVE, "live")
 
 
-def trimesh() -> Any:
-    """Import trimesh. Raises MissingExtra if it is not installed."""
-    return _import("trimesh", "Mesh.load", "mesh")
+def draco(need: str) -> Any:
+    """Import DracoPy. Raises MissingExtra if it is not installed."""
+    return _import("DracoPy", need, "mesh")
 
 
 def usd(need: str) -> Any:

@@ -129,7 +129,7 @@ EXTRAS = {
     "exr": ("OpenEXR>=3.3",),
     "image": ("Pillow>=10",),
     "live": ("websockets>=13", "simplejpeg>=1.8"),
-    "mesh": ("trimesh>=4.6",),
+    "mesh": ("DracoPy>=2.0",),
     "notebook": ("websockets>=13", "simplejpeg>=1.8", "anywidget>=0.9"),
     "usd": ("usd-core>=24.11",),
 }

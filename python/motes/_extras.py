@@ -52,9 +52,9 @@ def require_openexr() -> None:
         raise MissingExtra(_EXR, extra="exr", package="OpenEXR")
 
 
-def pillow() -> Any:
-    """Import the part of Pillow that reads pictures. Raises MissingExtra if it is not installed."""
-    return _import("PIL.Image", "a sprite's image that is a path", "image", package="Pillow")
+def pillow(module: str = "PIL.Image") -> Any:
+    """Import a part of Pillow, the one that reads pictures. Raises MissingExtra if it is not installed."""
+    return _import(module, "a sprite's image that is a path", "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:

@@ -44,7 +44,7 @@ class SteerFile:
                     _line({"frame": frame, **row}) for frame, row in rows.items() if frame < continued_from
                 ]
             files.write_whole(self.path, "".join(lines).encode())
-            self._file = open(self.path, "a", encoding="utf-8")  # noqa: SIM115 (until `close`)
+            self._file = files.append_to(self.path)
         except ValueError as error:
             raise LogError(f"{self.path}: cannot be continued: {error}") from None
         except OSError as error:

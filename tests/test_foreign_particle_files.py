@@ -235,3 +235,43 @@ def test_pack_writes_nowhere_else_for_a_hostile_export(tmp_path, capsys):
     assert main(["pack", str(tmp_path / "e"), "-o", str(tmp_path / "packed")]) == 2
     assert "stem" in capsys.readouterr().err
     assert sorted(path.name for path in Path(tmp_path).iterdir()) == ["e"]
+
+
+def test_houdinis_names_become_ours(tmp_path):
+    dice = np.random.default_rng(2)
+    columns = {"P": dice.random((9, 3)), "v": dice.random((9, 3)), "Cd": dice.random((9, 3))}
+    more = {"pscale": dice.random(9), "Alpha": dice.random(9), "life": dice.random(9), "heat": dice.random(9)}
+    np.savez(tmp_path / "a.npz", **columns, **more)
+    read = motes.open_particles(tmp_path / "a.npz")[0]
+    world = motes.World(seed=1, progress="off")
+    system = world.system("s", attributes={"heat": 0.0})
+    with world:
+        system.emit(read)
+        world.step()
+        born = system.gather()
+    for name, column in (
+        *(("position", columns["P"]), ("velocity", columns["v"]), ("color", columns["Cd"])),
+        *(("alpha", more["Alpha"]), ("lifetime", more["life"]), ("heat", more["heat"])),
+        ("size", np.repeat(2 * more["pscale"][:, None], 3, axis=1)),
+    ):
+        np.testing.assert_array_equal(getattr(born, name), column.astype(np.float32))
+    np.savez(tmp_path / "b.npz", position=columns["P"], P=columns["v"])
+    assert sorted(motes.open_particles(tmp_path / "b.npz")[0].columns()) == ["P", "position"]
+
+
+@pytest.mark.parametrize(
+    ("column", "message"),
+    [
+        (
+            {"heat": np.zeros(1)},
+            r"declare it, world.system\('s', attributes={'heat': 0.0}\), or leave it out, .*'heat'",
+        ),
+        ({"dir": np.zeros((1, 3))}, r"attributes={'dir': \(0, 0, 0\)}"),
+        ({"velocty": np.zeros((1, 3))}, "did you mean 'velocity'"),
+        ({"Cd": np.zeros((1, 3))}, r"column must be named as here: emit\(color=...\), got 'Cd'"),
+    ],
+)
+def test_a_column_that_the_system_lacks_says_what_to_do(column, message):
+    system = motes.World(seed=1, progress="off").system("s")
+    with pytest.raises(motes.ArgumentError, match=message):
+        system.emit(position=[(0, 0, 0)], **column)

@@ -14,6 +14,7 @@ from .. import arguments
 from ..errors import ArgumentError, MotesError
 from ..particles import Particles
 from . import npz, vtp
+from .foreign import renamed
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
@@ -26,7 +27,8 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
     """Open particles that `Export` or `python -m motes pack` wrote, or a single .npz or .vtp file.
 
     `open_particles(path)[frame]` reads one frame: `Particles`, sorted by id, with the bits that `gather` gave
-    there. `system`: which one, where there are several. Frames are read when they are asked for. Of a run
+    there. `system`: which one, where there are several. Frames are read when they are asked for. A single
+    file may be another program's: `P`, `v`, `Cd`, `Alpha`, `pscale`, `life` have our names then. Of a run
     that was killed, all frames up to the last whole one are there. Needs no MPI; .usd needs the extra [usd].
     Raises ArgumentError if there is nothing of that kind, MotesError if files are damaged or missing.
     """
@@ -233,6 +235,7 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
     except Exception as error:  # any: a damaged file can fail anywhere
         raise _unreadable(path, error) from error
     count = _checked_rows(path, columns)
+    columns = renamed(columns)
     ids = columns.pop("id", np.arange(count)).astype(np.uint64)
     with np.errstate(over="ignore"):  # what is too large becomes infinite
         floats = {name: array.astype(np.float32, copy=False) for name, array in columns.items()}

@@ -169,8 +169,20 @@ def near(name: object, known: Iterable[str]) -> str:
     """Suggest the known name that is nearest: "; did you mean 'velocity'?", or nothing."""
     if not isinstance(name, str):
         return ""
-    found = difflib.get_close_matches(name, list(known), n=1)
+    names = list(known)
+    meant = [one for one in _MEANT.get(name, ()) if one.partition("=")[0] in names]
+    found = meant or difflib.get_close_matches(name, names, n=1)
     return f"; did you mean {found[0]!r}?" if found else ""
+
+
+_MEANT = {
+    **{"fps": ("dt=1/fps",), "frame_rate": ("dt=1/frame_rate",), "timestep": ("dt",), "time_step": ("dt",)},
+    **{"size": ("pixels", "radius"), "diameter": ("pixels",), "width": ("pixels",), "texture": ("image",)},
+    **{"colour": ("color",), "opacity": ("alpha",), "steps": ("substeps",), "bounds": ("space",)},
+    **{"pos": ("position",), "vel": ("velocity",), "target": ("look_at",), "fov": ("fov_deg",)},
+    **{"resolution": ("width",), "bg": ("background",), "n": ("count",), "number": ("count",)},
+}
+"""What scripts that were written for other programs say -> what may be meant, where it is known."""
 
 
 def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:

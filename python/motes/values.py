@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import ast
 import functools
 import inspect
+import itertools
 import math
+import textwrap
 from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import MISSING, dataclass, fields
@@ -134,6 +137,44 @@ def times_of(given: Iterable[Any]) -> list[float]:
     return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
 
 
+class FieldTexts:
+    """A class's docstring with the texts that stand below its fields, for `help`.
+
+    They are read from the source when somebody asks. `shown`: the site shows them field by field.
+    """
+
+    shown = True
+
+    def __init__(self, text: str) -> None:
+        """Take the docstring itself."""
+        self._text = text
+
+    def __get__(self, _: object, kind: type) -> str:
+        """Return the whole text."""
+        if not self.shown:
+            return self._text
+        try:
+            (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+        except (OSError, TypeError, SyntaxError, ValueError):  # no source here
+            return self._text
+        lines = []
+        for field, below in itertools.pairwise(getattr(tree, "body", ())):
+            text = _text_of(below)
+            if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and text:
+                lines.append(f"    {field.target.id}: {textwrap.indent(text, ' ' * 8).strip()}")
+        fields_ = "\n".join(lines)
+        return f"{inspect.cleandoc(self._text)}\n\nFields:\n{fields_}\n" if lines else self._text
+
+
+def _text_of(statement: ast.stmt) -> str:
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    return (
+        inspect.cleandoc(value.value)
+        if isinstance(value, ast.Constant) and isinstance(value.value, str)
+        else ""
+    )
+
+
 class Settings:
     """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
 
@@ -141,6 +182,10 @@ class Settings:
     """By name: the check that takes name and value, and returns the value to keep."""
     _may_move: ClassVar[frozenset[str]] = frozenset()
     """The names of those that may be curves."""
+
+    def __init_subclass__(cls) -> None:
+        """Let `help` show the texts of the attributes."""
+        cls.__doc__ = FieldTexts(cls.__doc__ or "")  # type: ignore[assignment]
 
     def __setattr__(self, name: str, given: Any) -> None:
         """Check and keep; names of the package itself begin with an underscore."""
@@ -172,6 +217,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
         decorated.__delattr__ = Value.__delattr__  # type: ignore[method-assign, assignment]
         made_of_fields = _constructor(decorated, kw_only) if init else says_near_names(decorated.__init__)
         decorated.__init__ = made_of_fields  # type: ignore[method-assign]
+        decorated.__doc__ = FieldTexts(decorated.__doc__ or "")  # type: ignore[assignment]
         return decorated
 
     return made

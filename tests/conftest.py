@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -81,13 +82,27 @@ def _tool(name: str) -> str:
     return found
 
 
+def _compiled() -> list[str]:
+    """Return CMake's options for the engine that pip compiled from these sources; none where it has not.
+
+    pip leaves its build folder below build/, with a list of what it installed when all was made.
+    """
+    sources = [ROOT / "CMakeLists.txt", *(ROOT / "cpp").rglob("*")]
+    newest = max(path.stat().st_mtime for path in sources)
+    for made in (ROOT / "build").glob(f"cp{sys.version_info[0]}{sys.version_info[1]}-*/install_manifest.txt"):
+        if made.stat().st_mtime > newest:
+            isas = re.findall("^MOTES_ISAS:.*=(.*)$", (made.parent / "CMakeCache.txt").read_text(), re.MULTILINE)
+            return [f"-DMOTES_COMPILED={made.parent}", f"-DMOTES_ISAS={isas[0]}"]
+    return ["-DMOTES_COMPILED=", "-DMOTES_ISAS=runnable"]
+
+
 @cache
 def _build(target: str, mpi: str = "mpi") -> Path:
     """Build a C++ target without Python; the folder stays, so the next session builds only what changed.
 
     It is $MOTES_TEST_BUILD, or a folder below build/ for each Python environment, whose MPI it uses.
-    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own. Compiled as the wheel is, so
-    that with ccache they share what they have in common; assertions are on where sanitizers watch (.ci/asan).
+    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own. The engine is the wheel's, where
+    pip compiled that here, else compiled as the wheel is; assertions are on where sanitizers watch (.ci/asan).
     """
     if not (ROOT / "CMakeLists.txt").is_file():
         pytest.skip("the C++ programs need the source tree")
@@ -99,14 +114,12 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     cmake, ninja = _tool("cmake"), _tool("ninja")
     configure = [
         *(cmake, "-S", str(ROOT), "-B", str(folder), "-G", "Ninja", f"-DCMAKE_MAKE_PROGRAM={ninja}"),
-        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_UNITY=ON"),
-        *("-DMOTES_ISAS=runnable", f"-DMOTES_MPI={mpi}"),
+        *("-DMOTES_PYTHON=OFF", "-DMOTES_TESTS=ON", "-DMOTES_UNITY=ON", f"-DMOTES_MPI={mpi}", *_compiled()),
     ]
-    steps = [] if (folder / "CMakeCache.txt").is_file() else [configure]
     folder.mkdir(parents=True, exist_ok=True)
     with (folder / "lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # if two sessions run at once, one builds
-        for argv in (*steps, [cmake, "--build", str(folder), "--target", target]):
+        for argv in (configure, [cmake, "--build", str(folder), "--target", target]):
             made = subprocess.run(
                 argv, capture_output=True, text=True, env={**os.environ, "PATH": path}, timeout=BUILD_S
             )

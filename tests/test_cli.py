@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 from handmade import moving_spot
 
+from motes import script as script_options
 from motes.cli import COMMANDS, main
 from motes.cli.parser import Parser, plain
 
@@ -224,3 +225,25 @@ def test_doctor_prints_the_environment_and_what_is_not_allowed_there(capsys, mon
     told = json.loads(capsys.readouterr().out)
     assert told["environment"] == {"MOTES_STALL_S": "soon", "MOTES_BIRTHS": "calculators"}
     assert "MOTES_STALL_S must be a number of seconds > 0, got 'soon'" in told["problems"]
+
+
+@pytest.mark.parametrize(
+    ("option", "message"),
+    [
+        ("--size=640", "argument --size: must be WIDTHxHEIGHT in pixels, such as 640x360, got '640'"),
+        ("--size=0x9", "must be WIDTHxHEIGHT in pixels"),
+        ("--size=640x-2", "must be WIDTHxHEIGHT in pixels"),
+        (
+            "--space=3",
+            "argument --space: must be infinite, fit, or LOW,HIGH in metres, such as -30,30, got '3'",
+        ),
+        ("--space=a,b", "must be infinite, fit, or LOW,HIGH"),
+        ("--frames=1.5", "argument --frames: must be a whole number, 0 or more, got '1.5'"),
+        ("--frames=-1", "must be a whole number, 0 or more"),
+        ("--balancer=best", "must be static, pairwise, diffusive, prefix, got 'best'"),
+    ],
+)
+def test_options_of_scripts_say_what_they_take(capsys, option, message):
+    with pytest.raises(SystemExit):
+        script_options.options("A scene.", argv=[option])
+    assert message in capsys.readouterr().err

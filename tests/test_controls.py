@@ -52,6 +52,13 @@ def test_a_control_has_its_first_value_and_cannot_be_assigned():
         wind.low = 1
 
 
+def test_a_control_is_not_tested_in_place_of_its_value():
+    flag = motes.World(seed=1, progress="off").control("on", False)
+    for test in (bool, lambda one: np.where([one], 1, 2)):
+        with pytest.raises(errors.ArgumentError, match="control must be tested by its value: on.value"):
+            test(flag)
+
+
 @pytest.mark.parametrize(
     ("arguments", "kind"),
     [
@@ -329,6 +336,12 @@ def test_nonsense_is_refused_and_changes_nothing(said):
         {"orbit": [1]},
         {"orbit": [1, math.nan]},
         {"orbit": [1, 1e300]},
+        {"orbit": [10**400, 0]},
+        {"zoom": -(10**400)},
+        {"set": {"wind": 10**400}},
+        {"step": 10**400},
+        {"camera": {**HOME.said(), "position": [10**400, 0, 0]}},
+        {"camera": {**HOME.said(), "fov_deg": 10**400}},
         {"zoom": "in"},
         {"pan": [True, 0]},
         {"camera": {"position": [0, 0, 0]}},

@@ -306,6 +306,47 @@ def test_numpy_makes_the_same_expressions():
         assert isinstance(told, motes.expressions.Condition)
 
 
+REGION = Sphere((0, 0, 0), 1)
+
+
+@pytest.mark.parametrize("held", [REGION, REGION | (5, 0, 0), ~REGION, column("heat") > 1])
+def test_numpy_takes_what_holds_particles_as_choose_and_signs_do(held: Any):
+    for made, meant in (
+        (np.where(held, 1, 2), ex.choose(held, 1, 2)),
+        (np.logical_and(held, REGION), held & REGION),
+        (np.bitwise_and(REGION, held), REGION & held),
+        (np.logical_or(held, column("age") > 1), ex.as_condition("", held) | (column("age") > 1)),
+        (np.logical_not(held), ~held),
+        (np.invert(held), ~held),
+    ):
+        assert type(made) is type(meant) and repr(made) == repr(meant)
+
+
+KINDS = [REGION, REGION | (5, 0, 0), column("heat") > 1, motes.Curve([(0, 1), (1, 2)]), motes.Uniform(0, 1)]
+CALLS: list[Callable[[Any], Any]] = [
+    *(np.any, np.all, np.sum, np.max, np.mean, np.sqrt, np.isfinite, np.count_nonzero, np.argwhere, np.round),
+    *(np.nonzero, np.shape, lambda one: np.select([one], [1], 0), lambda one: np.choose(one, [1, 2])),
+    *(lambda one: np.where([1, 0], one, one), lambda one: np.piecewise(one, [one], [1, 2])),
+    *(lambda one: np.maximum(one, 1), lambda one: np.array([1.0, 2]) * one, lambda one: np.isclose(one, 1)),
+    *(lambda one: np.extract(one, [1]), lambda one: np.array_equal(one, one), lambda one: np.isin(one, [1])),
+    *(lambda one: np.interp(one, [0, 1], [2, 3]), lambda one: np.float32(2) + one),
+]
+
+
+@pytest.mark.parametrize("call", CALLS)
+@pytest.mark.parametrize("given", KINDS, ids=lambda one: type(one).__name__)
+def test_numpy_makes_no_constant_of_what_differs_by_particle_or_time(given: Any, call: Any):
+    with pytest.raises(motes.ArgumentError):
+        call(given)
+
+
+@pytest.mark.parametrize("call", [bool, lambda one: one and 1, lambda one: np.where([one], 1, 2)])
+def test_what_holds_particles_is_not_tested_in_python(call: Any):
+    for held in (REGION, REGION & REGION, column("heat") > 1):
+        with pytest.raises(motes.ArgumentError, match="combined with & | ~"):
+            call(held)
+
+
 @pytest.mark.parametrize(
     ("make", "message"),
     [

@@ -69,14 +69,17 @@ def test_ranks_that_were_told_different_things_are_named(ranks, odd, options, re
     assert result.seconds < 25, "the stall limit was not waited for"
 
 
-def test_names_of_logs_may_differ(tmp_path):
+def test_a_log_that_differs_between_ranks_is_refused(tmp_path):
     own = (
-        "import sys, tempfile, motes\n"
+        "import os, sys, tempfile, motes\n"
         "log = tempfile.mkdtemp(dir=sys.argv[1])\n"
         "with motes.World(seed=1, progress='off', log=log) as world: world.step()\n"
     )
-    assert on_ranks(3, own, tmp_path, timeout=30).code == 0
-    assert sum(len(os.listdir(folder)) > 0 for folder in tmp_path.iterdir()) == 1, "the manager's counts"
+    result = on_ranks(2, own, tmp_path, timeout=30)
+    assert result.code == 1, result.text
+    (told,) = said(result.err, "*** motes: ")
+    assert "ScriptMismatch" in told and "World(log=...) is" in told and str(tmp_path) in told
+    assert not any(os.listdir(folder) for folder in tmp_path.iterdir())
 
 
 def test_settings_are_frozen_and_say_everything_once():
@@ -95,7 +98,7 @@ def test_settings_are_frozen_and_say_everything_once():
     assert agreed.for_core(rank=1, hosts=["h"])["threads"] == 3
     assert agreed.for_core(rank=1, hosts=["h"])["continued_from"] == 9
     assert {"speeds", "threads"}.isdisjoint(agreed.compared())
-    assert agreed.compared()["log"] == "given"
+    assert agreed.compared()["log"] == "a"
 
 
 @pytest.mark.parametrize("progress", ["off", "lines"])

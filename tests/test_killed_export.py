@@ -121,7 +121,7 @@ def stage_counts(path):
     from pxr import Usd, UsdGeom
 
     stage = Usd.Stage.Open(str(path))
-    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/rank_")]
+    prims = [prim for prim in stage.Traverse() if str(prim.GetPath()).startswith("/World/a/particles")]
     if not prims:
         return []
     frames = range(int(stage.GetEndTimeCode()) + 1)

@@ -13,6 +13,7 @@ import pytest
 from launching import NO_LAUNCHER
 
 from motes._run import starting
+from motes._run.hosts import reachable
 from motes._run.starting import Mpirun, Version
 from motes.cli import doctor, main
 from motes.cli import run as run_command
@@ -205,6 +206,20 @@ def test_mpiruns_options_and_the_program_are_told_apart(line, parts):
 def test_wrong_arguments_are_answered_in_a_sentence(capsys, line, message):
     assert main(line.split()) == 2
     assert message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["-oProxyCommand=touch x", "a b", "$(x)", "", "-v", "a;b", "u@-x", "a\n-x"])
+def test_names_that_are_none_of_a_host_are_refused(tmp_path, name):
+    """Launchers and ssh would take them for options."""
+    for hosts in (name, f"node1:2,{name}:2"):
+        with pytest.raises(ArgumentError, match="hosts must be names of hosts"):
+            starting.command(2, ["x.py"], hosts=hosts)
+        with pytest.raises(ArgumentError, match="hosts must be names of hosts"):
+            reachable(hosts)
+    if name not in ("", "a b"):
+        (tmp_path / "hosts").write_text(f"node1 slots=2\n{name} slots=2\n")
+        with pytest.raises(ArgumentError, match="hostfile must be names of hosts"):
+            starting.command(2, ["x.py"], hostfile=str(tmp_path / "hosts"))
 
 
 def test_too_few_ranks_are_an_argument_error():

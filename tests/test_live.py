@@ -265,7 +265,11 @@ def test_a_viewer_that_stays_deaf_does_not_hold_up_the_end():
 
 
 @pytest.mark.parametrize(
-    "nonsense", ["", "{", "[" * 60_000, "null", "[1]", '{"eval": "1"}', '{"set": {"rain": 1}}', b"\x00\xff"]
+    "nonsense",
+    [
+        *("", "{", "[" * 60_000, "null", "[1]", '{"eval": "1"}', '{"set": {"rain": 1}}', b"\x00\xff"),
+        *('{"zoom": 1%s}' % ("0" * 400), '{"zoom": 1%s}' % ("0" * 9000), '{"orbit": [1, Infinity]}'),
+    ],
 )
 def test_nonsense_is_answered_and_ignored(nonsense):
     async def conversation() -> None:
@@ -311,6 +315,34 @@ def test_half_a_request_and_dead_connections_cost_nothing():
             writer.close()
         async with Client.of(server.url) as viewer:
             await viewer.until(lambda: bool(viewer.state))
+
+    with served() as (server, _):
+        play(conversation)
+
+
+def test_connections_that_say_nothing_push_each_other_out_and_leave_the_run_its_descriptors():
+    async def conversation() -> None:
+        silent = [await asyncio.open_connection("127.0.0.1", server.port) for _ in range(100)]
+        for k, (_, writer) in enumerate(silent):
+            with contextlib.suppress(ConnectionError):
+                writer.write(b"GET / HTTP/1.1\r\n" if k % 2 else b"GET /live HTTP/1.1\r\n\r\n")
+
+        async def until_closed(reader: asyncio.StreamReader) -> None:
+            with contextlib.suppress(ConnectionError):
+                await reader.read()
+
+        waits = [asyncio.create_task(until_closed(reader)) for reader, _ in silent]
+        await asyncio.wait(waits, timeout=1)
+        assert sum(not one.done() for one in waits) <= serving.MOST_WAITING
+        assert len(server._waiting) <= serving.MOST_WAITING
+        async with Client.of(server.url) as viewer:
+            await viewer.until(lambda: bool(viewer.state))
+            assert not any(one.done() and one.exception() for one in waits)
+        for one in waits:
+            one.cancel()
+        for _, writer in silent:
+            writer.close()
+        await soon(lambda: not server._waiting)
 
     with served() as (server, _):
         play(conversation)

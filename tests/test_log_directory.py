@@ -11,7 +11,7 @@ import threading
 from pathlib import Path
 
 import pytest
-from launching import mpirun, said
+from launching import said
 from standing import on_ranks
 
 from motes._run import log_directory

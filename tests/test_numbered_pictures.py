@@ -138,3 +138,18 @@ def test_directories_without_a_clear_order_are_refused(tmp_path, capsys, names, 
     assert says in capsys.readouterr().err
     assert main(["movie", str(tmp_path / "nowhere")]) == 2
     assert "nowhere is no directory" in capsys.readouterr().err
+
+
+def test_clear_pixels_are_shown_over_a_colour_and_never_dropped_silently(tmp_path, capsys):
+    images = pytest.importorskip("PIL.Image")
+    (tmp_path / "frames").mkdir()
+    for number, alpha in enumerate((255, 0)):
+        rgba = np.full((48, 64, 4), (230, 230, 230, alpha), np.uint8)
+        images.fromarray(rgba).save(tmp_path / "frames" / f"a{number}.png")
+    assert main(["movie", str(tmp_path / "frames")]) == 2
+    assert "a1.png has clear pixels, which a film cannot have: --background" in capsys.readouterr().err
+    assert main(["movie", str(tmp_path / "frames"), "--background", "5a5a5a"]) == 0
+    assert shown(tmp_path / "frames.mp4") == [230, 90]
+    with pytest.raises(SystemExit):
+        main(["movie", str(tmp_path / "frames"), "--background", "black"])
+    assert "must be six hexadecimal digits, such as 202020, got 'black'" in capsys.readouterr().err

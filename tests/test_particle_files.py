@@ -117,7 +117,7 @@ def test_a_usd_stage_is_what_blender_reads(tmp_path):
     assert (stage.GetStartTimeCode(), stage.GetEndTimeCode(), stage.GetTimeCodesPerSecond()) == (0, 4, 30)
     assert (UsdGeom.GetStageUpAxis(stage), UsdGeom.GetStageMetersPerUnit(stage)) == ("Y", 1)
     assert str(stage.GetDefaultPrim().GetPath()) == "/World"
-    prim = stage.GetPrimAtPath("/World/falling_snow/rank_0000")
+    prim = stage.GetPrimAtPath("/World/falling_snow/particles")
     assert prim.GetParent().GetDisplayName() == "falling snow"
     points = UsdGeom.Points(prim)
     for frame in (0, 2, 4):
@@ -135,11 +135,36 @@ def test_a_usd_stage_is_what_blender_reads(tmp_path):
         ):
             assert same(np.array(primvars[name].Get(frame)), column), name
         assert (np.array(primvars["id"].Get(frame)) == wanted.id).all()
-        low, high = points.GetExtentAttr().Get(frame)
-        assert np.allclose(low, wanted.position.min(axis=0)) and np.allclose(
-            high, wanted.position.max(axis=0)
-        )
+        around = UsdGeom.Boundable.ComputeExtentFromPlugins(points, frame)
+        np.testing.assert_allclose(points.GetExtentAttr().Get(frame), around, rtol=1e-6)
+        half = wanted.size[:, :1] / 2
+        np.testing.assert_allclose(around[1], (wanted.position + half).max(axis=0), rtol=1e-6)
     assert len(points.GetPointsAttr().Get(3)) == 60, "a frame that was not written shows the one before"
+
+
+@pytest.mark.parametrize("names", [("position", "id"), ("position", "size", "id")])
+@pytest.mark.parametrize("count", [1, 50])
+def test_usd_bounds_are_those_that_usd_computes(tmp_path, names, count):
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom
+
+    dice = np.random.default_rng(1)
+    columns = {name: dice.random((count, 3)).astype(np.float32) for name in names[:-1]}
+    usd.write(tmp_path / "a.usdc", {**columns, "id": np.arange(count, dtype=np.uint64)}, frame=3, time=0)
+    stage = Usd.Stage.Open(str(tmp_path / "a.usdc"))
+    points = UsdGeom.Points(stage.GetPrimAtPath("/particles"))
+    extent = np.array(points.GetExtentAttr().Get(3))
+    np.testing.assert_allclose(extent, UsdGeom.Boundable.ComputeExtentFromPlugins(points, 3), rtol=1e-6)
+    assert ((extent[1] - extent[0]) > 0).all() or (count == 1 and "size" not in names)
+
+
+def test_paths_in_usd_are_the_same_for_any_ranks_and_joined():
+    systems = [SystemColumns("s", "s", [])]
+    for ranks in ([0], [2, 3], [None]):
+        parts = tuple(Part(0, rank, f"s.{rank}.usdc", 1, 1) for rank in ranks)
+        text = usd.stage(Manifest("usdc", 1, 0.1, 1, systems, [FrameParts(0, 0.1, parts)]), "f").decode()
+        named = re.findall(r'def Points "(\w+)"', text)
+        assert named == ["particles", "particles_2"][: len(ranks)]
 
 
 # --- opening
@@ -316,7 +341,9 @@ def test_what_was_read_or_gathered_can_be_emitted(tmp_path):
     cold = world.system("without heat")
     with world:
         system.emit(read, velocity=np.ones((150, 3)))
-        with pytest.raises(ArgumentError, match="an attribute of 'without heat', got 'heat'"):
+        with pytest.raises(
+            ArgumentError, match="column must be .*attributes={'heat': 0.0}.*, or leave it out, .*got 'heat'"
+        ):
             cold.emit(read)
         with pytest.raises(ArgumentError, match="position must be"):
             system.emit(velocity=read.velocity)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import sys
-
 import numpy as np
 import pytest
 from plain_values import CORNERS, FACES, INF, LEAF, NAN, equal_and_immutable
 
 import motes
 from motes import shapes
-from motes.errors import ArgumentError, MissingExtra
+from motes.errors import ArgumentError
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
 
@@ -52,19 +50,12 @@ def test_a_broken_mesh_is_refused_at_the_call(vertices, triangles, message):
         motes.Mesh(vertices, triangles)
 
 
-@pytest.mark.parametrize("suffix", ["obj", "ply", "stl", "glb"])
-def test_meshes_are_read_from_files(tmp_path, suffix):
-    library = pytest.importorskip("trimesh")
-    path = tmp_path / f"box.{suffix}"
-    library.creation.box(extents=(1, 2, 3)).export(path)
-    mesh = motes.Mesh.load(path)
-    assert len(mesh.triangles) == 12
-    assert mesh.vertices.min(axis=0).tolist() == [-0.5, -1, -1.5]
-    assert motes.Mesh.load(str(path), scale=2).vertices.max(axis=0).tolist() == [1, 2, 3]
-    # Closed, also where a file repeats the vertices of each triangle.
-    full = motes.Mesh.load(path, solid=True, resolution=16)
-    assert full.contains([(0.4, 0.9, 1.4), (0.6, 0, 0)]).tolist() == [True, False]
-    assert full.measure == 6 and full.resolution == 16
+def test_a_file_is_read_by_text_or_path_with_a_scale(tmp_path):
+    path = tmp_path / "box.OBJ"
+    path.write_text("v 0 0 0\nv 1 0 0\nv 0 3 0\nf 1 2 3\n")
+    assert motes.Mesh.load(path).measure == 1.5
+    mesh = motes.Mesh.load(str(path), scale=2, resolution=16)
+    assert mesh.vertices.max(axis=0).tolist() == [2, 6, 0] and mesh.resolution == 16
 
 
 @pytest.mark.parametrize(
@@ -78,17 +69,10 @@ def test_meshes_are_read_from_files(tmp_path, suffix):
     ],
 )
 def test_a_file_without_a_mesh_is_refused(tmp_path, name, content, message):
-    pytest.importorskip("trimesh")
     if content is not None:
         (tmp_path / name).write_bytes(content)
     with pytest.raises(ArgumentError, match=message):
         motes.Mesh.load(tmp_path / name)
-
-
-def test_reading_a_mesh_needs_trimesh(tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "trimesh", None)
-    with pytest.raises(MissingExtra, match=r"Mesh.load needs trimesh.*\.\[mesh\]"):
-        motes.Mesh.load(tmp_path / "rock.obj")
 
 
 # --- solids, lights, and the renderer's arguments

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import signal
 import socket
 import subprocess
@@ -52,6 +53,44 @@ def test_a_report_between_the_launchers_lines_is_passed_on():
     out, relay = relayed(ABORT[:cut] + REPORT[1 : REPORT.index(b"Traceback")] + ABORT[cut:])
     assert out == REPORT[1 : REPORT.index(b"Traceback")]
     assert b"".join(relay.own) == ABORT
+
+
+def test_nulls_behind_the_launchers_texts_are_left_out():
+    out: list[bytes] = []
+    relay = Relay(out.append)
+    relay.feed(ABORT + b"\0a\n\0")
+    relay.close(failed=True)
+    assert out[0] == b"a\n" and b"\0" not in b"".join(out)
+
+
+def test_a_run_without_a_standard_error_ends_as_it_did(tmp_path):
+    """The first pipe that is opened would take its place."""
+    line = shlex.join([sys.executable, "-m", "motes", "run", "-n", "2", "-c", "import motes; print('well')"])
+    ended = subprocess.run(f"{line} 2>&-", shell=True, stdout=subprocess.PIPE, text=True, timeout=60)
+    assert ended.returncode == 0 and ended.stdout == "well\n" * 2
+
+
+FORKS = """
+import os, sys, motes
+world = motes.World(seed=1, progress="off")
+with world:
+    world.step()
+    for end in (lambda: sys.exit(0), lambda: sys.exit(7), lambda: 1 / 0):
+        child = os.fork()
+        if child == 0:
+            end()
+        print("child", os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]), flush=True)
+    world.step()
+print("end", world.frame)
+"""
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_a_process_that_a_rank_forks_off_ends_without_a_word_of_the_run(ranks):
+    ended = mpirun(ranks, FORKS, timeout=60)
+    assert ended.code == 0, ended.text
+    assert sorted(ended.out.split("\n")[:-1]) == sorted(["child 0", "child 7", "child 1", "end 2"] * ranks)
+    assert "motes:" not in ended.err and ended.err.count("ZeroDivisionError") == ranks
 
 
 def test_an_unfinished_line_is_not_held_back():

@@ -7,6 +7,8 @@ import dataclasses
 import inspect
 import math
 import pickle
+import pydoc
+import re
 from typing import Any
 
 import numpy as np
@@ -14,7 +16,9 @@ import pytest
 
 import motes
 from motes import actions, column, shapes
+from motes.actions import Action
 from motes.errors import NotAssignable
+from motes.values import Value
 
 BALL = shapes.Sphere((0, 1, 2), 3, 0.5)
 FLOOR = shapes.Plane((0, 0, 0), (0, 1, 0))
@@ -267,3 +271,37 @@ def test_allowed_texts_are_suggested(make, message):
         shapes.Sphere((0, 0, 0), radus=1)
     with pytest.raises(TypeError, match="'acelleration'; did you mean 'acceleration'"):
         actions.Gravity(acelleration=(0, 0, 0))
+
+
+PUBLIC = [getattr(motes, name) for name in motes.__all__ if name in ("Camera", "Renderer")] + [
+    kind
+    for module in (motes, motes.shapes)
+    for name in module.__all__
+    if isinstance(kind := getattr(module, name), type)
+    and issubclass(kind, Value)
+    and not issubclass(kind, Action)
+]
+
+
+@pytest.mark.parametrize("kind", PUBLIC, ids=lambda kind: kind.__name__)
+def test_help_says_what_each_field_is(kind):
+    text = pydoc.plain(pydoc.render_doc(kind)).partition("Method resolution order")[0]
+    for name in (name for name in getattr(kind, "__annotations__", {}) if not name.startswith("_")):
+        assert re.search(rf"\b{name}: [A-Z\"]|`{name}`", text), name
+
+
+@pytest.mark.parametrize(
+    ("call", "meant"),
+    [
+        (lambda: motes.World(fps=24), "dt=1/fps"),
+        (lambda: motes.Sprite(size=3), "pixels"),
+        (lambda: motes.Sprite(texture=3), "image"),
+        (lambda: motes.shapes.Sphere((0, 0, 0), size=2), "radius"),
+        (lambda: motes.Camera((0, 0, 1), target=(0, 0, 0)), "look_at"),
+        (lambda: motes.Renderer(1, 1, camera=None, bg=0), "background"),
+        (lambda: motes.actions.Gravity(acceleraton=1), "acceleration"),
+    ],
+)
+def test_names_of_other_programs_are_answered_with_ours(call, meant):
+    with pytest.raises(TypeError, match=f"did you mean '{meant}'"):
+        call()

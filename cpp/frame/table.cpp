@@ -91,7 +91,7 @@ Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame
     : path_(std::move(path)), line_bytes_(line_bytes) {
   if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
   const int anew = first_frame > 0 ? 0 : O_TRUNC;
-  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_CLOEXEC, 0644);
+  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
   if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
 }
 

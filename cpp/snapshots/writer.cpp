@@ -20,7 +20,8 @@ static_assert(kPiece >= particles::kLargeMemory, "what goes past the kernel's ca
 class File {
  public:
   explicit File(std::string path)
-      : path_(std::move(path)), file_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666)) {
+      : path_(std::move(path)),
+        file_(::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0666)) {
     if (file_ < 0) fail("create");
   }
   ~File() {

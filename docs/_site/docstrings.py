@@ -11,6 +11,9 @@ from sphinx.application import Sphinx
 from sphinx.util import inspect
 
 from _site.pages import LITERAL, escaped
+from motes.values import FieldTexts
+
+FieldTexts.shown = False  # fields have entries of their own
 
 ARGUMENT = re.compile(r"(?:^|(?<=[.])\s+)(`\w+`):\s+")
 NAME = re.compile(r"`([A-Za-z][\w.]*)`")

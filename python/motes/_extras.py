@@ -12,8 +12,8 @@ from typing import Any
 from .errors import MissingExtra
 
 __all__ = [
-    *("av", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live", "require_openexr"),
-    *("require_anywidget", "require_usd", "simplejpeg", "trimesh", "usd", "usd_writer", "websockets"),
+    *("av", "draco", "matplotlib", "openexr", "pandas", "pillow", "require_av", "require_live"),
+    *("require_anywidget", "require_openexr", "require_usd", "simplejpeg", "usd", "usd_writer", "websockets"),
 ]
 
 _EXR = "a picture saved as .exr"
@@ -52,9 +52,9 @@ def require_openexr() -> None:
         raise MissingExtra(_EXR, extra="exr", package="OpenEXR")
 
 
-def pillow() -> Any:
-    """Import the part of Pillow that reads pictures. Raises MissingExtra if it is not installed."""
-    return _import("PIL.Image", "a sprite's image that is a path", "image", package="Pillow")
+def pillow(module: str = "PIL.Image") -> Any:
+    """Import a part of Pillow, the one that reads pictures. Raises MissingExtra if it is not installed."""
+    return _import(module, "a sprite's image that is a path", "image", package="Pillow")
 
 
 def require_live(need: str = _LIVE) -> None:
@@ -80,9 +80,9 @@ def websockets(part: str) -> Any:
     return _import(f"websockets.{part}", _LIVE, "live")
 
 
-def trimesh() -> Any:
-    """Import trimesh. Raises MissingExtra if it is not installed."""
-    return _import("trimesh", "Mesh.load", "mesh")
+def draco(need: str) -> Any:
+    """Import DracoPy. Raises MissingExtra if it is not installed."""
+    return _import("DracoPy", need, "mesh")
 
 
 def usd(need: str) -> Any:

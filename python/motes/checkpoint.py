@@ -21,12 +21,15 @@ class Checkpoint(Value):
     what the script computes in that loop must follow from the frame's number and from the particles.
 
     `directory`: on a file system that all ranks see; each checkpoint is a folder in it. `every`: frames.
-    `keep`: how many whole ones stay; two survive a damaged disk block in the newest.
+    `keep`: how many whole ones stay; two survive a damaged disk block in the newest. `pickles`: whether what
+    a balancer of your own knows is kept and read by pickle where it is more than numbers, text, lists, dicts
+    and arrays; a pickle can run code of whoever wrote the checkpoint.
     """
 
     directory: str | os.PathLike[str]
     every: int = 48
     keep: int = 2
+    pickles: bool = False
 
     def __post_init__(self) -> None:
         """Check the fields."""
@@ -36,6 +39,7 @@ class Checkpoint(Value):
             directory=os.fspath(self.directory),
             every=arguments.integer("every", self.every, low=1, high=2**62),
             keep=arguments.integer("keep", self.keep, low=1, high=10**6),
+            pickles=arguments.flag("pickles", self.pickles),
         )
 
 

@@ -80,14 +80,40 @@ TURNED = {"greater": "less", "greater_equal": "less_equal"}  # the engine has th
 COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
 
 
-class Region:
+class Held:
+    """What holds some particles and not others: NumPy's functions make expressions of it, or refuse it."""
+
+    __slots__ = ()
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> Any:
+        """Combine conditions by `numpy.logical_and`, `logical_or`, `logical_not`, or their signs."""
+        from .numpy_calls import numpy_ufunc
+
+        return numpy_ufunc(ufunc, method, inputs, keywords)
+
+    def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
+        """Let `numpy.where` choose."""
+        from .numpy_calls import numpy_function
+
+        return numpy_function(function, args, keywords)
+
+    def __bool__(self) -> bool:
+        """Refuse: it is true or false per particle only. Write & | ~ instead of and, or, not."""
+        raise ArgumentError(
+            "condition", self, "combined with & | ~ and given to where=, not tested in Python"
+        )
+
+
+class Region(Held):
     """What can hold a particle: the base of shapes."""
+
+    __slots__ = ()
 
     core: _core.Shape
     """The engine's value; for the package itself."""
 
 
-class Condition:
+class Condition(Held):
     """True or false for each particle: combine conditions with & | ~ and give them to `where=`."""
 
     __slots__ = ("_node", "_size")
@@ -99,12 +125,6 @@ class Condition:
         """Take the tree and its number of operations; scripts compare columns instead."""
         object.__setattr__(self, "_node", node)
         object.__setattr__(self, "_size", checked(size))
-
-    def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
-        """Let `numpy.where` choose."""
-        from .numpy_calls import numpy_function
-
-        return numpy_function(function, args, keywords)
 
     def __and__(self, other: Any) -> Condition:
         """Both."""
@@ -120,12 +140,6 @@ class Condition:
     def __invert__(self) -> Condition:
         """Not."""
         return Condition(("invert", self._node), self._size + 1)
-
-    def __bool__(self) -> bool:
-        """Refuse: a condition is true or false per particle only. Write & | ~ instead of and, or, not."""
-        raise ArgumentError(
-            "condition", self, "combined with & | ~ and given to where=, not tested in Python"
-        )
 
     def __eq__(self, other: object) -> bool:
         """Equal trees."""

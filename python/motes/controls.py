@@ -101,6 +101,10 @@ class Control:
             return int(self.low) + int(min(steps, last)) * int(self.step)
         return float(f"{self.low + min(steps, last) * self.step:.12g}")  # 0.3, not 0.30000000000000004
 
+    def __bool__(self) -> NoReturn:
+        """Refuse: a control is not its value."""
+        raise ArgumentError("control", self, f"tested by its value: {self.name}.value")
+
     def __repr__(self) -> str:
         """Show what it is and its value now."""
         return f"<Control {self.name!r}: {self.value!r}>"

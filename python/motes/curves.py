@@ -24,7 +24,8 @@ Key = float | tuple[float, float, float]
 class Curve(Value, Moving):
     """A number or a vector that changes with time: key frames (time in s, value), in ascending order.
 
-    `interpolation`: "linear", "smooth" (slow at each key: t^2 (3 - 2t) of the way) or "hold" (jumps at keys).
+    `interpolation`: "linear", "smooth" (halts at each key: t^2 (3 - 2t) of the way, with a slope of 0 at both
+    of its ends) or "hold" (jumps at keys). A camera on a smooth path of several keys stops at each.
     Before the first key it has the first value, after the last one the last. Two keys at one time make a
     jump.
 
@@ -34,7 +35,9 @@ class Curve(Value, Moving):
     """
 
     keys: tuple[tuple[float, Key], ...]
+    """Times, s, and values: numbers or vectors."""
     interpolation: str = "linear"
+    """What happens between two keys: "linear", "smooth" or "hold"."""
 
     def __init__(self, keys: Any, interpolation: str = "linear") -> None:
         """Take the key frames and what happens between them."""

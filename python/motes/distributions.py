@@ -29,7 +29,9 @@ class Uniform(Value):
     """
 
     lo: ArrayLike | Curve
+    """The least value: a number or a vector."""
     hi: ArrayLike | Curve
+    """The largest value: a number or a vector."""
     _may_move = True
 
     def __post_init__(self) -> None:
@@ -45,7 +47,9 @@ class Normal(Value):
     """
 
     mean: ArrayLike | Curve
+    """The mean: a number or a vector."""
     sigma: ArrayLike | Curve
+    """The standard deviation: a number or a vector, 0 or more."""
     _may_move = True
 
     def __post_init__(self) -> None:

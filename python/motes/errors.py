@@ -128,7 +128,7 @@ EXTRAS = {
     "exr": ("OpenEXR>=3.3",),
     "image": ("Pillow>=10",),
     "live": ("websockets>=13", "simplejpeg>=1.8"),
-    "mesh": ("trimesh>=4.6",),
+    "mesh": ("DracoPy>=2.0",),
     "notebook": ("websockets>=13", "simplejpeg>=1.8", "anywidget>=0.9"),
     "usd": ("usd-core>=24.11",),
 }
@@ -170,8 +170,20 @@ def near(name: object, known: Iterable[str]) -> str:
         return ""
     import difflib
 
-    found = difflib.get_close_matches(name, list(known), n=1)
+    names = list(known)
+    meant = [one for one in _MEANT.get(name, ()) if one.partition("=")[0] in names]
+    found = meant or difflib.get_close_matches(name, names, n=1)
     return f"; did you mean {found[0]!r}?" if found else ""
+
+
+_MEANT = {
+    **{"fps": ("dt=1/fps",), "frame_rate": ("dt=1/frame_rate",), "timestep": ("dt",), "time_step": ("dt",)},
+    **{"size": ("pixels", "radius"), "diameter": ("pixels",), "width": ("pixels",), "texture": ("image",)},
+    **{"colour": ("color",), "opacity": ("alpha",), "steps": ("substeps",), "bounds": ("space",)},
+    **{"pos": ("position",), "vel": ("velocity",), "target": ("look_at",), "fov": ("fov_deg",)},
+    **{"resolution": ("width",), "bg": ("background",), "n": ("count",), "number": ("count",)},
+}
+"""What scripts that were written for other programs say -> what may be meant, where it is known."""
 
 
 def missing(owner: str, name: str, known: Iterable[str]) -> AttributeError:

@@ -10,14 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _extras, arguments
+from . import _core, _meshes, arguments
 from .errors import ArgumentError
 from .shapes import Shape
 from .values import value
 
 __all__ = ["Mesh"]
 
-SUFFIXES = (".obj", ".ply", ".stl", ".glb")
+SUFFIXES = tuple(_meshes.READERS)
 VERTICES = "finite numbers of shape (n, 3), metres, n >= 3"
 PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only turns and moves"
 MOST_FAR = 1e12  # m
@@ -58,8 +58,7 @@ class Mesh(Shape):
         self.__dict__.update(
             vertices=points,
             triangles=corners,
-            solid=arguments.flag("solid", solid),
-            resolution=arguments.integer("resolution", resolution, low=8, high=512),
+            **_options(solid, resolution),
         )
         self.__dict__["_name"] = _core.keep_mesh(points, corners)
         self._place(STILL)
@@ -73,22 +72,27 @@ class Mesh(Shape):
         solid: bool = False,
         resolution: int = RESOLUTION,
     ) -> Mesh:
-        """Read a file, .obj .ply .stl or .glb, by trimesh, the extra `[mesh]`.
+        """Read a file: .obj, .ply, .stl or .glb.
 
-        All its parts become one mesh, placed as the file says; its colours and images are not read. `scale`:
-        metres per unit of the file. `solid`, `resolution`: as of the mesh.
+        All its parts become one mesh, placed as the file says; its colours and images are not read. Faces of
+        more than three corners are cut into triangles that cover them, concave ones too. `scale`: metres per
+        unit of the file. `solid`, `resolution`: as of the mesh.
+
+        Raises ArgumentError, which names the file and the reason: what is not read is not left out. A .glb
+        with Draco compression needs the extra `[mesh]`.
         """
-        if arguments.file_path("path", path).suffix.lower() not in SUFFIXES:
+        file = arguments.file_path("path", path)
+        if file.suffix.lower() not in SUFFIXES:
             raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(SUFFIXES)}")
         scale = arguments.number("scale", scale, low=0)
-        library = _extras.trimesh()
-        if not os.path.isfile(path):
+        options = _options(solid, resolution)
+        if not os.path.isfile(file):
             raise ArgumentError("path", os.fspath(path), "a file that exists")
         try:
-            read = library.load_scene(path, process=False).to_mesh()
-        except Exception as error:  # any: each format has errors of its own
+            vertices, triangles = _meshes.read(file)
+            return cls(vertices * scale, triangles, **options)
+        except (_meshes.Unreadable, OSError, ArgumentError) as error:
             raise ArgumentError("path", os.fspath(path), f"a mesh that can be read ({error})") from None
-        return cls(np.asarray(read.vertices) * scale, read.faces, solid=solid, resolution=resolution)
 
     def at(
         self,
@@ -212,6 +216,13 @@ def _quaternion(turned: NDArray[np.float64]) -> tuple[float, ...]:
     row = rows[squares.index(max(squares))]
     length = math.sqrt(sum(number * number for number in row))
     return tuple(number / length for number in row)
+
+
+def _options(solid: Any, resolution: Any) -> dict[str, Any]:
+    return {
+        "solid": arguments.flag("solid", solid),
+        "resolution": arguments.integer("resolution", resolution, low=8, high=512),
+    }
 
 
 def _vertices(given: Any) -> NDArray[np.float32]:

@@ -112,15 +112,16 @@ def _joined(argv: Sequence[str]) -> list[str]:
 
 
 def _count(text: str) -> int:
-    value = int(text)
-    if value < 0:
-        raise argparse.ArgumentTypeError(f"must be 0 or more, got {text}")
-    return value
+    if not re.fullmatch(r"\d{1,18}", text):
+        raise argparse.ArgumentTypeError(f"must be a whole number, 0 or more, got {text!r}")
+    return int(text)
 
 
 def _size(text: str) -> tuple[int, int]:
-    width, _, height = text.partition("x")
-    return int(width), int(height)
+    match = re.fullmatch(r"(\d{1,6})x(\d{1,6})", text)
+    if match is None or "0" in (match[1].lstrip("0") or "0", match[2].lstrip("0") or "0"):
+        raise argparse.ArgumentTypeError(f"must be WIDTHxHEIGHT in pixels, such as 640x360, got {text!r}")
+    return int(match[1]), int(match[2])
 
 
 def _axis(text: str) -> str | None:
@@ -142,5 +143,9 @@ def _balancer(text: str) -> Balancer:
 def _space(text: str) -> tuple[float, float] | str | None:
     if text in ("infinite", "fit"):
         return None if text == "infinite" else "fit"
-    low, _, high = text.partition(",")
-    return float(low), float(high)
+    try:
+        low, high = map(float, text.split(","))
+    except ValueError:
+        allowed = "infinite, fit, or LOW,HIGH in metres, such as -30,30"
+        raise argparse.ArgumentTypeError(f"must be {allowed}, got {text!r}") from None
+    return low, high

@@ -40,7 +40,7 @@ __all__ = [
 ]
 
 
-class Shape(Value, Region):
+class Shape(Region, Value):
     """What all shapes can do."""
 
     def _set(self, **fields: Any) -> None:
@@ -137,8 +137,11 @@ class Triangle(Shape):
     """The triangle between three points."""
 
     p0: Triple
+    """A corner, m."""
     p1: Triple
+    """A corner, m."""
     p2: Triple
+    """A corner, m."""
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, p2: ArrayLike) -> None:
         """Take the three corners, which span an area."""
@@ -165,9 +168,13 @@ class Disc(Shape):
     """A flat ring around `center`, perpendicular to `normal`."""
 
     center: Triple
+    """Its middle, m."""
     normal: Triple
+    """What it is perpendicular to; any length."""
     radius: float
+    """The outer radius, m."""
     inner_radius: float = 0
+    """The radius of its hole, m."""
 
     def __init__(self, center: ArrayLike, normal: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the centre, the normal (any length), the outer and the inner radius."""
@@ -184,7 +191,9 @@ class Plane(Shape):
     """The plane through `point`; it contains the half-space on the side opposite to `normal`."""
 
     point: Triple
+    """Any point of it, m."""
     normal: Triple
+    """What points away from the half-space that it contains; any length."""
 
     def __init__(self, point: ArrayLike, normal: ArrayLike) -> None:
         """Take any point of the plane and its normal (any length)."""
@@ -196,7 +205,9 @@ class Box(Shape):
     """The axis-aligned box between two corners."""
 
     low: Triple
+    """The corner with the lowest coordinates, m."""
     high: Triple
+    """The corner with the highest coordinates, m."""
 
     def __init__(self, low: ArrayLike, high: ArrayLike) -> None:
         """Take the corner with the lowest and the one with the highest coordinates."""
@@ -211,9 +222,13 @@ class Cylinder(Shape):
     """
 
     p0: Triple
+    """An end of its axis, m."""
     p1: Triple
+    """The other end, m."""
     radius: float
+    """The outer radius, m."""
     inner_radius: float = 0
+    """The radius of the pipe's inside, m."""
 
     def __init__(self, p0: ArrayLike, p1: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the axis's two ends, the outer and the inner radius."""
@@ -233,9 +248,13 @@ class Cone(Shape):
     """
 
     apex: Triple
+    """Its tip, m."""
     base: Triple
+    """The middle of its base, m."""
     radius: float
+    """The outer radius at the base, m."""
     inner_radius: float = 0
+    """The radius of the inner cone at the base, m."""
 
     def __init__(self, apex: ArrayLike, base: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the tip, the base's centre, the outer and the inner radius there."""
@@ -252,8 +271,11 @@ class Sphere(Shape):
     """The ball around `center`, or the thick shell between two radii."""
 
     center: Triple
+    """Its middle, m."""
     radius: float
+    """The outer radius, m."""
     inner_radius: float = 0
+    """The radius of its hollow, m."""
 
     def __init__(self, center: ArrayLike, radius: float, inner_radius: float = 0) -> None:
         """Take the centre, the outer and the inner radius."""
@@ -272,7 +294,9 @@ class Blob(Shape):
     """
 
     center: Triple
+    """Its middle, m."""
     sigma: float
+    """The standard deviation of each coordinate, m."""
 
     def __init__(self, center: ArrayLike, sigma: float) -> None:
         """Take the centre and the standard deviation of each coordinate in metres."""

@@ -28,8 +28,11 @@ class Solid(Value):
     """
 
     shape: Shape | Mesh
+    """What it looks like."""
     color: Triple = (0.8, 0.8, 0.8)
+    """Linear RGB, the part of the light that it reflects."""
     light: float = 0
+    """How much of its colour it emits, too."""
 
     def __init__(self, shape: Shape | Mesh, color: ArrayLike = (0.8, 0.8, 0.8), light: float = 0) -> None:
         """Take the shape, its colour, and how much it emits."""
@@ -61,8 +64,11 @@ class Light(Value):
     """
 
     position: ArrayLike | Curve
+    """Where it is, m."""
     color: ArrayLike | Curve = (1, 1, 1)
+    """Linear RGB."""
     power: float | Curve = 1
+    """The light on a surface that faces it from 1 m."""
     _may_move = True
 
     def __post_init__(self) -> None:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import os
-import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from . import _core, _extras, arguments
+from . import _core, arguments
+from ._io.pictures import read_picture
 from .errors import ArgumentError
 from .values import Value, shown, value
 
@@ -43,9 +43,10 @@ class Sprite(Value):
     softness: float = 0
     """Metres over which a particle fades where it touches a solid or an opaque particle."""
     image: NDArray[np.uint8] | None = None
-    """For the kind "image": a path (.png, .jpg and others; read by Pillow, the extra `[image]`), or an array,
-    uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is opaque. A particle's colour
-    multiplies it."""
+    """For the kind "image": a path (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra
+    `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is
+    opaque. A particle's colour multiplies it. Files are turned upright as their EXIF says; one channel of 16
+    bits is scaled by its range, one of floats from 0..1."""
     height: float | None = None
     """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
     same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
@@ -124,7 +125,7 @@ def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
     if given is None:
         return None
     if isinstance(given, (str, os.PathLike)):
-        return _read(given)
+        given = read_picture("image", given, most=MOST_IMAGE_PIXELS)
     try:
         array: NDArray[Any] = np.asarray(given)
     except Exception:  # any: this runs methods of users' classes
@@ -137,24 +138,3 @@ def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
     whole[:, :, : array.shape[2]] = array
     whole.flags.writeable = False
     return whole
-
-
-def _read(path: Any) -> NDArray[np.uint8] | None:
-    library = _extras.pillow()
-    path = arguments.file_path("image", path)
-    try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore", library.DecompressionBombWarning)  # our own limit is lower
-            with library.open(path) as picture:
-                width, height = picture.size
-                if max(width, height) > MOST_IMAGE_PIXELS:  # said before it takes memory
-                    allowed = f"a picture of {SIDES} (this one has {width}x{height})"
-                    raise ArgumentError("image", os.fspath(path), allowed)
-                return _image("image", np.asarray(picture.convert("RGBA")))
-    except library.DecompressionBombError as error:  # Pillow does not tell the size
-        allowed = f"a picture of {SIDES} ({error})"
-        raise ArgumentError("image", os.fspath(path), allowed) from None
-    except (OSError, ValueError, SyntaxError) as error:  # what Pillow raises for what is no picture
-        if isinstance(error, ArgumentError):
-            raise
-        raise ArgumentError("image", os.fspath(path), f"a picture that can be read ({error})") from None

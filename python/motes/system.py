@@ -22,6 +22,7 @@ from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
 from .fabrics import Fabrics
 from .first_frame import FirstFrame
+from .interchange.foreign import no_column
 from .pairs import Pairs
 from .particles import LocalParticles, Particles
 from .shapes import Shape, Union, as_shape
@@ -204,8 +205,7 @@ class System(Recorder, Children, Fabrics, Sums):
         count: int | None = None
         for attribute, values in given.items():
             if attribute not in self._attributes:
-                allowed = f"an attribute of '{self.name}'"
-                raise ArgumentError("emit", attribute, allowed, known=self._attributes)
+                raise no_column(self.name, attribute, values, self._attributes)
             index, width = self._attributes[attribute]
             array = arguments.rows(attribute, values, width, count)
             count = len(array)

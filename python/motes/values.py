@@ -8,7 +8,7 @@ from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_transform
 
-from .errors import NotAssignable, near
+from .errors import ArgumentError, NotAssignable, near
 
 __all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
 
@@ -131,6 +131,16 @@ class Value:
             type(self)(**{name: at(field, time) for name, field in items.items()})
         self.__dict__["moves"] = True
 
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> NoReturn:
+        """Refuse NumPy's arithmetic, which would take any object for a true constant."""
+        self.__array_function__(ufunc, (), inputs, keywords)
+
+    def __array_function__(self, function: Any, types: Any, args: Any, keywords: Any) -> NoReturn:
+        """Refuse NumPy's functions, for the same reason."""
+        kind = type(self).__name__
+        allowed = f"a function of arrays; a {kind} is none, and can only be given to motes"
+        raise ArgumentError("function", f"numpy.{function.__name__}", allowed)
+
     def _items(self) -> dict[str, Any]:
         """Return the fields as they are now, by name."""
         state = self.__dict__
@@ -205,6 +215,27 @@ def times_of(given: Iterable[Any]) -> list[float]:
     return sorted({time for one in given if isinstance(one, Moving) for time in one.times})
 
 
+class FieldTexts:
+    """A class's docstring with the texts that stand below its fields, for `help`.
+
+    They are read from the source when somebody asks. `shown`: the site shows them field by field.
+    """
+
+    shown = True
+
+    def __init__(self, text: str) -> None:
+        """Take the docstring itself."""
+        self._text = text
+
+    def __get__(self, _: object, kind: type) -> str:
+        """Return the whole text."""
+        if not self.shown:
+            return self._text
+        from ._field_texts import with_fields
+
+        return with_fields(kind, self._text)
+
+
 class Settings:
     """Base of objects with attributes that may change: each is checked when assigned; there are no others."""
 
@@ -212,6 +243,10 @@ class Settings:
     """By name: the check that takes name and value, and returns the value to keep."""
     _may_move: ClassVar[frozenset[str]] = frozenset()
     """The names of those that may be curves."""
+
+    def __init_subclass__(cls) -> None:
+        """Let `help` show the texts of the attributes."""
+        cls.__doc__ = FieldTexts(cls.__doc__ or "")  # type: ignore[assignment]
 
     def __setattr__(self, name: str, given: Any) -> None:
         """Check and keep; names of the package itself begin with an underscore."""
@@ -244,6 +279,7 @@ def value(*, init: bool = True, kw_only: bool = False) -> Callable[[type[T]], ty
         kind.__dataclass_fields__ = _Late(_fields_of)
         if not init:
             kind.__init__ = says_near_names(kind.__init__)
+        kind.__doc__ = FieldTexts(kind.__doc__ or "")
         decorated: type[T] = kind
         return decorated
 

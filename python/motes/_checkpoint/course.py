@@ -12,8 +12,10 @@ from .._run.output import tell
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
+from ..errors import CheckpointError
 from . import same_script
 from .finding import Found
+from .kept import data_of
 from .manifest import Manifest
 from .restoring import restore
 from .saving import Roles, Saver
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 __all__ = ["EARLIER", "Course"]
 
 
+PICKLES = "Checkpoint(pickles=True)"
 EARLIER = "this frame was made by an earlier run, from whose checkpoint this one goes on"
 
 
@@ -81,16 +84,23 @@ class Course:
         restore(self._engine, self._found, comm, list(self._settings.roles[2]), self._settings.stall_s)
         self._engine.copy_restored()
         self._found.samples = None
-        kept = manifest.unpacked()
-        for system in systems:
-            system._forget_list()
-            system._configure_again(kept["configured"][system.name])
-        self._steering.restore(kept.get("steering", {}))
-        balancer = self._settings.balancer
-        if kept.get("balancer") is not None and type(balancer).__qualname__ == kept["balancer"][0]:
-            vars(balancer).update(pickle.loads(kept["balancer"][1]))
+        self._restore_kept(manifest, systems)
         if self._saver.manages:
             tell(f"motes: goes on with frame {manifest.frame}, from {self._found.place}")
+
+    def _restore_kept(self, manifest: Manifest, systems: Sequence[System]) -> None:
+        kept = manifest.unpacked(self._found.place)
+        try:
+            for system in systems:
+                system._forget_list()
+                system._configure_again(kept["configured"][system.name])
+            self._steering.restore(kept.get("steering", {}))
+            name, known = kept.get("balancer") or ("", None)
+        except Exception as error:  # any: it may hold anything
+            raise CheckpointError(f"{self._found.place} is damaged: {error!r}") from error
+        balancer = self._settings.balancer
+        if type(balancer).__qualname__ == name:
+            vars(balancer).update(self._known(name, known))
 
     def skip(self, systems: Sequence[System]) -> bool:
         """The script ends a frame outside of `frames`: whether an earlier run has done it. Collective.
@@ -155,19 +165,37 @@ class Course:
         kept = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.kept()}
         return manifest.with_kept(kept)
 
-    def _balancer(self) -> tuple[str, bytes] | None:
+    def _balancer(self) -> tuple[str, Any] | None:
         """Return what a balancer of the script's own knows; None where nothing can be kept."""
         balancer: Any = self._settings.balancer
         name = type(balancer).__qualname__
         if type(balancer).__module__.partition(".")[0] == __package__.partition(".")[0]:
             return None  # ours keep nothing
         try:
-            return name, pickle.dumps(vars(balancer))
-        except Exception as error:  # any: of a user's class
-            if name not in self._refused:
-                self._refused.add(name)
-                tell(
-                    f"motes: checkpoints do not hold what the balancer {name} knows, "
-                    f"which cannot be pickled: {error}"
+            data_of(vars(balancer))
+            return name, vars(balancer)
+        except TypeError as error:
+            reason = f"{error}; {PICKLES} keeps it by pickle"
+        if self._settings.checkpoint is not None and self._settings.checkpoint.pickles:
+            try:
+                return name, pickle.dumps(vars(balancer))
+            except Exception as error:  # any: of a user's class
+                reason = f"it cannot be pickled: {error}"
+        if name not in self._refused:
+            self._refused.add(name)
+            tell(f"motes: checkpoints do not hold what the balancer {name} knows: {reason}")
+        return None
+
+    def _known(self, name: str, known: Any) -> dict[str, Any]:
+        """Return the attributes of a balancer. Raises CheckpointError for a pickle that is not wanted."""
+        assert self._settings.checkpoint is not None
+        if isinstance(known, bytes):
+            if not self._settings.checkpoint.pickles:
+                raise CheckpointError(
+                    f"{self._found.place} holds what the balancer {name} knows as a pickle, which can run "
+                    f"code of whoever wrote it; {PICKLES} reads it, where you trust them"
                 )
-            return None
+            known = pickle.loads(known)
+        if not isinstance(known, dict):
+            raise CheckpointError(f"{self._found.place} is damaged: the balancer {name} knows no attributes")
+        return known

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import re
 import shutil
@@ -24,6 +25,7 @@ __all__ = [
     "Lock",
     "begun",
     "finish",
+    "make_begun",
     "part_name",
     "prune",
     "start_anew",
@@ -41,6 +43,13 @@ _BEGUN = re.compile(r"frame-\d{6,19}\.tmp")
 def begun(directory: Path, frame: int) -> Path:
     """Return the folder into which the parts of a checkpoint go until it is whole."""
     return directory / f"frame-{frame:06}.tmp"
+
+
+def make_begun(place: Path) -> None:
+    """Make the folder, unless another rank has. Raises OSError where it is another's symbolic link."""
+    place.mkdir(parents=True, exist_ok=True)
+    if place.is_symlink():
+        raise FileExistsError(errno.EEXIST, f"it is a symbolic link to {os.readlink(place)}", str(place))
 
 
 def part_name(calculator: int) -> str:
@@ -98,11 +107,10 @@ class Lock:
         """
         try:
             directory.mkdir(parents=True, exist_ok=True)
-            self._file = os.open(
-                directory / _LOCK, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666
-            )
+            flags = os.O_RDWR | os.O_CREAT | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_CLOEXEC", 0)
+            self._file = os.open(directory / _LOCK, flags, 0o666)
         except OSError as error:
-            raise CheckpointError(f"cannot make the directory {directory}: {error.strerror}") from error
+            raise CheckpointError(f"cannot use the directory {directory}: {error.strerror}") from error
         try:
             if fcntl is not None:
                 fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import json
-import pickle
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any, Self
@@ -13,11 +11,12 @@ from typing import Any, Self
 from .._io import files
 from ..errors import CheckpointError
 from .folder import MANIFEST
+from .kept import data_of, value_of
 
 __all__ = ["FORMAT", "VERSION", "Manifest", "PartEntry"]
 
 FORMAT = "motes checkpoint"
-VERSION = 3
+VERSION = 4
 
 
 @dataclass
@@ -50,8 +49,8 @@ class Manifest:
     """Of the file that says what all ranks know: file, bytes, crc32c."""
     movies: dict[str, int] = field(default_factory=dict)
     """How many frames each open movie had."""
-    kept: str = ""
-    """What Python keeps: pickled, in base64."""
+    kept: Any = None
+    """What Python keeps, as data: see kept."""
 
     @property
     def particles(self) -> list[int]:
@@ -60,12 +59,15 @@ class Manifest:
 
     def with_kept(self, kept: Any) -> Self:
         """Keep a value of Python's."""
-        self.kept = base64.b64encode(pickle.dumps(kept)).decode()
+        self.kept = data_of(kept)
         return self
 
-    def unpacked(self) -> Any:
-        """Return what `with_kept` kept."""
-        return pickle.loads(base64.b64decode(self.kept)) if self.kept else {}
+    def unpacked(self, path: Path) -> Any:
+        """Return what `with_kept` kept. Raises CheckpointError, naming the file, for what it never keeps."""
+        try:
+            return {} if self.kept is None else value_of(self.kept)
+        except Exception as error:  # any: the data may be anything
+            raise CheckpointError(f"{path} is damaged: {type(error).__name__}: {error}") from error
 
     def write(self, folder: Path) -> None:
         """Write it whole, with a checksum of itself."""

@@ -103,7 +103,7 @@ class Saver:
         manifest.world = {"file": folder.WORLD, "bytes": len(world), "crc32c": _core.crc32c(world)}
         failure = ""
         try:
-            place.mkdir(parents=True, exist_ok=True)
+            folder.make_begun(place)
             if self.manages:
                 files.write_whole(place / folder.WORLD, world)
             if self._calculator >= 0:

@@ -17,6 +17,7 @@ except ImportError:  # not a Unix system: abandoned drafts stay
     fcntl = None  # type: ignore[assignment]
 
 __all__ = [
+    "append_to",
     "is_locked_elsewhere",
     "make_draft",
     "sweep",
@@ -78,6 +79,11 @@ def write_whole(path: str | os.PathLike[str], content: bytes | Callable[[IO[byte
             content(file)
         else:
             file.write(content)
+
+
+def append_to(path: Path) -> IO[str]:
+    """Open a text that is there for more lines; never one that a symbolic link names."""
+    return os.fdopen(os.open(path, os.O_WRONLY | os.O_APPEND | _NO_FOLLOW), "a", encoding="utf-8")
 
 
 def _open_made(name: str, flags: int) -> int:

@@ -6,7 +6,6 @@ Any thread may put; the thread that runs the frames takes. Orders are data: know
 from __future__ import annotations
 
 import json
-import math
 import threading
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -147,7 +146,7 @@ def _checked(name: str, wish: Any) -> Any:
 
 
 def _is_move(one: Any) -> bool:
-    return type(one) in (int, float) and math.isfinite(one) and abs(one) <= _MOST
+    return type(one) in (int, float) and abs(one) <= _MOST  # which NaN is not, and any int may be
 
 
 def _add(to: list[float], numbers: list[float]) -> None:

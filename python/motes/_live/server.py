@@ -35,6 +35,9 @@ from .viewer import MOST_BYTES, Viewer
 __all__ = ["Server"]
 
 MOST_VIEWERS = 64
+MOST_WAITING = 16
+"""Connections that have not shown the token yet. More push the oldest of them out, so that strangers cannot
+use up the descriptors that the run needs for its files."""
 MOST_PORTS = 100  # that are tried, where the first ones are busy
 START_S = 20.0
 CLOSE_S = 4.0  # for viewers that do not read; others are told at once
@@ -58,6 +61,7 @@ class Server:
         self._about = about
         self._token = secrets.token_urlsafe(16)
         self._viewers: set[Viewer] = set()
+        self._waiting: dict[Any, Any] = {}  # connections before their handshake, the oldest first: transports
         self._state: dict[str, Any] = {}
         self._version = 0  # of the state
         self._told_s = 0.0
@@ -161,6 +165,8 @@ class Server:
                     self._live.host,
                     port,
                     process_request=self._admit,
+                    create_connection=_counted(websockets.ServerConnection, self._waiting),
+                    backlog=MOST_WAITING,
                     compression=None,  # pictures are compressed
                     max_size=MOST_BYTES,
                     max_queue=8,
@@ -209,6 +215,7 @@ class Server:
 
     async def _attend(self, connection: Any) -> None:
         """One viewer, from its connection to its end."""
+        self._waiting.pop(connection, None)
         viewer = Viewer(connection, self._orders, self._wake_encoder)
         viewer.offer_state(self._version, {**self._about, **self._state})
         if self._encoded is not None:
@@ -292,6 +299,23 @@ class Server:
 
     async def _in_thread(self, encode: Callable[..., Encoded], *arguments: Any) -> Encoded:
         return await self._loop.run_in_executor(self._encoder, encode, *arguments)
+
+
+def _counted(connection: Any, waiting: dict[Any, Any]) -> Any:
+    """Return a class of connections of which few wait for their handshake at a time."""
+
+    class Counted(connection):  # type: ignore[misc]
+        def connection_made(self, transport: Any) -> None:
+            waiting[self] = transport
+            while len(waiting) > MOST_WAITING:
+                waiting.pop(next(iter(waiting))).abort()
+            super().connection_made(transport)
+
+        def connection_lost(self, error: Exception | None) -> None:
+            waiting.pop(self, None)
+            super().connection_lost(error)
+
+    return Counted
 
 
 def _only(values: list[str]) -> str | None:

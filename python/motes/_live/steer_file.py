@@ -44,7 +44,7 @@ class SteerFile:
                     _line({"frame": frame, **row}) for frame, row in rows.items() if frame < continued_from
                 ]
             files.write_whole(self.path, "".join(lines).encode())
-            self._file = open(self.path, "a", encoding="utf-8")  # noqa: SIM115 (until `close`)
+            self._file = files.append_to(self.path)
         except ValueError as error:
             raise LogError(f"{self.path}: cannot be continued: {error}") from None
         except OSError as error:
@@ -97,8 +97,9 @@ def _read(path: Path) -> tuple[Header, Rows]:
     header = _parsed(lines[0], 1)
     if header.get("schema") != SCHEMA:
         raise ValueError(f"its schema is {header.get('schema')!r}, not {SCHEMA}")
-    if type(header.get("seed")) is not int or not isinstance(header.get("script_sha256"), str):
-        raise ValueError("its first line lacks seed and script_sha256")
+    seed = header.get("seed")
+    if type(seed) is not int or not 0 <= seed < 2**64 or not isinstance(header.get("script_sha256"), str):
+        raise ValueError("its first line lacks a seed, 0..2^64-1, and script_sha256")
     rows: Rows = {}
     for number, line in enumerate(lines[1:], start=2):
         frame, row = _row(_parsed(line, number), number)
@@ -120,14 +121,14 @@ def _parsed(line: str, number: int) -> dict[str, Any]:
 
 def _row(row: dict[str, Any], number: int) -> tuple[int, dict[str, Any]]:
     frame = row.pop("frame", None)
-    if type(frame) is not int or frame < 0 or set(row) - {"set", "camera", "stop"}:
+    if type(frame) is not int or not 0 <= frame < 2**63 or set(row) - {"set", "camera", "stop"}:
         raise ValueError(f"line {number} must have a frame, and set, camera or stop")
     if not isinstance(row.get("set", {}), dict) or row.get("stop", True) is not True:
         raise ValueError(f"line {number} sets or stops nothing")
     if row.get("camera") is not None:
         try:
             Pose.read(row["camera"])
-        except ValueError as error:
+        except (ValueError, ArithmeticError) as error:
             raise ValueError(f"line {number}: {error}") from None
     return frame, row
 

@@ -124,7 +124,7 @@ class Viewer:
                 self._acknowledge(said["ack"])
             else:
                 self._orders.put(said)
-        except (ValueError, RecursionError) as error:
+        except (ValueError, ArithmeticError, RecursionError, TypeError) as error:
             self._refusal = str(error)[:300]
             self._something.set()
 

@@ -33,6 +33,8 @@ ABORT_LIMIT_S = 2.0  # how long MPI_Abort may take before the watchdog ends the 
 TEARDOWN_S = 0.1  # an abort ends its peers within this time; a process that is gone without one was lost
 
 _installed = False
+_home = os.getpid()
+"""The process of this rank; those that it forks off are none of the job's."""
 _ending = threading.Lock()
 _previous_hook = sys.excepthook
 _previous_thread_hook = threading.excepthook
@@ -42,12 +44,13 @@ _PR_SET_PDEATHSIG = 1
 
 def install() -> None:
     """Take over the ways out of the script; called once, after mpi4py.MPI is imported."""
-    global _installed, _previous_hook, _previous_thread_hook
+    global _home, _installed, _previous_hook, _previous_thread_hook
     from mpi4py import MPI
 
     if _installed or not MPI.Is_initialized() or MPI.Is_finalized():
         return
     _installed = True
+    _home = os.getpid()
     process.rank, process.size = MPI.COMM_WORLD.rank, MPI.COMM_WORLD.size
     if not faulthandler.is_enabled() and sys.__stderr__ is not None:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # a notebook's stderr is no file
@@ -82,6 +85,8 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
 
     Returns only where there is one rank.
     """
+    if os.getpid() != _home:
+        _end_child(error)
     if process.size == 1:
         return
     free_reserve()
@@ -91,6 +96,20 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
         headline = f"{process.describe(run)}: called sys.exit({shown}) in the middle of the run"
         _end(headline, body, _exit_code(error))
     _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run))
+
+
+def _end_child(error: BaseException) -> NoReturn:
+    """End a process that a rank has forked off, as Python would: the run goes on without a word of it."""
+    with contextlib.suppress(BaseException):
+        if not isinstance(error, SystemExit):
+            traceback.print_exception(error)
+        elif error.code is not None and not isinstance(error.code, int):
+            print(error.code, file=sys.stderr)
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(Exception):
+                stream.flush()
+    code = error.code if isinstance(error, SystemExit) else 1
+    os._exit(0 if code is None else code & 0xFF if isinstance(code, int) else 1)
 
 
 def end_left(rank: int | None, *, lost: bool = False) -> NoReturn:
@@ -110,13 +129,16 @@ def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
 
 
 def _on_exception(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
+    if os.getpid() != _home:
+        _previous_hook(kind, error, trace)
+        return
     free_reserve()
     body = "".join(traceback.format_exception(kind, error, trace))
     _end(_headline(error), body, _exit_code(error), speaker=_speaker(error), error=error)
 
 
 def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
-    if args.exc_value is None or issubclass(args.exc_type, SystemExit):
+    if args.exc_value is None or issubclass(args.exc_type, SystemExit) or os.getpid() != _home:
         _previous_thread_hook(args)  # a thread may end itself by sys.exit
         return
     free_reserve()
@@ -129,7 +151,7 @@ def _on_exit() -> None:
     """Last act of a rank whose script ended without an error, before MPI_Finalize."""
     from mpi4py import MPI
 
-    if MPI.Is_finalized():
+    if MPI.Is_finalized() or os.getpid() != _home:
         return
     if process.running:
         _end(f"{process.describe()}: the script left in the middle of the run", "", 1)

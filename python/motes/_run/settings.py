@@ -11,10 +11,6 @@ from ..live import Live
 
 __all__ = ["RunSettings"]
 
-_COMPARED_AS_GIVEN_OR_NOT = (
-    *("log",),  # a name of a temporary folder may differ: the manager's counts
-    *("steering",),  # the image generator's
-)
 _NOT_COMPARED = ("speeds", "stall_s", "threads")  # of this machine
 
 
@@ -62,10 +58,6 @@ class RunSettings(NamedTuple):
         values: dict[str, object] = {
             name: one for name, one in self._asdict().items() if name not in _NOT_COMPARED
         }
-        for name in _COMPARED_AS_GIVEN_OR_NOT:
-            values[name] = "not given" if values[name] is None else "given"
-        if self.checkpoint is not None:  # the manager's directory counts
-            values["checkpoint"] = f"every {self.checkpoint.every} frames, keep {self.checkpoint.keep}"
         values["roles"] = _roles(self.roles)
         kind = type(self.balancer)
         # The repr of a user's class may hold an address; its `decide` runs on the manager only.

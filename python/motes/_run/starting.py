@@ -19,7 +19,7 @@ from typing import NamedTuple
 from .. import environment
 from ..errors import ArgumentError, MotesError
 from . import losses
-from .hosts import reachable
+from .hosts import check_names, reachable
 from .output import tell
 from .supervisor import supervise
 
@@ -110,8 +110,10 @@ def command(
     if not 1 <= ranks <= most:
         where = f" on this machine, with {_RANK_BYTES >> 20} MB for each" if one_host else ""
         raise ArgumentError("n", ranks, f"in 1..{most}, the number of ranks{where}")
-    if hostfile is not None and not Path(hostfile).is_file():
-        raise MotesError(f"hostfile {hostfile} does not exist")
+    if hosts is not None:
+        check_names("hosts", (host.partition(":")[0] for host in hosts.split(",")))
+    if hostfile is not None:
+        _check_hostfile(hostfile)
     mpirun = mpirun or find_mpirun()
     argv = [mpirun.path, "-n", str(ranks)]
     if survive:
@@ -258,6 +260,17 @@ def _slots(numbers: Iterable[str]) -> int | None:
     """Sum up how many ranks the hosts take; None if one does not say (Open MPI then counts its cores)."""
     listed = list(numbers)
     return sum(map(int, listed)) if all(number.isdigit() for number in listed) else None
+
+
+def _check_hostfile(hostfile: str) -> None:
+    try:
+        lines = Path(hostfile).read_text().splitlines()
+    except FileNotFoundError:
+        raise MotesError(f"hostfile {hostfile} does not exist") from None
+    except (OSError, ValueError) as error:
+        raise MotesError(f"hostfile {hostfile} cannot be read: {error}") from None
+    names = [line.partition("#")[0].split()[:1] for line in lines]
+    check_names("hostfile", (name[0].partition(":")[0].lstrip("+^") for name in names if name))
 
 
 def _check_program(program: Sequence[str]) -> None:

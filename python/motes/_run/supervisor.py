@@ -302,6 +302,7 @@ class Relay:
         self._pass_on(held)
 
     def _pass_on(self, data: bytes) -> None:
+        data = data.replace(b"\0", b"")  # with which PRRTE ends its texts
         if data:
             with contextlib.suppress(OSError):  # a full disk, a reader that is gone: the run goes on
                 self._write(data)

@@ -215,9 +215,10 @@ class Contact(Action):
 
     Where `collide` keeps many grains apart in few sub-steps, these are grains whose forces and spins are
     right: heaps are as steep as friction makes them. A sub-step must be short beside the time for which two
-    of them touch, pi sqrt(mass / (2 stiffness)): a twentieth is good; where it is more than a fifth, springs
-    are softened. Particles turn: their `rotational_velocity` changes. In each sub-step, `contacts` becomes
-    the number of others that a particle touches. What twelve touches of a particle hold is remembered (392
+    of them touch, pi sqrt(mass / (2 stiffness)): a twentieth is good, and gives the restitution to 0.03;
+    100 sub-steps per touch to 0.01, 300 to a thousandth. Where it is more than a fifth, springs are
+    softened. Particles turn: their `rotational_velocity` changes. In each sub-step, `contacts` becomes the
+    number of others that a particle touches. What twelve touches of a particle hold is remembered (392
     bytes, which move with it); further ones push, but slip. Those without a positive mass touch nobody. Of
     several in a list, the first that chooses a particle holds it by springs; the others push and brake it.
 

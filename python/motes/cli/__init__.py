@@ -39,6 +39,7 @@ _DESCRIPTION = "Particle animations on clusters.\n\ncommands:\n" + "\n".join(
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Run one command; returns the exit code: 2 for usage errors and for errors of motes."""
+    _open_standard_streams()
     given = list(sys.argv[1:] if argv is None else argv)
     if not given or given[0] not in COMMANDS:
         return _without_command(given)
@@ -59,6 +60,18 @@ def main(argv: Sequence[str] | None = None) -> int:
         if error.filename is None:
             raise
         return _failed(f"{os.fspath(error.filename)}: {error.strerror}")
+
+
+def _open_standard_streams() -> None:
+    """Open what was closed by `2>&-` and the like: files and pipes of this process would take its place."""
+    for number in (0, 1, 2):
+        try:
+            os.fstat(number)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free
+    for number, name in ((1, "stdout"), (2, "stderr")):
+        if getattr(sys, name) is None:
+            setattr(sys, name, os.fdopen(number, "w", closefd=False))
 
 
 def _without_command(argv: list[str]) -> int:

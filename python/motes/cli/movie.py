@@ -6,7 +6,8 @@
 
 The pictures are called frame.0000.png or snow12.png: what stands before the number is their series. They
 follow each other by number, have one size, and none is missing, unless --gaps says what to show in its place:
-`hold`, the one before; `skip`, nothing. An alpha channel is left out.
+`hold`, the one before; `skip`, nothing. A film has no alpha channel: clear pixels show the
+colour of --background.
 """
 
 from __future__ import annotations
@@ -43,7 +44,20 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--gaps", choices=("refuse", "hold", "skip"), default="refuse", help="missing numbers"
     )
+    parser.add_argument(
+        "--background",
+        type=_color,
+        metavar="RRGGBB",
+        help="the colour behind clear pixels, such as 000000; needed where there are any",
+    )
     add_json(parser)
+
+
+def _color(text: str) -> tuple[int, int, int]:
+    match = re.fullmatch(r"#?([0-9a-fA-F]{2})([0-9a-fA-F]{2})([0-9a-fA-F]{2})", text)
+    if match is None:
+        raise argparse.ArgumentTypeError(f"must be six hexadecimal digits, such as 202020, got {text!r}")
+    return int(match[1], 16), int(match[2], 16), int(match[3], 16)
 
 
 def run(args: argparse.Namespace) -> int:
@@ -51,7 +65,9 @@ def run(args: argparse.Namespace) -> int:
     folder = Path(args.directory)
     named = folder if folder.name not in ("", "..") else folder.resolve()
     target = Path(args.output) if args.output else named.with_name(f"{named.name}.mp4")
-    figures = join(folder, target, fps=args.fps, series=args.series, gaps=args.gaps)
+    figures = join(
+        folder, target, fps=args.fps, series=args.series, gaps=args.gaps, background=args.background
+    )
     print_figures(
         args, figures, "{film}: {pictures} pictures of {width}x{height}, {seconds:.2f} s".format(**figures)
     )
@@ -59,11 +75,18 @@ def run(args: argparse.Namespace) -> int:
 
 
 def join(
-    folder: Path, target: Path, *, fps: float = 24, series: str | None = None, gaps: str = "refuse"
+    folder: Path,
+    target: Path,
+    *,
+    fps: float = 24,
+    series: str | None = None,
+    gaps: str = "refuse",
+    background: tuple[int, int, int] | None = None,
 ) -> dict[str, Any]:
     """Write a film of a directory's pictures; returns what is in it.
 
-    Raises MotesError, before a file is written, where pictures are missing or their sizes differ.
+    `background`: the sRGB colour behind clear pixels. Raises MotesError, before a file is written, where
+    pictures are missing or their sizes differ, and where one has clear pixels and there is no background.
     """
     from ..movie import Movie
 
@@ -72,7 +95,7 @@ def join(
     order = list(_in_order(numbered, gaps))
     with Movie(target, fps=fps) as movie:
         for path in order:
-            movie.write(_pixels(path))
+            movie.write(_pixels(path, background))
     facts = {"film": str(target), "pictures": len(order), "width": width, "height": height, "fps": fps}
     return {**facts, "seconds": len(order) / fps}
 
@@ -142,16 +165,23 @@ def _size(path: Path) -> tuple[int, int]:
     return width, height
 
 
-def _pixels(path: Path) -> NDArray[np.uint8]:
+def _pixels(path: Path, background: tuple[int, int, int] | None) -> NDArray[np.uint8]:
     from .. import _extras
 
     av = _extras.av("motes movie")
     try:
         with av.open(str(path)) as picture:
-            pixels: NDArray[np.uint8] = next(picture.decode(video=0)).to_ndarray(format="rgb24")
+            pixels: NDArray[np.uint8] = next(picture.decode(video=0)).to_ndarray(format="rgba")
     except (av.error.FFmpegError, StopIteration) as error:
         raise MotesError(f"{_name(path)} cannot be read: {error or 'it holds no picture'}") from None
-    return pixels
+    colors, alpha = pixels[:, :, :3], pixels[:, :, 3:]
+    if (alpha == 255).all():
+        return np.ascontiguousarray(colors)
+    if background is None:
+        hint = "--background 000000 puts black behind them"
+        raise MotesError(f"{_name(path)} has clear pixels, which a film cannot have: {hint}")
+    part = alpha.astype(np.float32) / 255
+    return np.rint(colors * part + np.array(background, np.float32) * (1 - part)).astype(np.uint8)
 
 
 def _name(path: Path) -> str:

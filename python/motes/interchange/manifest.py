@@ -142,8 +142,8 @@ class Manifest:
         path = folder / NAME
         try:
             said = json.loads(path.read_bytes())
-        except (OSError, ValueError, RecursionError) as error:
-            raise MotesError(f"{path} cannot be read: {error}") from error
+        except (OSError, ValueError, RecursionError, MemoryError) as error:
+            raise MotesError(f"{path} cannot be read: {error or type(error).__name__}") from error
         if not isinstance(said, dict) or said.get("format") != FORMAT:
             raise MotesError(f"{path} is no manifest of particles")
         if said.get("version") != VERSION:
@@ -152,19 +152,22 @@ class Manifest:
             manifest = cls._of(said)
             manifest._take_whole(folder)
             return manifest
-        except (KeyError, TypeError, ValueError, AttributeError, IndexError) as error:
+        except Exception as error:  # any: it may hold anything
             raise MotesError(f"{path} is damaged: {error!r}") from error
 
     @classmethod
     def _of(cls, said: Mapping[str, Any]) -> Self:
         systems = [
-            SystemColumns(str(one["name"]), str(one["stem"]), [_column(column) for column in one["columns"]])
+            SystemColumns(
+                str(one["name"]), _stem(one["stem"]), [_column(column) for column in one["columns"]]
+            )
             for one in said["systems"]
         ]
         frames, announced = ([_frame(one) for one in said[name]] for name in ("frames", "announced"))
         for frame in (*frames, *announced):
             for part in frame.parts:
-                _ = systems[part.system]
+                if not 0 <= part.system < len(systems):
+                    raise ValueError(f"system {part.system} of {len(systems)}")
         seed = None if said["seed"] is None else int(said["seed"])
         numbers = float(said["dt"]), int(said["every"])
         return cls(str(said["kind"]), seed, *numbers, systems, frames, announced, bool(said["finished"]))
@@ -194,6 +197,13 @@ def stems(names: Iterable[str]) -> list[str]:
 
 def _as_json(value: float) -> float | str:
     return value if math.isfinite(value) else repr(value)
+
+
+def _stem(said: Any) -> str:
+    """Return how names of files begin, if these are in the folder: `pack` writes some that begin so."""
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", said):
+        raise ValueError(f"stem {said!r}")
+    return str(said)
 
 
 def _column(said: Mapping[str, Any]) -> Column:

@@ -14,6 +14,7 @@ from .. import arguments
 from ..errors import ArgumentError, MotesError
 from ..particles import Particles
 from . import npz, vtp
+from .foreign import renamed
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
@@ -26,7 +27,8 @@ def open_particles(path: str | os.PathLike[str], *, system: str | None = None) -
     """Open particles that `Export` or `python -m motes pack` wrote, or a single .npz or .vtp file.
 
     `open_particles(path)[frame]` reads one frame: `Particles`, sorted by id, with the bits that `gather` gave
-    there. `system`: which one, where there are several. Frames are read when they are asked for. Of a run
+    there. `system`: which one, where there are several. Frames are read when they are asked for. A single
+    file may be another program's: `P`, `v`, `Cd`, `Alpha`, `pscale`, `life` have our names then. Of a run
     that was killed, all frames up to the last whole one are there. Needs no MPI; .usd needs the extra [usd].
     Raises ArgumentError if there is nothing of that kind, MotesError if files are damaged or missing.
     """
@@ -195,8 +197,8 @@ def _reader(place: Place) -> Callable[[Part, int, Sequence[str]], dict[str, NDAr
         path = place.folder / part.file
         try:
             return place.format.read(path, names, frame=frame)
-        except (OSError, EOFError, ValueError, KeyError, ArithmeticError) as error:
-            raise MotesError(f"{path} cannot be read: {error}") from error
+        except Exception as error:  # any: a damaged file can fail anywhere
+            raise _unreadable(path, error) from error
 
     return read
 
@@ -230,20 +232,14 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
         columns = read(path, None, frame=0)
     except FileNotFoundError:
         raise ArgumentError("path", str(path), ALLOWED, hint="it does not exist") from None
-    except (OSError, EOFError, ValueError, KeyError) as error:
-        raise MotesError(f"{path} cannot be read: {error}") from error
-    rows = {name: array.shape[:1] for name, array in columns.items()}
-    wrong = [
-        n for n, a in columns.items() if a.shape not in (rows[n], (*rows[n], 3)) or a.dtype.kind not in "fiu"
-    ]
-    if wrong or len(set(rows.values())) != 1:
-        raise MotesError(f"{path} holds other things than columns (n,) or (n, 3) of equal length")
-    (count,) = next(iter(rows.values()))
+    except Exception as error:  # any: a damaged file can fail anywhere
+        raise _unreadable(path, error) from error
+    count = _checked_rows(path, columns)
+    columns = renamed(columns)
     ids = columns.pop("id", np.arange(count)).astype(np.uint64)
-    read_columns: dict[str, NDArray[Any]] = {
-        "id": ids,
-        **{name: array.astype(np.float32, copy=False) for name, array in columns.items()},
-    }
+    with np.errstate(over="ignore"):  # what is too large becomes infinite
+        floats = {name: array.astype(np.float32, copy=False) for name, array in columns.items()}
+    read_columns: dict[str, NDArray[Any]] = {"id": ids, **floats}
     known = [Column(n, a.shape[1] if a.ndim == 2 else 1, (0.0,), 0) for n, a in columns.items()]
     name = system or path.stem.partition(".")[0] or "particles"
     frame = FrameParts(0, 0.0, (Part(0, None, path.name, count, 0),))
@@ -251,6 +247,35 @@ def _single(path: Path, system: str | None) -> ParticleFiles:
         path.suffix[1:], None, 1.0, 1, [SystemColumns(name, name, known)], [frame], finished=True
     )
     return ParticleFiles(path, path.parent, manifest, lambda *_: read_columns, name)
+
+
+def _checked_rows(path: Path, columns: Mapping[str, NDArray[Any]]) -> int:
+    """Return how many particles a file's columns have. Raises MotesError for what are no columns."""
+    for name, array in columns.items():
+        if not isinstance(array, np.ndarray):  # what NumPy gives for an entry that is none of its arrays
+            raise MotesError(f"{path} cannot be read: {name!r} is no array")
+        if array.ndim not in (1, 2) or array.shape[1:] not in ((), (3,)) or array.dtype.kind not in "fiu":
+            said = f"{name!r} is {array.dtype} {array.shape}"
+            raise MotesError(f"{path} cannot be read: {said}; columns are numbers, (n,) or (n, 3)")
+    lengths = {len(array) for array in columns.values()}
+    if len(lengths) != 1:
+        raise MotesError(
+            f"{path} cannot be read: its columns have {sorted(lengths) or 'no'} rows, not the same"
+        )
+    ids = columns.get("id", np.empty(0, np.uint64))
+    if ids.ndim != 1 or ids.dtype.kind not in "iu" or (ids < 0).any():
+        raise MotesError(
+            f"{path} cannot be read: 'id' is {ids.dtype} {ids.shape}; ids are whole numbers >= 0, (n,)"
+        )
+    return lengths.pop()
+
+
+def _unreadable(path: Path, error: Exception) -> MotesError:
+    return (
+        error
+        if isinstance(error, MotesError)
+        else MotesError(f"{path} cannot be read: {error or type(error).__name__}")
+    )
 
 
 def _joined(arrays: list[NDArray[Any]], empty: NDArray[Any]) -> NDArray[Any]:

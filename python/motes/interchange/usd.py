@@ -70,7 +70,7 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         if name == "id" and _fits_int32(column):
             put("primvars:id", "int[]", column.astype(np.int32))  # Blender reads this one only
     if len(columns["position"]):
-        put("extent", "float3[]", _extent(columns["position"]))
+        put("extent", "float3[]", _extent(columns["position"], columns.get("size")))
     if not layer.Export(str(path)):
         raise OSError(f"{path} could not be written")
 
@@ -130,10 +130,11 @@ def stage(manifest: Manifest, folder: str) -> bytes:
             "    )",
             "    {",
         ]
-        for (owner, rank), own in files.items():
-            if owner == number:
-                prim = "particles" if rank is None else f"rank_{rank:04d}"
-                head.append(_indented(_points(prim, system, own, folder), 8))
+        parts = [own for (owner, _), own in files.items() if owner == number]
+        # Paths do not depend on ranks, so that what other programs bind to them stays bound.
+        for count, own in enumerate(parts, 1):
+            prim = "particles" if count == 1 else f"particles_{count}"
+            head.append(_indented(_points(prim, system, own, folder), 8))
         head.append("    }")
     return "\n".join([*head, "}", ""]).encode()
 
@@ -182,13 +183,17 @@ def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.ui
     return rows
 
 
-def _extent(position: NDArray[Any]) -> NDArray[Any]:
-    """Return the lowest and the highest corner; NaN counts only where there is nothing else."""
+def _extent(position: NDArray[Any], size: NDArray[Any] | None) -> NDArray[Any]:
+    """Return the lowest and the highest corner of points and, where they have sizes, the widths around them.
+
+    As `UsdGeomPoints` computes it; NaN counts only where there is nothing else.
+    """
+    half = np.float32(0) if size is None else np.abs(size[:, 0]) / 2
     axes = [position[:, c] for c in range(3)]
-    corners = np.array([[axis.min() for axis in axes], [axis.max() for axis in axes]], np.float32)
-    if np.isnan(corners).any():
-        corners[:] = [[reach(axis) for axis in axes] for reach in (np.fmin.reduce, np.fmax.reduce)]
-    return corners
+    with np.errstate(invalid="ignore", over="ignore"):  # infinite positions, sizes
+        low = [np.fmin.reduce(axis - half) for axis in axes]
+        high = [np.fmax.reduce(axis + half) for axis in axes]
+    return np.array([low, high], np.float32)
 
 
 def _name_of(column: str) -> str:

@@ -1,32 +1,29 @@
 """Particles as .vtp, VTK's file of points, and .pvd, ParaView's list of such files over time.
 
-The data stands behind the XML as raw bytes ("appended"), which every reader of VTK understands.
+The data stands behind the XML as raw bytes ("appended"), which every reader of VTK understands. What other
+programs write is read by `vtp_reading`.
 """
 
 from __future__ import annotations
 
-import re
 import struct
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
-from xml.etree import ElementTree
 from xml.sax.saxutils import quoteattr
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .manifest import Manifest
+from .vtp_reading import read
 
 __all__ = ["MARK", "pvd", "read", "write"]
 
 MARK = "<!-- particles of motes -->"
 _TYPES = {"float32": "Float32", "uint64": "UInt64", "int32": "Int32", "int64": "Int64", "float64": "Float64"}
-_DTYPES = {said: np.dtype(kind) for kind, said in _TYPES.items()}
 _ORDER = "LittleEndian" if sys.byteorder == "little" else "BigEndian"
-_OPEN, _APPENDED = b"<AppendedData", b"_"
-_MOST_HEAD = 1 << 20
 _LENGTH = struct.Struct("=Q")
 
 
@@ -67,25 +64,6 @@ def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: 
         file.write(b"\n</AppendedData>\n</VTKFile>\n")
 
 
-def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
-    """Read these columns, or all, of raw appended data. Raises OSError, ValueError or KeyError."""
-    del frame
-    with open(path, "rb") as file:
-        tree, start = _head(file.read(_MOST_HEAD))
-        found = _arrays(tree)
-        columns = {}
-        for name in found if names is None else names:
-            kind, width, offset = found[name]
-            file.seek(start + offset)
-            length = file.read(_LENGTH.size)
-            size = _LENGTH.unpack(length)[0] if len(length) == _LENGTH.size else -1
-            array = np.fromfile(file, kind, max(size, 0) // kind.itemsize)
-            if array.nbytes != size:
-                raise ValueError(f"{name} is cut short")
-            columns[name] = array.reshape(-1, width) if width > 1 else array
-    return columns
-
-
 def pvd(manifest: Manifest, folder: str) -> bytes:
     """Return ParaView's list of all files: at each time one block per system and rank."""
     blocks: dict[tuple[int, int | None], int] = {}
@@ -98,35 +76,3 @@ def pvd(manifest: Manifest, folder: str) -> bytes:
             file = quoteattr(f"{folder}/{part.file}")
             lines.append(f'<DataSet timestep="{frame.time!r}" part="{block}" name={name} file={file}/>')
     return "\n".join([*lines, "</Collection>", "</VTKFile>", ""]).encode()
-
-
-def _head(text: bytes) -> tuple[ElementTree.Element, int]:
-    """Return the XML in front of the data, and where the data begins."""
-    at = text.find(_OPEN)
-    if at < 0:
-        raise ValueError("it has no appended data")
-    tag = re.match(rb'<AppendedData\s+encoding="raw"\s*>\s*_', text[at:])
-    if tag is None:
-        raise ValueError("its appended data is not raw")
-    try:
-        tree = ElementTree.fromstring(text[:at] + b"</VTKFile>")
-    except ElementTree.ParseError as error:
-        raise ValueError(str(error)) from error
-    if tree.get("byte_order") != _ORDER or tree.get("header_type") != "UInt64" or tree.get("compressor"):
-        raise ValueError(f"only {_ORDER} data with 64-bit lengths, not compressed, is read")
-    return tree, at + tag.end()
-
-
-def _arrays(tree: ElementTree.Element) -> dict[str, tuple[np.dtype[Any], int, int]]:
-    """Return for each column its type, width and place."""
-    pieces = tree.findall("./PolyData/Piece")
-    if len(pieces) != 1:
-        raise ValueError(f"it has {len(pieces)} pieces instead of one")
-    found = {}
-    for array in [*pieces[0].findall("./Points/DataArray"), *pieces[0].findall("./PointData/DataArray")]:
-        kind, name = array.get("type", ""), array.get("Name", "")
-        if kind not in _DTYPES or array.get("format") != "appended":
-            raise ValueError(f"column {name!r} is {kind} and not appended, or of a type that is not read")
-        name = "position" if name == "Points" else name
-        found[name] = (_DTYPES[kind], int(array.get("NumberOfComponents", "1")), int(array.get("offset", "")))
-    return found

@@ -1,0 +1,67 @@
+"""What Python keeps in a checkpoint, as JSON: who reads it runs no code of whoever wrote it.
+
+JSON's own values stand for themselves, but for objects: {"tuple": [...]}, {"dict": [[key, value], ...]},
+{"bytes": base64}, {"array": [type, shape, base64]}, {"value": [name, fields]} of the values in `VALUES`.
+"""
+
+from __future__ import annotations
+
+import base64
+from typing import Any
+
+import numpy as np
+
+from ..curves import Curve
+from ..distributions import Normal, Uniform
+
+__all__ = ["VALUES", "data_of", "value_of"]
+
+VALUES: dict[str, type[Any]] = {kind.__name__: kind for kind in (Curve, Normal, Uniform)}
+_NUMBERS = "biufc"
+
+
+def data_of(value: Any) -> Any:
+    """Return a value as JSON's. Raises TypeError, naming its type, where it is no plain data."""
+    kind = type(value)
+    if value is None or kind in (bool, int, float, str):
+        return value
+    if kind is list:
+        return [data_of(one) for one in value]
+    if kind is tuple:
+        return {"tuple": [data_of(one) for one in value]}
+    if kind is dict:
+        return {"dict": [[data_of(key), data_of(one)] for key, one in value.items()]}
+    if kind is bytes:
+        return {"bytes": base64.b64encode(value).decode()}
+    if (kind is np.ndarray or isinstance(value, np.generic)) and value.dtype.kind in _NUMBERS:
+        array = np.asarray(value)
+        content = base64.b64encode(array.tobytes()).decode()
+        return {"array": [array.dtype.str, list(array.shape), content, kind is np.ndarray]}
+    if VALUES.get(kind.__name__) is kind:
+        return {"value": [kind.__name__, data_of(value._items())]}
+    raise TypeError(f"{kind.__qualname__} is no plain data: numbers, text, lists, dicts, arrays")
+
+
+def value_of(data: Any) -> Any:
+    """Return what `data_of` took. Raises ValueError, KeyError or TypeError for anything else."""
+    if isinstance(data, list):
+        return [value_of(one) for one in data]
+    if not isinstance(data, dict):
+        return data
+    ((kind, content),) = data.items()
+    if kind == "tuple":
+        return tuple(value_of(one) for one in content)
+    if kind == "dict":
+        return {value_of(key): value_of(one) for key, one in content}
+    if kind == "bytes":
+        return base64.b64decode(content, validate=True)
+    if kind == "array":
+        dtype, shape, text, whole = content
+        if np.dtype(dtype).kind not in _NUMBERS:
+            raise ValueError(f"an array of {dtype}")
+        array = np.frombuffer(base64.b64decode(text, validate=True), dtype).reshape(shape).copy()
+        return array if whole else array[()]
+    if kind == "value":
+        name, fields = content
+        return VALUES[name](**value_of(fields))
+    raise ValueError(f"{kind!r} is no kind of value")

@@ -1,0 +1,32 @@
+"""The texts that stand below a class's fields, read from its source."""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import itertools
+import textwrap
+
+__all__ = ["with_fields"]
+
+
+def with_fields(kind: type, text: str) -> str:
+    """Return a class's docstring with its fields and their texts; without them where there is no source."""
+    try:
+        (tree,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
+    except (OSError, TypeError, SyntaxError, ValueError):
+        return text
+    lines = []
+    for field, below in itertools.pairwise(getattr(tree, "body", ())):
+        told = _text_of(below)
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name) and told:
+            lines.append(f"    {field.target.id}: {textwrap.indent(told, ' ' * 8).strip()}")
+    fields = "\n".join(lines)
+    return f"{inspect.cleandoc(text)}\n\nFields:\n{fields}\n" if lines else text
+
+
+def _text_of(statement: ast.stmt) -> str:
+    value = statement.value if isinstance(statement, ast.Expr) else None
+    if isinstance(value, ast.Constant) and isinstance(value.value, str):
+        return inspect.cleandoc(value.value)
+    return ""

@@ -1,0 +1,54 @@
+"""Names that other programs give to columns of particles, Houdini's above all."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..errors import ArgumentError
+
+__all__ = ["NAMES", "no_column", "renamed"]
+
+NAMES = {
+    **{
+        "P": "position",
+        "v": "velocity",
+        "Cd": "color",
+        "Alpha": "alpha",
+        "pscale": "size",
+        "life": "lifetime",
+    },
+    **{"widths": "size", "displayColor": "color", "displayOpacity": "alpha"},
+}
+"""Their names -> ours."""
+
+
+def renamed(columns: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Return columns under our names, where a file has none of that name itself.
+
+    `pscale` is a radius: the size is twice as much. A size of one number is the same along all axes.
+    """
+    made: dict[str, NDArray[Any]] = {}
+    for name, column in columns.items():
+        ours = NAMES.get(name, name)
+        if ours in made or (ours != name and ours in columns):
+            ours = name
+        if ours == "size" and column.ndim == 1:
+            column = np.repeat(column[:, None], 3, axis=1) * (2 if name == "pscale" else 1)
+        made[ours] = column
+    return made
+
+
+def no_column(system: str, name: str, values: Any, known: Iterable[str]) -> ArgumentError:
+    """Say how a column that a system lacks is declared, or left out."""
+    ours = NAMES.get(name)
+    if ours is not None:
+        return ArgumentError("column", name, f"named as here: emit({ours}=...)")
+    initial = "(0, 0, 0)" if np.ndim(values) == 2 else "0.0"
+    declared = f"world.system({system!r}, attributes={{{name!r}: {initial}}})"
+    left_out = "s.emit(**particles.columns('position'))"
+    allowed = f"an attribute of {system!r}: declare it, {declared}, or leave it out, {left_out}"
+    return ArgumentError("column", name, allowed, known=known)

@@ -1,0 +1,235 @@
+"""Columns read from .vtp, VTK's file of points: as motes writes it, and as VTK's own writer does.
+
+Data is text, or binary in base64, inside the XML or appended behind it, or raw and appended; plain, or packed
+by zlib or LZMA in blocks. Binary data begins with its length in bytes; packed data with the number of blocks,
+the bytes of a whole and of the last block, and the packed bytes of each.
+"""
+
+from __future__ import annotations
+
+import base64
+import lzma
+import re
+import zlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["read"]
+
+_KINDS = {f"{name}{8 * size}": f"{letter}{size}" for name, letter, sizes in (
+    ("Int", "i", (1, 2, 4, 8)), ("UInt", "u", (1, 2, 4, 8)), ("Float", "f", (4, 8)),
+) for size in sizes}  # fmt: skip
+_OPEN = b"<AppendedData"
+_MOST_HEAD = 1 << 20
+_PACKERS = ("vtkZLibDataCompressor", "vtkLZMADataCompressor")
+
+
+def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
+    """Read these columns, or all, of all pieces. Raises OSError, ValueError or KeyError."""
+    del frame
+    with open(path, "rb") as file:
+        text = file.read(_MOST_HEAD)
+        if _OPEN not in text:
+            text += file.read()
+        data = _Data(file, text)
+        pieces = data.tree.findall("./PolyData/Piece")
+        if not pieces:
+            raise ValueError("it has no PolyData with a piece")
+        found = [_arrays(piece) for piece in pieces]
+        wanted = list(found[0]) if names is None else list(names)
+        columns = {}
+        for name in wanted:
+            parts = [
+                data.array(arrays[name], _rows(piece)) for piece, arrays in zip(pieces, found, strict=True)
+            ]
+            columns[name] = parts[0] if len(parts) == 1 else np.concatenate(parts)
+        return columns
+
+
+def _arrays(piece: ElementTree.Element) -> dict[str, ElementTree.Element]:
+    """Return what describes each column."""
+    found = {}
+    for array in [*piece.findall("./Points/DataArray"), *piece.findall("./PointData/*")]:
+        name = array.get("Name", "")
+        found["position" if name == "Points" else name] = array
+    return found
+
+
+def _rows(piece: ElementTree.Element) -> int:
+    return _whole(piece, "NumberOfPoints", "0")
+
+
+def _whole(element: ElementTree.Element, name: str, default: str) -> int:
+    text = element.get(name, default)
+    if not re.fullmatch(r"\d{1,18}", text):
+        raise ValueError(f"{name} is {text!r}, not a whole number")
+    return int(text)
+
+
+class _Data:
+    """The bytes behind descriptions of arrays."""
+
+    def __init__(self, file: Any, text: bytes) -> None:
+        """Parse the XML, without what is appended behind it."""
+        self._file = file
+        at = text.find(_OPEN)
+        self._raw = False
+        if at >= 0:
+            tag = re.match(rb'<AppendedData\s+encoding="(raw|base64)"\s*>\s*_', text[at:])
+            if tag is None:
+                raise ValueError("its appended data is neither raw nor base64")
+            self._start, self._raw = at + tag.end(), tag[1] == b"raw"
+            text = text[:at] + b"</VTKFile>"
+        try:
+            self.tree = ElementTree.fromstring(text)
+        except ElementTree.ParseError as error:
+            raise ValueError(str(error)) from error
+        self._appended = at >= 0
+        order = self.tree.get("byte_order", "LittleEndian")
+        if order not in ("LittleEndian", "BigEndian"):
+            raise ValueError(f"its byte order is {order!r}")
+        self._order = "<" if order == "LittleEndian" else ">"
+        header = self.tree.get("header_type", "UInt32")
+        if header not in ("UInt32", "UInt64"):
+            raise ValueError(f"lengths of the type {header!r} are not read")
+        self._length = np.dtype(self._order + _KINDS[header])
+        self._packer = self.tree.get("compressor")
+
+    def array(self, said: ElementTree.Element, rows: int) -> NDArray[Any]:
+        """Return a column: (rows,), or (rows, width) of several components."""
+        name, kind, form = said.get("Name", ""), said.get("type", ""), said.get("format", "ascii")
+        if said.tag != "DataArray" or kind not in _KINDS:
+            raise ValueError(f"column {name!r} is of type {kind or said.tag!r}, which is not read")
+        width = _whole(said, "NumberOfComponents", "1")
+        if width < 1:
+            raise ValueError(f"column {name!r} has {width} components")
+        dtype = np.dtype(self._order + _KINDS[kind])
+        if form == "ascii":
+            numbers = (said.text or "").split()
+            found = np.array(numbers, dtype if dtype.kind == "f" else object).astype(dtype)
+        elif form in ("binary", "appended"):
+            found = self._binary(said, form == "appended", dtype, rows * width)
+        else:
+            raise ValueError(f"column {name!r} is of the format {form!r}, which is not read")
+        if len(found) != rows * width:
+            raise ValueError(f"{name} is cut short: {len(found)} of {rows * width} numbers")
+        native = found.astype(dtype.newbyteorder("="), copy=False)
+        return native.reshape(rows, width) if width > 1 else native
+
+    def _binary(
+        self, said: ElementTree.Element, appended: bool, dtype: np.dtype[Any], count: int
+    ) -> NDArray[Any]:
+        if self._packer is not None and self._packer not in _PACKERS:
+            raise ValueError(f"data packed by {self._packer} is not read; {' and '.join(_PACKERS)} are")
+        source: _Raw | _Base64
+        if not appended:
+            text = "".join((said.text or "").split()).encode()
+            source = _Base64(lambda at, size: text[at : at + size])
+        elif not self._appended:
+            raise ValueError("it has no appended data")
+        else:
+            source = _Raw(self._file, self._start + _whole(said, "offset", ""))
+            if self._raw and self._packer is None:
+                self._check_length(source, count * dtype.itemsize)
+                return source.numbers(self._length.itemsize, dtype, count)
+            source = source if self._raw else _Base64(source.take)
+        size = count * dtype.itemsize
+        return np.frombuffer(
+            self._plain(source, size) if self._packer is None else self._packed(source, size), dtype
+        )
+
+    def _numbers(self, source: _Raw | _Base64, count: int) -> list[int]:
+        content = source.take(0, count * self._length.itemsize)
+        if len(content) < count * self._length.itemsize:
+            raise ValueError("it is cut short")
+        found: list[int] = np.frombuffer(content, self._length).tolist()
+        return found
+
+    def _check_length(self, source: _Raw | _Base64, size: int) -> None:
+        (given,) = self._numbers(source, 1)
+        if given != size:
+            raise ValueError(f"an array has {given} bytes, not {size}")
+
+    def _plain(self, source: _Raw | _Base64, size: int) -> bytes:
+        self._check_length(source, size)
+        if source.ends_at(self._length.itemsize):
+            return source.behind(self._length.itemsize).take(0, size)
+        return source.take(self._length.itemsize, size)
+
+    def _packed(self, source: _Raw | _Base64, size: int) -> bytes:
+        (blocks,) = self._numbers(source, 1)
+        if blocks > size:
+            raise ValueError(f"it has {blocks} blocks for {size} bytes")
+        if not blocks:
+            return b""
+        _, whole, last, *lengths = self._numbers(source, 3 + blocks)
+        if whole * (blocks - bool(last)) + last != size:
+            raise ValueError(f"its blocks do not have {size} bytes")
+        content = source.behind((3 + blocks) * self._length.itemsize).take(0, sum(lengths))
+        parts = []
+        for number, length in enumerate(lengths):
+            parts.append(self._unpack(content[:length], last if last and number == blocks - 1 else whole))
+            content = content[length:]
+        return b"".join(parts)
+
+    def _unpack(self, packed: bytes, size: int) -> bytes:
+        """Unpack a block of a known size, and no more."""
+        opened: Any = zlib.decompressobj() if self._packer == _PACKERS[0] else lzma.LZMADecompressor()
+        try:
+            made: bytes = opened.decompress(packed, size)
+        except (zlib.error, lzma.LZMAError) as error:
+            raise ValueError(f"a block cannot be unpacked: {error}") from None
+        if len(made) != size:
+            raise ValueError("a block is cut short")
+        return made
+
+
+class _Raw:
+    """Bytes of a file, from a place on."""
+
+    def __init__(self, file: Any, start: int) -> None:
+        self._file = file
+        self._start = start
+
+    def take(self, at: int, size: int) -> bytes:
+        self._file.seek(self._start + at)
+        found: bytes = self._file.read(size)
+        return found
+
+    def numbers(self, at: int, dtype: np.dtype[Any], count: int) -> NDArray[Any]:
+        """Read numbers without a copy."""
+        self._file.seek(self._start + at)
+        return np.fromfile(self._file, dtype, count)
+
+    def behind(self, size: int) -> _Raw:
+        return _Raw(self._file, self._start + size)
+
+    def ends_at(self, size: int) -> bool:
+        del size
+        return False
+
+
+class _Base64:
+    """Bytes that characters stand for, from a place on."""
+
+    def __init__(self, characters: Callable[[int, int], bytes], start: int = 0) -> None:
+        self._characters = characters
+        self._start = start
+
+    def take(self, at: int, size: int) -> bytes:
+        first, end = at // 3 * 4, -(-(at + size) // 3) * 4
+        text = self._characters(self._start + first, end - first)
+        return base64.b64decode(text, validate=True)[at % 3 :][:size]
+
+    def behind(self, size: int) -> _Base64:
+        """Return what begins anew behind so many bytes."""
+        return _Base64(self._characters, self._start + -(-size // 3) * 4)
+
+    def ends_at(self, size: int) -> bool:
+        """Tell whether what begins here ends, filled up, after so many bytes."""
+        return self._characters(self._start + -(-size // 3) * 4 - 1, 1) == b"="

@@ -91,8 +91,9 @@ def _compiled() -> list[str]:
     newest = max(path.stat().st_mtime for path in sources)
     for made in (ROOT / "build").glob(f"cp{sys.version_info[0]}{sys.version_info[1]}-*/install_manifest.txt"):
         if made.stat().st_mtime > newest:
-            isas = re.findall("^MOTES_ISAS:.*=(.*)$", (made.parent / "CMakeCache.txt").read_text(), re.MULTILINE)
-            return [f"-DMOTES_COMPILED={made.parent}", f"-DMOTES_ISAS={isas[0]}"]
+            cache = (made.parent / "CMakeCache.txt").read_text()
+            (isas,) = re.findall("^MOTES_ISAS:.*=(.*)$", cache, re.MULTILINE)
+            return [f"-DMOTES_COMPILED={made.parent}", f"-DMOTES_ISAS={isas}"]
     return ["-DMOTES_COMPILED=", "-DMOTES_ISAS=runnable"]
 
 
@@ -101,8 +102,8 @@ def _build(target: str, mpi: str = "mpi") -> Path:
     """Build a C++ target without Python; the folder stays, so the next session builds only what changed.
 
     It is $MOTES_TEST_BUILD, or a folder below build/ for each Python environment, whose MPI it uses.
-    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own. The engine is the wheel's, where
-    pip compiled that here, else compiled as the wheel is; assertions are on where sanitizers watch (.ci/asan).
+    `mpi="smpi"` builds for SimGrid's simulated clusters, in a folder of its own. The engine is the wheel's,
+    where pip has compiled that, else compiled as the wheel is. Assertions are on where sanitizers watch.
     """
     if not (ROOT / "CMakeLists.txt").is_file():
         pytest.skip("the C++ programs need the source tree")

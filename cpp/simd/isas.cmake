@@ -1,10 +1,9 @@
 # Which instruction sets the kernels are compiled for: MOTES_BUILT_ISAS, narrowest first, and what each needs.
 set(MOTES_ISAS "all" CACHE STRING
-  "Instruction sets of the kernels: all; common: sse2, avx2, and avx512 if this processor has it; runnable: those of \
-this processor; widest: this processor's widest alone")
-set_property(CACHE MOTES_ISAS PROPERTY STRINGS all common runnable widest)
-if(NOT MOTES_ISAS MATCHES "^(all|common|runnable|widest)$")
-  message(FATAL_ERROR "MOTES_ISAS must be all, common, runnable or widest, got ${MOTES_ISAS}")
+  "Instruction sets of the kernels: all; runnable: those of this processor; widest: this processor's widest alone")
+set_property(CACHE MOTES_ISAS PROPERTY STRINGS all runnable widest)
+if(NOT MOTES_ISAS MATCHES "^(all|runnable|widest)$")
+  message(FATAL_ERROR "MOTES_ISAS must be all, runnable or widest, got ${MOTES_ISAS}")
 endif()
 
 # BMI2, which processors with AVX2 have too: shifts by a variable take one operation in place of three.
@@ -23,9 +22,6 @@ if(NOT MOTES_ISAS STREQUAL "all")
   execute_process(COMMAND ${CMAKE_CXX_COMPILER} -march=native -dM -E -x c++ /dev/null
     OUTPUT_VARIABLE native COMMAND_ERROR_IS_FATAL ANY)
   foreach(isa IN LISTS MOTES_BUILT_ISAS)
-    if(MOTES_ISAS STREQUAL "common" AND NOT isa STREQUAL "avx512")
-      continue()
-    endif()
     foreach(flag IN LISTS MOTES_FLAGS_${isa})
       string(REGEX REPLACE "^-m" "" feature ${flag})
       string(TOUPPER ${feature} feature)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from launching import mpirun
 from standing import on_ranks
 
 import motes
@@ -380,7 +381,7 @@ with world:
 
 def test_a_part_of_a_picture_larger_than_memory_says_so():
     """The image generator has room for all of it, but another rank not for its tiles."""
-    job = on_ranks(2, LARGE_PART, timeout=100)
+    job = mpirun(2, LARGE_PART, timeout=100)
     assert job.code != 0, job.text
     assert "rank 1" in job.err, job.text
     assert "a picture of 6144x6144 pixels" in job.err, job.text

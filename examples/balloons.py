@@ -49,7 +49,7 @@ picture, bunches = balloon(), []
 for i in range(args.systems):
     sprite = motes.Sprite("image", pixels=None, blend="alpha", image=picture)
     bunch = world.system(f"balloons {i}", sprite=sprite)
-    bunch.configure(size=motes.Uniform(1.5, 2.0), up=(0, 1, 0), mass=motes.Uniform(0.8, 1.3))
+    bunch.configure(size=motes.Uniform((1.5,) * 3, (2.0,) * 3), up=(0, 1, 0), mass=motes.Uniform(0.8, 1.3))
     bunch.configure(
         color=colorsys.hsv_to_rgb(i / args.systems, 0.85, 1), velocity=Box((-0.4, 1, -0.4), (0.4, 2, 0.4))
     )

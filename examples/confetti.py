@@ -53,7 +53,9 @@ for i in range(args.systems):
     )
     tone = colorsys.hsv_to_rgb(i / args.systems, 0.88, 0.95)
     slip.configure(
-        size=motes.Uniform(0.06, 0.10), up=Sphere((0, 0, 0), 1), rotational_velocity=Sphere((0, 0, 0), 5)
+        size=motes.Uniform((0.06,) * 3, (0.10,) * 3),
+        up=Sphere((0, 0, 0), 1),
+        rotational_velocity=Sphere((0, 0, 0), 5),
     )
     slip.configure(spin=motes.Uniform(6, 16), tone=tone, color=tone, lifetime=motes.Uniform(7, 9))
     slips.append(slip)

@@ -18,7 +18,8 @@ with world, motes.Export(path, every=args.every) as export:
         embers.configure(
             velocity=Cone((0, 0, 0), (0, 9, 0), 2.2),
             color=motes.Uniform((1, 0.25, 0.03), (1, 0.6, 0.15)),
-            size=motes.Uniform(0.015, 0.04),  # metres: what other programs draw, unless told otherwise
+            # Metres: what other programs draw, unless told otherwise.
+            size=motes.Uniform((0.015,) * 3, (0.04,) * 3),
             lifetime=motes.Uniform(1, 2.2),
         )
         embers.source(Disc((0, 0.05, 0), (0, 1, 0), 0.15), rate=args.particles / 1.6, jitter=True)

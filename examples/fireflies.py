@@ -59,7 +59,7 @@ world = motes.World(**args.world, renderer=renderer)
 grass = world.system("grass", sprite=motes.Sprite("image", pixels=None, blend="alpha", image=blade()))
 grass.configure(up=Box((-0.25, 1, 0), (0.25, 1, 0)), color=(0.012, 0.03, 0.012))
 leaves = world.system("leaves", sprite=motes.Sprite(pixels=None, blend="opaque"))
-leaves.configure(size=motes.Uniform(0.1, 0.22), color=(0.004, 0.008, 0.009))
+leaves.configure(size=motes.Uniform((0.1,) * 3, (0.22,) * 3), color=(0.004, 0.008, 0.009))
 flies = world.system("flies", sprite=motes.Sprite(pixels=None), attributes={"rhythm": 3.0})
 flies.configure(velocity=Sphere((0, 0, 0), 0.3), rhythm=motes.Uniform(1.6, 2.9), age=motes.Uniform(0, 60))
 flies.configure(size=0.035)
@@ -70,7 +70,7 @@ with world, motes.Movie(f"{args.out}/fireflies.mp4") as movie:
     for frame in world.frames(args.frames):
         if frame == 0:
             for z in np.arange(-6, 7, 0.5):
-                grass.configure(size=motes.Uniform(0.35, 0.75))
+                grass.configure(size=motes.Uniform((0.35,) * 3, (0.75,) * 3))
                 grass.burst(Box((-8, 0.12, z), (8, 0.2, z + 0.5)), count=90)
             for ball in crowns:
                 leaves.burst(ball, count=260)

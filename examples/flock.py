@@ -36,7 +36,9 @@ renderer = motes.Renderer(
 world = motes.World(**args.world, renderer=renderer)
 
 birds = world.system("birds", sprite=motes.Sprite("image", pixels=None, blend="alpha", image=bird()))
-birds.configure(velocity=Sphere((2, 0, 7), 2), size=motes.Uniform(0.6, 0.75), color=(0.02, 0.018, 0.025))
+birds.configure(
+    velocity=Sphere((2, 0, 7), 2), size=motes.Uniform((0.6,) * 3, (0.75,) * 3), color=(0.02, 0.018, 0.025)
+)
 
 with world, motes.Movie(f"{args.out}/flock.mp4") as movie:
     for frame in world.frames(args.frames):

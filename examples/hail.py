@@ -46,7 +46,9 @@ storm = []
 for i in range(args.systems):
     hail = world.system(f"hail {i}", capacity=args.particles, sprite=stone)
     hail.configure(
-        velocity=Sphere((1.2, -15, 0.3), 1.2), size=motes.Uniform(0.014, 0.036), color=(0.85, 0.9, 0.95)
+        velocity=Sphere((1.2, -15, 0.3), 1.2),
+        size=motes.Uniform((0.014,) * 3, (0.036,) * 3),
+        color=(0.85, 0.9, 0.95),
     )
     hail.configure(lifetime=motes.Uniform(2.5, 6))
     storm.append(hail)

@@ -45,7 +45,9 @@ foliage = []
 for i in range(args.systems):
     sprite = motes.Sprite("image", pixels=None, blend="alpha", image=picture)
     leaves = world.system(f"leaves {i}", capacity=args.particles, sprite=sprite)
-    leaves.configure(color=tones[i % len(tones)], up=Sphere((0, 0, 0), 1), size=motes.Uniform(0.07, 0.13))
+    leaves.configure(
+        color=tones[i % len(tones)], up=Sphere((0, 0, 0), 1), size=motes.Uniform((0.07,) * 3, (0.13,) * 3)
+    )
     leaves.configure(rotational_velocity=Sphere((0, 0, 0), 3))
     foliage.append(leaves)
 

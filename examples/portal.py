@@ -24,7 +24,7 @@ world = motes.World(**args.world, substeps=3, renderer=renderer)
 rings = []
 for i in range(args.systems):
     sparks = world.system(f"sparks {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    sparks.configure(lifetime=motes.Uniform(0.08, 0.9), size=motes.Uniform(0.006, 0.013))
+    sparks.configure(lifetime=motes.Uniform(0.08, 0.9), size=motes.Uniform((0.006,) * 3, (0.013,) * 3))
     rings.append(sparks)
 veil = world.system("veil", sprite=motes.Sprite(pixels=None))
 veil.configure(size=0.04)

@@ -45,7 +45,9 @@ for i in range(args.systems):
         f"sand {i}", capacity=args.particles, sprite=motes.Sprite("sphere", pixels=None, blend="opaque")
     )
     sand.configure(
-        color=tones[i % len(tones)], size=motes.Uniform(0.02, 0.03), velocity=Sphere((0, -2.5, 0), 0.25)
+        color=tones[i % len(tones)],
+        size=motes.Uniform((0.02,) * 3, (0.03,) * 3),
+        velocity=Sphere((0, -2.5, 0), 0.25),
     )
     grains.append(sand)
 

@@ -20,7 +20,7 @@ world = motes.World(**args.world, substeps=3, renderer=renderer)
 sheets = []
 for i in range(args.systems):
     drops = world.system(f"drops {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    drops.configure(velocity=(0, -2, 0), size=motes.Uniform(0.01, 0.022), lifetime=1.9)
+    drops.configure(velocity=(0, -2, 0), size=motes.Uniform((0.01,) * 3, (0.022,) * 3), lifetime=1.9)
     wide = 9.0 / args.systems
     sheets.append((drops, Rectangle((i * wide - 4.5, 6.2, -0.05), (wide, 0, 0), (0, 0, 0.1))))
 

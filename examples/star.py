@@ -19,10 +19,10 @@ world = motes.World(**args.world, renderer=renderer)
 shells = []
 for i in range(args.systems):
     gas = world.system(f"gas {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    gas.configure(lifetime=motes.Uniform(1.5, 5), size=motes.Uniform(0.012, 0.03))
+    gas.configure(lifetime=motes.Uniform(1.5, 5), size=motes.Uniform((0.012,) * 3, (0.03,) * 3))
     shells.append(gas)
 flares = world.system("flares", capacity=60_000, sprite=motes.Sprite(pixels=None))
-flares.configure(lifetime=motes.Uniform(0.8, 2.6), size=motes.Uniform(0.012, 0.028))
+flares.configure(lifetime=motes.Uniform(0.8, 2.6), size=motes.Uniform((0.012,) * 3, (0.028,) * 3))
 sky = world.system("sky", sprite=motes.Sprite(height=0.003))
 sky.configure(alpha=motes.Uniform(0, 0.7))
 

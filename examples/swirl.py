@@ -30,7 +30,7 @@ for i in range(args.systems):
     across = np.array([-np.sin(angle), 0, np.cos(angle)])
     stream = world.system(f"stream {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
     color = colorsys.hsv_to_rgb((0.53 + 0.45 * i / args.systems) % 1, 0.8, 1)
-    stream.configure(lifetime=life, size=motes.Uniform(0.008, 0.02), color=color)
+    stream.configure(lifetime=life, size=motes.Uniform((0.008,) * 3, (0.02,) * 3), color=color)
     stream.configure(velocity=Sphere((3.5 * across + (0, 0.3, 0)).round(4), 0.03))
     streams.append((stream, Sphere((2.6 * out + (0, 0.05, 0)).round(4), 0.07)))
 

@@ -41,7 +41,7 @@ for sun, way in zip(suns, (1, -1), strict=True):
 dusts = []
 for i in range(args.systems):
     dust = world.system(f"dust {i}", sprite=motes.Sprite(pixels=None))
-    dust.configure(size=motes.Uniform(0.006, 0.016), alpha=min(1, 60_000 / args.particles))
+    dust.configure(size=motes.Uniform((0.006,) * 3, (0.016,) * 3), alpha=min(1, 60_000 / args.particles))
     dusts.append(dust)
 
 speed = column("velocity").length()

@@ -41,7 +41,7 @@ world = motes.World(**args.world, substeps=2, renderer=renderer)
 fountains = []
 for i in range(args.systems):
     lava = world.system(f"lava {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    lava.configure(lifetime=motes.Uniform(4, 11), size=motes.Uniform(0.5, 1.3))
+    lava.configure(lifetime=motes.Uniform(4, 11), size=motes.Uniform((0.5,) * 3, (1.3,) * 3))
     fountains.append(lava)
 ash = world.system(
     "ash", capacity=9000, sprite=motes.Sprite(pixels=None, blend="alpha", softness=4), attributes={"shade": 1}

@@ -34,7 +34,7 @@ for i in range(args.systems):
     dust = world.system(
         f"dust {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None), attributes=own
     )
-    dust.configure(lifetime=motes.Uniform(0.6, 4.2), size=motes.Uniform(0.008, 0.03))
+    dust.configure(lifetime=motes.Uniform(0.6, 4.2), size=motes.Uniform((0.008,) * 3, (0.03,) * 3))
     dust.configure(
         twinkle=motes.Uniform(6, 26), phase=motes.Uniform(0, 6.3), alpha=min(1, 14_000 / args.particles)
     )

@@ -39,7 +39,7 @@ world = motes.World(**args.world, renderer=renderer)
 streams = []  # side by side, so that each rank has its part of the fall
 for i in range(args.systems):
     water = world.system(f"water {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    water.configure(color=(0.8, 0.93, 1), size=motes.Uniform(0.03, 0.09), lifetime=2.15)
+    water.configure(color=(0.8, 0.93, 1), size=motes.Uniform((0.03,) * 3, (0.09,) * 3), lifetime=2.15)
     wide = 2 * half / args.systems
     streams.append((water, Rectangle((i * wide - half, lip, -0.75), (wide, 0, 0), (0, 0.25, 0.1))))
 mist = world.system("mist", capacity=4000, sprite=motes.Sprite(pixels=None, blend="alpha", softness=0.8))

@@ -35,7 +35,7 @@ world = motes.World(**args.world, substeps=4, renderer=renderer)
 showers = []
 for i in range(args.systems):
     sparks = world.system(f"sparks {i}", capacity=args.particles, sprite=motes.Sprite(pixels=None))
-    sparks.configure(lifetime=motes.Uniform(0.3, 1.7), size=motes.Uniform(0.007, 0.014))
+    sparks.configure(lifetime=motes.Uniform(0.3, 1.7), size=motes.Uniform((0.007,) * 3, (0.014,) * 3))
     showers.append(sparks)
 crackle = world.system("crackle", sprite=motes.Sprite(pixels=None))
 crackle.configure(

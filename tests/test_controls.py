@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 
 import motes
 from motes import errors
+from motes._live import viewing
 from motes._live.orders import MOST_MOVES, MOST_STEPS, Orders
 from motes._live.pose import FARTHEST_M, Pose
 from motes._live.steering import Steering
@@ -382,6 +383,34 @@ def test_a_run_that_repeats_another_can_only_be_paused():
             orders.put(order)
     orders.put({"pause": True})
     assert taken(orders) == {"pause": True}
+
+
+def test_the_films_speed_is_kept_where_viewers_want_it(monkeypatch):
+    now, slept = [100.0], []
+
+    def sleep(seconds: float) -> None:
+        slept.append(round(seconds, 6))
+        now[0] += seconds
+
+    monkeypatch.setattr(viewing.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(viewing.time, "sleep", sleep)
+    seen = object.__new__(viewing.Viewing)
+    seen._orders, seen._due_s = Orders("steer.jsonl"), 0.0
+    for took in (0.01, 0.01):  # as fast as they come
+        now[0] += took
+        seen.keep_pace(0.04)
+    assert slept == []
+    seen._orders.put({"pace": True})
+    assert taken(seen._orders) == {}, "it is no order to other ranks, nor in the record"
+    for took in (0.01, 0.01, 0.2, 0.01):
+        now[0] += took
+        seen.keep_pace(0.04)
+    assert slept == [0.03, 0.03, 0.03], "a frame that took longer is not made up for"
+    seen._orders.put({"pace": False})
+    seen.keep_pace(0.04)
+    assert len(slept) == 3
+    with pytest.raises(ValueError):
+        seen._orders.put({"pace": 1})
 
 
 def test_a_wait_ends_with_an_order():

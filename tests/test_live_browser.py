@@ -14,14 +14,17 @@ from browser import Page, chromium
 from standing import on_ranks
 from viewers import Beside, url_of
 
+import motes
 from motes import Live
 from motes._live.orders import Orders
+from motes._live.pose import Pose
 from motes._live.server import Server
 
 pytest.importorskip("PIL")
 SCENE = Path(__file__).parent / "scenes" / "steered.py"
 FRAME = "Number(document.querySelector('[data-part=frame]').textContent)"
 PICTURE = "document.querySelector('[data-part=picture]').dataset"
+HOME = Pose((0.0, 2.0, 12.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 NOTICE = "document.querySelector('[data-part=notice]')"
 EXACT = f"{PICTURE}.exact === 'true'"
 
@@ -91,6 +94,56 @@ def test_buttons_stay_where_they_are():
     async def person() -> None:
         async with Page.of(server.url) as page:
             assert await page.value(moved) == 0
+
+    visit(server, person)
+
+
+def test_keys_reach_the_picture_whatever_was_used_last_and_small_pictures_fill_the_window():
+    chromium()
+    orders = Orders()
+    world = motes.World(seed=1, progress="off")
+    world.control("wind", 0.0, low=-5, high=5)
+    world.control("still", False)
+    orders.know(world._steering.controls)
+    server = Server(Live(0), orders, {"title": "keys", "width": 64, "height": 48})
+    controls = {name: control.definition for name, control in world._steering.controls.items()}
+    server.tell({"frame": 1, "paused": False, "turned": False, "controls": controls})
+
+    async def said(name: str) -> None:
+        limit = time.monotonic() + 20
+        while name not in json.loads(orders.take(lambda: HOME, 0.1)[0] or "{}"):
+            assert time.monotonic() < limit, name
+            await asyncio.sleep(0.05)
+
+    async def person() -> None:
+        async with Page.of(server.url) as page:
+            server.show(np.full((48, 64, 3), 90, np.uint8), frame=1, orders=0)
+            await page.until(f"{PICTURE}.frame === '1'")
+            await page.until("document.querySelector('input[data-control=still]') !== null")
+            box = "document.querySelector('[data-part=picture]').getBoundingClientRect()"
+            assert await page.value(f"{box}.width") > 600 and await page.value(f"{box}.height") > 500
+            assert (
+                await page.value("getComputedStyle(document.documentElement).backgroundColor")
+                == "rgb(16, 18, 22)"
+            )
+            for use in ("input[data-control=wind]", "input[data-control=still]"):
+                await (page.drag(use, 20, 0) if "wind" in use else page.click(use))
+                await said("set")
+                for key, name in ((" ", "pause"), ("ArrowLeft", "camera"), ("+", "camera"), ("-", "camera")):
+                    await page.press(key)
+                    await said(name)
+            await page.value("document.querySelector('input[data-control=wind]').focus()")
+            for key, name in ((" ", "pause"), ("+", "camera"), ("ArrowRight", "set")):
+                await page.press(key)
+                await said(name)
+            await page.click("[data-part=pace]")
+            await page.press("+")
+            await said("camera")
+            assert orders.paced
+            await page.call(
+                "Emulation.setDeviceMetricsOverride", width=360, height=900, deviceScaleFactor=1, mobile=True
+            )
+            assert await page.value(f"{box}.width") == 360
 
     visit(server, person)
 

@@ -18,14 +18,16 @@ __all__ = ["Drawn", "Normal", "State", "Uniform", "distribution"]
 Drawn: TypeAlias = Union[ArrayLike, Shape, Curve, "Uniform", "Normal"]
 """A value, or what each particle's value is drawn from."""
 
+MOST_ALIKE = 1e12  # of numbers that stand for a vector
 MOST = 1e37  # no draw leaves float32's range: neither a range of twice that, nor 7 sigma
 
 
 @value()
 class Uniform(Value):
-    """Drawn uniformly from lo..hi, each component independently.
+    """Drawn uniformly from lo..hi.
 
-    The ends are numbers, or vectors for an attribute of three.
+    The ends are vectors, and each component is drawn by itself; or numbers, and where a vector stands one
+    number is drawn for all three: `size=Uniform(0.1, 0.2)` keeps particles round.
     """
 
     lo: ArrayLike | Curve
@@ -94,6 +96,8 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
             )
         return _core.Distribution.shape(value.core)
     if isinstance(value, Uniform):
+        if width == 3 and _is_number(value.lo) and _is_number(value.hi):
+            return _alike(attribute, value)
         lo, hi = _numbers(attribute, width, value.lo), _numbers(attribute, width, value.hi)
         if any(a > b for a, b in zip(lo, hi, strict=True)):
             raise ArgumentError(attribute, value, "drawn from lo <= hi")
@@ -104,6 +108,20 @@ def distribution(attribute: str, width: int, value: Any) -> _core.Distribution:
             raise ArgumentError(attribute, value, "drawn with sigma >= 0")
         return _core.Distribution.normal(mean, sigma)
     return _core.Distribution.value(_numbers(attribute, width, value, endless=attribute == "lifetime"))
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+
+
+def _alike(attribute: str, value: Uniform) -> _core.Distribution:
+    """Return a vector's distribution with one draw for all components: points on a line."""
+    ends = [
+        arguments.number(attribute, end, low=-MOST_ALIKE, high=MOST_ALIKE) for end in (value.lo, value.hi)
+    ]
+    if ends[0] > ends[1]:
+        raise ArgumentError(attribute, value, "drawn from lo <= hi")
+    return _core.Distribution.shape(_core.Shape("Line", [number for end in ends for number in (end,) * 3]))
 
 
 def _numbers(attribute: str, width: int, value: Any, *, endless: bool = False) -> list[float]:

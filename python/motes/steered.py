@@ -210,6 +210,7 @@ class Steered(Facts):
         """The frame has ended: show its picture, and come to the border, unless `frames` does that."""
         if self._viewing is not None and frame is not None:
             self._viewing.show(frame)
+            self._viewing.keep_pace(self.dt)
         if not self._looping:
             self._at_border()
 

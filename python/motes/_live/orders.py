@@ -32,6 +32,8 @@ class Orders:
         self._said: dict[str, Any] = {}
         self._moves: list[tuple[str, list[float]]] = []
         self._woken = False
+        self.paced = False
+        """Whether viewers want no more frames per second than the film has."""
         self.accepted = 0
         """How many orders viewers have given so far."""
 
@@ -44,7 +46,7 @@ class Orders:
         if not isinstance(order, dict) or len(order) != 1:
             raise ValueError("an order is an object with one name")
         (name, wish), *_ = order.items()
-        if self._repeats is not None and name not in ("pause", "step"):
+        if self._repeats is not None and name not in ("pace", "pause", "step"):
             raise ValueError(
                 f"this run repeats the orders of {self._repeats}; it can be paused, but not steered"
             )
@@ -52,6 +54,9 @@ class Orders:
             self._move(name, wish)
         elif name == "set":
             self._set(wish)
+        elif name == "pace" and isinstance(wish, bool):
+            self.paced = wish  # which changes no frame, and needs no other rank
+            self.wake()
         else:
             self._say(name, _checked(name, wish))
 

@@ -17,10 +17,11 @@ const PARTS = `
       <button data-part="step" disabled>Step</button>
       <button data-part="reset" disabled>Reset view</button>
       <button data-part="stop" disabled>End run</button>
+      <button data-part="pace" aria-pressed="false" disabled>At film speed</button>
     </div>
     <div data-part="controls"></div>
     <p class="help">Drag: orbit. Right button or Shift: move. Wheel: nearer, farther. Two fingers do both.<br>
-      Keys: space pauses, S steps, R resets the view, arrows orbit, + and - zoom.</p>
+      Keys: space pauses, S steps, R resets the view, F keeps the film's speed, arrows orbit, + and - zoom.</p>
   </aside>
   <pre data-part="output" hidden></pre>`;
 
@@ -118,7 +119,8 @@ class View {
     frame.dataset.part = "frame";
     this.part("frames").replaceChildren("frame ", frame, of + paused);
     this.part("pause").textContent = state.paused ? "Go on" : "Pause";
-    for (const name of ["pause", "step"]) this.part(name).disabled = !on;
+    for (const name of ["pause", "step", "pace"]) this.part(name).disabled = !on;
+    this.part("pace").setAttribute("aria-pressed", Boolean(state.paced));
     for (const name of ["reset", "stop"]) this.part(name).disabled = !on || Boolean(state.repeats);
     this.part("reset").disabled ||= !state.turned;
     this.part("stop").disabled ||= Boolean(state.stopping);
@@ -165,9 +167,14 @@ class View {
       : typeof control.value === "boolean" ? checkBox(wish) : slider(control, output, wish);
     row.input.setAttribute("aria-label", name);
     row.input.dataset.control = name;
+    // The mouse leaves no focus behind, so that keys go to the picture again; who uses keys keeps it.
+    row.input.addEventListener("pointerup", () => { if (row.input.type !== "select-one") this.focus(row.input); });
+    row.input.addEventListener("change", () => { if (row.input.type === "select-one") this.focus(row.input); });
     label.append(head, row.input);
     return { ...row, label };
   }
+
+  focus(input) { if (this.canvas.hidden) input.blur(); else this.canvas.focus({ preventScroll: true }); }
 
   // --- orders: what the mouse does is added up, and sent once per picture of the screen
 
@@ -195,11 +202,13 @@ class View {
   zoom(closer) { this.moves.zoom += closer; this.later(); }
   pause() { this.say({ pause: !this.state.paused }); }
   step() { this.say({ step: 1 }); }
+  pace() { this.say({ pace: !this.state.paced }); }
   reset() { this.say({ camera: null }); }
 
   listenToButtons() {
     this.part("pause").onclick = () => this.pause();
     this.part("step").onclick = () => this.step();
+    this.part("pace").onclick = () => this.pace();
     this.part("reset").onclick = () => this.reset();
     this.part("stop").onclick = () => {
       if (this.embedded || confirm("End the run after this frame? Film and log stay whole.")) this.say({ stop: true });
@@ -230,7 +239,8 @@ class View {
   }
 
   dragged(event) {
-    const before = this.fingers.get(event.pointerId), height = this.canvas.clientHeight;
+    const before = this.fingers.get(event.pointerId), { clientWidth, clientHeight, width, height: rows } = this.canvas;
+    const height = Math.min(clientHeight, clientWidth * rows / width);  // of the picture within its frame
     if (!before) return;
     const now = { x: event.clientX, y: event.clientY };
     const dx = (now.x - before.x) / height, dy = (now.y - before.y) / height;
@@ -249,18 +259,25 @@ class View {
 
   pressed(event) {
     if (event.ctrlKey || event.metaKey || event.altKey) return;
-    const typing = ["INPUT", "SELECT", "BUTTON"].includes(event.composedPath()[0].tagName);
+    const target = event.composedPath()[0];
     const turn = 0.08;
-    const acts = { " ": () => this.pause(), s: () => this.step(), r: () => this.reset(),
+    const acts = { " ": () => this.pause(), s: () => this.step(), r: () => this.reset(), f: () => this.pace(),
                    "+": () => this.zoom(0.1), "-": () => this.zoom(-0.1),
                    ArrowLeft: () => this.orbit(-turn, 0), ArrowRight: () => this.orbit(turn, 0),
                    ArrowUp: () => this.orbit(0, turn), ArrowDown: () => this.orbit(0, -turn) };
     const key = event.key.length === 1 ? event.key.toLowerCase() : event.key;
-    if (!acts[key] || (typing && key !== "s" && key !== "r")) return;
+    if (!acts[key] || isKeyOf(target, key)) return;
     acts[key]();
     event.preventDefault();
     event.stopPropagation();
   }
+}
+
+// Whether a key means something to what has the focus.
+function isKeyOf({ tagName, type }, key) {
+  if (tagName === "SELECT") return key !== "s" && key !== "r";
+  if (tagName === "BUTTON" || type === "checkbox") return key === " ";
+  return tagName === "INPUT" && key.startsWith("Arrow");
 }
 
 // --- what shows a control: its input, and how a value is put into it

@@ -21,6 +21,7 @@ from .steering import Steering
 __all__ = ["Viewing"]
 
 _LOOK_S = 0.05
+_LONGEST_S = 1.0  # that a frame waits for the film's time: orders wait as long
 
 
 class Viewing:
@@ -34,6 +35,7 @@ class Viewing:
         self._server = Server(live, self._orders, about)
         self._taken = 0  # orders that all ranks have heard, or are about to
         self._heard = 0
+        self._due_s = 0.0  # when the next frame may come, at the film's speed
         self.url = self._server.url
         if not quiet:
             tell(f"motes: live at {self.url}  ({_from_afar(live.host, self._server.port)})")
@@ -60,6 +62,14 @@ class Viewing:
         if frame:
             self._server.show(frame.pixels, frame=frame.index, orders=self._heard)
 
+    def keep_pace(self, dt: float) -> None:
+        """Wait until the film would show the next frame, where viewers want that."""
+        now = time.monotonic()
+        if self._orders.paced and now < self._due_s:
+            time.sleep(min(self._due_s - now, _LONGEST_S))
+        self._due_s = max(self._due_s, now) + min(dt, _LONGEST_S)
+        self._due_s = min(self._due_s, time.monotonic() + min(dt, _LONGEST_S))
+
     def tell(self, steering: Steering, **facts: Any) -> None:
         """Tell viewers where the run is."""
         controls = {
@@ -67,6 +77,7 @@ class Viewing:
             for name, control in steering.controls.items()
         }
         turned = steering.camera is not None
+        facts["paced"] = self._orders.paced
         self._server.tell({**facts, "paused": steering.paused, "turned": turned, "controls": controls})
 
     def wait(self, seconds: float) -> None:

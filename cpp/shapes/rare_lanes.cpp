@@ -1,4 +1,7 @@
-// Compiled once for each instruction set: the code of the rare shapes, and of unions of any shapes.
+// Compiled once for each instruction set: the code of the rare shapes, of unions of any shapes, and of exact tests.
+#include "shapes/exact/flat.h"
+#include "shapes/exact/shell.h"
+#include "shapes/exact/solid.h"
 #include "shapes/visit.h"
 
 namespace motes::MOTES_ISA {
@@ -17,7 +20,65 @@ MOTES_INLINE auto use_rare(const RareLanes& rare, const Use& use) {
   __builtin_unreachable();
 }
 
+template <class Lanes>
+__attribute__((noinline)) Met meet_one(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  if constexpr (requires { typename Lanes::Exact; }) return Lanes::Exact::of(shape).meet(from, to);
+  return Met{};
+}
+
+template <class Lanes>
+__attribute__((noinline)) Longs contains_one(const shapes::Shape& shape, const Doubles3& p) {
+  if constexpr (requires(Lanes::Exact exact) { exact.contains(p); }) return Lanes::Exact::of(shape).contains(p);
+  return Longs{};
+}
+
+/// The side of a place is the sign of the mesh's distance in single precision.
+__attribute__((noinline)) Met meet_mesh(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  const Floats3 p = join(from, from), q = join(to, to);
+  const Hit hit = MeshLanes::from(shape).meet(p, q);
+  return {low_half(hit.mask), low_half(hit.part), low_half(hit.normal)};
+}
+
+__attribute__((noinline)) Met meet_union(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  Met nearest{};
+  const Floats3 p = join(from, from), q = join(to, to);
+  for (int i = 0; i < shape.parts; ++i) {
+    visit(shape.part[i], [&](const auto& lanes) __attribute__((always_inline)) {
+      if constexpr (requires { lanes.may_meet(p, q); }) {
+        if (!any(lanes.may_meet(p, q))) return;
+        const Met met = meet(shape.part[i], from, to);
+        const Longs nearer = met.mask & (~nearest.mask | (Longs)(met.part < nearest.part));
+        nearest = {nearest.mask | met.mask, select(nearer, met.part, nearest.part),
+                   select(nearer, met.normal, nearest.normal)};
+      }
+    });
+  }
+  return nearest;
+}
+
 }  // namespace
+
+Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to, bool both) {
+  if (shape.kind == shapes::Kind::united) return meet_union(shape, from, to);
+  if (shape.kind == shapes::Kind::mesh) return meet_mesh(shape, from, to);
+  if (both && shape.kind == shapes::Kind::plane) return ExactPlane::of(shape).meet_both(from, to);
+  switch (shape.kind) {
+#define MOTES_SHAPE(kind, Name, ...) \
+  case shapes::Kind::kind: return meet_one<Name##Lanes>(shape, from, to);
+#include "shapes/list.inc"
+  }
+  __builtin_unreachable();
+}
+
+Mask contains_exactly(const shapes::Shape& shape, const Floats3& p) {
+  const Doubles3 low = low_half(p), high = high_half(p);
+  switch (shape.kind) {
+#define MOTES_SHAPE(kind, Name, ...) \
+  case shapes::Kind::kind: return join(contains_one<Name##Lanes>(shape, low), contains_one<Name##Lanes>(shape, high));
+#include "shapes/list.inc"
+  }
+  __builtin_unreachable();
+}
 
 RareLanes RareLanes::from(const shapes::Shape& shape) {
   RareLanes rare;
@@ -36,6 +97,13 @@ Mask RareLanes::contains(const Floats3& p) const {
   return use_rare(*this, [&](const auto& lanes) __attribute__((always_inline)) { return lanes.contains(p); });
 }
 
+Mask RareLanes::may_meet(const Floats3& p, const Floats3& to) const {
+  return use_rare(*this, [&](const auto& lanes) __attribute__((always_inline)) {
+    if constexpr (requires { lanes.may_meet(p, to); }) return lanes.may_meet(p, to);
+    return Mask{};
+  });
+}
+
 Floats3 RareLanes::sample(Draws& draws) const {
   return use_rare(*this, [&](const auto& lanes) __attribute__((always_inline)) { return lanes.sample(draws); });
 }
@@ -50,6 +118,16 @@ Mask UnionLanes::contains(const Floats3& p) const {
     visit(part[i], [&](const auto& lanes) __attribute__((always_inline)) { inside |= lanes.contains(p); });
   }
   return inside;
+}
+
+Mask UnionLanes::may_meet(const Floats3& p, const Floats3& to) const {
+  Mask near = Mask{};
+  for (int i = 0; i < parts; ++i) {
+    visit(part[i], [&](const auto& lanes) __attribute__((always_inline)) {
+      if constexpr (requires { lanes.may_meet(p, to); }) near |= lanes.may_meet(p, to);
+    });
+  }
+  return near;
 }
 
 Floats3 UnionLanes::sample(Draws& draws) const {

@@ -89,7 +89,7 @@ __attribute__((noinline)) inline Longs turn(const shapes::Shape& shape, const Re
                                             Longs going, const Doubles3& x, Doubles3& v) {
   Longs bounced{};
   for (int hits = 0;; ++hits) {
-    const Met hit = meet(shape, x, moved(x, v, all_doubles(step)), true);
+    const Met hit = meet_by_ends(shape, x, moved(x, v, all_doubles(step)));
     going &= hit.mask;
     if (!any(going)) return bounced;
     bounced |= going;

@@ -24,8 +24,10 @@ struct Met {
 };
 
 // In rare_lanes.cpp. All lanes of places must be numbers of single precision.
-/// Where paths meet a shape that has a surface; a plane alone from both sides where `both` is true.
-Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to, bool both = false);
+/// Where paths meet a shape that has a surface.
+Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to);
+/// By the ends of paths, for McAllister's Bounce: planes from both sides, and not through a ball.
+Met meet_by_ends(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to);
 Mask contains_exactly(const shapes::Shape& shape, const Floats3& p);
 
 }  // namespace motes::MOTES_ISA

@@ -58,16 +58,22 @@ __attribute__((noinline)) Met meet_union(const shapes::Shape& shape, const Doubl
 
 }  // namespace
 
-Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to, bool both) {
+Met meet(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
   if (shape.kind == shapes::Kind::united) return meet_union(shape, from, to);
   if (shape.kind == shapes::Kind::mesh) return meet_mesh(shape, from, to);
-  if (both && shape.kind == shapes::Kind::plane) return ExactPlane::of(shape).meet_both(from, to);
   switch (shape.kind) {
 #define MOTES_SHAPE(kind, Name, ...) \
   case shapes::Kind::kind: return meet_one<Name##Lanes>(shape, from, to);
 #include "shapes/list.inc"
   }
   __builtin_unreachable();
+}
+
+Met meet_by_ends(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  if (shape.kind == shapes::Kind::plane) return ExactPlane::of(shape).meet_both(from, to);
+  Met met = meet(shape, from, to);
+  if (shape.kind == shapes::Kind::sphere) met.mask &= ExactBall::of(shape).parts(from, to);
+  return met;
 }
 
 Mask contains_exactly(const shapes::Shape& shape, const Floats3& p) {

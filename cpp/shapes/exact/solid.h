@@ -60,10 +60,12 @@ struct ExactBall {
     return (Longs)(distance2 <= radius * radius) & (Longs)(distance2 >= inner * inner);
   }
 
+  /// Whether the outer surface parts two places.
+  MOTES_INLINE Longs parts(Doubles3 from, Doubles3 to) const { return within(from) ^ within(to); }
+
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
-    const Doubles3 d = from - all3(center), e = to - all3(center), way = to - from;
-    const Longs inside = (Longs)(dot(d, d) <= radius * radius);
-    const Longs differs = inside ^ (Longs)(dot(e, e) <= radius * radius);
+    const Doubles3 d = from - all3(center), way = to - from;
+    const Longs inside = within(from), differs = parts(from, to);
     const Doubles a = dot(way, way), b = dot(d, way), c = dot(d, d) - radius * radius;
     const Doubles square = b * b - a * c, root = sqrt(max(square, Doubles{}));
     // The roots are (-b - root) / a and (-b + root) / a, without what cancels.
@@ -73,6 +75,12 @@ struct ExactBall {
     const Doubles part = of_path(select(inside, out, in));
     const Doubles3 normal = unit(d + way * part) * select(inside, all_doubles(-1.0), all_doubles(1.0));
     return met(differs | through, part, normal, way);
+  }
+
+ private:
+  MOTES_INLINE Longs within(Doubles3 p) const {
+    const Doubles3 d = p - all3(center);
+    return (Longs)(dot(d, d) <= radius * radius);
   }
 };
 

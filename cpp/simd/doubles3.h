@@ -22,9 +22,17 @@ MOTES_INLINE Doubles min(Doubles a, Doubles b) { return select((Longs)(a < b), a
 MOTES_INLINE Doubles max(Doubles a, Doubles b) { return select((Longs)(a > b), a, b); }
 MOTES_INLINE Doubles largest(Doubles3 p) { return max(max(abs(p.x), abs(p.y)), abs(p.z)); }
 MOTES_INLINE bool any(Longs mask) {
+#if MOTES_WIDTH == 512
+  return _mm512_movepi64_mask((__m512i)mask) != 0;
+#elif MOTES_WIDTH == 256
+  return _mm256_movemask_pd((__m256d)mask) != 0;
+#elif MOTES_WIDTH == 128
+  return _mm_movemask_pd((__m128d)mask) != 0;
+#else
   std::int64_t bits = 0;
   for (std::size_t i = 0; i < kHalf; ++i) bits |= mask[i];
   return bits != 0;
+#endif
 }
 
 /// The nearest numbers of single precision.
@@ -40,24 +48,12 @@ MOTES_INLINE Floats3 join(Doubles3 low, Doubles3 high) {
   return {join(low.x, high.x), join(low.y, high.y), join(low.z, high.z)};
 }
 
-/// All bits of a lane from all bits of a lane.
-MOTES_INLINE Longs low_half(Mask mask) {
-  Longs half;
-  for (std::size_t i = 0; i < kHalf; ++i) half[i] = mask[i];
-  return half;
-}
-MOTES_INLINE Longs high_half(Mask mask) {
-  Longs half;
-  for (std::size_t i = 0; i < kHalf; ++i) half[i] = mask[kHalf + i];
-  return half;
-}
+/// The lanes that are true, by way of 1 and 0.
+MOTES_INLINE Longs low_half(Mask mask) { return (Longs)(low_half(only(mask, all(1.0f))) != 0.0); }
+MOTES_INLINE Longs high_half(Mask mask) { return (Longs)(high_half(only(mask, all(1.0f))) != 0.0); }
 MOTES_INLINE Mask join(Longs low, Longs high) {
-  Mask mask;
-  for (std::size_t i = 0; i < kHalf; ++i) {
-    mask[i] = static_cast<std::int32_t>(low[i]);
-    mask[kHalf + i] = static_cast<std::int32_t>(high[i]);
-  }
-  return mask;
+  const Doubles one = all_doubles(1.0);
+  return join((Doubles)((Longs)one & low), (Doubles)((Longs)one & high)) != 0.0f;
 }
 
 /// One vector of three numbers, for values computed once per call.

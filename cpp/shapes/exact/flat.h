@@ -19,6 +19,7 @@ struct ExactPlane {
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     const Doubles before = height(from), after = height(to);
     const Longs mask = (Longs)(after <= 0.0) & (Longs)(after < before);
+    if (!any(mask)) return Met{};
     return met(mask, before / (before - after), all3(normal), to - from);
   }
   /// From both sides.
@@ -31,6 +32,7 @@ struct ExactPlane {
     const Longs above = (Longs)(before > 0.0);
     // None ends on it; what begins there may leave it to either side.
     const Longs crosses = (above & (Longs)(after <= 0.0)) | ((Longs)(before < 0.0) & (Longs)(after >= 0.0));
+    if (!any(crosses)) return Met{};
     const Doubles part = select(crosses, of_path(before / (before - after)), Doubles{});
     const Doubles3 way = to - from;
     return met(crosses & within(from + way * part), part,

@@ -17,8 +17,9 @@ MOTES_INLINE Doubles3 unit(Doubles3 v) { return v * (1.0 / sqrt(max(dot(v, v), a
 
 /// Straight back along the path where the normal, by rounding, does not point back along it.
 MOTES_INLINE Met met(Longs mask, Doubles part, Doubles3 normal, Doubles3 way) {
-  return {mask, select(mask, of_path(part), Doubles{}),
-          select((Longs)(dot(normal, way) < 0.0), normal, unit(way) * all_doubles(-1.0))};
+  const Longs astray = mask & ~(Longs)(dot(normal, way) < 0.0);
+  if (any(astray)) normal = select(astray, unit(way) * all_doubles(-1.0), normal);
+  return {mask, select(mask, of_path(part), Doubles{}), normal};
 }
 
 }  // namespace motes::MOTES_ISA

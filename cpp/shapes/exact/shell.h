@@ -31,6 +31,7 @@ struct ExactShell {
     const Doubles3 way = to - from;
     const Place at = split(from - all3(start)), there = split(to - all3(start)), by = split(way);
     const End end = thin ? wall_met(at, there, by) : border_met(at, there, by);
+    if (!any(end.mask)) return Met{};
     const Doubles part = of_path(end.part);
     const Doubles3 out = wall_normal(at.across + by.across * part, end.of_bore);
     const Doubles3 wall = out * select(end.outward, all_doubles(1.0), all_doubles(-1.0));
@@ -94,6 +95,10 @@ struct ExactShell {
   /// The next end of the material, which lies between caps and side without the bore: before the bore and behind it.
   MOTES_INLINE End border_met(const Place& at, const Place& there, const Place& by) const {
     const Longs inside = contains(at), differs = inside ^ contains(there);
+    const Longs beyond = ((Longs)(at.height < 0.0) & (Longs)(there.height < 0.0)) |
+                         ((Longs)(at.height > length) & (Longs)(there.height > length));
+    const Longs solid = bored ? Longs{} : inside;  // convex
+    if (!any(differs | ~(beyond | solid))) return End{};
     const Longs still = (Longs)(by.height == 0.0);
     const Doubles step = select(still, all_doubles(1.0), by.height);
     const Doubles to_start = -at.height / step, to_end = (length - at.height) / step;
@@ -130,6 +135,7 @@ struct ExactShell {
   /// A wall without thickness: into it or out of it, between the caps.
   MOTES_INLINE End wall_met(const Place& at, const Place& there, const Place& by) const {
     const Longs inside = within(outer, at), differs = inside ^ within(outer, there);
+    if (!any(differs | ~inside)) return End{};
     const Stretch side = stretch(outer, at, by);
     const auto on_wall = [&](Doubles part) __attribute__((always_inline)) {
       return between_caps(at.height + by.height * of_path(part));

@@ -16,6 +16,7 @@ struct ExactBox {
 
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     const Longs inside = contains(from), differs = inside ^ contains(to);
+    if (!any(differs | (~inside & ~beside(from, to)))) return Met{};
     const Doubles3 way = to - from;
     Ends ends{all_doubles(-kFar), all_doubles(kFar), {}, {}};
     Longs apart{};
@@ -29,6 +30,14 @@ struct ExactBox {
   }
 
  private:
+  /// Whether both places are beyond the same face.
+  MOTES_INLINE Longs beside(Doubles3 p, Doubles3 q) const {
+    const auto along = [](Doubles a, Doubles b, double lo, double hi) __attribute__((always_inline)) {
+      return ((Longs)(a < lo) & (Longs)(b < lo)) | ((Longs)(a > hi) & (Longs)(b > hi));
+    };
+    return along(p.x, q.x, low.x, high.x) | along(p.y, q.y, low.y, high.y) | along(p.z, q.z, low.z, high.z);
+  }
+
   /// The part of a path within the box.
   struct Ends {
     Doubles enter, leave;
@@ -37,8 +46,8 @@ struct ExactBox {
   static MOTES_INLINE void slab(Doubles p, Doubles d, double lo, double hi, Double3 axis, Ends& ends, Longs& apart) {
     const Longs still = (Longs)(d == 0.0);
     apart |= still & ((Longs)(p < lo) | (Longs)(p > hi));
-    const Doubles step = select(still, all_doubles(1.0), d);
-    const Doubles to_low = (lo - p) / step, to_high = (hi - p) / step;
+    const Doubles inverse = 1.0 / select(still, all_doubles(1.0), d);
+    const Doubles to_low = (lo - p) * inverse, to_high = (hi - p) * inverse;
     const Doubles3 back = all3(axis) * select((Longs)(d > 0.0), all_doubles(-1.0), all_doubles(1.0));
     const Longs later = ~still & (Longs)(min(to_low, to_high) > ends.enter);
     ends.enter = select(later, min(to_low, to_high), ends.enter);
@@ -67,14 +76,19 @@ struct ExactBall {
     const Doubles3 d = from - all3(center), way = to - from;
     const Longs inside = within(from), differs = parts(from, to);
     const Doubles a = dot(way, way), b = dot(d, way), c = dot(d, d) - radius * radius;
-    const Doubles square = b * b - a * c, root = sqrt(max(square, Doubles{}));
-    // The roots are (-b - root) / a and (-b + root) / a, without what cancels.
-    const Doubles out = select((Longs)(b > 0.0), -c / (root + b), (root - b) / a);
-    const Doubles in = select((Longs)(b < 0.0), c / (root - b), Doubles{});
-    const Longs through = ~inside & (Longs)(b < 0.0) & (Longs)(square > 0.0) & (Longs)(in <= 1.0);
-    const Doubles part = of_path(select(inside, out, in));
-    const Doubles3 normal = unit(d + way * part) * select(inside, all_doubles(-1.0), all_doubles(1.0));
-    return met(differs | through, part, normal, way);
+    const Doubles square = b * b - a * c;
+    // Nearest to the centre within the path, and within the ball.
+    const Longs through = ~inside & (Longs)(b < 0.0) & (Longs)(a + b > 0.0) & (Longs)(square > 0.0);
+    const Longs mask = differs | through;
+    if (!any(mask)) return Met{};
+    // The roots are (-b - root) / a for who comes and (-b + root) / a for who leaves, without what cancels.
+    const Doubles root = sqrt(max(square, Doubles{}));
+    const Longs outwards = inside & (Longs)(b <= 0.0);
+    const Doubles above = select(outwards, root - b, select(inside, -c, c));
+    const Doubles below = select(outwards, a, select(inside, root + b, root - b));
+    const Doubles part = of_path(above / select((Longs)(below > 0.0), below, all_doubles(1.0)));
+    const Doubles scale = select(inside, all_doubles(-1.0 / radius), all_doubles(1.0 / radius));
+    return met(mask, part, (d + way * part) * scale, way);
   }
 
  private:

@@ -150,7 +150,9 @@ def walls_of(shape: shapes.Shape) -> list[Wall | Sheet]:
     if isinstance(shape, shapes.Cylinder | shapes.Cone):
         return round_walls(shape)
     if isinstance(shape, shapes.Disc):
-        return [Sheet(plane_height(singles(shape.center), singles(shape.normal)), disc_inward(shape), flat=True)]
+        return [
+            Sheet(plane_height(singles(shape.center), singles(shape.normal)), disc_inward(shape), flat=True)
+        ]
     triangle = isinstance(shape, shapes.Triangle)
     origin = singles(shape.p0 if triangle else shape.origin)
     u = singles(shape.p1) - origin if triangle else singles(shape.u)

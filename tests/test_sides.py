@@ -1,4 +1,4 @@
-"""No particle passes the surface that it bounces off: any shape, size, place, speed and number of sub-steps."""
+"""No particle passes what it bounces off: any shape, size, place, speed and number of sub-steps."""
 
 from __future__ import annotations
 
@@ -91,6 +91,7 @@ def combinations(draw: st.DrawFn) -> dict[str, Any]:
         "gravity": draw(directions()) * draw(st.sampled_from([0, 9.8, 9.8, 300])),
         "speed": draw(st.one_of(st.sampled_from([0.0, 1.0, 10.0]), magnitudes(-38, 4))),
         "exact_hit": draw(st.sampled_from([True, True, True, False])),
+        "avoids": draw(st.sampled_from([False, False, True])),
         "seed": draw(st.integers(0, 2**32)),
     }
 
@@ -106,9 +107,7 @@ def born(combination: dict[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     return position, np.float32(v * combination["speed"])
 
 
-def passed(wall: Wall | Sheet, start: np.ndarray, end: np.ndarray, way: np.ndarray, steps: int) -> np.ndarray:
-    if isinstance(wall, Wall):
-        return wall.crossed(start, end)
+def passed(wall: Sheet, start: np.ndarray, end: np.ndarray, way: np.ndarray, steps: int) -> np.ndarray:
     return wall.pierced(start, end) if wall.flat and steps == 1 else wall.crossed(start, end, way)
 
 
@@ -128,6 +127,8 @@ def check(list_of: list[dict[str, Any]], frames: int, substeps: int, every: int)
                 if frame == 0:
                     s.emit(position=position, velocity=velocity)
                 s.gravity(c["gravity"])
+                if c["avoids"]:
+                    s.avoid(c["shape"], magnitude=2, epsilon=0, look_ahead=1)
                 s.bounce(c["shape"], c["restitution"], c["friction"], exact_hit=c["exact_hit"])
                 s.move()
             world.step()
@@ -150,7 +151,9 @@ def check(list_of: list[dict[str, Any]], frames: int, substeps: int, every: int)
                         lost = passed(wall, last[i], now, 2 * way, substeps)
                     else:
                         continue
-                    assert not lost.any(), f"frame {frame}: {lost.sum()} of {COUNT} passed {c['shape']} of {c}"
+                    assert not lost.any(), (
+                        f"frame {frame}: {lost.sum()} of {COUNT} passed {c['shape']} of {c}"
+                    )
                 last[i] = now
 
 
@@ -170,4 +173,103 @@ worlds = given(
 @settings(many, max_examples=20)
 @worlds
 def test_nobody_passes_a_surface(list_of, substeps):
-    check(list_of, 12, substeps, every=1)
+    check(list_of, 16, substeps, every=1)
+
+
+@pytest.mark.slow
+@settings(many, max_examples=800, derandomize=False)
+@worlds
+def test_nobody_of_many_passes_a_surface(list_of, substeps):
+    check(list_of, 16, substeps, every=1)
+
+
+@pytest.mark.slow
+@settings(many, max_examples=4)
+@worlds
+def test_nobody_passes_a_surface_in_a_long_time(list_of, substeps):
+    check(list_of, 10_000, min(substeps, 2), every=200)
+
+
+@pytest.mark.parametrize(
+    "shape",
+    [
+        shapes.Sphere((0, 2, 0), 2),
+        shapes.Cylinder((0, 0, 0), (0.3, 4, 0), 2),
+        shapes.Cone((0, 4, 0), (0, 0, 0.1), 2),
+        shapes.Box((-2, 0, -2), (2, 4, 2)),
+        shapes.Cylinder((1e5, 0, 0), (1e5, 4, 0), 2),
+    ],
+    ids=repr,
+)
+def test_sink_and_where_find_nobody_beyond_the_surface(shape):
+    middle = np.array(shape.sample(2000, seed=1)).mean(axis=0)
+    born_at = np.float32(shape.sample(2000, seed=2) * 0.5 + middle * 0.5)
+    born_at = born_at[shape.contains(born_at)]
+    world = motes.World(seed=2, progress="off")
+    grains = world.system("grains")
+    with world:
+        for frame in world.frames(60):
+            if frame == 0:
+                grains.emit(position=born_at, velocity=np.random.default_rng(3).normal(0, 1, born_at.shape))
+            grains.gravity((0, -9.8, 0))
+            grains.bounce(shape, restitution=0.1, friction=0.1)
+            grains.move()
+            grains.set(alpha=0.5, where=~shape)
+            grains.sink(shape, inside=False)
+            world.step()
+        assert len(grains.gather().id) == len(born_at)
+        assert (grains.gather().alpha == 1).all()
+
+
+def globe(lobes: float) -> motes.Mesh:
+    """Make a closed surface that bulges, so that paths between its bulges have many hits."""
+    across, along = np.meshgrid(
+        np.linspace(0, 2 * np.pi, 24, endpoint=False), np.linspace(0, np.pi, 14)[1:-1]
+    )
+    radius = 1 + lobes * np.sin(5 * across) * np.sin(along) ** 2
+    ring = radius * np.sin(along)
+    middle = np.stack([ring * np.cos(across), radius * np.cos(along), ring * np.sin(across)], -1).reshape(
+        -1, 3
+    )
+    points = np.concatenate([[[0, 1, 0]], middle, [[0, -1, 0]]])
+    faces = []
+    for i in range(24):
+        j = (i + 1) % 24
+        faces += [(0, 1 + j, 1 + i), (len(points) - 1, len(points) - 25 + i, len(points) - 25 + j)]
+        for k in range(11):
+            a, b, c, d = (1 + 24 * (k + n) + m for n, m in ((0, i), (0, j), (1, i), (1, j)))
+            faces += [(a, b, c), (b, d, c)]
+    return motes.Mesh(points, faces, resolution=24)
+
+
+@pytest.mark.parametrize("moves", [False, True], ids=["still", "moving"])
+@pytest.mark.parametrize("speed", [0, 1e-30, 3, 300, 1e4])
+def test_nobody_passes_a_mesh(moves, speed):
+    dice = np.random.default_rng(4)
+    body = globe(0.3)
+    start = np.float32(dice.normal(0, 0.6, (400, 3)))
+    velocity = dice.normal(0, 1, start.shape)
+    velocity *= speed / np.linalg.norm(velocity, axis=1)[:, None]
+    world = motes.World(seed=2, progress="off")
+    dust = world.system("dust")
+    now = before = body.at((0, 0, 0))
+    inside = now.contains(start)
+    with world:
+        for frame in world.frames(60):
+            if frame == 0:
+                dust.emit(position=start, velocity=velocity)
+            if moves:
+                now = body.at(
+                    (0.3 * np.sin(frame / 3), 0.02 * frame, 0),
+                    axis=(1, 2, 1),
+                    angle_deg=7 * frame,
+                    moving_from=before,
+                )
+            dust.gravity((0, -9.8, 0))
+            dust.bounce(now, restitution=[0.0, 0.3, 1.0][frame % 3], friction=0.2)
+            dust.move()
+            world.step()
+            before = now
+            p = dust.gather()
+            order = np.argsort(p.id)
+            np.testing.assert_array_equal(now.contains(p.position[order]), inside)

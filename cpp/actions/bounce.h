@@ -28,10 +28,9 @@ MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
 __attribute__((noinline)) inline void bounce_near(const shapes::Shape& shape, const Rebound& rebound,
                                                   const actions::Block& b, float dt, std::size_t i, const Mask& near) {
   Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
-  const Mask bounced =
-      by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w) {
-        return follow(shape, rebound, dt, lanes, p, w);
-      });
+  const Mask bounced = by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w) {
+    return follow(shape, rebound, dt, lanes, p, w);
+  });
   if (!any(bounced)) return;
   store3(b, kPositionAt, i, x);
   store3(b, kVelocityAt, i, v);
@@ -58,8 +57,8 @@ MOTES_INLINE int axis_of(Float3 normal) {
   return normal.x == 0 && normal.y == 0 && one(normal.z) ? 2 : -1;
 }
 
-/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. A coordinate alone tells on which side of
-/// it a place is, and nothing changes along the other axes but by friction: single precision is enough.
+/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. A coordinate alone tells on which side
+/// of it a place is, and nothing changes along the other axes but by friction: single precision is enough.
 template <int kSide>
 class UprightPlane {
  public:
@@ -199,9 +198,8 @@ MOTES_INLINE void turn_vector(const Lanes& lanes, const shapes::Shape& shape, co
   const Mask stands = (to.x == x.x) & (to.y == x.y) & (to.z == x.z);
   const Mask near = may_turn(lanes, x, to) & finite(to) & ~stands;
   if (any(near)) {
-    mask |= by_halves(near, x, v, [&](Longs among, Doubles3& p, Doubles3& w) {
-      return turn(shape, rebound, dt, among, p, w);
-    });
+    mask |= by_halves(near, x, v,
+                      [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
   }
   if (!any(mask)) return;
   store3(b, kVelocityAt, i, v);

@@ -42,8 +42,8 @@ inline constexpr int kMostHits = 8;
 MOTES_INLINE Doubles3 moved(Doubles3 x, Doubles3 v, Doubles dt) { return rounded(x + rounded(v * dt)); }
 
 /// A place at the surface that is hit on the way from one place to another, on the side of the first.
-MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubles3 from, Doubles3 to,
-                               Doubles farthest, Longs among) {
+MOTES_INLINE Doubles3 place_of(const shapes::Shape& shape, const Met& hit, Doubles3 from, Doubles3 to, Doubles farthest,
+                               Longs among) {
   const Doubles3 at = from + (to - from) * hit.part;
   const Doubles size = max(max(max(largest(from), largest(at)), farthest * 0.25), all_doubles(1e-3));
   Doubles3 place = from;
@@ -85,8 +85,8 @@ __attribute__((noinline)) inline Longs follow(const shapes::Shape& shape, const 
 }
 
 /// Sets velocities of the lanes of `going` so that the move does not meet the shape; returns which of them bounced.
-__attribute__((noinline)) inline Longs turn(const shapes::Shape& shape, const Rebound& rebound, float step,
-                                            Longs going, const Doubles3& x, Doubles3& v) {
+__attribute__((noinline)) inline Longs turn(const shapes::Shape& shape, const Rebound& rebound, float step, Longs going,
+                                            const Doubles3& x, Doubles3& v) {
   Longs bounced{};
   for (int hits = 0;; ++hits) {
     const Met hit = meet_by_ends(shape, x, moved(x, v, all_doubles(step)));

@@ -26,9 +26,8 @@ struct BoxLanes {
 
   /// False where a path stays clear of the faces.
   MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
-    const auto beside = [](Floats a, Floats b, float lo, float hi) __attribute__((always_inline)) {
-      return (max(a, b) < lo) | (min(a, b) > hi);
-    };
+    const auto beside = [](Floats a, Floats b, float lo, float hi)
+                            __attribute__((always_inline)) { return (max(a, b) < lo) | (min(a, b) > hi); };
     const Mask outside =
         beside(p.x, to.x, low.x, high.x) | beside(p.y, to.y, low.y, high.y) | beside(p.z, to.z, low.z, high.z);
     return ~(outside | (contains(p) & contains(to)));

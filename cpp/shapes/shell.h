@@ -121,8 +121,11 @@ struct Shell {
     const Floats rounding = (abs(d.x) + abs(d.y) + abs(d.z)) * kRounding;
     const float far = length * (1.0f + kRounding), near = length * (1.0f - kRounding);
     const WallSide none{Mask{}, ~Mask{}, Floats{}};
-    return {at, across2, at.height < -rounding, at.height - rounding > far,
-            (at.height > rounding) & (at.height + rounding < near), wall_side(outer, at, across2, rounding),
+    return {at,
+            across2,
+            at.height<-rounding, at.height - rounding> far,
+            (at.height > rounding) & (at.height + rounding < near),
+            wall_side(outer, at, across2, rounding),
             bored ? wall_side(inner, at, across2, rounding) : none};
   }
   static MOTES_INLINE WallSide wall_side(Wall wall, const Place& at, Floats across2, Floats rounding) {

@@ -227,9 +227,7 @@ double over_tip(Vector x) {  // apex (0, 2, 0), base (0, -2, 0), radius 2
   return std::fmax((std::hypot(x.x, x.z) - 0.5 * (2 - x.y)) / std::sqrt(1.25), -2 - x.y);
 }
 double over_unit_ball(Vector x) { return length(x) - 1; }
-double over_unit_box(Vector x) {
-  return std::fmax(std::fabs(x.x), std::fmax(std::fabs(x.y), std::fabs(x.z))) - 1;
-}
+double over_unit_box(Vector x) { return std::fmax(std::fabs(x.x), std::fmax(std::fabs(x.y), std::fabs(x.z))) - 1; }
 double over_ramp(Vector x) { return (0.1 * x.x + x.y + 0.05 * x.z) / std::sqrt(1.0125); }
 
 const Shape kGlass = shape(Kind::cylinder, {0, -1, 0, 0, 1, 0, 1, 0});
@@ -287,8 +285,8 @@ TEST(bounce_ends_a_step_at_the_last_hit_that_it_follows) {
 }
 
 TEST(bounce_meets_what_is_small_and_far) {
-  for (const Shape& s : {shape(Kind::sphere, {0, 0, 0, 0.001f, 0}),
-                         shape(Kind::cylinder, {-0.001f, 0, 0, 0.001f, 0, 0, 0.001f, 0})}) {
+  for (const Shape& s :
+       {shape(Kind::sphere, {0, 0, 0, 0.001f, 0}), shape(Kind::cylinder, {-0.001f, 0, 0, 0.001f, 0, 0, 0.001f, 0})}) {
     World world({{{0, 0.0004, 300}, {0, 0, -6000}}}, s, 0.1);
     world.step();
     CHECK(world.velocity().z > 0);

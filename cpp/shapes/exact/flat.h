@@ -52,10 +52,7 @@ struct ExactEdges {
   static MOTES_INLINE ExactEdges of(Double3 origin, Double3 u, Double3 v, bool triangle) {
     const Double3 across = cross(u, v);
     const double scale = 1.0 / dot(across, across);
-    return {{origin, unit(across)},
-            cross(v, across) * scale,
-            cross(across, u) * scale,
-            triangle};
+    return {{origin, unit(across)}, cross(v, across) * scale, cross(across, u) * scale, triangle};
   }
   MOTES_INLINE Met meet(Doubles3 from, Doubles3 to) const {
     return plane.meet_piece(from, to, [&](Doubles3 at) __attribute__((always_inline)) {

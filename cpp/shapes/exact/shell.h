@@ -63,9 +63,7 @@ struct ExactShell {
     const Doubles radius = radius_at(wall, at);
     return (Longs)(radius >= 0.0) & (Longs)(dot(at.across, at.across) <= radius * radius);
   }
-  MOTES_INLINE Longs between_caps(Doubles height) const {
-    return (Longs)(height >= 0.0) & (Longs)(height <= length);
-  }
+  MOTES_INLINE Longs between_caps(Doubles height) const { return (Longs)(height >= 0.0) & (Longs)(height <= length); }
   MOTES_INLINE Longs contains(const Place& at) const {
     const Doubles least = radius_at(inner, at);
     const Longs solid = between_caps(at.height) & within(outer, at);
@@ -88,7 +86,8 @@ struct ExactShell {
     const Doubles never = all_doubles(kFar), always = all_doubles(-kFar);
     const Longs up = (Longs)(by.height > 0.0), steep = (Longs)(a < 0.0) & ~flat;
     const Longs met = (Longs)(square > 0.0) & ~flat, still = (Longs)(c <= 0.0);
-    const Stretch plain{select(met, first, select(still, always, never)), select(met, last, select(still, never, always))};
+    const Stretch plain{select(met, first, select(still, always, never)),
+                        select(met, last, select(still, never, always))};
     return {select(steep, select(up, last, always), plain.from), select(steep, select(up, never, first), plain.to)};
   }
 

@@ -23,8 +23,8 @@ struct ExactBox {
     slab(from.x, way.x, low.x, high.x, {1, 0, 0}, ends, apart);
     slab(from.y, way.y, low.y, high.y, {0, 1, 0}, ends, apart);
     slab(from.z, way.z, low.z, high.z, {0, 0, 1}, ends, apart);
-    const Longs through = ~inside & ~apart & (Longs)(ends.enter <= ends.leave) & (Longs)(ends.enter >= 0.0) &
-                          (Longs)(ends.enter <= 1.0);
+    const Longs through =
+        ~inside & ~apart & (Longs)(ends.enter <= ends.leave) & (Longs)(ends.enter >= 0.0) & (Longs)(ends.enter <= 1.0);
     return met(differs | through, select(inside, ends.leave, ends.enter),
                select(inside, ends.leave_normal, ends.enter_normal), way);
   }

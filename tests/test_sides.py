@@ -136,7 +136,7 @@ def check(list_of: list[dict[str, Any]], frames: int, substeps: int, every: int)
                 continue
             for i, (s, c) in enumerate(zip(systems, list_of, strict=True)):
                 p = s.gather()
-                assert len(p.id) == COUNT
+                assert len(p.id) == COUNT, f"frame {frame}: {COUNT - len(p.id)} died of {c}"
                 order = np.argsort(p.id)
                 now = p.position[order].astype(float)
                 speed = np.linalg.norm(p.velocity[order].astype(float), axis=1)

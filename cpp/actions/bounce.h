@@ -187,20 +187,26 @@ MOTES_INLINE Mask may_turn(const Lanes& lanes, Floats3 x, Floats3 to) {
   return Mask{};
 }
 
+/// Turns the particles of a vector, of `near`, that would still end on the other side: by rounding, in an edge, or at a
+/// round wall. Returns which.
+__attribute__((noinline)) inline Mask turn_near(const shapes::Shape& shape, const Rebound& rebound, float dt,
+                                                const Mask& near, const Floats3& at, Floats3& v) {
+  Floats3 x = at;
+  return by_halves(near, x, v,
+                   [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
+}
+
 /// Sets velocities of a vector alone.
 template <class Lanes>
 MOTES_INLINE void turn_vector(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
                               const actions::Block& b, float dt, std::size_t i) {
-  Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
+  const Floats3 x = load3(b, kPositionAt, i);
+  Floats3 v = load3(b, kVelocityAt, i);
   Mask mask = turn_back(lanes, rebound, x, v, dt);
-  // Rounding, an edge or a round wall may still let a particle end on the other side.
   const Floats3 to = x + v * dt;
   const Mask stands = (to.x == x.x) & (to.y == x.y) & (to.z == x.z);
   const Mask near = may_turn(lanes, x, to) & finite(to) & ~stands;
-  if (any(near)) {
-    mask |= by_halves(near, x, v,
-                      [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
-  }
+  if (any(near)) mask |= turn_near(shape, rebound, dt, near, x, v);  // rarely
   if (!any(mask)) return;
   store3(b, kVelocityAt, i, v);
   note_hit(b, i, mask);

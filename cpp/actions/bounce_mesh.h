@@ -55,8 +55,8 @@ MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats st
 
 /// Sets positions and velocities of the lanes of `caught`, which are in a corner, so that the move ends on their side
 /// of the surface at `from`: as near to it as rounding lets them be, then at rest on it, then where they came from.
-MOTES_INLINE void stop(const MovingMesh& moving, float dt, Mask caught, Mask outside, Floats skin, Floats3 from,
-                       Floats3& x, Floats3& v) {
+__attribute__((noinline)) inline void stop(const MovingMesh& moving, float dt, Mask caught, Mask outside, Floats skin,
+                                           Floats3 from, Floats3& x, Floats3& v) {
   const Floats3 start = x, still = moving.velocity(from, dt);
   for (int tries = 0;; ++tries) {
     from = moving.mesh.on_side(from, outside, skin);

@@ -20,16 +20,36 @@ MOTES_INLINE auto use_rare(const RareLanes& rare, const Use& use) {
   __builtin_unreachable();
 }
 
-template <class Lanes>
-__attribute__((noinline)) Met meet_one(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
-  if constexpr (requires { typename Lanes::Exact; }) return Lanes::Exact::of(shape).meet(from, to);
-  return Met{};
+// One copy for all shapes that share it.
+template <class Exact>
+__attribute__((noinline)) Met meet_exactly(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  return Exact::of(shape).meet(from, to);
+}
+template <class Exact>
+__attribute__((noinline)) Mask holds_exactly(const shapes::Shape& shape, const Floats3& p) {
+  const Exact exact = Exact::of(shape);
+  return join(exact.contains(low_half(p)), exact.contains(high_half(p)));
 }
 
 template <class Lanes>
-__attribute__((noinline)) Longs contains_one(const shapes::Shape& shape, const Doubles3& p) {
-  if constexpr (requires(Lanes::Exact exact) { exact.contains(p); }) return Lanes::Exact::of(shape).contains(p);
-  return Longs{};
+MOTES_INLINE Met meet_one(const shapes::Shape& shape, const Doubles3& from, const Doubles3& to) {
+  if constexpr (requires { typename Lanes::Exact; }) return meet_exactly<typename Lanes::Exact>(shape, from, to);
+  return Met{};
+}
+template <class Lanes>
+MOTES_INLINE Mask contains_one(const shapes::Shape& shape, const Floats3& p) {
+  if constexpr (requires(Lanes::Exact exact, Doubles3 q) { exact.contains(q); }) {
+    return holds_exactly<typename Lanes::Exact>(shape, p);
+  }
+  return Mask{};
+}
+
+__attribute__((noinline)) Mask may_meet_one(const shapes::Shape& shape, const Floats3& p, const Floats3& to) {
+  Mask near = Mask{};
+  visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
+    if constexpr (requires { lanes.may_meet(p, to); }) near = lanes.may_meet(p, to);
+  });
+  return near;
 }
 
 /// The side of a place is the sign of the mesh's distance in single precision.
@@ -43,15 +63,11 @@ __attribute__((noinline)) Met meet_union(const shapes::Shape& shape, const Doubl
   Met nearest{};
   const Floats3 p = join(from, from), q = join(to, to);
   for (int i = 0; i < shape.parts; ++i) {
-    visit(shape.part[i], [&](const auto& lanes) __attribute__((always_inline)) {
-      if constexpr (requires { lanes.may_meet(p, q); }) {
-        if (!any(lanes.may_meet(p, q))) return;
-        const Met met = meet(shape.part[i], from, to);
-        const Longs nearer = met.mask & (~nearest.mask | (Longs)(met.part < nearest.part));
-        nearest = {nearest.mask | met.mask, select(nearer, met.part, nearest.part),
-                   select(nearer, met.normal, nearest.normal)};
-      }
-    });
+    if (!any(may_meet_one(shape.part[i], p, q))) continue;
+    const Met met = meet(shape.part[i], from, to);
+    const Longs nearer = met.mask & (~nearest.mask | (Longs)(met.part < nearest.part));
+    nearest = {nearest.mask | met.mask, select(nearer, met.part, nearest.part),
+               select(nearer, met.normal, nearest.normal)};
   }
   return nearest;
 }
@@ -77,10 +93,9 @@ Met meet_by_ends(const shapes::Shape& shape, const Doubles3& from, const Doubles
 }
 
 Mask contains_exactly(const shapes::Shape& shape, const Floats3& p) {
-  const Doubles3 low = low_half(p), high = high_half(p);
   switch (shape.kind) {
 #define MOTES_SHAPE(kind, Name, ...) \
-  case shapes::Kind::kind: return join(contains_one<Name##Lanes>(shape, low), contains_one<Name##Lanes>(shape, high));
+  case shapes::Kind::kind: return contains_one<Name##Lanes>(shape, p);
 #include "shapes/list.inc"
   }
   __builtin_unreachable();
@@ -128,11 +143,7 @@ Mask UnionLanes::contains(const Floats3& p) const {
 
 Mask UnionLanes::may_meet(const Floats3& p, const Floats3& to) const {
   Mask near = Mask{};
-  for (int i = 0; i < parts; ++i) {
-    visit(part[i], [&](const auto& lanes) __attribute__((always_inline)) {
-      if constexpr (requires { lanes.may_meet(p, to); }) near |= lanes.may_meet(p, to);
-    });
-  }
+  for (int i = 0; i < parts; ++i) near |= may_meet_one(part[i], p, to);
   return near;
 }
 

@@ -185,10 +185,14 @@ MOTES_INLINE void avoid_all(const actions::Parameters& p, const actions::Block& 
     const Floats speed = sqrt(dot(v, v));
     const Floats length2 = dot(turn.aside, turn.aside);
     const Floats part = strength / (turn.q * turn.q + epsilon);
-    const Floats3 turned = v + turn.aside * (part * speed / sqrt(length2));
+    const Floats length = sqrt(length2);
+    Floats3 turned = v + turn.aside * (part * speed / length);
+    // At the surface, without epsilon, the turn is beyond all numbers: aside.
+    turned = select(dot(turned, turned) <= __FLT_MAX__, turned, turn.aside * (1.0f / length));
     const Floats turned2 = dot(turned, turned);
-    const Mask mask = turn.mask & (length2 > 0.0f) & (turned2 > 0.0f);
-    store3(b, kVelocityAt, i, select(mask, turned * (speed / sqrt(turned2)), v));
+    const Floats3 after = turned * (speed / sqrt(turned2));
+    const Mask mask = turn.mask & (length2 > 0.0f) & (turned2 > 0.0f) & finite(after);
+    store3(b, kVelocityAt, i, select(mask, after, v));
   }
 }
 

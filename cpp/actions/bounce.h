@@ -10,7 +10,7 @@
 // the surface. Planes then have two sides, and a sphere's n is taken at the old place.
 #pragma once
 
-#include "actions/lanes.h"
+#include "actions/bounce_path.h"
 
 namespace motes::MOTES_ISA {
 
@@ -20,68 +20,33 @@ MOTES_INLINE Floats skin_of(Floats3 start, Floats3 end) {
   return max(max(largest(start), largest(end)), all(1e-3f)) * 0x1p-20f;
 }
 
-struct Rebound {
-  float restitution, slide, cutoff2;
-
-  /// The part of the speed along the surface that remains, by its square.
-  MOTES_INLINE Floats kept(Floats along2) const { return select(along2 <= cutoff2, all(1.0f), all(slide)); }
-  MOTES_INLINE Floats3 operator()(Floats3 v, Floats3 normal) const {
-    const Floats3 across = normal * dot(v, normal);
-    const Floats3 along = v - across;
-    return along * kept(dot(along, along)) - across * restitution;
-  }
-};
-
-/// The most hits per step that are followed, in corners and inside round walls; a particle with more stops at the last.
-inline constexpr int kMostHits = 8;
-
-/// Sets positions and velocities so that the move ends where the path that begins with `hit` ends.
-template <class Shape>
-MOTES_INLINE void follow(const Shape& shape, const Rebound& rebound, float dt, Hit hit, Floats3& x, Floats3& v) {
-  Floats passed{}, rest = all(dt);  // seconds of the step before the last hit, and after it
-  Floats3 from = x, path = v * rest;
-  for (int hits = 1;; ++hits) {
-    const Floats3 after = rebound(v, hit.normal);
-    const Floats3 met = from + path * hit.part;
-    const Floats3 skin = hit.normal * skin_of(from, met);
-    passed = select(hit.mask, passed + hit.part * rest, passed);
-    x = select(hit.mask, x + (v - after) * passed + skin, x);
-    v = select(hit.mask, after, v);
-    if (requires { Shape::kFlat; }) return;  // a straight path leaves it for good
-    from = met + skin;
-    if (hits == kMostHits) {
-      x = select(hit.mask, from - v * all(dt), x);
-      return;
-    }
-    rest = dt - passed;
-    path = (x + v * all(dt)) - from;  // to where the move will take it
-    const Mask before = hit.mask;
-    hit = shape.hit(from, path);
-    hit.mask &= before;
-    if (!any(hit.mask)) return;
-  }
-}
-
 MOTES_INLINE void note_hit(const actions::Block& b, std::size_t i, Mask mask) {
   if (b.hit != nullptr) store_mask(b.hit + i, load_mask(b.hit + i) | mask);
 }
 
-template <class Shape>
-MOTES_INLINE void bounce_vector(const Shape& shape, const Rebound& rebound, const actions::Block& b, float dt,
-                                std::size_t i) {
-  Floats3 x = load3(b, kPositionAt, i);
-  Floats3 v = load3(b, kVelocityAt, i);
-  const Hit hit = shape.hit(x, v * all(dt));
-  if (!any(hit.mask)) return;  // the common case: nothing to store
-  follow(shape, rebound, dt, hit, x, v);
+/// Follows the particles of a vector that may meet the shape; those of `near`.
+__attribute__((noinline)) inline void bounce_near(const shapes::Shape& shape, const Rebound& rebound,
+                                                  const actions::Block& b, float dt, std::size_t i, const Mask& near) {
+  Floats3 x = load3(b, kPositionAt, i), v = load3(b, kVelocityAt, i);
+  const Mask bounced = by_halves(near & finite(x + v * dt), x, v, [&](Longs lanes, Doubles3& p, Doubles3& w) {
+    return follow(shape, rebound, dt, lanes, p, w);
+  });
+  if (!any(bounced)) return;
   store3(b, kPositionAt, i, x);
   store3(b, kVelocityAt, i, v);
-  note_hit(b, i, hit.mask);
+  note_hit(b, i, bounced);
 }
 
-template <class Shape>
-MOTES_INLINE void bounce_exactly(const Shape& shape, const Rebound& rebound, const actions::Block& b, float dt) {
-  for (std::size_t i = 0; i < b.count; i += kLanes) bounce_vector(shape, rebound, b, dt, i);
+template <class Lanes>
+MOTES_INLINE void bounce_exactly(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
+                                 const actions::Block& b, float dt) {
+  if constexpr (requires(Floats3 p) { lanes.may_meet(p, p); }) {
+    for (std::size_t i = 0; i < b.count; i += kLanes) {
+      const Floats3 x = load3(b, kPositionAt, i);
+      const Mask near = lanes.may_meet(x, x + load3(b, kVelocityAt, i) * dt);
+      if (any(near)) bounce_near(shape, rebound, b, dt, i, near);  // rarely
+    }
+  }
 }
 
 /// The axis along which a normal is 1 or -1; -1 where it is oblique.
@@ -92,8 +57,8 @@ MOTES_INLINE int axis_of(Float3 normal) {
   return normal.x == 0 && normal.y == 0 && one(normal.z) ? 2 : -1;
 }
 
-/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. Nothing changes across that axis but by
-/// friction, so a third of the work of PlaneLanes::hit and follow() falls away; what is left gives the same bits.
+/// A plane whose normal is kSide, 1 or -1, along an axis: the ground, usually. A coordinate alone tells on which side
+/// of it a place is, and nothing changes along the other axes but by friction: single precision is enough.
 template <int kSide>
 class UprightPlane {
  public:
@@ -106,29 +71,35 @@ class UprightPlane {
   }
 
   /// Two columns tell which vectors of particles stay clear of it.
-  MOTES_INLINE Mask met(std::size_t i) const { return below(height(i), change(i)); }
+  MOTES_INLINE Mask met(std::size_t i) const {
+    const Floats change = load(v_[0] + i) * dt_;
+    return below(load(x_[0] + i) + change) & falls(change);
+  }
 
-  MOTES_INLINE Mask turn(std::size_t i) const {
-    const Floats before = height(i), down = change(i);
+  /// Sets `sunk` where rounding still lets the move end below.
+  MOTES_INLINE Mask turn(std::size_t i, Mask& sunk) const {
+    const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
+    const Floats before = to_side(x.x - point_), down = to_side(v.x * dt_);
     const Floats part = min(max(before / -down, Floats{}), all(1.0f));
     const Floats passed = part * dt_;
-    const Floats3 x = load_turned(x_, i), v = load_turned(v_, i);
-    const Mask mask = below(before, down) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
+    const Mask mask = met(i) & finite({abs(x.y) + abs(x.z), v.y, v.z});  // as for oblique planes
     const Floats slide = rebound_.kept(v.y * v.y + v.z * v.z);
-    // What is added turns -0 into 0, as the general way does.
+    // What is added turns -0 into 0.
     const Floats3 after = {Floats{} - v.x * rebound_.restitution, v.y * slide + 0.0f, v.z * slide + 0.0f};
     const Floats skin = to_side(skin_of(x, x + v * all(dt_) * part));
-    const Floats3 there = x + (v - after) * passed;
-    store_turned(x_, i, select(mask, {there.x + skin, there.y, there.z}, x));
-    store_turned(v_, i, select(mask, after, v));
-    return mask;
+    Floats3 there = x + (v - after) * passed;
+    there.x = there.x + skin;
+    sunk = mask & below(there.x + after.x * dt_) & ~below(x.x);
+    const Mask kept = mask & ~sunk;
+    store_turned(x_, i, select(kept, there, x));
+    store_turned(v_, i, select(kept, after, v));
+    return kept;
   }
 
  private:
-  static MOTES_INLINE Mask below(Floats before, Floats change) { return (before + change < 0.0f) & (change < 0.0f); }
+  static MOTES_INLINE Mask falls(Floats change) { return kSide > 0 ? change < 0.0f : change > 0.0f; }
+  MOTES_INLINE Mask below(Floats along) const { return kSide > 0 ? along <= point_ : along >= point_; }
   static MOTES_INLINE Floats to_side(Floats along) { return kSide > 0 ? along : -along; }
-  MOTES_INLINE Floats height(std::size_t i) const { return to_side(load(x_[0] + i) - point_); }
-  MOTES_INLINE Floats change(std::size_t i) const { return to_side(load(v_[0] + i) * dt_); }
 
   // The axis first.
   static MOTES_INLINE Floats3 load_turned(float* const* from, std::size_t i) {
@@ -146,19 +117,27 @@ class UprightPlane {
 };
 
 template <int kSide>
-MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const actions::Block& b) {
+MOTES_INLINE void bounce_off(const UprightPlane<kSide>& plane, const shapes::Shape& shape, const Rebound& rebound,
+                             const actions::Block& b, float dt) {
   where_any(
       b.count, [&](std::size_t i) __attribute__((always_inline)) { return plane.met(i); },
-      [&](std::size_t i) __attribute__((always_inline)) { note_hit(b, i, plane.turn(i)); });
+      [&](std::size_t i) __attribute__((always_inline)) {
+        Mask sunk;
+        note_hit(b, i, plane.turn(i, sunk));
+        if (any(sunk)) bounce_near(shape, rebound, b, dt, i, sunk);
+      });
 }
 
-MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const Rebound& rebound, const actions::Block& b, float dt) {
+MOTES_INLINE void bounce_exactly(const PlaneLanes& plane, const shapes::Shape& shape, const Rebound& rebound,
+                                 const actions::Block& b, float dt) {
   const Float3 point = plane.point, normal = plane.normal;
   const int axis = axis_of(normal);
-  if (axis < 0) return bounce_exactly<PlaneLanes>(plane, rebound, b, dt);
+  if (axis < 0) return bounce_exactly<PlaneLanes>(plane, shape, rebound, b, dt);
   const float at = axis == 0 ? point.x : axis == 1 ? point.y : point.z;
-  if (normal.x + normal.y + normal.z > 0) return bounce_off(UprightPlane<1>(axis, at, rebound, b, dt), b);
-  bounce_off(UprightPlane<-1>(axis, at, rebound, b, dt), b);
+  if (normal.x + normal.y + normal.z > 0) {
+    return bounce_off(UprightPlane<1>(axis, at, rebound, b, dt), shape, rebound, b, dt);
+  }
+  bounce_off(UprightPlane<-1>(axis, at, rebound, b, dt), shape, rebound, b, dt);
 }
 
 /// By the predicted place: sets v, and returns which particles bounced.
@@ -200,19 +179,47 @@ MOTES_INLINE Mask turn_back(const SphereLanes& sphere, const Rebound& rebound, F
 inline void bounce_off_mesh(const shapes::Shape& shape, const Rebound& rebound, const actions::Block& b,
                             const actions::Step& s);
 
+/// False where a path surely stays on its side.
+template <class Lanes>
+MOTES_INLINE Mask may_turn(const Lanes& lanes, Floats3 x, Floats3 to) {
+  if constexpr (requires { lanes.may_pass(x, to); }) return lanes.may_pass(x, to);
+  if constexpr (requires { lanes.may_meet(x, to); }) return lanes.may_meet(x, to);
+  return Mask{};
+}
+
+/// Turns the particles of a vector, of `near`, that would still end on the other side: by rounding, in an edge, or at a
+/// round wall. Returns which.
+__attribute__((noinline)) inline Mask turn_near(const shapes::Shape& shape, const Rebound& rebound, float dt,
+                                                const Mask& near, const Floats3& at, Floats3& v) {
+  Floats3 x = at;
+  return by_halves(near, x, v,
+                   [&](Longs among, Doubles3& p, Doubles3& w) { return turn(shape, rebound, dt, among, p, w); });
+}
+
+/// Sets velocities of a vector alone.
+template <class Lanes>
+MOTES_INLINE void turn_vector(const Lanes& lanes, const shapes::Shape& shape, const Rebound& rebound,
+                              const actions::Block& b, float dt, std::size_t i) {
+  const Floats3 x = load3(b, kPositionAt, i);
+  Floats3 v = load3(b, kVelocityAt, i);
+  Mask mask = turn_back(lanes, rebound, x, v, dt);
+  const Floats3 to = x + v * dt;
+  const Mask stands = (to.x == x.x) & (to.y == x.y) & (to.z == x.z);
+  const Mask near = may_turn(lanes, x, to) & finite(to) & ~stands;
+  if (any(near)) mask |= turn_near(shape, rebound, dt, near, x, v);  // rarely
+  if (!any(mask)) return;
+  store3(b, kVelocityAt, i, v);
+  note_hit(b, i, mask);
+}
+
 inline void bounce(const actions::Parameters& p, const actions::Block& b, const actions::Step& s) {
   const Rebound rebound{number(p, 0), 1.0f - number(p, 1), number(p, 2) * number(p, 2)};
+  const shapes::Shape& shape = *p.shape;
   const bool exact = p.number[3] != 0;
-  if (exact && p.shape->kind == shapes::Kind::mesh) return bounce_off_mesh(*p.shape, rebound, b, s);
-  visit(*p.shape, [&](const auto& shape) __attribute__((always_inline)) {
-    if (exact) return bounce_exactly(shape, rebound, b, s.dt);
-    for (std::size_t i = 0; i < b.count; i += kLanes) {
-      Floats3 v = load3(b, kVelocityAt, i);
-      const Mask mask = turn_back(shape, rebound, load3(b, kPositionAt, i), v, s.dt);
-      if (!any(mask)) continue;
-      store3(b, kVelocityAt, i, v);
-      note_hit(b, i, mask);
-    }
+  if (exact && shape.kind == shapes::Kind::mesh) return bounce_off_mesh(shape, rebound, b, s);
+  visit(shape, [&](const auto& lanes) __attribute__((always_inline)) {
+    if (exact) return bounce_exactly(lanes, shape, rebound, b, s.dt);
+    for (std::size_t i = 0; i < b.count; i += kLanes) turn_vector(lanes, shape, rebound, b, s.dt, i);
   });
 }
 

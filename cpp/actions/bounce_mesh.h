@@ -37,7 +37,7 @@ struct MovingMesh {
   }
   /// False where a path stays clear of the mesh: in its own coordinates, where it does not move and paths are straight.
   MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const {
-    return mesh.may_meet(start.to_body(from), end.to_body(to));
+    return mesh.may_meet_in_body(start.to_body(from), end.to_body(to));
   }
   /// m/s
   MOTES_INLINE Floats3 velocity(Floats3 q, float dt) const {
@@ -53,11 +53,31 @@ MOTES_INLINE Hit meet(const MeshLanes& mesh, Floats3 from, Floats3 to, Floats st
   return {passage.mask, passage.part, mesh.normal_at(from + way * passage.part, way, outside)};
 }
 
+/// Sets positions and velocities of the lanes of `caught`, which are in a corner, so that the move ends on their side
+/// of the surface at `from`: as near to it as rounding lets them be, then at rest on it, then where they came from.
+__attribute__((noinline)) inline void stop(const MovingMesh& moving, float dt, Mask caught, Mask outside, Floats skin,
+                                           Floats3 from, Floats3& x, Floats3& v) {
+  const Floats3 start = x, still = moving.velocity(from, dt);
+  for (int tries = 0;; ++tries) {
+    from = moving.mesh.on_side(from, outside, skin);
+    x = select(caught, moving.to_world(from, all(1.0f)) - v * dt, x);
+    caught &= (moving.mesh.distance(moving.end.to_body(x + v * dt)) > 0.0f) ^ outside;
+    if (!any(caught)) return;
+    if (tries == 8) break;
+    skin = skin * 2.0f;
+    from = select(caught, from + moving.mesh.normal_at(from, Floats3{}, outside) * skin, from);
+    if (tries == 4) v = select(caught, still, v);
+  }
+  x = select(caught, start, x);
+  v = select(caught, still, v);
+}
+
 /// Sets positions and velocities of the lanes of `going` so that the move ends where the paths end; returns who
 /// bounced.
 MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, float dt, Mask going, Floats3& x,
                              Floats3& v) {
   const MeshLanes& mesh = moving.mesh;
+  const Floats3 begin = x;
   Floats3 from = moving.start.to_body(x);
   Floats start = mesh.distance(from);
   const Mask outside = start > 0.0f;
@@ -75,11 +95,12 @@ MOTES_INLINE Mask bounce_off(const MovingMesh& moving, const Rebound& rebound, f
     const Floats3 surface = moving.velocity(from, dt);
     const Floats3 after = rebound(v - surface, moving.turn(hit.normal, passed)) + surface;
     v = select(hit.mask, after, v);
-    const bool last = hits == kMostHits;
-    const Floats time = last ? all(1.0f) : passed;  // caught in a corner: it stays where it is on the surface
-    if (last) from = mesh.on_side(from, outside, skin);
-    x = select(hit.mask, moving.to_world(from, time) - v * (time * dt), x);
-    if (last) return bounced;
+    if (hits == kMostHits) {
+      x = select(hit.mask, begin, x);
+      stop(moving, dt, hit.mask, outside, skin, from, x, v);
+      return bounced;
+    }
+    x = select(hit.mask, moving.to_world(from, passed) - v * (passed * dt), x);
     start = mesh.distance(from);
   }
 }

@@ -5,8 +5,11 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactBox;  // in exact/solid.h
+
 struct BoxLanes {
   static constexpr bool kDrawsTogether = true;
+  using Exact = ExactBox;
   Float3 low, high;
 
   static MOTES_INLINE BoxLanes from(const shapes::Shape& s) { return {of(s.number), of(s.number + 3)}; }
@@ -19,6 +22,15 @@ struct BoxLanes {
     // Divided by a power of two once, not for each particle: the same bits, unless the box is smaller than 1e-30 m.
     const Float3 step{size.x * 0x1p-24f, size.y * 0x1p-24f, size.z * 0x1p-24f};
     return {low.x + step.x * whole(bits.a), low.y + step.y * whole(bits.b), low.z + step.z * whole(bits.c)};
+  }
+
+  /// False where a path stays clear of the faces.
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    const auto beside = [](Floats a, Floats b, float lo, float hi)
+                            __attribute__((always_inline)) { return (max(a, b) < lo) | (min(a, b) > hi); };
+    const Mask outside =
+        beside(p.x, to.x, low.x, high.x) | beside(p.y, to.y, low.y, high.y) | beside(p.z, to.z, low.z, high.z);
+    return ~(outside | (contains(p) & contains(to)));
   }
 
   /// From outside: where the path enters; from inside: where it leaves.

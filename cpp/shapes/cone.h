@@ -6,7 +6,10 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactShell;  // in exact/shell.h
+
 struct ConeLanes {
+  using Exact = ExactShell;
   Shell shell;
   float radius, inner;
 
@@ -15,7 +18,7 @@ struct ConeLanes {
     const Float3 axis = minus(base, apex);
     const float height = __builtin_sqrtf(dot(axis, axis));
     const float radius = s.number[6], inner = s.number[7];
-    return {Shell::from(apex, base, {0.0f, radius / height}, {0.0f, inner / height}), radius, inner};
+    return {Shell::from(s, {0.0f, radius / height}, {0.0f, inner / height}), radius, inner};
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
@@ -28,6 +31,7 @@ struct ConeLanes {
     const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
     return shell.point(along, along * r, unit(bits.c));
   }
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const { return shell.may_meet(p, to); }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
 };
 

@@ -6,13 +6,16 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactShell;  // in exact/shell.h
+
 struct CylinderLanes {
+  using Exact = ExactShell;
   Shell shell;
   float radius, inner;
 
   static MOTES_INLINE CylinderLanes from(const shapes::Shape& s) {
     const float radius = s.number[6], inner = s.number[7];
-    return {Shell::from(of(s.number), of(s.number + 3), {radius, 0.0f}, {inner, 0.0f}), radius, inner};
+    return {Shell::from(s, {radius, 0.0f}, {inner, 0.0f}), radius, inner};
   }
   MOTES_INLINE Mask contains(Floats3 p) const { return shell.contains(p); }
   MOTES_INLINE Floats3 sample(Draws& draws) const {
@@ -22,6 +25,7 @@ struct CylinderLanes {
     const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
     return shell.point(unit(bits.a), r, unit(bits.c));
   }
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const { return shell.may_meet(p, to); }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return shell.hit(p, path); }
 };
 

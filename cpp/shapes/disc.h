@@ -5,9 +5,11 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactDisc;  // in exact/flat.h
+
 struct DiscLanes {
   static constexpr bool kDrawsTogether = true;
-  static constexpr bool kFlat = true;
+  using Exact = ExactDisc;
   Float3 center, normal, u, v;
   float radius, inner;
 
@@ -25,6 +27,9 @@ struct DiscLanes {
     const float inner2 = inner * inner;
     const Floats r = sqrt(all(inner2) + unit(bits.b) * (radius * radius - inner2));
     return all3(center) + all3(u) * (r * cosine) + all3(v) * (r * sine);
+  }
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    return Surroundings{radius * radius, 2.0f * kRounding}.may_meet(center, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Crossing c = cross_plane(center, normal, p, path);

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "particles/random.h"
+#include "shapes/exact.h"
 #include "shapes/shape.h"
 #include "simd/elementary.h"
 #include "simd/floats3.h"

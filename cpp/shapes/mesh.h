@@ -56,9 +56,10 @@ struct MeshLanes {
     if (form == nullptr || form->triangles == 0) return all3(pose.position);
     return pose.to_world(solid && has_inside() ? sample_inside(draws) : sample_surface(draws));
   }
-  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
+  MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const { return meet(p, p + path); }
+  MOTES_INLINE Hit meet(Floats3 p, Floats3 there) const {
     if (!has_inside()) return no_hit();
-    const Floats3 from = pose.to_body(p), to = pose.to_body(p + path);
+    const Floats3 from = pose.to_body(p), to = pose.to_body(there);
     const Floats start = distance(from);
     const Mask outside = start > 0.0f;
     const Passage passage = follow(from, to, start, outside, ~Mask{});
@@ -66,8 +67,11 @@ struct MeshLanes {
     return {passage.mask, passage.part, pose.turn(normal)};
   }
 
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    return has_inside() ? may_meet_in_body(pose.to_body(p), pose.to_body(to)) : Mask{};
+  }
   /// Whether the box around a path in the body's coordinates touches the grid's.
-  MOTES_INLINE Mask may_meet(Floats3 from, Floats3 to) const {
+  MOTES_INLINE Mask may_meet_in_body(Floats3 from, Floats3 to) const {
     const auto along = [&](Floats a, Floats b, int axis) __attribute__((always_inline)) {
       return (max(a, b) >= form->first[axis]) & (min(a, b) <= grid_end(axis));
     };

@@ -6,14 +6,39 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactPlane;  // in exact/flat.h
+
+/// On which side of a plane places are; in between, rounding decides.
+struct Sides {
+  Mask above, below;
+};
+
 struct PlaneLanes {
-  static constexpr bool kFlat = true;
+  using Exact = ExactPlane;
+  const shapes::Shape* shape;
   Float3 point, normal;
 
-  static MOTES_INLINE PlaneLanes from(const shapes::Shape& s) { return {of(s.number), unit(of(s.number + 3))}; }
+  static MOTES_INLINE PlaneLanes from(const shapes::Shape& s) { return {&s, of(s.number), unit(of(s.number + 3))}; }
   MOTES_INLINE Floats height(Floats3 p) const { return dot(p - all3(point), all3(normal)); }
-  MOTES_INLINE Mask contains(Floats3 p) const { return height(p) <= 0.0f; }
+  MOTES_INLINE Mask contains(Floats3 p) const {
+    const Sides at = sides(p);
+    return any(~(at.above | at.below)) ? contains_exactly(*shape, p) : at.below;
+  }
   MOTES_INLINE Floats3 sample(Draws&) const { return all3(point); }
+
+  MOTES_INLINE Sides sides(Floats3 p) const {
+    const Floats3 d = p - all3(point);
+    const Floats x = d.x * normal.x, y = d.y * normal.y, z = d.z * normal.z;
+    const Floats height = x + y + z, rounding = (abs(x) + abs(y) + abs(z)) * kRounding;
+    return {height > rounding, height < -rounding};
+  }
+  /// False where a path stays above.
+  MOTES_INLINE Mask may_meet(Floats3, Floats3 to) const { return ~sides(to).above; }
+  /// False where a path stays on one side.
+  MOTES_INLINE Mask may_pass(Floats3 p, Floats3 to) const {
+    const Sides before = sides(p), after = sides(to);
+    return ~((before.above & after.above) | (before.below & after.below));
+  }
 
   /// One-sided: every path that would end below the plane meets it, and meets it at once if it is already below.
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
@@ -22,6 +47,31 @@ struct PlaneLanes {
     const Mask mask = (before + change < 0.0f) & (change < 0.0f);
     const Floats part = max(before / -change, Floats{});
     return {mask, select(mask, min(part, all(1.0f)), Floats{}), all3(normal)};
+  }
+};
+
+/// Around a flat piece of a plane: what tells the paths that stay clear of it.
+struct Surroundings {
+  float reach2;    // squared distance from its first corner, or its centre, to its farthest point
+  float rounding;  // of a height, as a part of the distance from there: more for a sliver, whose normal is unsure
+
+  static MOTES_INLINE Surroundings of_edges(Float3 u, Float3 v) {
+    const Float3 across = cross(u, v);
+    const float u2 = dot(u, u), v2 = dot(v, v);
+    const float blunt = __builtin_sqrtf(u2) * __builtin_sqrtf(v2) / __builtin_sqrtf(dot(across, across));
+    return {2.0f * (u2 + v2), kRounding * (1.0f + blunt)};
+  }
+  /// False where a path stays on one side of the plane, or far from the piece.
+  MOTES_INLINE Mask may_meet(Float3 point, Float3 normal, Floats3 p, Floats3 to) const {
+    const auto sides = [&](Floats3 q) __attribute__((always_inline)) {
+      const Floats3 d = q - all3(point);
+      const Floats height = dot(d, all3(normal)), err = (abs(d.x) + abs(d.y) + abs(d.z)) * rounding;
+      return Sides{height > err, height < -err};
+    };
+    const Sides before = sides(p), after = sides(to);
+    const Floats3 d = p - all3(point), way = to - p;
+    const Mask far = dot(d, d) > (dot(way, way) + reach2) * 2.001f;  // more than (|way| + reach)^2
+    return ~((before.above & after.above) | (before.below & after.below) | far);
   }
 };
 

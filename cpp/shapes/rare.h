@@ -17,6 +17,7 @@ struct RareLanes {
   // In rare_lanes.cpp.
   static RareLanes from(const shapes::Shape& shape);
   Mask contains(const Floats3& p) const;
+  Mask may_meet(const Floats3& p, const Floats3& to) const;
   Floats3 sample(Draws& draws) const;
   Hit hit(const Floats3& p, const Floats3& path) const;
 };

@@ -5,9 +5,11 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactRectangle;  // in exact/flat.h
+
 struct RectangleLanes {
   static constexpr bool kDrawsTogether = true;
-  static constexpr bool kFlat = true;
+  using Exact = ExactRectangle;
   Float3 origin, u, v, normal;
 
   static MOTES_INLINE RectangleLanes from(const shapes::Shape& s) {
@@ -19,6 +21,9 @@ struct RectangleLanes {
   MOTES_INLINE Floats3 sample(Draws& draws) const {
     const Uints4 bits = draws.bits();
     return all3(origin) + all3(u) * unit(bits.a) + all3(v) * unit(bits.b);
+  }
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    return Surroundings::of_edges(u, v).may_meet(origin, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Crossing c = cross_plane(origin, normal, p, path);

@@ -26,27 +26,28 @@ MOTES_INLINE Stretch select(Mask mask, Stretch yes, Stretch no) {
 }
 
 struct Shell {
+  const shapes::Shape* shape;
   Float3 start, axis, u, v;
   float length;
   Wall outer, inner;
   bool bored, thin;  // thin: both walls are one
 
-  static MOTES_INLINE Shell from(Float3 start, Float3 end, Wall outer, Wall inner) {
+  static MOTES_INLINE Shell from(const shapes::Shape& s, Wall outer, Wall inner) {
+    const Float3 start = of(s.number), end = of(s.number + 3);
     const Float3 whole = minus(end, start);
     const Float3 axis = unit(whole);
     const Basis basis = basis_of(axis);
     const bool bored = inner.start > 0.0f || inner.slope > 0.0f;
     const bool thin = inner.start == outer.start && inner.slope == outer.slope;
-    return {start, axis, basis.u, basis.v, __builtin_sqrtf(dot(whole, whole)), outer, inner, bored, thin};
+    return {&s, start, axis, basis.u, basis.v, __builtin_sqrtf(dot(whole, whole)), outer, inner, bored, thin};
   }
 
   MOTES_INLINE Mask contains(Floats3 p) const {
     if (thin) return Mask{};  // a surface: rounding decides on which side of it a sample is
-    const Place at = place(p);
-    const Floats most = outer.start + outer.slope * at.height;
-    const Floats least = inner.start + inner.slope * at.height;
-    const Floats across2 = dot(at.across, at.across);
-    return (at.height >= 0.0f) & (at.height <= length) & (across2 <= most * most) & (across2 >= least * least);
+    const Rough at = rough(p);
+    const Mask inside = at.between & at.side.within & at.bore.beyond;
+    const Mask outside = at.below | at.above | at.side.beyond | at.bore.within;
+    return any(~(inside | outside)) ? contains_exactly(*shape, p) : inside;
   }
 
   /// The point at the fraction `along` (0..1) of the axis, at a distance from it, after `turn` (0..1) of a turn around
@@ -58,6 +59,22 @@ struct Shell {
     return all3(start) + all3(axis) * (along * length) + across;
   }
 
+  /// False where a path stays clear of the surface.
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    const Rough before = rough(p), after = rough(to);
+    const Place by = split(to - p);
+    // What lies below an end, above one, within a wall and within the bore is convex: a path between two places of it
+    // stays in it.
+    const Mask beyond = (before.below & after.below) | (before.above & after.above);
+    const Mask within = before.side.within & after.side.within;
+    const Mask clear = beyond | past(before, after, before.side.most, after.side.most, by);
+    if (thin) return ~(clear | within);
+    const Mask inside = within & before.between & after.between;
+    if (!bored) return ~(clear | inside);
+    const Mask beside = past(before, after, before.bore.most, after.bore.most, by);
+    return ~(clear | (inside & beside) | (before.bore.within & after.bore.within));
+  }
+
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Place at = place(p);
     const Place by = split(path);
@@ -65,11 +82,8 @@ struct Shell {
     const Stretch side = within(outer, at, by);
     const Stretch bore = bored ? within(inner, at, by) : nowhere();
     const Border border = first_border(caps, side, bore);
-    // A path may end so close to a border that only the rounding of its end point decides; what counts is on which side
-    // the next step will see the particle.
-    const Mask crosses = region(p) ^ region(p + path);
-    const Mask mask = border.mask & ((border.part <= 1.0f) | (crosses & (border.part < 2.0f)));
-    const Floats part = select(mask, min(border.part, all(1.0f)), Floats{});
+    const Mask mask = border.mask & (border.part <= 1.0f);
+    const Floats part = select(mask, border.part, Floats{});
     const Floats3 out =
         wall_normal(at.across + by.across * part, select(border.of_bore, all(inner.slope), all(outer.slope)));
     const Floats3 from_wall = out * select(border.outward, all(1.0f), all(-1.0f));
@@ -89,12 +103,45 @@ struct Shell {
   }
   MOTES_INLINE Place place(Floats3 p) const { return split(p - all3(start)); }
 
-  /// On which side of the surface a point lies.
-  MOTES_INLINE Mask region(Floats3 p) const {
-    if (!thin) return contains(p);
-    const Place at = place(p);
-    const Floats r = outer.start + outer.slope * at.height;
-    return (r > 0.0f) & (dot(at.across, at.across) < r * r);
+  /// On which side of a wall a place is; in between, rounding decides.
+  struct WallSide {
+    Mask within, beyond;
+    Floats most;  // the radius there, and what rounding may add
+  };
+  struct Rough {
+    Place at;
+    Floats across2;
+    Mask below, above, between;  // the ends of the axis
+    WallSide side, bore;
+  };
+  MOTES_INLINE Rough rough(Floats3 p) const {
+    const Floats3 d = p - all3(start);
+    const Place at = split(d);
+    const Floats across2 = dot(at.across, at.across);
+    const Floats rounding = (abs(d.x) + abs(d.y) + abs(d.z)) * kRounding;
+    const float far = length * (1.0f + kRounding), near = length * (1.0f - kRounding);
+    const WallSide none{Mask{}, ~Mask{}, Floats{}};
+    return {at,
+            across2,
+            at.height<-rounding, at.height - rounding> far,
+            (at.height > rounding) & (at.height + rounding < near),
+            wall_side(outer, at, across2, rounding),
+            bored ? wall_side(inner, at, across2, rounding) : none};
+  }
+  static MOTES_INLINE WallSide wall_side(Wall wall, const Place& at, Floats across2, Floats rounding) {
+    const Floats radius = wall.start + wall.slope * at.height;
+    const Floats unsure = rounding * (2.0f + 2.0f * wall.slope) + abs(radius) * kRounding;
+    const Floats least = radius - unsure, most = max(radius, Floats{}) + unsure;
+    return {(least > 0.0f) & (across2 < least * least), across2 > most * most, most};
+  }
+  /// Whether a path stays further from the axis than the larger of two radii.
+  static MOTES_INLINE Mask past(const Rough& before, const Rough& after, Floats radius, Floats other, const Place& by) {
+    const Floats most = max(radius, other), most2 = most * most;
+    const Floats a = dot(by.across, by.across), b = dot(before.at.across, by.across);
+    const Mask nearest_at_end = (b >= 0.0f) | (a + b <= 0.0f);
+    const Floats between = before.across2 * a - b * b;
+    return (before.across2 > most2) & (after.across2 > most2) &
+           (nearest_at_end | (between > a * (most2 + before.across2 * (2.0f * kRounding))));
   }
 
   MOTES_INLINE Stretch between_caps(const Place& at, const Place& by) const {
@@ -124,8 +171,9 @@ struct Shell {
     const Floats other = c / select(flat, all(1.0f), q);
     const Floats first = min(one, other), last = max(one, other);
     const Stretch steep = select(by.height > 0.0f, Stretch{last, all(kEndless)}, Stretch{all(-kEndless), first});
-    const Stretch met = select(a < 0.0f, steep, select(square > 0.0f, Stretch{first, last}, nowhere()));
     const Stretch still = select(c < 0.0f, Stretch{all(-kEndless), all(kEndless)}, nowhere());
+    // From within, squares of tiny numbers alone can make it seem that the wall is nowhere.
+    const Stretch met = select(a < 0.0f, steep, select(square > 0.0f, Stretch{first, last}, still));
     return select(flat, still, met);
   }
 

@@ -5,16 +5,23 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactBall;  // in exact/solid.h
+
 struct SphereLanes {
   static constexpr bool kDrawsTogether = true;
+  using Exact = ExactBall;
+  const shapes::Shape* shape;
   Float3 center;
   float radius, inner;
 
-  static MOTES_INLINE SphereLanes from(const shapes::Shape& s) { return {of(s.number), s.number[3], s.number[4]}; }
+  static MOTES_INLINE SphereLanes from(const shapes::Shape& s) { return {&s, of(s.number), s.number[3], s.number[4]}; }
   MOTES_INLINE Mask contains(Floats3 p) const {
     const Floats3 d = p - all3(center);
     const Floats distance2 = dot(d, d);
-    return (distance2 <= radius * radius) & (distance2 >= inner * inner);
+    const float outer2 = radius * radius, inner2 = inner * inner;
+    const Mask sure = far_from(distance2, outer2) & (inner > 0.0f ? far_from(distance2, inner2) : ~Mask{});
+    if (any(~sure)) return contains_exactly(*shape, p);
+    return (distance2 <= outer2) & (distance2 >= inner2);
   }
 
   MOTES_INLINE Floats3 sample(Draws& draws) const {
@@ -28,6 +35,18 @@ struct SphereLanes {
     const float inner3 = inner * inner * inner;
     const Floats r = cube_root(all(inner3) + unit(bits.c) * (radius * radius * radius - inner3));
     return all3(center) + Floats3{across * cosine, across * sine, z} * r;
+  }
+
+  /// False where a path stays clear of the outer surface.
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    const Floats3 d = p - all3(center), e = to - all3(center), way = to - p;
+    const Floats d2 = dot(d, d), e2 = dot(e, e);
+    const float low = radius * radius * (1.0f - kRounding), high = radius * radius * (1.0f + kRounding);
+    const Mask inside = (d2 < low) & (e2 < low), outside = (d2 > high) & (e2 > high);
+    // Nearest to the centre at one of its ends, or too far from it.
+    const Floats a = dot(way, way), b = dot(d, way);
+    const Mask past = (b >= 0.0f) | (a + b <= 0.0f) | (d2 * a - b * b > a * (high + d2 * (2.0f * kRounding)));
+    return ~(inside | (outside & past));
   }
 
   /// From outside: where the path enters the outer surface; from inside: where it leaves.
@@ -44,6 +63,11 @@ struct SphereLanes {
     const Mask mask = toward & (a > 0.0f) & (discriminant > 0.0f) & (part <= 1.0f) & (part >= 0.0f);
     const Floats3 out = (d + path * part) * (1.0f / radius);
     return {mask, select(mask, part, Floats{}), out * select(inside, all(-1.0f), all(1.0f))};
+  }
+
+ private:
+  static MOTES_INLINE Mask far_from(Floats distance2, float radius2) {
+    return (distance2 < radius2 * (1.0f - kRounding)) | (distance2 > radius2 * (1.0f + kRounding));
   }
 };
 

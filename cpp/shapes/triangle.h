@@ -5,8 +5,10 @@
 
 namespace motes::MOTES_ISA {
 
+struct ExactTriangle;  // in exact/flat.h
+
 struct TriangleLanes {
-  static constexpr bool kFlat = true;
+  using Exact = ExactTriangle;
   Float3 origin, u, v, normal;
   Float3 to_a, to_b;  // reciprocal vectors of the edges: a point is origin + a u + b v
 
@@ -27,6 +29,9 @@ struct TriangleLanes {
     a = select(far, 1.0f - a, a);
     b = select(far, 1.0f - b, b);
     return all3(origin) + all3(u) * a + all3(v) * b;
+  }
+  MOTES_INLINE Mask may_meet(Floats3 p, Floats3 to) const {
+    return Surroundings::of_edges(u, v).may_meet(origin, normal, p, to);
   }
   MOTES_INLINE Hit hit(Floats3 p, Floats3 path) const {
     const Crossing c = cross_plane(origin, normal, p, path);

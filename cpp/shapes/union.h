@@ -13,6 +13,7 @@ struct UnionLanes {
   static MOTES_INLINE UnionLanes from(const shapes::Shape& s) { return {s.part, s.parts}; }
   // In rare_lanes.cpp, where the code of the parts is.
   Mask contains(const Floats3& p) const;
+  Mask may_meet(const Floats3& p, const Floats3& to) const;
   Floats3 sample(Draws& draws) const;
   Hit hit(const Floats3& p, const Floats3& path) const;
 };

@@ -1,5 +1,6 @@
 // Where paths meet the surfaces of triangles, cylinders, cones and unions: against analytic values, from both sides,
 // at any speed.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstring>
@@ -185,7 +186,28 @@ void check_no_leak(const Shape& shape, float dt) {
   CHECK(inside > 100);
 }
 
+// What a shape holds of places that a float32 apart from each other straddle its surface.
+std::vector<std::uint8_t> held(const Shape& shape, int along, const std::vector<float>& at) {
+  std::vector<float> plane[3];
+  for (int c = 0; c < 3; ++c) plane[c].assign(at.size() + 16, 0.0f);
+  std::copy(at.begin(), at.end(), plane[along].begin());
+  const float* const position[3] = {plane[0].data(), plane[1].data(), plane[2].data()};
+  std::vector<std::uint8_t> inside(at.size());
+  test::builds().back().kernels.contains(shape, position, at.size(), inside.data());
+  return inside;
+}
+
 }  // namespace
+
+TEST(shapes_hold_places_by_more_than_the_rounding_of_their_size) {
+  const std::vector<float> near{-1e-6f, -1e-9f, -1e-20f, 1e-20f, 1e-9f, 1e-6f};
+  const std::vector<std::uint8_t> below{1, 1, 1, 0, 0, 0}, by_double{1, 1, 1, 1, 0, 0};
+  CHECK(held({Kind::plane, {0, 0, 0, 0.1f, 1, 0.05f}}, 1, near) == below);
+  CHECK(held({Kind::plane, {500, -50, 0, 0.1f, 1, 0}}, 1, {-1e-3f, 1e-3f}) == std::vector<std::uint8_t>({1, 0}));
+  // Below 50 m times 2^-53, double precision has its say.
+  CHECK(held({Kind::sphere, {0, -50, 0, 50, 0}}, 1, near) == by_double);
+  CHECK(held({Kind::cylinder, {-3, -50, 0, 3, -50, 0, 50, 0}}, 1, near) == by_double);
+}
 
 TEST(no_particle_slips_through_a_surface) {
   check_no_leak({Kind::cylinder, {-1, -2, 0, 1, 2, 1, 2, 0}}, 0.01f);

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -138,7 +138,9 @@ def disc_inward(shape: shapes.Disc) -> Distance:
 def walls_of(shape: shapes.Shape) -> list[Wall | Sheet]:
     """Return what particles must not pass."""
     if isinstance(shape, shapes.Union):
-        return [wall for part in shape.shapes for wall in walls_of(part)]
+        walls = [wall for part in shape.shapes for wall in walls_of(part)]
+        # Off one part, a particle may go round the edge of another.
+        return [replace(wall, flat=False) if isinstance(wall, Sheet) else wall for wall in walls]
     if isinstance(shape, shapes.Plane):
         return [Wall(plane_height(singles(shape.point), singles(shape.normal)), one_sided=True)]
     if isinstance(shape, shapes.Box):

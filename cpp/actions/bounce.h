@@ -4,10 +4,11 @@
 //   v' = (1 - friction) v_t - restitution v_n        (no friction where |v_t| <= min_tangential_speed)
 // The rest of the step continues from there with v', and may hit again: an edge, a corner, the inside of a ball. The
 // move that follows covers the whole step with the final velocity, so the position is set to where that move must
-// start. A skin of a few rounding errors keeps the particle on its side of the surface.
+// start. The particle stays on its side of the surface: bounce_path.h says what holds, and by how much rounding errs.
 //
-// Without exact_hit, as in McAllister's Bounce: only v changes, once, as soon as the predicted place x + v dt is beyond
-// the surface. Planes then have two sides, and a sphere's n is taken at the old place.
+// Without exact_hit, as in McAllister's Bounce: only v changes, as soon as the predicted place x + v dt is beyond the
+// surface; again where v' still leads there, in a corner. Planes then have two sides, and a sphere's n is taken at the
+// old place.
 #pragma once
 
 #include "actions/bounce_path.h"

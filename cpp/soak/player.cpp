@@ -61,11 +61,7 @@ class Player {
     define(engine_, way_);
     engine_.start();
     if (engine_.talk().comm().survives()) engine_.survive_losses(kCopiesEvery, bystander());
-    if (from_ != nullptr) {
-      restore(*from_);
-    } else if (story_.late) {
-      for (int system = 0; system < 2; ++system) engine_.system(system).counts.born = (std::uint64_t{1} << 32) - 99;
-    }
+    if (from_ != nullptr) restore(*from_);
     saved_ = engine_.frame();
     while (engine_.frame() < kFrames) one_frame();
     engine_.finish();

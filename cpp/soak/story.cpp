@@ -56,7 +56,6 @@ Story random_story(Random& random) {
   story.meets = random.below(4) == 0;
   story.pictures = random.below(3) > 0;
   story.streaks = story.pictures && maybe();
-  story.late = maybe();
   return story;
 }
 

@@ -22,7 +22,6 @@ struct Story {
   bool meets = false;     // particles collide
   bool pictures = false;
   bool streaks = false;
-  bool late = false;  // births soon have ids of more than 32 bits
 
   auto operator<=>(const Story&) const = default;
 };

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core, arguments
-from ._io.pictures import read_picture
+from ._pictures import read_picture
 from .errors import ArgumentError
 from .values import Value, shown, value
 

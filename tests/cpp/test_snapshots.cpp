@@ -50,7 +50,7 @@ TEST(a_state_of_another_world_is_refused) {
       engine.start();
       const std::vector<frame::Sample> samples(1);
       if (seed == 5) CHECK_THROWS(engine.restore_state(state.view(), samples), std::runtime_error);
-      if (state.size() != 0 && seed == 4) engine.restore_state(state.view(), samples);
+      if (!state.empty() && seed == 4) engine.restore_state(state.view(), samples);
       state = engine.shared_state();
       engine.finish();
     });

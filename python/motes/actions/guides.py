@@ -56,7 +56,9 @@ class Field(Action):
         """Check the fields and let the engine keep the array."""
         low = arguments.triple("low", self.low)
         high = arguments.triple("high", self.high)
-        if not all(np.float32(a) < np.float32(b) for a, b in zip(low, high, strict=True)):
+        with np.errstate(over="ignore"):  # the core refuses what leaves the range of float32
+            grows = bool((np.array(low, np.float32) < np.array(high, np.float32)).all())
+        if not grows:
             raise ArgumentError("high", high, f"above low = {low} in each component")
         grid = _grid(self.grid)
         drag = None if self.drag is None else arguments.number("drag", self.drag, low=0)

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import _extras, arguments
-from ..errors import ArgumentError
+from . import _extras, arguments
+from .errors import ArgumentError
 
 __all__ = ["FORMATS", "read_picture"]
 

@@ -35,7 +35,7 @@ COMMAND_LINE = "import sys; from motes.cli import main; sys.exit(main())"
 SIZES = (5, 9)
 READ_ONCE = ("GLIBC_", "LD_", "MOTES_SIMD", "OMPI_", "PYTHON")
 RANK = Path(__file__).parent / "scenes" / "standing_rank.py"
-START_S = 60
+START_S = 120
 END_S = 10
 STEP_S = 5.0  # after a rank has failed, the others are expected at the body's end within this time
 

@@ -48,9 +48,8 @@ for i in range(args.systems):
 sparks = world.system("sparks", sprite=motes.Sprite(pixels=None))
 sparks.configure(velocity=Sphere((0, 7, 0), 26), lifetime=motes.Uniform(0.5, 2.4), size=0.09)
 debris = world.system("debris", sprite=motes.Sprite("sphere", pixels=None, blend="opaque"))
-debris.configure(
-    velocity=Sphere((0, 11, 0), 12), size=motes.Uniform((0.08,) * 3, (0.3,) * 3), color=(0.05, 0.04, 0.04)
-)
+debris.configure(velocity=Sphere((0, 11, 0), 12), color=(0.05, 0.04, 0.04))
+debris.configure(size=motes.Uniform((0.08,) * 3, (0.3,) * 3))
 trails = world.system("trails", sprite=motes.Sprite(pixels=None, blend="alpha", softness=0.3))
 trails.configure(
     lifetime=motes.Uniform(0.8, 1.8),

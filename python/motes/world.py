@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, _extras, arguments, environment, in_picture, scenefile
+from . import _core, _extras, arguments, environment, scenefile
 from . import roles as _roles
 from . import world_arguments as checks
 from ._live import repeating
@@ -162,7 +162,6 @@ class World(Looping, Facts, Settings):
         self._recovery: recovering.Recovery | None = None
         self._total = 0
         self._ran = self._rendered = False  # a frame, in this process
-        self._sees_nothing: int | None = 0  # pictures with particles so far; None: they were looked at
         self._last_picture: Callable[[], Frame | None] = lambda: None
         self._ended = False
         self._stop = stopping.Stop()
@@ -418,22 +417,8 @@ class World(Looping, Facts, Settings):
         self._unseen = [system for system in self._unseen if system._first is not None]
         for system in self._systems:
             system._forget_list()
-        if view is not None and self._recording is None:
-            self._look_at_picture(engine)
         self._show()
         return engine
-
-    def _look_at_picture(self, engine: _core.Engine) -> None:
-        """Say where the first pictures show no particle; only some are looked at. Collective."""
-        if self._sees_nothing is None or self.renderer is None or not any(s.count for s in self._systems):
-            return
-        self._sees_nothing += 1
-        time = (engine.frame - 1) * self.dt
-        told = in_picture.remark(self._systems, self.renderer, time, self._sees_nothing, self._total)
-        if told is not None or self._sees_nothing >= in_picture.LATER:
-            self._sees_nothing = None
-        if told is not None:
-            self._warn(told, 5)
 
     def _warn(self, text: str, level: int) -> None:
         if self.rank == self._cast[0]:

@@ -210,7 +210,7 @@ void check_held(World& world, std::size_t count, Height height, double side, dou
   std::size_t lost = 0;
   for (int step = 0; step < steps; ++step) world.step();
   for (std::size_t i = 0; i < count; ++i) lost += height(world.position(i)) * side < -rounding ? 1 : 0;
-  if (lost != 0) check::fail("test_bounce", line, check::text(lost) + " of " + check::text(count) + " are lost");
+  if (lost != 0) check::fail("test_bounce", line, std::to_string(lost) + " of " + std::to_string(count) + " are lost");
 }
 
 std::vector<Particle> swarm_at(Vector place, std::size_t count, double within, double speed) {

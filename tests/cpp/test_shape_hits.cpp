@@ -189,7 +189,7 @@ void check_no_leak(const Shape& shape, float dt) {
 // What a shape holds of places that a float32 apart from each other straddle its surface.
 std::vector<std::uint8_t> held(const Shape& shape, int along, const std::vector<float>& at) {
   std::vector<float> plane[3];
-  for (int c = 0; c < 3; ++c) plane[c].assign(at.size() + 16, 0.0f);
+  for (std::vector<float>& values : plane) values.assign(at.size() + 16, 0.0f);
   std::copy(at.begin(), at.end(), plane[along].begin());
   const float* const position[3] = {plane[0].data(), plane[1].data(), plane[2].data()};
   std::vector<std::uint8_t> inside(at.size());

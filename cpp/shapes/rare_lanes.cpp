@@ -38,8 +38,11 @@ MOTES_INLINE Met meet_one(const shapes::Shape& shape, const Doubles3& from, cons
 }
 template <class Lanes>
 MOTES_INLINE Mask contains_one(const shapes::Shape& shape, const Floats3& p) {
-  if constexpr (requires(Lanes::Exact exact, Doubles3 q) { exact.contains(q); }) {
-    return holds_exactly<typename Lanes::Exact>(shape, p);
+  if constexpr (requires { typename Lanes::Exact; }) {  // by itself: clang 14 looks at all of a requirement
+    using Exact = typename Lanes::Exact;
+    if constexpr (requires(const Exact& exact, const Doubles3& q) { exact.contains(q); }) {
+      return holds_exactly<Exact>(shape, p);
+    }
   }
   return Mask{};
 }

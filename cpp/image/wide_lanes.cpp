@@ -266,9 +266,7 @@ void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned c
     for (int k = 0; k < number; ++k) read_record(task, first + static_cast<std::size_t>(k) * bytes, g, k);
     prepare(g, tile, task, number);
     weigh(g, number);
-    for (int k = 0; k < number; ++k) {
-      k = blend.discs(tile, task, g, k, number);
-      if (k == number) break;
+    for (int k = blend.discs(tile, task, g, 0, number); k < number; k = blend.discs(tile, task, g, k + 1, number)) {
       const WideSprite s = sprite_from(task, first + static_cast<std::size_t>(k) * bytes);
       draw_one<Disc>(tile, task, s, channel, blend, patch);
     }

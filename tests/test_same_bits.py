@@ -53,7 +53,7 @@ def roles(size: int) -> list[Any]:
 
 
 def assert_same(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
-    """Play variants on so many ranks, and compare."""
+    """Play variants on this many ranks, and compare."""
     lines = on_ranks(size, EVERYTHING, json.dumps(variants), timeout=200, env=env).lines
     assert_equal(table(lines), variants)
 

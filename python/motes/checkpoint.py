@@ -23,7 +23,7 @@ class Checkpoint(Value):
     `directory`: on a file system that all ranks see; each checkpoint is a folder in it. `every`: frames.
     `keep`: how many whole ones stay; two survive a damaged disk block in the newest. `pickles`: whether what
     a balancer of your own knows is kept and read by pickle where it is more than numbers, text, lists, dicts
-    and arrays; a pickle can run code of whoever wrote the checkpoint.
+    and arrays; a pickle can run code of the person who wrote the checkpoint.
     """
 
     directory: str | os.PathLike[str]

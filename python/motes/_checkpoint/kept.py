@@ -1,4 +1,4 @@
-"""What Python keeps in a checkpoint, as JSON: who reads it runs no code of whoever wrote it.
+"""What Python keeps in a checkpoint, as JSON, so that reading it runs no code of its writer.
 
 JSON's own values stand for themselves, but for objects: {"tuple": [...]}, {"dict": [[key, value], ...]},
 {"bytes": base64}, {"array": [type, shape, base64]}, {"value": [name, fields]} of the values in `VALUES`.

@@ -27,8 +27,11 @@ __attribute__((noinline)) Met meet_exactly(const shapes::Shape& shape, const Dou
 }
 template <class Exact>
 __attribute__((noinline)) Mask holds_exactly(const shapes::Shape& shape, const Floats3& p) {
-  const Exact exact = Exact::of(shape);
-  return join(exact.contains(low_half(p)), exact.contains(high_half(p)));
+  if constexpr (requires(const Exact& exact, const Doubles3& q) { exact.contains(q); }) {
+    const Exact exact = Exact::of(shape);
+    return join(exact.contains(low_half(p)), exact.contains(high_half(p)));
+  }
+  return Mask{};
 }
 
 template <class Lanes>
@@ -38,12 +41,7 @@ MOTES_INLINE Met meet_one(const shapes::Shape& shape, const Doubles3& from, cons
 }
 template <class Lanes>
 MOTES_INLINE Mask contains_one(const shapes::Shape& shape, const Floats3& p) {
-  if constexpr (requires { typename Lanes::Exact; }) {  // by itself: clang 14 looks at all of a requirement
-    using Exact = typename Lanes::Exact;
-    if constexpr (requires(const Exact& exact, const Doubles3& q) { exact.contains(q); }) {
-      return holds_exactly<Exact>(shape, p);
-    }
-  }
+  if constexpr (requires { typename Lanes::Exact; }) return holds_exactly<typename Lanes::Exact>(shape, p);
   return Mask{};
 }
 

@@ -20,51 +20,51 @@ add_library(motes_pure STATIC
   balance/shares.cpp
   domains/divide.cpp
   domains/domains.cpp
-  image/assets.cpp
-  image/bench.cpp
-  image/bench_scenery.cpp
-  image/bloom.cpp
-  image/bloom_plan.cpp
-  image/bloom_tiles.cpp
-  image/brush.cpp
+  meshes/assets.cpp
+  bench/bench_image.cpp
+  bench/bench_scenery.cpp
+  image/post/bloom.cpp
+  image/post/bloom_plan.cpp
+  image/post/bloom_tiles.cpp
+  image/raster/brush.cpp
   image/buffer.cpp
   image/camera.cpp
-  image/canvas.cpp
-  image/cast_scene.cpp
-  image/depth_blocks.cpp
+  image/post/canvas.cpp
+  image/raycast/cast_scene.cpp
+  image/raster/depth_blocks.cpp
   image/footprint.cpp
-  image/image_levels.cpp
-  image/lanes.cpp
-  image/layers.cpp
+  image/raster/image_levels.cpp
+  image/post/lanes.cpp
+  image/post/layers.cpp
   image/layout.cpp
-  image/mesh_tree.cpp
-  image/ordered.cpp
-  image/partial_tile.cpp
-  image/picture_light.cpp
-  image/pieces.cpp
-  image/prepared_scene.cpp
-  image/projector.cpp
-  image/records.cpp
-  image/scenery.cpp
-  image/sha256.cpp
+  meshes/mesh_tree.cpp
+  image/raster/ordered.cpp
+  image/raster/partial_tile.cpp
+  image/post/picture_light.cpp
+  image/raster/pieces.cpp
+  image/raycast/prepared_scene.cpp
+  image/project/projector.cpp
+  image/project/records.cpp
+  image/raycast/scenery.cpp
+  base/sha256.cpp
   image/slots.cpp
   image/solids.cpp
-  image/sort_fixed.cpp
-  image/sort_tiles.cpp
-  image/sort_wide.cpp
-  image/tile_caster.cpp
-  image/tile_layers.cpp
-  image/tile_painter.cpp
+  image/project/sort_fixed.cpp
+  image/project/sort_tiles.cpp
+  image/project/sort_wide.cpp
+  image/raycast/tile_caster.cpp
+  image/post/tile_layers.cpp
+  image/raster/tile_painter.cpp
   image/tone.cpp
-  meetings/act.cpp
-  meetings/cells.cpp
-  meetings/extent.cpp
-  meetings/kernels.cpp
-  meetings/overlap.cpp
-  meetings/pairs.cpp
-  meetings/pyramid.cpp
-  meetings/tie.cpp
-  meetings/ties.cpp
+  interactions/act.cpp
+  interactions/cells.cpp
+  interactions/extent.cpp
+  interactions/kernels.cpp
+  interactions/overlap.cpp
+  interactions/pairs.cpp
+  interactions/pyramid.cpp
+  interactions/tie.cpp
+  interactions/ties.cpp
   meshes/distance_grid.cpp
   meshes/form.cpp
   meshes/nearest.cpp
@@ -72,24 +72,25 @@ add_library(motes_pure STATIC
   particles/digest.cpp
   particles/exact_sum.cpp
   particles/ids.cpp
-  particles/memory.cpp
+  base/memory.cpp
   particles/plane_memory.cpp
   particles/schema.cpp
   particles/store.cpp
   particles/streams.cpp
-  recording/bench.cpp
-  recording/bench_actions.cpp
-  recording/bench_meshes.cpp
-  recording/bench_scene.cpp
-  recording/bins.cpp
+  bench/bench_program.cpp
+  bench/bench_actions.cpp
+  bench/bench_meshes.cpp
+  bench/bench_scene.cpp
+  program/bins.cpp
+  program/events.cpp
   recording/births.cpp
-  recording/order.cpp
-  recording/program.cpp
+  program/order.cpp
+  program/program.cpp
   recording/record.cpp
   recording/scene.cpp
-  recording/select.cpp
+  program/select.cpp
   recording/spawn.cpp
-  recording/sums.cpp
+  program/sums.cpp
   roles/cast.cpp
   roles/ring.cpp
   roles/tree.cpp
@@ -98,12 +99,12 @@ add_library(motes_pure STATIC
   threads/pool.cpp
 )
 # These differ from build to build by their instruction sets, and would keep pieces from being shared.
-set_source_files_properties(actions/kernels.cpp image/lanes.cpp meetings/kernels.cpp simd/isa.cpp
+set_source_files_properties(actions/kernels.cpp image/post/lanes.cpp interactions/kernels.cpp simd/isa.cpp
   PROPERTIES SKIP_UNITY_BUILD_INCLUSION ON)
 set_target_properties(motes_pure PROPERTIES UNITY_BUILD ${MOTES_UNITY} UNITY_BUILD_BATCH_SIZE 45)
 target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # Searches for neighbours and keeps what is known of touches, particle by particle.
-set_source_files_properties(meetings/act.cpp meetings/cells.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
+set_source_files_properties(interactions/act.cpp interactions/cells.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)
 # pyproject.toml is the one place that has the version.
@@ -113,16 +114,16 @@ set_source_files_properties(recording/scene.cpp PROPERTIES COMPILE_DEFINITIONS M
 
 # Compiled once for each instruction set: in two pieces with MOTES_UNITY.
 set(image_lanes
-  image/bloom_lanes.cpp
-  image/cast_lanes.cpp
-  image/project_lanes.cpp
-  image/project_wide_lanes.cpp
-  image/splat_lanes.cpp
-  image/wide_lanes.cpp
+  image/post/bloom_lanes.cpp
+  image/raycast/cast_lanes.cpp
+  image/project/project_lanes.cpp
+  image/project/project_wide_lanes.cpp
+  image/raster/splat_lanes.cpp
+  image/raster/wide_lanes.cpp
 )
 set(particle_lanes
   actions/kernels_lanes.cpp
-  meetings/meetings_lanes.cpp
+  interactions/interactions_lanes.cpp
   shapes/rare_lanes.cpp
 )
 set_source_files_properties(${image_lanes} PROPERTIES UNITY_GROUP image)
@@ -145,64 +146,65 @@ add_library(motes_engine STATIC
   comm/wait.cpp
   comm/stop_signals.cpp
   comm/watchdog.cpp
-  frame/account.cpp
-  frame/act.cpp
-  frame/alarms.cpp
-  frame/agree.cpp
-  frame/balance.cpp
-  frame/bench_births.cpp
-  frame/bench_pictures.cpp
-  frame/birth_numbers.cpp
-  frame/birth_history.cpp
-  frame/conversation.cpp
-  frame/copies.cpp
-  frame/costs.cpp
-  frame/course.cpp
-  frame/create.cpp
-  frame/donate.cpp
-  frame/draw_speeds.cpp
-  frame/drawn.cpp
-  frame/engine.cpp
-  frame/exchange.cpp
-  frame/follow.cpp
-  frame/frame.cpp
-  frame/histories.cpp
-  frame/kept_rows.cpp
-  frame/log.cpp
-  frame/meet.cpp
-  frame/moments.cpp
-  frame/neighbours.cpp
-  frame/population.cpp
-  frame/notes.cpp
-  frame/read.cpp
-  frame/recover.cpp
-  frame/relay.cpp
-  frame/render.cpp
-  frame/render_bloom.cpp
-  frame/render_composite.cpp
-  frame/render_load.cpp
-  frame/render_order.cpp
-  frame/render_output.cpp
-  frame/render_plan.cpp
-  frame/render_project.cpp
-  frame/render_tiles.cpp
-  frame/shared_pictures.cpp
-  frame/replay.cpp
-  frame/report.cpp
-  frame/reports.cpp
-  frame/run_list.cpp
-  frame/script.cpp
-  frame/share.cpp
-  frame/snapshot.cpp
-  frame/spans.cpp
-  frame/spawn.cpp
-  frame/standing.cpp
-  frame/stopwatch.cpp
-  frame/sums.cpp
-  frame/system.cpp
-  frame/table.cpp
-  frame/word.cpp
-  snapshots/crc32c.cpp
+  engine/log/account.cpp
+  engine/act/act.cpp
+  engine/log/alarms.cpp
+  engine/agree.cpp
+  engine/balance/balance.cpp
+  bench/bench_births.cpp
+  bench/bench_pictures.cpp
+  engine/births/birth_numbers.cpp
+  engine/state/birth_history.cpp
+  engine/session/conversation.cpp
+  engine/recovery/copies.cpp
+  engine/session/costs.cpp
+  engine/act/course.cpp
+  engine/births/create.cpp
+  engine/balance/donate.cpp
+  engine/render/draw_speeds.cpp
+  engine/render/drawn.cpp
+  engine/engine.cpp
+  engine/act/exchange.cpp
+  engine/act/follow.cpp
+  engine/frame.cpp
+  engine/state/histories.cpp
+  jsonl/kept_rows.cpp
+  engine/log/log.cpp
+  engine/act/meet.cpp
+  engine/act/moments.cpp
+  engine/balance/neighbours.cpp
+  engine/state/population.cpp
+  engine/sums/notes.cpp
+  engine/act/read.cpp
+  engine/recover.cpp
+  engine/session/relay.cpp
+  engine/render/render.cpp
+  engine/render/render_bloom.cpp
+  engine/render/render_composite.cpp
+  engine/render/render_load.cpp
+  engine/render/render_order.cpp
+  engine/render/render_output.cpp
+  engine/render/render_plan.cpp
+  engine/render/render_project.cpp
+  engine/render/render_tiles.cpp
+  engine/render/shared_pictures.cpp
+  engine/replay.cpp
+  engine/session/report.cpp
+  engine/session/reports.cpp
+  engine/act/run_list.cpp
+  engine/state/script.cpp
+  engine/births/share.cpp
+  engine/parts/manager.cpp
+  engine/parts/snapshot.cpp
+  engine/session/spans.cpp
+  engine/births/spawn.cpp
+  engine/recovery/standing.cpp
+  engine/session/stopwatch.cpp
+  engine/sums/sums.cpp
+  engine/state/system.cpp
+  jsonl/table.cpp
+  engine/session/word.cpp
+  base/crc32c.cpp
   snapshots/file.cpp
   snapshots/part.cpp
   snapshots/writer.cpp

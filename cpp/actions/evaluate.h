@@ -3,8 +3,8 @@
 
 #include "actions/expression.h"
 #include "actions/lanes.h"
+#include "actions/noise.h"
 #include "simd/ieee.h"
-#include "simd/noise.h"
 
 namespace motes::MOTES_ISA {
 

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "particles/enumerators.h"
+#include "base/enumerators.h"
 
 namespace motes::actions {
 
@@ -52,7 +52,7 @@ enum class Op : std::uint8_t {
   // truth value, two numbers -> number
   choose,
 };
-inline constexpr int kOps = particles::enumerators<Op>();
+inline constexpr int kOps = base::enumerators<Op>();
 
 struct Instruction {
   Op op = Op::constant;

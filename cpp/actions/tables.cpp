@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "particles/fields.h"
+#include "base/fields.h"
 
 namespace motes::actions {
 namespace {
@@ -85,15 +85,15 @@ std::shared_ptr<const Table> table(TableKey key) {
   return found->second;
 }
 
-void write_tables(const std::set<TableKey>& keys, particles::Bytes& out) {
+void write_tables(const std::set<TableKey>& keys, base::Bytes& out) {
   out.put(static_cast<std::uint32_t>(keys.size()));
-  for (const TableKey key : keys) particles::write_fields(*table(key), out);
+  for (const TableKey key : keys) base::write_fields(*table(key), out);
 }
 
-void read_tables(particles::Reader& in) {
+void read_tables(base::Reader& in) {
   for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
     Table read;
-    particles::read_fields(in, read);
+    base::read_fields(in, read);
     try {
       keep(std::move(read));
     } catch (const std::invalid_argument& error) {

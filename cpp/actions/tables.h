@@ -8,7 +8,7 @@
 #include <set>
 #include <vector>
 
-#include "particles/bytes.h"
+#include "base/bytes.h"
 
 namespace motes::actions {
 
@@ -41,8 +41,8 @@ TableKey keep(Table table);
 std::shared_ptr<const Table> table(TableKey key);
 
 /// The content of kept tables as bytes, for files.
-void write_tables(const std::set<TableKey>& keys, particles::Bytes& out);
+void write_tables(const std::set<TableKey>& keys, base::Bytes& out);
 /// Keeps the tables that write_tables() wrote. Throws std::runtime_error where the bytes are damaged.
-void read_tables(particles::Reader& in);
+void read_tables(base::Reader& in);
 
 }  // namespace motes::actions

@@ -1,11 +1,11 @@
+#include "bench/bench_actions.h"
+#include "bench/bench_births.h"
+#include "bench/bench_image.h"
+#include "bench/bench_meshes.h"
+#include "bench/bench_pictures.h"
+#include "bench/bench_program.h"
+#include "bench/bench_scenery.h"
 #include "bindings/bindings.h"
-#include "frame/bench_births.h"
-#include "frame/bench_pictures.h"
-#include "image/bench.h"
-#include "image/bench_scenery.h"
-#include "recording/bench.h"
-#include "recording/bench_actions.h"
-#include "recording/bench_meshes.h"
 
 namespace motes::bindings {
 namespace {
@@ -14,7 +14,7 @@ void bind_scenes(py::module_& m) {
   m.def(
       "act_bench",
       [](const std::string& scene, std::size_t particles, int steps) {
-        const auto b = released([&] { return recording::act_bench(scene, particles, steps); });
+        const auto b = released([&] { return bench::act_bench(scene, particles, steps); });
         py::dict d;
         d["updates_per_s"] = b.updates_per_s;
         d["memory_limit_updates_per_s"] = b.memory_limit_updates_per_s;
@@ -26,7 +26,7 @@ void bind_scenes(py::module_& m) {
   m.def(
       "leaver_bench",
       [](std::size_t particles, int bins, int steps) {
-        const auto b = released([&] { return recording::leaver_bench(particles, bins, steps); });
+        const auto b = released([&] { return bench::leaver_bench(particles, bins, steps); });
         py::dict d;
         d["none_s"] = b.none;
         d["fused_s"] = b.fused;
@@ -41,9 +41,9 @@ void bind_actions(py::module_& m) {
   m.def(
       "action_bench",
       [](std::size_t particles, int repeats) {
-        const auto costs = released([&] { return recording::action_bench(particles, repeats); });
+        const auto costs = released([&] { return bench::action_bench(particles, repeats); });
         py::dict all;
-        for (const recording::ActionCost& c : costs) {
+        for (const bench::ActionCost& c : costs) {
           py::dict d;
           d["alone_ns"] = c.alone;
           d["added_ns"] = c.added;
@@ -60,7 +60,7 @@ void bind_actions(py::module_& m) {
   m.def(
       "list_bench",
       [](std::size_t particles, int steps) {
-        const auto b = released([&] { return recording::list_bench(particles, steps); });
+        const auto b = released([&] { return bench::list_bench(particles, steps); });
         py::dict d;
         for (const auto& list : b.lists) {
           d[(list.name + "_s").c_str()] = list.seconds;
@@ -76,7 +76,7 @@ void bind_actions(py::module_& m) {
   m.def(
       "mesh_bench",
       [](std::size_t particles, int repeats) {
-        const auto b = released([&] { return recording::mesh_bench(particles, repeats); });
+        const auto b = released([&] { return bench::mesh_bench(particles, repeats); });
         py::dict d;
         d["triangles"] = b.triangles;
         d["grid_bytes"] = b.grid_bytes;
@@ -95,7 +95,7 @@ void bind_births(py::module_& m) {
   m.def(
       "birth_bench",
       [](int calculators, int births, int repeats) {
-        const auto b = released([&] { return frame::birth_bench(calculators, births, repeats); });
+        const auto b = released([&] { return bench::birth_bench(calculators, births, repeats); });
         py::dict d;
         d["make_ns"] = b.make;
         d["own_ns"] = b.own;
@@ -112,7 +112,7 @@ void bind_pictures(py::module_& m) {
   m.def(
       "picture_bench",
       [](std::size_t particles, int width, int height, int repeats) {
-        const auto b = released([&] { return frame::picture_bench(particles, width, height, repeats); });
+        const auto b = released([&] { return bench::picture_bench(particles, width, height, repeats); });
         py::dict d;
         d["project_ns"] = b.project;
         d["record_ns"] = b.record;
@@ -130,7 +130,7 @@ void bind_render(py::module_& m) {
       "render_bench",
       [](std::size_t particles, int width, int height, int pixels, int frames, bool fountain) {
         const auto b =
-            released([&] { return image::render_bench(particles, width, height, pixels, frames, fountain); });
+            released([&] { return bench::render_bench(particles, width, height, pixels, frames, fountain); });
         py::dict d;
         d["particles"] = b.particles;
         d["width"] = b.width;
@@ -145,7 +145,7 @@ void bind_render(py::module_& m) {
         d["ms_splat"] = b.ms_splat;
         d["message_bytes"] = b.bytes;
         py::list rows;
-        for (const image::RenderRow& r : b.rows) {
+        for (const bench::RenderRow& r : b.rows) {
           py::dict row;
           row["name"] = r.name;
           row["kind"] = r.kind;
@@ -167,7 +167,7 @@ void bind_scenery(py::module_& m) {
   m.def(
       "scenery_bench",
       [](int width, int height, int frames) {
-        const auto b = released([&] { return image::scenery_bench(width, height, frames); });
+        const auto b = released([&] { return bench::scenery_bench(width, height, frames); });
         py::dict d;
         d["width"] = b.width;
         d["height"] = b.height;

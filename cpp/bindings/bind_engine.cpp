@@ -1,15 +1,15 @@
+#include "base/enumerators.h"
 #include "bindings/bindings.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
 #include "comm/stop_signals.h"
-#include "frame/engine.h"
-#include "particles/enumerators.h"
+#include "engine/engine.h"
 #include "recording/scene.h"
 
 namespace motes::bindings {
 namespace {
 
-using frame::Engine;
+using engine::Engine;
 
 // A function of the script. The engine may destroy it on any thread and at any time, without holding the GIL: where the
 // engine's constructor throws, or when the last copy goes.
@@ -57,8 +57,8 @@ comm::Watch make_watch(py::function while_waiting, py::function describe, double
 }
 
 // Named facts of a run, as World passes them.
-frame::Settings make_settings(const py::dict& facts) {
-  frame::Settings settings;
+engine::Settings make_settings(const py::dict& facts) {
+  engine::Settings settings;
   settings.seed = facts["seed"].cast<std::uint64_t>();
   settings.dt = facts["dt"].cast<double>();
   settings.substeps = facts["substeps"].cast<int>();
@@ -66,8 +66,8 @@ frame::Settings make_settings(const py::dict& facts) {
   settings.log.directory = facts["log"].cast<std::string>();
   settings.log.hosts = facts["hosts"].cast<std::vector<std::string>>();
   if (!facts["policy"].is_none()) settings.policy = facts["policy"].cast<std::shared_ptr<balance::Policy>>();
-  settings.combine = particles::enumerator<frame::Combine>("combine", facts["combine"].cast<std::string>());
-  settings.births = particles::enumerator<frame::Births>("births", facts["births"].cast<std::string>());
+  settings.combine = base::enumerator<engine::Combine>("combine", facts["combine"].cast<std::string>());
+  settings.births = base::enumerator<engine::Births>("births", facts["births"].cast<std::string>());
   settings.fan_out = facts["fan_out"].cast<int>();
   settings.threads = facts["threads"].cast<int>();
   if (!facts["grain"].is_none()) settings.grain = facts["grain"].cast<std::size_t>();
@@ -88,7 +88,7 @@ std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::ve
   roles::Cast cast{manager, image_generator, std::move(calculators)};
   comm::Watch watch =
       make_watch(std::move(while_waiting), std::move(describe), warn_s, limit_s, std::move(life), std::move(warn));
-  frame::Settings settings = make_settings(facts);
+  engine::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
   auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(comm), std::move(watch));
   roles::check(cast, communicator->size());
@@ -115,7 +115,7 @@ int add_system(Engine& engine, const std::string& name, std::optional<std::uint6
   return engine.add_system(std::move(definition));
 }
 
-py::dict times(const frame::PhaseTimes& t) {
+py::dict times(const engine::PhaseTimes& t) {
   py::dict d;
   d["t_create_s"] = t.create;
   d["t_act_s"] = t.act;
@@ -133,7 +133,7 @@ py::dict times(const frame::PhaseTimes& t) {
 
 py::object last_row(const Engine& engine) {
   if (!engine.last_row()) return py::none();
-  const frame::FrameRow& row = *engine.last_row();
+  const engine::FrameRow& row = *engine.last_row();
   py::dict d = times(row.times);
   d["frame"] = row.frame;
   d["particles"] = row.particles;
@@ -155,7 +155,7 @@ py::array_t<T> view_of(const std::vector<T>& values, py::ssize_t width) {
   return view;
 }
 
-py::object views_of(const meetings::PairList* pairs) {
+py::object views_of(const interactions::PairList* pairs) {
   if (pairs == nullptr) return py::none();
   return py::make_tuple(view_of(pairs->id, 1), view_of(pairs->other_id, 1), view_of(pairs->position, 3),
                         view_of(pairs->other_position, 3), view_of(pairs->velocity, 3),
@@ -163,7 +163,7 @@ py::object views_of(const meetings::PairList* pairs) {
 }
 
 void on_callback(Engine& engine, py::function call) {
-  engine.on_callback([script = held(std::move(call))](const frame::Call& now) {
+  engine.on_callback([script = held(std::move(call))](const engine::Call& now) {
     const py::gil_scoped_acquire gil;
     py::object chosen = py::none();
     if (now.chosen != nullptr) {
@@ -193,9 +193,9 @@ py::object gather(Engine& engine, int system, bool to_all) {
 }
 
 // One number per bin, the last dimension fastest, or one per weight.
-py::array sum(Engine& engine, int system, const std::string& verb, const recording::Sum& what) {
-  const auto asked = particles::enumerator<recording::Verb>("verb", verb);
-  recording::Totals totals = released([&] { return engine.sum(system, asked, what); });
+py::array sum(Engine& engine, int system, const std::string& verb, const program::Sum& what) {
+  const auto asked = base::enumerator<recording::Verb>("verb", verb);
+  program::Totals totals = released([&] { return engine.sum(system, asked, what); });
   return std::visit(
       [](auto& values) -> py::array {
         const auto n = static_cast<py::ssize_t>(values.size());
@@ -208,18 +208,18 @@ py::array sum(Engine& engine, int system, const std::string& verb, const recordi
 // bytes.
 std::pair<std::vector<std::int64_t>, std::vector<py::bytes>> prepare_write(Engine& engine, const std::string& what,
                                                                            bool reads, const py::function& prepare) {
-  const frame::Notes notes = released([&] {
+  const engine::Notes notes = released([&] {
     return engine.prepare_write(what, reads, [&] {
       const py::gil_scoped_acquire gil;
       auto [numbers, text] = prepare().cast<std::pair<std::vector<std::int64_t>, std::string>>();
-      return frame::Note{std::move(numbers), std::move(text)};
+      return engine::Note{std::move(numbers), std::move(text)};
     });
   });
   return {notes.totals, {notes.texts.begin(), notes.texts.end()}};
 }
 
 // A reader must see computed values: a recording that skipped computing catches up first.
-frame::System& computed(Engine& engine, int system) {
+engine::System& computed(Engine& engine, int system) {
   engine.catch_up();
   return engine.system(system);
 }
@@ -229,8 +229,8 @@ using Facts = std::vector<std::pair<std::string, std::string>>;
 py::bytes scene_bytes(const Engine& engine, const Facts& facts) {
   recording::Scene scene;
   scene.facts = facts;
-  for (const particles::Bytes& list : engine.kept_lists()) scene.frames.push_back(list.view());
-  particles::Bytes bytes;
+  for (const base::Bytes& list : engine.kept_lists()) scene.frames.push_back(list.view());
+  base::Bytes bytes;
   recording::write(scene, bytes);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
@@ -243,27 +243,27 @@ void bind_reading(py::class_<Engine>& engine) {
       .def(
           "local_column",
           [](Engine& e, int system, int attribute, std::size_t begin) {
-            const frame::Seen seen = e.seen(system);
+            const engine::Seen seen = e.seen(system);
             return column_view(*seen.store, attribute, begin, seen.count);
           },
           py::arg("system"), py::arg("attribute"), py::arg("begin") = 0)
       .def(
           "local_ids",
           [](Engine& e, int system, std::size_t begin) {
-            const frame::Seen seen = e.seen(system);
+            const engine::Seen seen = e.seen(system);
             return id_copy(*seen.store, begin, seen.count);
           },
           py::arg("system"), py::arg("begin") = 0)
       .def(
           "copy_columns",
           [](Engine& e, int system, const std::vector<int>& attributes) {
-            const frame::Seen seen = e.seen(system);
+            const engine::Seen seen = e.seen(system);
             return column_copies(*seen.store, attributes, seen.count, e.pool());
           },
           py::arg("system"), py::arg("attributes"))
       .def("used_attributes",
            [](Engine& e, int system) {
-             const frame::Seen seen = e.seen(system);
+             const engine::Seen seen = e.seen(system);
              return used_attributes(*seen.store, seen.count);
            })
       .def("initial_values",
@@ -296,8 +296,7 @@ void bind_pictures(py::class_<Engine>& engine) {
              return owned_array(std::move(pixels), {py::ssize_t{height}, py::ssize_t{width}, py::ssize_t{3}});
            })
       .def("set_image_sha256", &Engine::set_image_sha256)
-      .def_property_readonly("render_path",
-                             [](Engine& e) { return std::string(particles::name_of(e.painter().plan.path)); })
+      .def_property_readonly("render_path", [](Engine& e) { return std::string(base::name_of(e.painter().plan.path)); })
       .def("linear",
            [](Engine& e) {
              std::vector<float> light = e.painter().linear();

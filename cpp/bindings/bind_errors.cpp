@@ -1,6 +1,6 @@
 // C++ exceptions as the errors of motes.errors.
 #include "bindings/bindings.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 
 namespace motes::bindings {
 namespace {
@@ -9,12 +9,12 @@ void raise(const py::object& error) { PyErr_SetObject(reinterpret_cast<PyObject*
 
 py::object errors(const char* name) { return py::module_::import("motes.errors").attr(name); }
 
-void raise_agreed(const frame::Agreed& error) {
-  const frame::Verdict& verdict = error.verdict();
+void raise_agreed(const engine::Agreed& error) {
+  const engine::Verdict& verdict = error.verdict();
   py::dict keywords;
   keywords["frame"] = error.frame();
   keywords["speaker"] = verdict.failed_rank;
-  if (verdict.failure.kind == frame::Failure::Kind::mismatch) {
+  if (verdict.failure.kind == engine::Failure::Kind::mismatch) {
     keywords["ranks"] = py::tuple(py::cast(verdict.ranks));
     raise(errors("ScriptMismatch")(error.what(), **keywords));
     return;
@@ -34,15 +34,15 @@ void bind_errors(py::module_&) {
   py::register_local_exception_translator([](std::exception_ptr thrown) {
     try {
       if (thrown) std::rethrow_exception(thrown);
-    } catch (const frame::Agreed& error) {
+    } catch (const engine::Agreed& error) {
       raise_agreed(error);
-    } catch (const frame::ItemFailure& error) {
+    } catch (const engine::ItemFailure& error) {
       std::rethrow_exception(error.original());  // for the other translators
     } catch (const std::invalid_argument& error) {
       raise(errors("argument_error")(error.what()));
-    } catch (const frame::LogError& error) {
+    } catch (const jsonl::LogError& error) {
       raise(errors("LogError")(error.what()));
-    } catch (const frame::Unrecoverable& error) {
+    } catch (const engine::Unrecoverable& error) {
       raise(errors("MotesError")(error.what()));
     } catch (const comm::CommError& error) {
       raise(errors("MotesError")(error.what()));

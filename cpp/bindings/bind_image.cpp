@@ -1,21 +1,21 @@
+#include "base/enumerators.h"
 #include "bindings/bindings.h"
-#include "image/assets.h"
 #include "image/camera.h"
 #include "image/footprint.h"
+#include "image/raycast/scenery.h"
 #include "image/scene.h"
-#include "image/scenery.h"
 #include "image/tone.h"
-#include "particles/enumerators.h"
+#include "meshes/assets.h"
 
 namespace motes::bindings {
 namespace {
 
 image::Sprite make_sprite(const std::string& kind, int pixels, const std::string& blend, float of_height,
-                          float softness, image::AssetKey picture) {
+                          float softness, meshes::AssetKey picture) {
   image::Sprite sprite;
-  sprite.kind = particles::enumerator<image::Sprite::Kind>("kind", kind);
+  sprite.kind = base::enumerator<image::Sprite::Kind>("kind", kind);
   sprite.pixels = pixels;
-  sprite.blend = particles::enumerator<image::Sprite::Blend>("blend", blend);
+  sprite.blend = base::enumerator<image::Sprite::Blend>("blend", blend);
   sprite.of_height = of_height;
   sprite.softness = softness;
   sprite.picture = picture;
@@ -42,7 +42,7 @@ void bind_view(py::module_& m) {
       .def_readonly("layers", &View::layers);
   view.def(
       "set_camera",
-      [](View& v, image::Vector position, image::Vector look_at, image::Vector up, double fov_deg, double near) {
+      [](View& v, Vector position, Vector look_at, Vector up, double fov_deg, double near) {
         v.camera = {position, look_at, up, fov_deg, near};
       },
       py::arg("position"), py::arg("look_at"), py::arg("up"), py::arg("fov_deg"), py::arg("near"));
@@ -58,12 +58,10 @@ void bind_view(py::module_& m) {
         v.objects.push_back({mesh, color, mesh.mesh, light});
       },
       py::arg("mesh"), py::arg("color"), py::arg("light"));
-  view.def("set_sun", [](View& v, image::Vector direction) { v.sun = direction; }, py::arg("direction"));
+  view.def("set_sun", [](View& v, Vector direction) { v.sun = direction; }, py::arg("direction"));
   view.def(
       "add_light",
-      [](View& v, image::Vector position, image::Color color, float power) {
-        v.lights.push_back({position, color, power});
-      },
+      [](View& v, Vector position, image::Color color, float power) { v.lights.push_back({position, color, power}); },
       py::arg("position"), py::arg("color"), py::arg("power"));
   view.def("set_background", [](View& v, image::Color color) { v.background = color; }, py::arg("color"));
   view.def("set_exposure", [](View& v, float exposure) { v.exposure = exposure; }, py::arg("exposure"));
@@ -83,20 +81,20 @@ void bind_assets(py::module_& m) {
   m.def(
       "keep_picture",
       [](const Bytes& rgba) {
-        image::Picture picture;
+        meshes::Picture picture;
         picture.height = static_cast<std::int32_t>(rgba.shape(0));
         picture.width = static_cast<std::int32_t>(rgba.shape(1));
         picture.rgba.assign(rgba.data(), rgba.data() + rgba.size());
-        return image::keep(std::move(picture));
+        return meshes::keep(std::move(picture));
       },
       py::arg("rgba"));
   m.def(
       "keep_mesh",
       [](const FloatArray& vertices, const Indices& triangles) {
-        image::Mesh mesh;
+        meshes::Mesh mesh;
         mesh.vertices.assign(vertices.data(), vertices.data() + vertices.size());
         mesh.triangles.assign(triangles.data(), triangles.data() + triangles.size());
-        return image::keep(std::move(mesh));
+        return meshes::keep(std::move(mesh));
       },
       py::arg("vertices"), py::arg("triangles"));
 }

@@ -1,12 +1,12 @@
 // The loss of ranks: what the core asks of the script's side when it happens.
 #include "bindings/bindings.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 
 namespace motes::bindings {
 namespace {
 
-using frame::Engine;
-using frame::Loss;
+using engine::Engine;
+using engine::Loss;
 
 // May be destroyed on any thread, without the GIL.
 std::shared_ptr<py::object> held(py::object object) {
@@ -31,7 +31,7 @@ py::dict told(const Loss& loss) {
 
 void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
   const auto side = held(std::move(script));
-  frame::Bystander bystander;
+  engine::Bystander bystander;
   bystander.watch = engine.talk().comm().watch();
   bystander.regroup = [side](const Loss& loss) {
     const py::gil_scoped_acquire gil;
@@ -58,7 +58,7 @@ void survive_losses(Engine& engine, std::uint64_t every, py::object script) {
 
 }  // namespace
 
-void bind_losses(py::class_<frame::Engine>& engine) {
+void bind_losses(py::class_<engine::Engine>& engine) {
   engine.def("survive_losses", &survive_losses, py::arg("every"), py::arg("script"))
       .def("copy_restored", &Engine::copy_restored, Release())
       .def(

@@ -1,13 +1,13 @@
 #include <optional>
 
+#include "base/enumerators.h"
+#include "base/fields.h"
 #include "bindings/bindings.h"
-#include "image/assets.h"
-#include "meetings/ties.h"
-#include "particles/enumerators.h"
-#include "particles/fields.h"
+#include "interactions/ties.h"
+#include "meshes/assets.h"
+#include "program/sums.h"
 #include "recording/births.h"
 #include "recording/record.h"
-#include "recording/sums.h"
 #include "simd/float_mode.h"
 
 namespace motes::bindings {
@@ -29,19 +29,19 @@ Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, 
 
 // With the meshes that it names: another process may not have them.
 py::bytes bytes_of(const Distribution& distribution) {
-  particles::Bytes bytes;
-  const std::vector<image::AssetKey> meshes = shapes::meshes_of(distribution.shape);
-  image::write_assets({meshes.begin(), meshes.end()}, bytes);
-  particles::write_fields(distribution, bytes);
+  base::Bytes bytes;
+  const std::vector<meshes::AssetKey> meshes = shapes::meshes_of(distribution.shape);
+  meshes::write_assets({meshes.begin(), meshes.end()}, bytes);
+  base::write_fields(distribution, bytes);
   return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
 }
 
 Distribution from_bytes(const py::bytes& text) {
   const std::string_view view = text;
-  particles::Reader in({reinterpret_cast<const std::byte*>(view.data()), view.size()});
-  image::read_assets(in);
+  base::Reader in({reinterpret_cast<const std::byte*>(view.data()), view.size()});
+  meshes::read_assets(in);
   Distribution distribution;
-  particles::read_fields(in, distribution);
+  base::read_fields(in, distribution);
   return distribution;
 }
 
@@ -95,7 +95,7 @@ using Steps = std::vector<std::tuple<std::string, int, double>>;
 actions::Expression expression(const Steps& steps) {
   actions::Expression made;
   for (const auto& [name, index, value] : steps) {
-    made.push_back({particles::enumerator<actions::Op>("operation", name), index, static_cast<float>(value)});
+    made.push_back({base::enumerator<actions::Op>("operation", name), index, static_cast<float>(value)});
   }
   return made;
 }
@@ -120,7 +120,7 @@ recording::Spawn make_spawn(int into, const std::string& on, std::uint32_t count
                             const State& state, const Steps& where, std::vector<shapes::Shape> shapes) {
   recording::Spawn spawn;
   spawn.into = into;
-  spawn.on = particles::enumerator<recording::Spawn::On>("on", on);
+  spawn.on = base::enumerator<recording::Spawn::On>("on", on);
   spawn.count = count;
   spawn.inherit_velocity = inherit_velocity;
   spawn.state = given(state);
@@ -136,9 +136,9 @@ recording::Callback make_callback(const std::string& name, int number, const Ste
 
 using Dimensions = std::vector<std::tuple<Steps, std::vector<double>, bool>>;
 
-recording::Sum make_sum(const Dimensions& dimensions, const std::vector<Steps>& weights, const Steps& where,
-                        std::vector<shapes::Shape> shapes, double time) {
-  recording::Sum sum;
+program::Sum make_sum(const Dimensions& dimensions, const std::vector<Steps>& weights, const Steps& where,
+                      std::vector<shapes::Shape> shapes, double time) {
+  program::Sum sum;
   for (const auto& [value, edges, closed] : dimensions) sum.dimensions.push_back({expression(value), edges, closed});
   for (const Steps& weight : weights) sum.weights.push_back(expression(weight));
   sum.where = expression(where);
@@ -167,8 +167,8 @@ void bind_ties(py::module_& m) {
       [](const Ids& ends, const FloatArray& lengths, const Kinds& kinds, const Ids& pinned, const Ids& tethered,
          const Pins& pins, const FloatArray& tethers) {
         const auto values = [](const auto& array) { return std::vector(array.data(), array.data() + array.size()); };
-        return meetings::keep({values(ends), values(lengths), values(kinds), values(pinned), values(tethered),
-                               values(pins), values(tethers)});
+        return interactions::keep({values(ends), values(lengths), values(kinds), values(pinned), values(tethered),
+                                   values(pins), values(tethers)});
       },
       py::arg("ends"), py::arg("lengths"), py::arg("kinds"), py::arg("pinned"), py::arg("tethered"), py::arg("pins"),
       py::arg("tethers"));
@@ -206,10 +206,10 @@ void bind_recording(py::module_& m) {
            py::arg("state"), py::arg("where"), py::arg("shapes"));
   py::class_<recording::Callback>(m, "Callback")
       .def(py::init(&make_callback), py::arg("name"), py::arg("number"), py::arg("where"), py::arg("shapes"));
-  py::class_<recording::Sum>(m, "Sum").def(py::init(&make_sum), py::arg("dimensions"), py::arg("weights"),
-                                           py::arg("where"), py::arg("shapes"), py::arg("time"));
+  py::class_<program::Sum>(m, "Sum").def(py::init(&make_sum), py::arg("dimensions"), py::arg("weights"),
+                                         py::arg("where"), py::arg("shapes"), py::arg("time"));
   m.attr("noise_fields") = actions::kFields;
-  m.attr("most_bins") = recording::kMostBins;
+  m.attr("most_bins") = program::kMostBins;
   m.def("action_names", [] {
     std::vector<std::string> names;
     for (int k = 0; k < actions::kKinds; ++k) names.emplace_back(actions::facts(static_cast<actions::Kind>(k)).name);

@@ -1,18 +1,16 @@
 // Checkpoints: what all ranks know as bytes, parts to disk and back.
+#include "base/crc32c.h"
 #include "bindings/bindings.h"
-#include "frame/engine.h"
-#include "snapshots/crc32c.h"
+#include "engine/engine.h"
 #include "snapshots/file.h"
 
 namespace motes::bindings {
 namespace {
 
-using frame::Engine;
+using engine::Engine;
 using snapshots::PartFile;
 
-py::bytes as_bytes(const particles::Bytes& bytes) {
-  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
-}
+py::bytes as_bytes(const base::Bytes& bytes) { return {reinterpret_cast<const char*>(bytes.data()), bytes.size()}; }
 
 std::span<const std::byte> span_of(const py::bytes& bytes) {
   const std::string_view text = bytes;
@@ -25,9 +23,9 @@ std::vector<std::pair<std::string, std::uint64_t>> rows_of(const PartFile& part)
   return rows;
 }
 
-frame::Sample sample_of(const PartFile& part, std::size_t system, std::size_t most) {
-  frame::Sample sample;
-  frame::take_sample(part.description(), part.planes(), system, most, sample);
+engine::Sample sample_of(const PartFile& part, std::size_t system, std::size_t most) {
+  engine::Sample sample;
+  engine::take_sample(part.description(), part.planes(), system, most, sample);
   return sample;
 }
 
@@ -40,7 +38,7 @@ std::tuple<bool, std::optional<std::uint64_t>, std::string> outcome_of(const Eng
 }  // namespace
 
 void bind_snapshots(py::module_& m) {
-  m.def("crc32c", [](const py::bytes& bytes) { return snapshots::crc32c(span_of(bytes)); });
+  m.def("crc32c", [](const py::bytes& bytes) { return base::crc32c(span_of(bytes)); });
   py::class_<PartFile>(m, "PartFile")
       .def(py::init<const std::string&, bool>(), py::arg("path"), py::arg("sums"), Release())
       .def_property_readonly("frame", [](const PartFile& part) { return part.description().frame; })
@@ -57,7 +55,7 @@ void bind_saving(py::class_<Engine>& engine) {
           "wait_for_part", [](Engine& e) { e.part_writer().wait(); }, Release())
       .def(
           "restore_state",
-          [](Engine& e, const py::bytes& state, const std::vector<frame::Sample>& samples) {
+          [](Engine& e, const py::bytes& state, const std::vector<engine::Sample>& samples) {
             e.restore_state(span_of(state), samples);
           },
           py::arg("state"), py::arg("samples"))

@@ -13,7 +13,7 @@
 
 #include "particles/store.h"
 
-namespace motes::frame {
+namespace motes::engine {
 class Engine;
 }
 
@@ -33,8 +33,8 @@ void bind_process(py::module_& m);
 void bind_bench(py::module_& m);
 void bind_snapshots(py::module_& m);
 void bind_soak(py::module_& m);
-void bind_saving(py::class_<frame::Engine>& engine);
-void bind_losses(py::class_<frame::Engine>& engine);
+void bind_saving(py::class_<engine::Engine>& engine);
+void bind_losses(py::class_<engine::Engine>& engine);
 
 /// Around a function of the engine that touches no Python object: other threads of Python run meanwhile.
 using Release = py::call_guard<py::gil_scoped_release>;

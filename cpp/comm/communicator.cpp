@@ -70,7 +70,7 @@ const char* name(Phase phase) {
 }
 
 std::size_t whole_length(std::span<const std::byte> beginning) {
-  const auto header = particles::Reader(beginning).get<Header>();
+  const auto header = base::Reader(beginning).get<Header>();
   if (header.magic != Header{}.magic) throw CommError("bytes arrived that are no message of motes");
   return sizeof(Header) + header.payload_bytes;
 }
@@ -129,7 +129,7 @@ void Communicator::await(int from, Phase phase, int messages) {
 }
 
 Message Communicator::expect(int from, Phase phase, Stamp stamp, int hops) {
-  std::optional<particles::Bytes> arrived;
+  std::optional<base::Bytes> arrived;
   if (from != rank()) {
     wait(where(stamp, phase), patience(phase, hops), [&] {
       arrived = transport_->receive(from, phase);

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <span>
 
-#include "particles/bytes.h"
+#include "base/bytes.h"
 
 namespace motes::comm {
 
@@ -62,12 +62,12 @@ class Message {
   /// An empty one to be filled: bytes() holds the header's room already.
   Message() { bytes_.put(Header{}); }
   /// One that has arrived. Throws std::runtime_error where the bytes hold no header.
-  explicit Message(particles::Bytes bytes) : bytes_(std::move(bytes)) { header(); }
+  explicit Message(base::Bytes bytes) : bytes_(std::move(bytes)) { header(); }
 
-  particles::Bytes& bytes() { return bytes_; }
-  const particles::Bytes& bytes() const { return bytes_; }
+  base::Bytes& bytes() { return bytes_; }
+  const base::Bytes& bytes() const { return bytes_; }
   Header header() const {
-    particles::Reader reader(bytes_.view());
+    base::Reader reader(bytes_.view());
     return reader.get<Header>();
   }
   void set_header(Header header) {
@@ -75,15 +75,15 @@ class Message {
     bytes_.set(0, header);
   }
   Message copy() const {
-    particles::Bytes same;
+    base::Bytes same;
     same.put_raw(bytes_.data(), bytes_.size());
     return Message(std::move(same));
   }
   std::span<const std::byte> payload() const { return bytes_.view().subspan(sizeof(Header)); }
-  particles::Reader reader() const { return particles::Reader(payload()); }
+  base::Reader reader() const { return base::Reader(payload()); }
 
  private:
-  particles::Bytes bytes_;
+  base::Bytes bytes_;
 };
 
 /// The length of a message, header included, of which the beginning has arrived. Throws std::runtime_error where that

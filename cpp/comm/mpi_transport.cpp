@@ -27,7 +27,7 @@ struct Sending {
 
 // A message of which some pieces have arrived. While a request is active MPI may write into the bytes.
 struct Receiving {
-  particles::Bytes bytes;
+  base::Bytes bytes;
   MPI_Request request = MPI_REQUEST_NULL;
 
   bool whole() const {
@@ -159,7 +159,7 @@ class MpiTransport : public Transport {
     }
     way_->sending.push_back({to, std::move(message), {}});
     Sending& sending = way_->sending.back();
-    const particles::Bytes& bytes = sending.message->bytes();
+    const base::Bytes& bytes = sending.message->bytes();
     for (std::size_t at = 0; at < bytes.size(); at += kPiece) {
       const std::size_t length = std::min(kPiece, bytes.size() - at);
       sending.requests.push_back(MPI_REQUEST_NULL);
@@ -174,11 +174,11 @@ class MpiTransport : public Transport {
     awaited = std::max(awaited, messages);
   }
 
-  std::optional<particles::Bytes> receive(int from, Phase phase) override {
+  std::optional<base::Bytes> receive(int from, Phase phase) override {
     check_way();
     const Source source{from, phase};
     if (const auto early = early_.find(source); early != early_.end()) {
-      particles::Bytes bytes = std::move(early->second.front());
+      base::Bytes bytes = std::move(early->second.front());
       early->second.pop_front();
       if (early->second.empty()) early_.erase(early);
       return bytes;
@@ -259,8 +259,8 @@ class MpiTransport : public Transport {
     return left;
   }
 
-  void reuse(Phase phase, particles::Bytes memory) override {
-    std::vector<particles::Bytes>& spare = spare_[phase];
+  void reuse(Phase phase, base::Bytes memory) override {
+    std::vector<base::Bytes>& spare = spare_[phase];
     if (spare.size() == kSpare) return;
     memory.clear();
     spare.push_back(std::move(memory));
@@ -376,7 +376,7 @@ class MpiTransport : public Transport {
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
     const auto size = static_cast<std::size_t>(length);
-    if (std::vector<particles::Bytes>& spare = spare_[phase]; !spare.empty() && next.bytes.empty()) {
+    if (std::vector<base::Bytes>& spare = spare_[phase]; !spare.empty() && next.bytes.empty()) {
       if (size <= spare.back().capacity()) next.bytes = std::move(spare.back());
       spare.pop_back();
     }
@@ -401,12 +401,12 @@ class MpiTransport : public Transport {
   bool entered_ = false;
   bool finishing_ = false;
   bool lost_ = false;     // a rank: every call throws
-  std::map<Phase, std::vector<particles::Bytes>> spare_;  // see reuse()
+  std::map<Phase, std::vector<base::Bytes>> spare_;  // see reuse()
   bool decided_ = false;  // whether all have finished
   bool coming_ = false;   // to shrink()
   std::size_t sweep_at_ = 16;  // this many messages under way before send() looks which have left
   Awaited awaited_;
-  std::map<Source, std::deque<particles::Bytes>> early_;  // whole messages that nobody has asked for yet, in order
+  std::map<Source, std::deque<base::Bytes>> early_;  // whole messages that nobody has asked for yet, in order
   Source last_early_{-1, Phase{}};                        // the source that progress() asked last
   double next_progress_s_ = 0;
   std::exception_ptr late_;  // thrown by progress(), for who asks next

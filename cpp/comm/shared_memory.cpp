@@ -11,12 +11,12 @@
 #include <string_view>
 #include <utility>
 
-#include "particles/memory.h"
+#include "base/memory.h"
 
 namespace motes::comm {
 namespace {
 
-using particles::kPage;
+using base::kPage;
 
 constexpr auto kKeyBytes = static_cast<ssize_t>(sizeof(SharedMemory::Address::key));
 

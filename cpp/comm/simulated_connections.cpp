@@ -36,7 +36,7 @@ void Connections::send(int self, int to, Phase phase, std::shared_ptr<const Mess
   receiver.inbox[{self, phase}].push_back({std::move(message), last_s, held});
 }
 
-std::optional<particles::Bytes> Connections::receive(int self, From from) {
+std::optional<base::Bytes> Connections::receive(int self, From from) {
   check(self);
   End& receiver = end(self);
   const double now_s = receiver.machine->clock_s;
@@ -55,7 +55,7 @@ std::optional<particles::Bytes> Connections::receive(int self, From from) {
       sender.last_taker = self;
     }
   }
-  particles::Bytes bytes;
+  base::Bytes bytes;
   bytes.put_raw(parcel.message->bytes().data(), parcel.message->bytes().size());
   return bytes;
 }

@@ -31,7 +31,7 @@ class Connections {
   Machine& machine(int rank) const { return *end(rank).machine; }
 
   void send(int self, int to, Phase phase, std::shared_ptr<const Message> message);
-  std::optional<particles::Bytes> receive(int self, From from);
+  std::optional<base::Bytes> receive(int self, From from);
   std::optional<int> unsent(int self);
   bool together(int self, Question which);
   void revoke(int self);

@@ -27,11 +27,11 @@ class SimulatedTransport final : public Transport {
     among_->send(rank_, to, phase, std::move(message));
   }
   void await(int, Phase, int) override {}
-  std::optional<particles::Bytes> receive(int from, Phase phase) override {
+  std::optional<base::Bytes> receive(int from, Phase phase) override {
     scheduler_.point(self_, "polls", number(from), name(phase));
     scheduler_.asks(self_, *among_, rank_, Question::message, {from, phase});
-    std::optional<particles::Bytes> bytes = among_->receive(rank_, {from, phase});
-    if (bytes && bytes->size() >= sizeof(Header)) charge_for(particles::Reader(bytes->view()).get<Header>());
+    std::optional<base::Bytes> bytes = among_->receive(rank_, {from, phase});
+    if (bytes && bytes->size() >= sizeof(Header)) charge_for(base::Reader(bytes->view()).get<Header>());
     return bytes;
   }
   std::optional<int> unsent() override {

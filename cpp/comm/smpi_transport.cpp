@@ -38,7 +38,7 @@ struct Sending {
 };
 
 struct Receiving {
-  particles::Bytes bytes;
+  base::Bytes bytes;
   MPI_Request request = MPI_REQUEST_NULL;
 };
 
@@ -71,7 +71,7 @@ class SmpiTransport : public Transport {
       check(MPI_Isend(from, static_cast<int>(length), MPI_BYTE, to, with_tag, comm_, &sending.requests.back()),
             "sending a message");
     };
-    const particles::Bytes& bytes = sending.message->bytes();
+    const base::Bytes& bytes = sending.message->bytes();
     std::size_t length = std::min(beginning(phase), bytes.size());
     for (std::size_t at = 0; at < bytes.size(); at += length, length = std::min(kPiece, bytes.size() - at)) {
       isend(bytes.data() + at, length, tag(phase));
@@ -86,7 +86,7 @@ class SmpiTransport : public Transport {
     if (next.request == MPI_REQUEST_NULL) begin(from, phase, next);
   }
 
-  std::optional<particles::Bytes> receive(int from, Phase phase) override {
+  std::optional<base::Bytes> receive(int from, Phase phase) override {
     Receiving next;
     if (const auto found = awaited_.find({from, phase}); found != awaited_.end()) {
       next = std::move(found->second);
@@ -98,14 +98,14 @@ class SmpiTransport : public Transport {
     check(MPI_Wait(&next.request, &status), "receiving a message");
     int length = 0;
     check(MPI_Get_count(&status, MPI_BYTE, &length), "reading a message");
-    particles::Bytes bytes = std::move(next.bytes);
+    base::Bytes bytes = std::move(next.bytes);
     bytes.resize(static_cast<std::size_t>(length));
     const std::size_t whole = whole_length(bytes.view());
     while (bytes.size() < whole) {
       const std::size_t piece = std::min(kPiece, whole - bytes.size());
       receive_into(bytes.extend(piece), piece, from, tag(phase));
     }
-    const auto header = particles::Reader(bytes.view()).get<Header>();
+    const auto header = base::Reader(bytes.view()).get<Header>();
     carry_ballast(header, [&](void* into, std::size_t piece) { receive_into(into, piece, from, ballast_tag(phase)); });
     charge_for(header);
     return bytes;

@@ -55,7 +55,7 @@ class Transport {
   virtual void progress() noexcept {}
 
   /// The next message of this phase from a rank, if all of it has arrived.
-  virtual std::optional<particles::Bytes> receive(int from, Phase phase) = 0;
+  virtual std::optional<base::Bytes> receive(int from, Phase phase) = 0;
 
   /// A rank that has not taken a message yet, or nothing if all messages have left.
   virtual std::optional<int> unsent() = 0;
@@ -71,7 +71,7 @@ class Transport {
   virtual void weigh(Weights) {}
 
   /// Memory for a later message of this phase that arrives here: fresh memory costs more than what is copied into it.
-  virtual void reuse(Phase, particles::Bytes) {}
+  virtual void reuse(Phase, base::Bytes) {}
 
   /// Whether ranks are processes: of simulated ones none may reach the other's memory.
   virtual bool between_processes() const { return false; }

@@ -11,6 +11,8 @@
 
 #include "balance/named.h"
 #include "balance/static.h"
+#include "base/enumerators.h"
+#include "base/sha256.h"
 #include "comm/clock.h"
 #include "comm/environment.h"
 #include "comm/last_words.h"
@@ -18,10 +20,8 @@
 #include "driver/files.h"
 #include "driver/options.h"
 #include "driver/run_file.h"
-#include "frame/replay.h"
+#include "engine/replay.h"
 #include "image/camera.h"
-#include "image/sha256.h"
-#include "particles/enumerators.h"
 #include "simd/isa.h"
 
 namespace motes::driver {
@@ -76,7 +76,7 @@ class Player {
     run_.policy = policy();
     run_.policy->check(cast_.calculators.size());
     run_.combine = combine();
-    run_.births = options.births == "calculators" ? frame::Births::calculators : frame::Births::manager;
+    run_.births = options.births == "calculators" ? engine::Births::calculators : engine::Births::manager;
     run_.fan_out = options.fan_out;
     run_.threads = options.threads;
     run_.log.spans = options.spans;
@@ -85,7 +85,7 @@ class Player {
     speeds_ = read_speeds(std::getenv("MOTES_SPEEDS"), mpi.size());
     if (const auto own = speeds_.find(mpi.rank()); own != speeds_.end()) run_.speed = own->second;
     auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), std::move(watch));
-    engine_ = std::make_unique<frame::Engine>(std::move(communicator), cast_, run_);
+    engine_ = std::make_unique<engine::Engine>(std::move(communicator), cast_, run_);
     if (!comm::simulated()) {
       comm::name_crashes("");
       comm::set_place(place());
@@ -120,12 +120,12 @@ class Player {
     }
   }
 
-  frame::Costs costs() const {
-    frame::Costs costs;
+  engine::Costs costs() const {
+    engine::Costs costs;
     if (!options_.costs.empty()) {
       const MappedFile file(options_.costs);
       try {
-        costs = frame::read_costs({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
+        costs = engine::read_costs({reinterpret_cast<const char*>(file.bytes().data()), file.bytes().size()});
       } catch (const std::invalid_argument& error) {
         throw std::runtime_error(options_.costs + ", " + error.what());
       }
@@ -139,7 +139,7 @@ class Player {
     return !options_.combine.empty() ? options_.combine : own.empty() ? "together" : own;
   }
 
-  frame::Combine combine() const { return particles::enumerator<frame::Combine>("combine", combine_name()); }
+  engine::Combine combine() const { return base::enumerator<engine::Combine>("combine", combine_name()); }
 
   std::string describe(int rank) const { return "rank " + std::to_string(rank) + " (" + cast_.describe(rank) + ")"; }
 
@@ -154,13 +154,13 @@ class Player {
   void play_frame(recording::Record record) {
     if (record.view && !options_.path.empty()) record.view->path = image::path_named(options_.path);
     const std::uint64_t index = engine_->frame();
-    frame::replay(*engine_, record, options_.images);
+    engine::replay(*engine_, record, options_.images);
     std::string sha256 = "-";
     if (engine_->talk().draws() && options_.images && record.view) {
       const image::Pixels pixels = engine_->painter().take_pixels();
       const auto [width, height] = std::pair(record.view->width, record.view->height);
       if (options_.digest) {
-        sha256 = image::picture_sha256(width, height, pixels);
+        sha256 = base::picture_sha256(width, height, pixels);
         engine_->set_image_sha256(sha256);
       }
       if (!options_.out.empty()) {
@@ -186,9 +186,9 @@ class Player {
   const Options& options_;
   const Opened& opened_;
   roles::Cast cast_;
-  frame::Settings run_;
+  engine::Settings run_;
   std::map<int, double> speeds_;  // of ranks that emulate slower machines
-  std::unique_ptr<frame::Engine> engine_;
+  std::unique_ptr<engine::Engine> engine_;
 };
 
 // One rank reports what happened, and the job ends on all ranks: none is left waiting for a rank that failed.
@@ -205,7 +205,7 @@ void run(const comm::Environment& mpi, const Options& options, const Opened& ope
   try {
     player.emplace(mpi, options, opened);
     player->play(argv);
-  } catch (const frame::Agreed& error) {
+  } catch (const engine::Agreed& error) {
     give_up(mpi, error.what(), error.verdict().failed_rank != mpi.rank());
   } catch (const std::exception& error) {
     give_up(mpi, (player ? player->place() + ": " : "") + error.what(), false);

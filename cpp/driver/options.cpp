@@ -151,7 +151,7 @@ Replays a scene that `python -m motes record` wrote, without Python, on any numb
   --fan-out N           each rank relays the manager's messages to at most N others (8)
   --threads N           threads per rank for calculating and drawing (1)
   --blocking            calculators wait until the image generator has taken their particles, as in the paper
-  --costs FILE          under a simulator: what work costs, in lines "name = nanoseconds" (cpp/frame/costs.h)
+  --costs FILE          under a simulator: what work costs, in lines "name = nanoseconds" (cpp/engine/session/costs.h)
   --scale R             under a simulator: each computed particle stands for R
   --frames N            only the first N frames
   --help                this text

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "frame/engine.h"
+#include "engine/engine.h"
 #include "recording/scene.h"
 
 namespace motes::driver {
@@ -13,7 +13,7 @@ namespace motes::driver {
 struct RunFacts {
   std::vector<std::string> argv;  // the command line
   const recording::Scene* scene = nullptr;
-  frame::Settings settings;
+  engine::Settings settings;
   std::string combine;
   roles::Cast cast;
   std::vector<recording::SystemDefinition> systems;

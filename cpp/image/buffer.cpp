@@ -5,7 +5,7 @@
 #include <cstring>
 #include <utility>
 
-#include "particles/memory.h"
+#include "base/memory.h"
 
 namespace motes::image {
 
@@ -25,7 +25,7 @@ Buffer& Buffer::operator=(Buffer&& other) noexcept {
 void Buffer::reserve(std::size_t size) {
   if (size <= capacity_) return;
   std::size_t capacity = std::max(size, capacity_ + capacity_ / 2);
-  std::unique_ptr<std::byte[], Free> wider(static_cast<std::byte*>(particles::allocate(capacity)));
+  std::unique_ptr<std::byte[], Free> wider(static_cast<std::byte*>(base::allocate(capacity)));
   if (size_ != 0) std::memcpy(wider.get(), data_.get(), size_);
   data_ = std::move(wider);
   capacity_ = capacity;

@@ -6,13 +6,13 @@
 #include <stdexcept>
 #include <string>
 
-#include "image/checks.h"
+#include "base/checks.h"
+#include "base/enumerators.h"
+#include "base/vectors.h"
 #include "image/curves.h"
 #include "image/grid.h"
 #include "image/layout.h"
 #include "image/solids.h"
-#include "image/vectors.h"
-#include "particles/enumerators.h"
 
 namespace motes::image {
 namespace {
@@ -30,24 +30,24 @@ std::string text(const Vector& v) {
 
 void check_size(const char* argument, int pixels) {
   if (pixels < 1 || pixels > kMaxSize) {
-    refuse(argument, "1.." + std::to_string(kMaxSize), std::to_string(pixels));
+    base::refuse(argument, "1.." + std::to_string(kMaxSize), std::to_string(pixels));
   }
 }
 
 void check_vector(const char* argument, const Vector& v) {
   for (const double x : v) {
-    if (!(x >= -kFarthest && x <= kFarthest)) refuse(argument, "finite and within 1e15", text(v));
+    if (!(x >= -base::kFarthest && x <= base::kFarthest)) base::refuse(argument, "finite and within 1e15", text(v));
   }
 }
 
 void check_color(const std::string& argument, const Color& c) {
   for (const float x : c) {
-    if (!(x >= 0 && x <= kFarthest)) refuse(argument, "finite and not negative", text({c[0], c[1], c[2]}));
+    if (!(x >= 0 && x <= base::kFarthest)) base::refuse(argument, "finite and not negative", text({c[0], c[1], c[2]}));
   }
 }
 
 void check_number(const std::string& argument, double x, double low, double high) {
-  if (!(x >= low && x <= high)) refuse(argument, text(low) + ".." + text(high), text(x));
+  if (!(x >= low && x <= high)) base::refuse(argument, text(low) + ".." + text(high), text(x));
 }
 
 struct Fault {
@@ -70,11 +70,11 @@ void check(const Camera& camera) {
   check_vector("camera.look_at", camera.look_at);
   check_vector("camera.up", camera.up);
   if (!(camera.fov_deg > 0 && camera.fov_deg < 180)) {
-    refuse("camera.fov_deg", "above 0 and below 180", text(camera.fov_deg));
+    base::refuse("camera.fov_deg", "above 0 and below 180", text(camera.fov_deg));
   }
-  if (!(camera.near > 0 && camera.near <= kFarthest))
-    refuse("camera.near", "above 0 and within 1e15", text(camera.near));
-  if (const auto fault = no_direction(camera)) refuse(fault->argument, fault->allowed, text(fault->got));
+  if (!(camera.near > 0 && camera.near <= base::kFarthest))
+    base::refuse("camera.near", "above 0 and within 1e15", text(camera.near));
+  if (const auto fault = no_direction(camera)) base::refuse(fault->argument, fault->allowed, text(fault->got));
 }
 
 Lens lens_of(const Camera& camera, int height) {
@@ -90,7 +90,7 @@ Lens lens_of(const Camera& camera, int height) {
 }  // namespace
 
 View::Path path_named(const std::string& name) {
-  return name == "auto" ? View::Path::automatic : particles::enumerator<View::Path>("path", name);
+  return name == "auto" ? View::Path::automatic : base::enumerator<View::Path>("path", name);
 }
 
 Lens lens(const View& view) { return lens_of(view.camera, view.height); }
@@ -114,22 +114,23 @@ void check(const View& view) {
   check(view.camera);
   if (view.before) check(*view.before);
   check_color("background", view.background);
-  check_number("exposure", view.exposure, 0, kFarthest);
+  check_number("exposure", view.exposure, 0, base::kFarthest);
   check_vector("sun", view.sun);
   check_number("shutter", view.shutter, 0, 1);
   check_number("bloom", view.bloom, 0, 1);
-  if (static_cast<int>(view.path) >= particles::enumerators<View::Path>()) {
-    refuse("path", particles::names_of<View::Path>(), std::to_string(static_cast<int>(view.path)));
+  if (static_cast<int>(view.path) >= base::enumerators<View::Path>()) {
+    base::refuse("path", base::names_of<View::Path>(), std::to_string(static_cast<int>(view.path)));
   }
-  if (view.layers > kAllLayers) refuse("layers", "0..7", std::to_string(view.layers));
+  if (view.layers > kAllLayers) base::refuse("layers", "0..7", std::to_string(view.layers));
   for (std::size_t i = 0; i < view.objects.size(); ++i) {
     const std::string argument = "objects[" + std::to_string(i) + "]";
     check_color(argument + ".color", view.objects[i].color);
-    check_number(argument + ".light", view.objects[i].light, 0, kFarthest);
+    check_number(argument + ".light", view.objects[i].light, 0, base::kFarthest);
     if (view.objects[i].mesh == 0) {
       check_solid(argument, view.objects[i]);
-    } else if (!has_mesh(view.objects[i].mesh)) {
-      refuse(argument + ".mesh", "the key of a mesh that this process keeps", std::to_string(view.objects[i].mesh));
+    } else if (!meshes::has_mesh(view.objects[i].mesh)) {
+      base::refuse(argument + ".mesh", "the key of a mesh that this process keeps",
+                   std::to_string(view.objects[i].mesh));
     } else if (view.objects[i].shape.kind == shapes::Kind::mesh) {
       shapes::check_placed(view.objects[i].shape);
     }
@@ -138,25 +139,25 @@ void check(const View& view) {
     const std::string argument = "lights[" + std::to_string(i) + "]";
     check_vector((argument + ".position").c_str(), view.lights[i].position);
     check_color(argument + ".color", view.lights[i].color);
-    check_number(argument + ".power", view.lights[i].power, 0, kFarthest);
+    check_number(argument + ".power", view.lights[i].power, 0, base::kFarthest);
   }
 }
 
 void check(const Sprite& sprite) {
-  if (static_cast<int>(sprite.kind) >= particles::enumerators<Sprite::Kind>()) {
-    refuse("sprite.kind", particles::names_of<Sprite::Kind>(), std::to_string(static_cast<int>(sprite.kind)));
+  if (static_cast<int>(sprite.kind) >= base::enumerators<Sprite::Kind>()) {
+    base::refuse("sprite.kind", base::names_of<Sprite::Kind>(), std::to_string(static_cast<int>(sprite.kind)));
   }
-  if (static_cast<int>(sprite.blend) >= particles::enumerators<Sprite::Blend>()) {
-    refuse("sprite.blend", particles::names_of<Sprite::Blend>(), std::to_string(static_cast<int>(sprite.blend)));
+  if (static_cast<int>(sprite.blend) >= base::enumerators<Sprite::Blend>()) {
+    base::refuse("sprite.blend", base::names_of<Sprite::Blend>(), std::to_string(static_cast<int>(sprite.blend)));
   }
   check_number("sprite.of_height", sprite.of_height, 0, 1);
-  check_number("sprite.softness", sprite.softness, 0, kFarthest);
+  check_number("sprite.softness", sprite.softness, 0, base::kFarthest);
   const bool counted_in_pixels = sprite.kind != Sprite::Kind::point && !(sprite.of_height > 0);
   if (counted_in_pixels && (sprite.pixels < 0 || sprite.pixels > kMaxDiameter)) {
-    refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
+    base::refuse("sprite.pixels", "0.." + std::to_string(kMaxDiameter), std::to_string(sprite.pixels));
   }
   if ((sprite.kind == Sprite::Kind::image) != (sprite.picture != 0)) {
-    refuse("sprite.picture", "given for kind image and for no other", std::to_string(sprite.picture));
+    base::refuse("sprite.picture", "given for kind image and for no other", std::to_string(sprite.picture));
   }
 }
 

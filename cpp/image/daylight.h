@@ -3,10 +3,10 @@
 
 #include <cmath>
 
+#include "base/vectors.h"
 #include "image/camera.h"
 #include "image/daylight_parts.h"
 #include "image/scene.h"
-#include "image/vectors.h"
 
 namespace motes::image {
 

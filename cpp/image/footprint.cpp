@@ -5,8 +5,8 @@
 #include <cmath>
 #include <numeric>
 
+#include "image/disc_profile.h"
 #include "image/grid.h"
-#include "image/kinds/disc.h"
 #include "image/layout.h"
 
 namespace motes::image {

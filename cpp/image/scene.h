@@ -7,13 +7,13 @@
 #include <optional>
 #include <vector>
 
-#include "image/assets.h"
+#include "base/vectors.h"
+#include "meshes/assets.h"
 #include "shapes/shape.h"
 
 namespace motes::image {
 
-using Vector = std::array<double, 3>;  // metres; right-handed, y up
-using Color = std::array<float, 3>;    // linear RGB
+using Color = std::array<float, 3>;  // linear RGB
 
 /// A pinhole camera. `fov_deg` is the vertical angle of view; particles nearer than `near` metres are not drawn.
 struct Camera {
@@ -35,8 +35,8 @@ constexpr void fields(Visitor& visit, Camera& camera) {
 struct Solid {
   shapes::Shape shape;
   Color color{1, 1, 1};
-  AssetKey mesh = 0;  // not 0: this mesh instead of the shape; where that is a mesh, it says where this one is
-  float light = 0;    // how much of its colour it emits
+  meshes::AssetKey mesh = 0;  // not 0: this mesh instead of the shape; where that is a mesh, it says where this one is
+  float light = 0;  // how much of its colour it emits
 
   bool operator==(const Solid&) const = default;
 };
@@ -72,7 +72,7 @@ struct View {
   /// calculator draws its own particles, and each rank merges a part of the picture.
   enum class Path : std::uint8_t { automatic, gather, tiles, composite };
 
-  int width = 0;   // pixels
+  int width = 0;  // pixels
   int height = 0;  // pixels
   Camera camera;
   Color background{0, 0, 0};
@@ -80,12 +80,12 @@ struct View {
   std::vector<Solid> objects;
   Vector sun{-0.45, 0.75, 0.55};  // the direction to the sun, of any length; all 0: no sun shines
   std::vector<Light> lights;
-  Path path = Path::automatic;   // who draws; changes no pixel
-  float shutter = 0;             // part of the frame's time that it is open, 0..1: particles are drawn as streaks
-  float bloom = 0;               // part of the light that spreads around what is bright, 0..1
-  bool smooth = true;            // edges of objects are anti-aliased
-  bool linear = false;           // the picture's light is kept beside its pixels
-  std::uint8_t layers = 0;       // kDepthLayer | kAlphaLayer | kVelocityLayer
+  Path path = Path::automatic;  // who draws; changes no pixel
+  float shutter = 0;  // part of the frame's time that it is open, 0..1: particles are drawn as streaks
+  float bloom = 0;  // part of the light that spreads around what is bright, 0..1
+  bool smooth = true;  // edges of objects are anti-aliased
+  bool linear = false;  // the picture's light is kept beside its pixels
+  std::uint8_t layers = 0;  // kDepthLayer | kAlphaLayer | kVelocityLayer
   std::optional<Camera> before;  // the last frame's camera, where that frame was drawn; the engine fills it in
 
   bool operator==(const View&) const = default;
@@ -105,9 +105,9 @@ struct Sprite {
   Kind kind = Kind::disc;
   int pixels = 5;  // diameter, 1..512; 0: as wide as the particle's size[0], m. Points have no diameter
   Blend blend = Blend::add;
-  float of_height = 0;   // above 0: the diameter as a part of the picture's height, instead of `pixels`
-  float softness = 0;    // m over which a particle fades where it touches an object
-  AssetKey picture = 0;  // kind image
+  float of_height = 0;  // above 0: the diameter as a part of the picture's height, instead of `pixels`
+  float softness = 0;  // m over which a particle fades where it touches an object
+  meshes::AssetKey picture = 0;  // kind image
 
   bool operator==(const Sprite&) const = default;
 };

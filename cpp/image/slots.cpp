@@ -19,4 +19,15 @@ Slots::Slots(std::vector<std::uint32_t> tile_in_slot) : tiles_(std::move(tile_in
   }
 }
 
+Slots slots_of(TileOrder order, const Grid& grid) {
+  if (order == TileOrder::rows) return {};
+  std::vector<std::uint32_t> tiles;
+  for (int column = 0; column < grid.columns(); ++column) {
+    for (int row = 0; row < grid.rows(); ++row) {
+      tiles.push_back(static_cast<std::uint32_t>(row * grid.columns() + column));
+    }
+  }
+  return Slots(std::move(tiles));
+}
+
 }  // namespace motes::image

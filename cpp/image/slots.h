@@ -6,6 +6,8 @@
 #include <span>
 #include <vector>
 
+#include "image/grid.h"
+
 namespace motes::image {
 
 /// A permutation of the tiles: with the tiles of one owner in adjacent slots, an owner's part of a message is one range
@@ -27,5 +29,11 @@ class Slots {
   std::vector<std::uint32_t> tiles_;  // by slot
   std::vector<std::uint32_t> slots_;  // by tile
 };
+
+/// The order in which tiles are dealt out: row by row from the top, or column by column from the left.
+enum class TileOrder : std::uint8_t { rows, columns };
+
+/// Return the tiles of a picture in this order.
+Slots slots_of(TileOrder order, const Grid& grid);
 
 }  // namespace motes::image

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <stdexcept>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 
 namespace motes::image {
 namespace {

@@ -5,11 +5,7 @@
 
 namespace motes::image {
 
-/// A ball around a shape; its radius is infinite for a plane.
-struct Ball {
-  Vector center;
-  double radius;
-};
+/// Return a ball around a shape; its radius is infinite for a plane.
 Ball bounds(const shapes::Shape& shape);
 
 /// Throws std::invalid_argument where the shape is a union, of a kind that has no surface, or degenerate.

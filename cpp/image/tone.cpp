@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "image/curves.h"
-#include "image/splat_lanes.h"
+#include "image/tile_planes.h"
 
 namespace motes::image {
 namespace {

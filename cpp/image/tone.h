@@ -7,6 +7,10 @@
 
 namespace motes::image {
 
+/// Entries of the tone table: 2^kToneBits for each octave of light.
+inline constexpr int kToneBits = 8;
+inline constexpr int kToneEntries = 33 << kToneBits;
+
 /// Display value 0..1 (before sRGB) of linear light after exposure: unchanged up to a knee, then a shoulder that
 /// reaches 1 only at infinity, so that dense crowds of particles keep their contrast.
 double roll_off(double light);

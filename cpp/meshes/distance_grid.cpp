@@ -4,19 +4,13 @@
 #include <cmath>
 #include <limits>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 #include "meshes/nearest.h"
 
 namespace motes::meshes {
 namespace {
 
-using image::cross;
-using image::dot;
-using image::length;
 // NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
-using image::operator+;
-using image::operator-;
-using image::operator*;
 // NOLINTEND(misc-unused-using-decls)
 
 constexpr float kUnknown = std::numeric_limits<float>::max();

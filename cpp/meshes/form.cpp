@@ -10,34 +10,31 @@
 #include <mutex>
 #include <stdexcept>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 #include "meshes/distance_grid.h"
 #include "simd/float_mode.h"
 
 namespace motes::meshes {
 namespace {
 
-using image::cross;
-using image::length;
 // NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
-using image::operator-;
 // NOLINTEND(misc-unused-using-decls)
 
-Vector corner(const image::Mesh& mesh, std::size_t index) {
+Vector corner(const Mesh& mesh, std::size_t index) {
   const float* v = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[index]};
   return {v[0], v[1], v[2]};
 }
 
 constexpr float kMaxFloat = std::numeric_limits<float>::max();
 
-double area_of(const image::Mesh& mesh, std::size_t first) {
+double area_of(const Mesh& mesh, std::size_t first) {
   const Vector a = corner(mesh, first);
   return 0.5 * length(cross(corner(mesh, first + 1) - a, corner(mesh, first + 2) - a));
 }
 
 // All that a form points to.
 struct Kept {
-  image::AssetKey mesh = 0;
+  AssetKey mesh = 0;
   int resolution = 0;
   std::vector<float> corners;
   std::vector<std::uint32_t> upto;
@@ -45,10 +42,10 @@ struct Kept {
   DistanceGrid grid;
   std::vector<std::uint32_t> cells;
   bool has_volume = false;
-  shapes::MeshForm form;
+  MeshForm form;
 };
 
-void set_surface(Kept& kept, const image::Mesh& mesh) {
+void set_surface(Kept& kept, const Mesh& mesh) {
   std::vector<double> sums;
   double sum = 0;
   std::fill_n(kept.form.low, 3, kMaxFloat);
@@ -74,7 +71,7 @@ void set_surface(Kept& kept, const image::Mesh& mesh) {
   kept.form.area = sum;
 }
 
-void set_volume(Kept& kept, const image::Mesh& mesh) {
+void set_volume(Kept& kept, const Mesh& mesh) {
   kept.form.volume = std::fabs(volume(weld(mesh)));
   kept.has_volume = true;
 }
@@ -87,7 +84,7 @@ int threads_for_building() {
 }
 
 void set_inside(Kept& kept) {
-  const Surface surface = weld(*image::mesh(kept.mesh));
+  const Surface surface = weld(*mesh(kept.mesh));
   const std::string wrong = opening(surface);
   if (!wrong.empty()) {
     throw std::invalid_argument("Mesh: its surface must be closed, to have an inside, got " + wrong);
@@ -99,7 +96,7 @@ void set_inside(Kept& kept) {
     kept.grid = distance_grid(surface, kept.resolution, threads::alone());
   }
   kept.cells = inner_cells(kept.grid);
-  shapes::MeshForm& form = kept.form;
+  MeshForm& form = kept.form;
   std::copy_n(kept.grid.nodes.data(), 3, form.nodes);
   std::copy_n(kept.grid.low.data(), 3, form.first);
   form.cell = kept.grid.cell;
@@ -113,7 +110,7 @@ std::mutex& lock() {
   return mutex;
 }
 
-using Name = std::pair<image::AssetKey, int>;
+using Name = std::pair<AssetKey, int>;
 std::map<Name, std::unique_ptr<Kept>>& all() {
   static std::map<Name, std::unique_ptr<Kept>> forms;
   return forms;
@@ -121,8 +118,8 @@ std::map<Name, std::unique_ptr<Kept>>& all() {
 
 }  // namespace
 
-const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution, bool solid) {
-  if (resolution < kLeastResolution || resolution > kMostResolution || !image::has_mesh(mesh)) return nullptr;
+const MeshForm* form_of(AssetKey mesh, int resolution, bool solid) {
+  if (resolution < kLeastResolution || resolution > kMostResolution || !has_mesh(mesh)) return nullptr;
   const simd::FloatMode mode;
   const std::scoped_lock held(lock());
   std::unique_ptr<Kept>& kept = all()[{mesh, resolution}];
@@ -130,13 +127,13 @@ const shapes::MeshForm* form_of(image::AssetKey mesh, int resolution, bool solid
     kept = std::make_unique<Kept>();
     kept->mesh = mesh;
     kept->resolution = resolution;
-    set_surface(*kept, *image::mesh(mesh));
+    set_surface(*kept, *meshes::mesh(mesh));
   }
-  if (solid && !kept->has_volume) set_volume(*kept, *image::mesh(mesh));
+  if (solid && !kept->has_volume) set_volume(*kept, *meshes::mesh(mesh));
   return &kept->form;
 }
 
-void need_inside(const shapes::MeshForm& form) {
+void need_inside(const MeshForm& form) {
   Kept* kept = nullptr;
   {
     const std::scoped_lock held(lock());

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "image/mesh_tree.h"
+#include "meshes/mesh_tree.h"
 #include "meshes/surface.h"
 
 namespace motes::meshes {
@@ -32,7 +32,7 @@ class Nearest {
   const Surface& surface_;
   double sign_;
   Normals normals_;
-  image::MeshTree tree_;
+  MeshTree tree_;
 };
 
 }  // namespace motes::meshes

@@ -7,18 +7,12 @@
 #include <numbers>
 #include <unordered_map>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 
 namespace motes::meshes {
 namespace {
 
-using image::cross;
-using image::dot;
-using image::length;
 // NOLINTBEGIN(misc-unused-using-decls): it does not see that operators are used
-using image::operator+;
-using image::operator-;
-using image::operator*;
 // NOLINTEND(misc-unused-using-decls)
 
 // A triangle whose height is below this part of its longest side faces nowhere in particular.
@@ -63,7 +57,7 @@ class Places {
 };
 
 // Two vertices are one up to this distance: a millionth of the extent, or the rounding of the coordinates.
-double weld_distance(const image::Mesh& mesh) {
+double weld_distance(const Mesh& mesh) {
   Vector low{}, high{};
   low.fill(std::numeric_limits<double>::max());
   high.fill(std::numeric_limits<double>::lowest());
@@ -158,7 +152,7 @@ Vector unit_normal(const Vector& a, const Vector& b, const Vector& c) {
 
 }  // namespace
 
-Surface weld(const image::Mesh& mesh) {
+Surface weld(const Mesh& mesh) {
   Surface surface;
   std::vector<std::uint32_t> number;
   Places places(surface.vertices, weld_distance(mesh));
@@ -218,8 +212,8 @@ Normals normals_of(const Surface& surface) {
     normals.triangle[t] = normal;
     if (normal == Vector{}) continue;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Vector ahead = image::unit(corner[(k + 1) % 3] - corner[k]);
-      const Vector back = image::unit(corner[(k + 2) % 3] - corner[k]);
+      const Vector ahead = unit(corner[(k + 1) % 3] - corner[k]);
+      const Vector back = unit(corner[(k + 2) % 3] - corner[k]);
       Vector& vertex = normals.vertex[surface.triangles[t][k]];
       vertex = vertex + normal * angle_between(ahead, back);
     }

@@ -9,11 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "image/assets.h"
+#include "base/vectors.h"
+#include "meshes/assets.h"
 
 namespace motes::meshes {
-
-using Vector = std::array<double, 3>;
 
 struct Surface {
   std::vector<Vector> vertices;  // m
@@ -22,7 +21,7 @@ struct Surface {
 
 /// Vertices that are closer than a millionth of the mesh's extent become one: files and formulas repeat those of seams
 /// and poles. Triangles that have lost a corner are left out.
-Surface weld(const image::Mesh& mesh);
+Surface weld(const Mesh& mesh);
 
 /// Why the surface has no inside: how many edges are open, have more than two triangles, or lie between triangles that
 /// face opposite sides, and where the first one is. Empty where it has one.

@@ -3,17 +3,17 @@
 #include <cstdlib>
 #include <utility>
 
-#include "particles/memory.h"
+#include "base/memory.h"
 
 namespace motes::particles {
 namespace {
 
 // From so many bytes on a plane gets huge pages, even if nothing else shares them.
-constexpr std::size_t kWorthwhile = kLargeMemory / 2;
+constexpr std::size_t kWorthwhile = base::kLargeMemory / 2;
 
 // Sets `bytes` to what there is.
 std::shared_ptr<std::byte[]> own_memory(std::size_t& bytes) {
-  void* memory = allocate(bytes);
+  void* memory = base::allocate(bytes);
   return {static_cast<std::byte*>(memory), [](std::byte* own) { std::free(own); }};
 }
 
@@ -24,13 +24,13 @@ PlaneMemory::PlaneMemory(std::size_t bytes) {
 }
 
 void PlaneMemory::open(std::size_t bytes) {
-  size_ = bytes < kLargeMemory ? kLargeMemory : bytes;
+  size_ = bytes < base::kLargeMemory ? base::kLargeMemory : bytes;
   large_ = own_memory(size_);
   used_ = 0;
 }
 
 std::shared_ptr<std::byte[]> PlaneMemory::take(std::size_t bytes) {
-  const std::size_t pages = whole_pages(bytes);
+  const std::size_t pages = base::whole_pages(bytes);
   if (pages > left()) {
     if (bytes < kWorthwhile) return own_memory(bytes);
     PlaneMemory next(pages);

@@ -7,7 +7,7 @@
 #include <string>
 #include <type_traits>
 
-#include "particles/memory.h"
+#include "base/memory.h"
 
 namespace motes::particles {
 namespace {
@@ -58,7 +58,7 @@ void gather(const PackedColumn& column, std::span<const std::uint32_t> indices, 
 // Columns that begin at the same place of a page share sets of the caches, since large memory begins at the start of a
 // page: eight of them fill sets of eight ways, and a step takes 1.5 times as long. So each column begins kApart
 // values after the place where the one before it does; short ones fit into the cache anyway.
-constexpr std::size_t kOfPage = kPage / 4, kApart = 128;  // values of four bytes
+constexpr std::size_t kOfPage = base::kPage / 4, kApart = 128;  // values of four bytes
 constexpr std::size_t kShort = 4 * kOfPage;
 
 // Smaller planes are cleared: their memory may have been used before, and vectors read beyond the last particle.
@@ -92,7 +92,7 @@ std::shared_ptr<T[]> take_plane(PlaneMemory& from, std::size_t count, int column
 
 template <class T>
 std::size_t bytes_of_plane(std::size_t count, int column) {
-  return whole_pages((values_before(count, column) + count) * sizeof(T));
+  return base::whole_pages((values_before(count, column) + count) * sizeof(T));
 }
 
 }  // namespace
@@ -303,7 +303,7 @@ std::size_t Store::packed_bytes(std::size_t count) const {
   return once + 1 + count * each;
 }
 
-void Store::pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Pool& pool) const {
+void Store::pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool) const {
   out.put(static_cast<std::uint64_t>(indices.size()));
   if (indices.empty()) return;
   out.reserve(out.size() + packed_bytes(indices.size()));  // from here on the message stays where it is
@@ -367,13 +367,13 @@ void Store::append(const Store& from) {
 }
 
 void Store::append(const Store& from, const std::vector<std::uint32_t>& indices, threads::Pool& pool) {
-  Bytes bytes;
+  base::Bytes bytes;
   from.pack(indices, bytes, pool);
-  Reader in(bytes.view());
+  base::Reader in(bytes.view());
   unpack(in, pool);
 }
 
-void Store::unpack(Reader& in, threads::Pool& pool) {
+void Store::unpack(base::Reader& in, threads::Pool& pool) {
   const auto count = in.get<std::uint64_t>();
   if (count == 0) return;
   struct Arrived {

@@ -9,8 +9,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/bytes.h"
 #include "particles/blocks.h"
-#include "particles/bytes.h"
 #include "particles/ids.h"
 #include "particles/plane_memory.h"
 #include "particles/schema.h"
@@ -95,13 +95,13 @@ class Store {
   void permute(std::span<const std::uint32_t> from, threads::Pool& pool = threads::alone());
 
   /// Appends the particles at `indices` of this store to a message, in that order.
-  void pack(std::span<const std::uint32_t> indices, Bytes& out, threads::Pool& pool = threads::alone()) const;
+  void pack(std::span<const std::uint32_t> indices, base::Bytes& out, threads::Pool& pool = threads::alone()) const;
 
   /// The most bytes that pack() appends for this many particles.
   std::size_t packed_bytes(std::size_t count) const;
 
   /// Appends what pack() wrote. Throws std::runtime_error where the bytes do not fit the schema.
-  void unpack(Reader& in, threads::Pool& pool = threads::alone());
+  void unpack(base::Reader& in, threads::Pool& pool = threads::alone());
 
   /// Appends all particles of another store of the same schema.
   void append(const Store& from);

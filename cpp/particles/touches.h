@@ -1,5 +1,5 @@
 // What particles remember of those that they touch: how far the surfaces at each touch have slid and rolled, which is
-// what holds grains by friction (meetings/contact.h).
+// what holds grains by friction (interactions/contact.h).
 #pragma once
 
 #include <cstdint>

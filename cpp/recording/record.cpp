@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
-#include "particles/fields.h"
+#include "base/fields.h"
 
 namespace motes::recording {
 namespace {
@@ -31,7 +31,7 @@ std::string list_difference(const std::string& system, const std::vector<Item>& 
 
 std::string name(const Item& value) {
   if (const auto* action = std::get_if<actions::Action>(&value)) return actions::facts(action->kind).name;
-  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(particles::name_of(birth->kind));
+  if (const auto* birth = std::get_if<Birth>(&value)) return std::string(base::name_of(birth->kind));
   if (const auto* callback = std::get_if<Callback>(&value)) return "callback " + callback->name;
   if (std::holds_alternative<KeepCopies>(value)) return "a sum of birth values";
   return std::holds_alternative<Spawn>(value) ? "spawn" : "local";
@@ -48,11 +48,11 @@ std::string name(Verb verb) {
   return kNames[static_cast<std::size_t>(verb)];
 }
 
-void write(const Record& record, particles::Bytes& out) { particles::write_fields(record, out); }
+void write(const Record& record, base::Bytes& out) { base::write_fields(record, out); }
 
-Record read(particles::Reader& in) {
+Record read(base::Reader& in) {
   Record record;
-  particles::read_fields(in, record);
+  base::read_fields(in, record);
   return record;
 }
 

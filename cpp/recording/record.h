@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "actions/action.h"
+#include "base/bytes.h"
 #include "domains/domains.h"
 #include "image/scene.h"
-#include "particles/bytes.h"
 #include "recording/births.h"
 #include "recording/spawn.h"
 
@@ -128,9 +128,9 @@ constexpr void fields(Visitor& visit, Record& record) {
         record.sprites, record.view, record.argument);
 }
 
-void write(const Record& record, particles::Bytes& out);
+void write(const Record& record, base::Bytes& out);
 /// Throws std::runtime_error where the bytes are not a record.
-Record read(particles::Reader& in);
+Record read(base::Reader& in);
 
 /// 128 bits; different records have different hashes.
 struct Hash {

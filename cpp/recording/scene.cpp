@@ -5,15 +5,15 @@
 #include <set>
 #include <stdexcept>
 
-#include "image/assets.h"
 #include "image/camera.h"
-#include "meetings/ties.h"
+#include "interactions/ties.h"
+#include "meshes/assets.h"
 
 namespace motes::recording {
 namespace {
 
-using particles::Bytes;
-using particles::Reader;
+using base::Bytes;
+using base::Reader;
 
 // Like PNG's: a non-text byte, then a line end that a transfer in text mode would change.
 constexpr std::array<char, 8> kMagic = {'\x89', 'm', 'o', 't', 'e', 's', '\r', '\n'};
@@ -165,22 +165,22 @@ void check(const Record& record) {
   check_items(record);
 }
 
-void add_meshes(const shapes::Shape& shape, std::set<image::AssetKey>& keys) {
-  for (const image::AssetKey key : shapes::meshes_of(shape)) keys.insert(key);
+void add_meshes(const shapes::Shape& shape, std::set<meshes::AssetKey>& keys) {
+  for (const meshes::AssetKey key : shapes::meshes_of(shape)) keys.insert(key);
 }
 
-void add_meshes(const std::vector<shapes::Shape>& list, std::set<image::AssetKey>& keys) {
+void add_meshes(const std::vector<shapes::Shape>& list, std::set<meshes::AssetKey>& keys) {
   for (const shapes::Shape& shape : list) add_meshes(shape, keys);
 }
 
-void add_meshes(const std::vector<Given>& state, std::set<image::AssetKey>& keys) {
+void add_meshes(const std::vector<Given>& state, std::set<meshes::AssetKey>& keys) {
   for (const Given& given : state) add_meshes(given.distribution.shape, keys);
 }
 
 // The meshes that are shapes of an item.
-void add_meshes(const Item& item, std::set<image::AssetKey>& keys) {
+void add_meshes(const Item& item, std::set<meshes::AssetKey>& keys) {
   if (const auto* birth = std::get_if<Birth>(&item)) {
-    for (const image::AssetKey key : meshes_of(*birth)) keys.insert(key);
+    for (const meshes::AssetKey key : meshes_of(*birth)) keys.insert(key);
   }
   if (const auto* spawn = std::get_if<Spawn>(&item)) {
     add_meshes(spawn->state, keys);
@@ -191,8 +191,8 @@ void add_meshes(const Item& item, std::set<image::AssetKey>& keys) {
 }
 
 // The pictures and meshes that frames name.
-std::set<image::AssetKey> assets_of(const std::vector<std::span<const std::byte>>& frames) {
-  std::set<image::AssetKey> keys;
+std::set<meshes::AssetKey> assets_of(const std::vector<std::span<const std::byte>>& frames) {
+  std::set<meshes::AssetKey> keys;
   for (const std::span<const std::byte> frame : frames) {
     Reader in(frame);
     const Record record = read(in);
@@ -246,8 +246,8 @@ void write(const Scene& scene, Bytes& out) {
     out.put(static_cast<std::uint64_t>(frame.size()));
     out.put_raw(frame.data(), frame.size());
   }
-  image::write_assets(assets_of(scene.frames), out);
-  meetings::write_ties(named_by(scene.frames, &actions::Action::ties), out);
+  meshes::write_assets(assets_of(scene.frames), out);
+  interactions::write_ties(named_by(scene.frames, &actions::Action::ties), out);
   actions::write_tables(named_by(scene.frames, &actions::Action::table), out);
   Head head;
   head.bytes = out.size() - start;
@@ -270,8 +270,8 @@ Scene read_scene(std::span<const std::byte> bytes) {
     scene.facts.emplace_back(std::move(name), in.get_text());
   }
   for (auto left = in.get<std::uint64_t>(); left > 0; --left) scene.frames.push_back(in.take(in.get<std::uint64_t>()));
-  image::read_assets(in);
-  meetings::read_ties(in);
+  meshes::read_assets(in);
+  interactions::read_ties(in);
   actions::read_tables(in);
   if (!in.done()) throw std::runtime_error("is damaged: there is data after its end");
   return scene;

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "particles/bytes.h"
+#include "base/bytes.h"
 #include "recording/record.h"
 
 namespace motes::recording {
@@ -23,7 +23,7 @@ struct Scene {
 /// The file: magic, schema, length, fingerprint of the lists' layout, hash, then the scene, and the pictures and meshes
 /// that its frames name, which this process must keep. The version of `scene` is ignored: the file gets the version of
 /// this build. Throws std::runtime_error where a frame is not a record.
-void write(const Scene& scene, particles::Bytes& out);
+void write(const Scene& scene, base::Bytes& out);
 
 /// Throws std::runtime_error, saying what is wrong, where the bytes are not a scene, cut off, damaged, or recorded by a
 /// version with different lists. The frames point into `bytes`. From then on this process keeps the scene's pictures

@@ -52,11 +52,6 @@ struct Child {
 /// Throws std::invalid_argument, naming the argument, its value and what is allowed.
 void check(const Spawn& spawn, const particles::Schema& parents, const particles::Schema& children);
 
-/// Those of the particles at these indices (ascending) for which `where` holds at a time of the animation (seconds), as
-/// events sorted by id.
-std::vector<Event> events_of(const Spawn& spawn, double time, const particles::Store& parents,
-                             const std::vector<std::uint32_t>& indices);
-
 /// Creates children at their parents' positions, with the rule's state and the inherited fraction of the parent's
 /// velocity.
 particles::Store make(const Spawn& rule, const std::vector<Child>& children, const particles::Schema& schema,

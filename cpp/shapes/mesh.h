@@ -7,8 +7,8 @@
 // steps of that distance, at least half a cell, until the side changes.
 #pragma once
 
+#include "meshes/mesh_form.h"
 #include "shapes/lanes.h"
-#include "shapes/mesh_form.h"
 
 namespace motes::MOTES_ISA {
 
@@ -43,7 +43,7 @@ struct Passage {
 };
 
 struct MeshLanes {
-  const shapes::MeshForm* form;
+  const meshes::MeshForm* form;
   Pose pose;
   bool solid;
 

@@ -1,7 +1,7 @@
 // Compiled once for each instruction set: the code of the rare shapes, of unions of any shapes, and of exact tests.
-#include "shapes/exact/flat.h"
-#include "shapes/exact/shell.h"
-#include "shapes/exact/solid.h"
+#include "shapes/exact_flat.h"
+#include "shapes/exact_shell.h"
+#include "shapes/exact_solid.h"
 #include "shapes/visit.h"
 
 namespace motes::MOTES_ISA {

@@ -9,10 +9,14 @@
 #include <stdexcept>
 #include <utility>
 
+#include "base/vectors.h"
 #include "meshes/distance_grid.h"
 #include "meshes/form.h"
 
 namespace motes::shapes {
+
+Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
+
 namespace {
 
 struct Facts {
@@ -27,20 +31,8 @@ constexpr std::array<Facts, kKinds> kFacts = {{
 
 const Facts& facts(Kind kind) { return kFacts[static_cast<std::size_t>(kind)]; }
 
-using Vector = std::array<double, 3>;
-
-Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
-Vector cross(Vector a, Vector b) {
-  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
-}
-Vector between(const Shape& s, int from, int to) {
-  const Vector a = vector_at(s, from), b = vector_at(s, to);
-  return {b[0] - a[0], b[1] - a[1], b[2] - a[2]};
-}
-double length(Vector a) { return std::sqrt(a[0] * a[0] + a[1] * a[1] + a[2] * a[2]); }
-
 // The kernels divide by the square of a length in float32: that square must be a normal number.
-bool direction(Vector a) {
+bool direction(const Vector& a) {
   const double square = length(a) * length(a);
   return square > 1e-30 && square < 1e30;
 }
@@ -58,7 +50,7 @@ void check_radii(const Shape& s, float radius, float inner) {
 
 // For a cylinder or cone: a cone has a third of the cylinder's volume and half the product of slant and circumference.
 double shell_measure(const Shape& s) {
-  const double height = length(between(s, 0, 3));
+  const double height = length(vector_at(s, 3) - vector_at(s, 0));
   const double radius = s.number[6], inner = s.number[7];
   if (radius != inner) {
     const double volume = std::numbers::pi * (radius * radius - inner * inner) * height;
@@ -156,14 +148,15 @@ void check(const Shape& s) {
       break;
     case Kind::sphere: check_radii(s, s.number[3], s.number[4]); break;
     case Kind::triangle:
-      if (!direction(cross(between(s, 0, 3), between(s, 0, 6)))) refuse(s, "p0, p1 and p2 must span an area");
+      if (!direction(cross(vector_at(s, 3) - vector_at(s, 0), vector_at(s, 6) - vector_at(s, 0))))
+        refuse(s, "p0, p1 and p2 must span an area");
       break;
     case Kind::cylinder:
-      if (!direction(between(s, 0, 3))) refuse(s, "p0 and p1 must differ");
+      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "p0 and p1 must differ");
       check_radii(s, s.number[6], s.number[7]);
       break;
     case Kind::cone:
-      if (!direction(between(s, 0, 3))) refuse(s, "apex and base must differ");
+      if (!direction(vector_at(s, 3) - vector_at(s, 0))) refuse(s, "apex and base must differ");
       check_radii(s, s.number[6], s.number[7]);
       break;
     case Kind::blob:
@@ -224,7 +217,7 @@ double measure(const Shape& s) {
     case Kind::sphere:
       if (n(3) == n(4)) return 4 * std::numbers::pi * n(3) * n(3);
       return 4.0 / 3.0 * std::numbers::pi * (n(3) * n(3) * n(3) - n(4) * n(4) * n(4));
-    case Kind::triangle: return length(cross(between(s, 0, 3), between(s, 0, 6))) / 2;
+    case Kind::triangle: return length(cross(vector_at(s, 3) - vector_at(s, 0), vector_at(s, 6) - vector_at(s, 0))) / 2;
     case Kind::cylinder:
     case Kind::cone: return shell_measure(s);
     case Kind::blob: return std::numeric_limits<double>::infinity();

@@ -7,7 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "shapes/mesh_form.h"
+#include "base/vectors.h"
+#include "meshes/mesh_form.h"
 
 namespace motes::shapes {
 
@@ -40,11 +41,14 @@ struct Shape {
 
   // Of a mesh: the key of its content, and what this process has made of it; null where it keeps no such mesh.
   std::uint64_t mesh = 0;
-  const MeshForm* form = nullptr;
+  const meshes::MeshForm* form = nullptr;
 
   /// Same kind, numbers, parts and mesh.
   bool operator==(const Shape& other) const;
 };
+
+/// Return three of the shape's numbers, from number `first` on.
+Vector vector_at(const Shape& shape, int first);
 
 /// The union of the shapes, in order; a union among them is replaced by its parts. Its measure is the sum of the parts'
 /// measures, where m, m^2 and m^3 count alike. To sample it, a part is picked with a probability proportional to its

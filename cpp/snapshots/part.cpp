@@ -5,14 +5,14 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "particles/fields.h"
-#include "snapshots/crc32c.h"
+#include "base/crc32c.h"
+#include "base/fields.h"
 
 namespace motes::snapshots {
 namespace {
 
-using particles::Bytes;
-using particles::Reader;
+using base::Bytes;
+using base::Reader;
 using particles::Store;
 using particles::Touches;
 
@@ -283,13 +283,13 @@ void append(const Description& description, std::span<const std::byte> planes, s
 }
 
 Bytes head(Description& description, std::span<const std::byte> planes) {
-  for (SavedPlane& plane : description.planes) plane.crc = crc32c(bytes_of(plane, planes));
+  for (SavedPlane& plane : description.planes) plane.crc = base::crc32c(bytes_of(plane, planes));
   Bytes described;
-  particles::write_fields(description, described);
+  base::write_fields(description, described);
   while (described.size() % sizeof(std::uint64_t) != 0) described.put(std::uint8_t{0});
   Mark mark;
   mark.bytes = described.size();
-  mark.crc = crc32c(described.view());
+  mark.crc = base::crc32c(described.view());
   const std::uint64_t before = sizeof mark + described.size();
   std::string json = R"({"__metadata__":{"format":"motes checkpoint part","frame":")" +
                      std::to_string(description.frame) + R"(","part":")" + std::to_string(description.part) + R"("},)" +
@@ -315,16 +315,17 @@ Opened open(std::span<const std::byte> file, bool sums) {
   if (mark.magic != Mark{}.magic) damaged("no part of a checkpoint of this version");
   if (mark.bytes > in.left()) damaged("it ends too early");
   const auto described = in.take(mark.bytes);
-  if (crc32c(described) != mark.crc) damaged("its description has changed");
+  if (base::crc32c(described) != mark.crc) damaged("its description has changed");
   Opened opened;
   Reader fields(described);
-  particles::read_fields(fields, opened.description);
+  base::read_fields(fields, opened.description);
   opened.planes = in.take(in.left());
   std::uint64_t end = 0;
   for (const SavedPlane& plane : opened.description.planes) {
     check(plane, opened.description, opened.planes);
     end = std::max(end, plane.offset + plane.bytes);
-    if (sums && crc32c(bytes_of(plane, opened.planes)) != plane.crc) damaged("'" + name_of(plane) + "' has changed");
+    if (sums && base::crc32c(bytes_of(plane, opened.planes)) != plane.crc)
+      damaged("'" + name_of(plane) + "' has changed");
   }
   if (end != opened.planes.size()) damaged("it has another length than it says");
   return opened;

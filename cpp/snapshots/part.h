@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "particles/bytes.h"
+#include "base/bytes.h"
 #include "particles/store.h"
 #include "threads/pool.h"
 
@@ -50,7 +50,7 @@ struct Description {
   std::int32_t part = 0;    // the calculator
   std::vector<SavedSystem> systems;
   std::vector<SavedPlane> planes;
-  particles::Bytes more;    // what else belongs to this calculator
+  base::Bytes more;    // what else belongs to this calculator
 };
 
 template <class Visitor>
@@ -59,7 +59,7 @@ constexpr void fields(Visitor& visit, Description& description) {
 }
 
 /// Describes the particles of all systems, whose names the description has already, and appends their planes to `out`.
-void copy(const std::vector<const particles::Store*>& stores, Description& description, particles::Bytes& out,
+void copy(const std::vector<const particles::Store*>& stores, Description& description, base::Bytes& out,
           threads::Pool& pool);
 
 /// Appends particles first .. last - 1 of a system to a store. Throws std::runtime_error where the planes are not those
@@ -68,7 +68,7 @@ void append(const Description& description, std::span<const std::byte> planes, s
             std::uint64_t last, particles::Store& store, threads::Pool& pool);
 
 /// What a file begins with; the planes follow it. Sets their checksums.
-particles::Bytes head(Description& description, std::span<const std::byte> planes);
+base::Bytes head(Description& description, std::span<const std::byte> planes);
 
 /// A file as it lies in memory.
 struct Opened {

@@ -13,7 +13,7 @@
 namespace motes::snapshots {
 namespace {
 
-static_assert(kPiece >= particles::kLargeMemory, "what goes past the kernel's cache must be aligned");
+static_assert(kPiece >= base::kLargeMemory, "what goes past the kernel's cache must be aligned");
 
 // Goes past the kernel's cache where the file system lets it, in whole pieces: filling the cache with what nobody will
 // read costs a core several times what the writing does, and drives out what others need.
@@ -81,7 +81,7 @@ class File {
   std::string path_;
   int file_;
   bool kept_ = false;
-  particles::Bytes piece_;
+  base::Bytes piece_;
 };
 
 }  // namespace
@@ -95,7 +95,7 @@ void write_whole(const std::string& path, std::span<const std::byte> head, std::
 
 Writer::~Writer() { wait(); }
 
-particles::Bytes& Writer::planes() {
+base::Bytes& Writer::planes() {
   wait();
   planes_.clear();
   return planes_;
@@ -122,7 +122,7 @@ void Writer::run(const std::string& path, Description description) {
   std::string error;
   const std::uint64_t frame = description.frame;
   try {
-    const particles::Bytes first = head(description, planes_.view());
+    const base::Bytes first = head(description, planes_.view());
     write_whole(path, first.view(), planes_.view());
   } catch (const std::exception& failure) {
     error = failure.what();

@@ -8,7 +8,7 @@
 #include <string>
 #include <thread>
 
-#include "particles/bytes.h"
+#include "base/bytes.h"
 #include "snapshots/part.h"
 
 namespace motes::snapshots {
@@ -30,7 +30,7 @@ class Writer {
   Writer& operator=(const Writer&) = delete;
 
   /// Memory for the next planes, used again from part to part. Waits for the part before.
-  particles::Bytes& planes();
+  base::Bytes& planes();
 
   /// Starts to write what stands in planes().
   void write(std::string path, Description description);
@@ -53,7 +53,7 @@ class Writer {
   std::thread thread_;
   bool busy_ = false;
   Outcome outcome_;
-  particles::Bytes planes_;
+  base::Bytes planes_;
 };
 
 }  // namespace motes::snapshots

@@ -64,7 +64,7 @@ void damage(Random& random, Disk& disk) {
   if (parts.empty()) return;
   auto part = parts.begin();
   std::advance(part, static_cast<std::ptrdiff_t>(random.below(parts.size())));
-  particles::Bytes& file = part->second;
+  base::Bytes& file = part->second;
   switch (random.below(3)) {
     case 0: parts.erase(part); break;
     case 1: file.resize(random.below(file.size())); break;

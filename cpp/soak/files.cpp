@@ -8,9 +8,9 @@
 #include <stdexcept>
 #include <vector>
 
-#include "frame/kept_rows.h"
-#include "frame/replay.h"
-#include "particles/fields.h"
+#include "base/fields.h"
+#include "engine/replay.h"
+#include "jsonl/kept_rows.h"
 #include "recording/scene.h"
 #include "snapshots/part.h"
 #include "soak/player.h"
@@ -18,7 +18,7 @@
 namespace motes::soak {
 namespace {
 
-using particles::Bytes;
+using base::Bytes;
 
 constexpr std::size_t kLine = 256;  // bytes of a table's row
 
@@ -38,11 +38,11 @@ struct Originals {
   std::string table;
 };
 
-void with_engine(const std::function<void(frame::Engine&)>& use) {
+void with_engine(const std::function<void(engine::Engine&)>& use) {
   comm::Simulation simulation;
   simulation.ranks = 1;
   comm::simulate(simulation, [&](comm::SimulatedRank& self) {
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), {}, settings({}, {}));
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), {}, settings({}, {}));
     use(engine);
   });
 }
@@ -57,7 +57,7 @@ Originals make_originals() {
   Saved& saved = disk.checkpoints.rbegin()->second;
   made.part = std::move(saved.parts.begin()->second);
   made.state = std::move(saved.shared);
-  with_engine([&](frame::Engine& engine) {
+  with_engine([&](engine::Engine& engine) {
     define(engine, {});
     engine.keep_lists(true);
     engine.start();
@@ -137,7 +137,7 @@ void read_scene(Random& random, DamagedFile& file) {
   if (file.read && !same(scene.view(), originals().scene.view())) file.broken = "a damaged scene was read";
   could([&] {
     const recording::Record record = recording::read_frame(list.view());
-    with_engine([&](frame::Engine& engine) { frame::record_again(engine, record); });
+    with_engine([&](engine::Engine& engine) { engine::record_again(engine, record); });
   });
 }
 
@@ -152,8 +152,8 @@ void append_all(const snapshots::Opened& part) {
 
 bool same(const snapshots::Opened& a, const snapshots::Opened& b) {
   Bytes first, second;
-  particles::write_fields(a.description, first);
-  particles::write_fields(b.description, second);
+  base::write_fields(a.description, first);
+  base::write_fields(b.description, second);
   return same(first.view(), second.view()) && same(a.planes, b.planes);
 }
 
@@ -168,9 +168,9 @@ void read_part(Random& random, DamagedFile& file) {
 
 void read_state(Random& random, DamagedFile& file) {
   const Bytes state = damaged(random, originals().state.view());
-  with_engine([&](frame::Engine& engine) {
+  with_engine([&](engine::Engine& engine) {
     define(engine, {});
-    file.read = could([&] { engine.restore_state(state.view(), std::vector<frame::Sample>(2)); });
+    file.read = could([&] { engine.restore_state(state.view(), std::vector<engine::Sample>(2)); });
   });
 }
 
@@ -186,7 +186,7 @@ void read_table(Random& random, const std::string& directory, DamagedFile& file)
       .write(reinterpret_cast<const char*>(table.data()), static_cast<std::streamsize>(table.size()));
   const std::string before = content_of(path);
   const std::uint64_t first = random.below(14);
-  file.read = could([&] { frame::keep_rows_before(first, path, kLine); });
+  file.read = could([&] { jsonl::keep_rows_before(first, path, kLine); });
   const std::string now = content_of(path);
   if (file.read && now.size() % kLine != 0) file.broken = "a table has half a row";
   if (!file.read && now != before) file.broken = "a table was changed that cannot be read";

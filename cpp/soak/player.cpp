@@ -5,8 +5,8 @@
 #include <memory>
 #include <utility>
 
-#include "image/sha256.h"
-#include "particles/fields.h"
+#include "base/fields.h"
+#include "base/sha256.h"
 #include "snapshots/part.h"
 
 namespace motes::soak {
@@ -31,8 +31,8 @@ bool whole(const Saved& saved) {
 }
 
 Saved copied(const Saved& saved) {
-  const auto bytes = [](const particles::Bytes& from) {
-    particles::Bytes copy;
+  const auto bytes = [](const base::Bytes& from) {
+    base::Bytes copy;
     copy.put_raw(from.data(), from.size());
     return copy;
   };
@@ -69,9 +69,9 @@ class Player {
   }
 
  private:
-  frame::Bystander bystander() {
-    frame::Bystander bystander;
-    bystander.unsaved_from = [this](const frame::Loss&) { return first_unsaved(); };
+  engine::Bystander bystander() {
+    engine::Bystander bystander;
+    bystander.unsaved_from = [this](const engine::Loss&) { return first_unsaved(); };
     bystander.redrawn = [this](std::uint64_t frame, const image::View&) { note_picture(frame); };
     return bystander;
   }
@@ -94,7 +94,7 @@ class Player {
   }
 
   void note_picture(std::uint64_t frame) {
-    note(film_.pictures, frame, image::picture_sha256(kWidth, kHeight, engine_.painter().take_pixels()));
+    note(film_.pictures, frame, base::picture_sha256(kWidth, kHeight, engine_.painter().take_pixels()));
   }
 
   // What the ranks that died have drawn is in files, but for the last pictures.
@@ -109,9 +109,9 @@ class Player {
     const std::uint64_t frame = saved_ = engine_.frame();
     Saved& saved = played_.drafts[frame];
     if (engine_.talk().calculates()) {
-      particles::Bytes planes;
+      base::Bytes planes;
       snapshots::Description description = engine_.copy_part(planes);
-      particles::Bytes file = snapshots::head(description, planes.view());
+      base::Bytes file = snapshots::head(description, planes.view());
       file.put_raw(planes.data(), planes.size());
       saved.parts[engine_.talk().calculator()] = std::move(file);
     }
@@ -128,9 +128,9 @@ class Player {
   void restore(const Saved& saved) {
     std::vector<snapshots::Opened> parts;
     for (const auto& [calculator, file] : saved.parts) parts.push_back(snapshots::open(file.view(), false));
-    std::vector<frame::Sample> samples(2);
+    std::vector<engine::Sample> samples(2);
     for (const snapshots::Opened& part : parts) {
-      for (std::size_t i = 0; i < 2; ++i) frame::take_sample(part.description, part.planes, i, 40, samples[i]);
+      for (std::size_t i = 0; i < 2; ++i) engine::take_sample(part.description, part.planes, i, 40, samples[i]);
     }
     engine_.restore_state(saved.shared.view(), samples);
     if (engine_.talk().calculates()) {
@@ -153,7 +153,7 @@ class Player {
   Disk* disk_;
   const Saved* from_;
   Played& played_;
-  frame::Engine engine_;
+  engine::Engine engine_;
   std::uint64_t ran_ = 0;    // frames of which it has the outcome
   std::uint64_t saved_ = 0;  // the frame of the last checkpoint
 };
@@ -177,7 +177,7 @@ Played play(const Story& story, const Way& way, const Accidents& accidents, Film
     played.dead = run.dead;
   } catch (const Killed&) {
     played.end = "killed";
-  } catch (const frame::Unrecoverable& error) {
+  } catch (const engine::Unrecoverable& error) {
     played.end = error.what();
   } catch (const comm::RankLost& error) {
     played.end = std::string("before the first frame: ") + error.what();

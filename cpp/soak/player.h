@@ -20,8 +20,8 @@ struct Film {
 /// What is on the disk, whatever happens to the ranks.
 struct Saved {
   std::uint32_t calculators = 0;
-  particles::Bytes shared;
-  std::map<int, particles::Bytes> parts;  // files, by calculator
+  base::Bytes shared;
+  std::map<int, base::Bytes> parts;  // files, by calculator
 };
 
 struct Disk {

@@ -66,8 +66,8 @@ Way random_way(Random& random) {
   way.ranks = kRanks[random.below(8)];
   way.cast = random_cast(random, way.ranks);
   way.axes = kAxes[random.below(6)];
-  way.combine = static_cast<frame::Combine>(random.below(3));
-  way.births = static_cast<frame::Births>(random.below(2));
+  way.combine = static_cast<engine::Combine>(random.below(3));
+  way.births = static_cast<engine::Births>(random.below(2));
   way.threads = 1 + static_cast<int>(random.below(8) == 0);
   way.fan_out = random.below(2) == 0 ? 8 : 2;
   const bool slabs = way.axes == 1 || way.axes == 2;
@@ -76,8 +76,8 @@ Way random_way(Random& random) {
   return way;
 }
 
-frame::Settings settings(const Story& story, const Way& way) {
-  frame::Settings settings;
+engine::Settings settings(const Story& story, const Way& way) {
+  engine::Settings settings;
   settings.seed = 4;
   settings.substeps = story.sub_steps ? 2 : 1;
   settings.combine = way.combine;
@@ -90,7 +90,7 @@ frame::Settings settings(const Story& story, const Way& way) {
   return settings;
 }
 
-void define(frame::Engine& engine, const Way& way) {
+void define(engine::Engine& engine, const Way& way) {
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -3.2, 0.8};
   definition.axes.bits = way.axes;
@@ -101,7 +101,7 @@ void define(frame::Engine& engine, const Way& way) {
   engine.add_system(definition);
 }
 
-void record(frame::Engine& engine, const Story& story, std::uint64_t frame) {
+void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
   const shapes::Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   recording::Spawn spawn;
   spawn.into = 1;

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "comm/simulated_machine.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 
 namespace motes::soak {
 
@@ -31,8 +31,8 @@ struct Way {
   int ranks = 1;
   roles::Cast cast;
   std::uint8_t axes = 1;
-  frame::Combine combine = frame::Combine::together;
-  frame::Births births = frame::Births::manager;
+  engine::Combine combine = engine::Combine::together;
+  engine::Births births = engine::Births::manager;
   int threads = 1;
   int fan_out = 8;
   int balancer = 0;  // none, pairwise, diffusive, prefix cuts
@@ -42,11 +42,11 @@ struct Way {
 Story random_story(Random& random);
 Way random_way(Random& random);
 
-frame::Settings settings(const Story& story, const Way& way);
+engine::Settings settings(const Story& story, const Way& way);
 /// Parents, and the children that are born where they hit the ground.
-void define(frame::Engine& engine, const Way& way);
+void define(engine::Engine& engine, const Way& way);
 /// The list of a frame.
-void record(frame::Engine& engine, const Story& story, std::uint64_t frame);
+void record(engine::Engine& engine, const Story& story, std::uint64_t frame);
 std::optional<image::View> view(const Story& story, const Way& way, std::uint64_t frame);
 
 }  // namespace motes::soak

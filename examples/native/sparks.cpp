@@ -2,10 +2,10 @@
 #include <cstdio>
 #include <memory>
 
+#include "base/sha256.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
-#include "frame/engine.h"
-#include "image/sha256.h"
+#include "engine/engine.h"
 
 using namespace motes;
 
@@ -16,7 +16,7 @@ shapes::Shape sphere(float x, float y, float z, float radius) { return {shapes::
 shapes::Shape ground() { return {shapes::Kind::plane, {0, 0, 0, 0, 1, 0}}; }
 
 // Records what a script would record in each frame. Numbers are in the order of docs/actions_alone.md.
-void record_frame(frame::Engine& engine, int sparks) {
+void record_frame(engine::Engine& engine, int sparks) {
   recording::Birth source;
   source.kind = recording::Birth::Kind::source;
   source.shape = disc();
@@ -47,9 +47,9 @@ image::View view() {
 [[gnu::visibility("default")]] int main(int argc, char** argv) {
   const comm::Environment mpi(argc, argv);
   auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(mpi.world()), comm::Watch{});
-  frame::Settings settings;
+  engine::Settings settings;
   settings.seed = 1;
-  frame::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), settings);
+  engine::Engine engine(std::move(communicator), roles::cast_auto(mpi.size()), settings);
   recording::SystemDefinition definition;
   definition.name = "sparks";
   definition.space = {domains::Space::Kind::finite, -4, 4};
@@ -61,7 +61,7 @@ image::View view() {
       record_frame(engine, sparks);
       engine.run_frame(shown);
       if (!engine.talk().draws()) continue;
-      const std::string sum = image::picture_sha256(shown.width, shown.height, engine.painter().take_pixels());
+      const std::string sum = base::picture_sha256(shown.width, shown.height, engine.painter().take_pixels());
       std::printf("frame %d: %llu particles, picture %s\n", i,
                   static_cast<unsigned long long>(engine.system(sparks).counts.alive), sum.c_str());
     }

@@ -11,9 +11,9 @@
 #include <utility>
 #include <vector>
 
+#include "interactions/cells.h"
+#include "interactions/kernels.h"
 #include "isas.h"
-#include "meetings/cells.h"
-#include "meetings/kernels.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
 #include "simd/float_mode.h"
@@ -21,30 +21,30 @@
 
 namespace motes {
 namespace sse2 {
-extern const meetings::Kernels meeting_kernels;
+extern const interactions::Kernels meeting_kernels;
 }
 namespace avx2 {
-extern const meetings::Kernels meeting_kernels;
+extern const interactions::Kernels meeting_kernels;
 }
 namespace avx512 {
-extern const meetings::Kernels meeting_kernels;
+extern const interactions::Kernels meeting_kernels;
 }
 }  // namespace motes
 
 namespace test {
 
-namespace meetings = motes::meetings;
+namespace interactions = motes::interactions;
 
 struct MeetingBuild {
   std::string name;
-  const meetings::Kernels& kernels;
+  const interactions::Kernels& kernels;
 };
 
 /// The builds that this process can run, narrowest first.
 inline const std::vector<MeetingBuild>& meeting_builds() {
   static const std::vector<MeetingBuild> all = [] {
     std::vector<MeetingBuild> found;
-    const auto kernels = runnable<meetings::Kernels>(MOTES_BUILDS(meeting_kernels));
+    const auto kernels = runnable<interactions::Kernels>(MOTES_BUILDS(meeting_kernels));
     const std::vector<Build> all_builds = builds();
     for (std::size_t i = 0; i < kernels.size(); ++i) found.push_back({all_builds[i].name, *kernels[i]});
     return found;
@@ -65,15 +65,15 @@ inline std::vector<std::uint64_t> numbers(std::size_t count, std::uint64_t first
 
 /// Particles by their index: this rank's own, then copies of others.
 struct Flock {
-  std::array<std::vector<float>, meetings::party_columns> column;
+  std::array<std::vector<float>, interactions::party_columns> column;
   std::vector<std::uint64_t> ids;
   std::size_t own = 0;
 
   std::size_t size() const { return ids.size(); }
-  meetings::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
+  interactions::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
   motes::particles::IdList own_ids() const { return motes::particles::IdList(std::span(ids).first(own)); }
   /// Looks at own_ids(), which somebody else keeps.
-  meetings::Crowd crowd(const motes::particles::IdList& own_ids) const {
+  interactions::Crowd crowd(const motes::particles::IdList& own_ids) const {
     return {{plane(0), plane(1), plane(2)}, own_ids, ids.data() + own, own, size() - own};
   }
 };
@@ -85,13 +85,13 @@ inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
   flock.own = count;
   flock.ids = numbers(count, 5);
   shuffle(flock.ids, dice);
-  for (std::size_t c = 0; c < meetings::party_columns; ++c) {
+  for (std::size_t c = 0; c < interactions::party_columns; ++c) {
     for (std::size_t i = 0; i < count; ++i) {
-      float value = c < meetings::value_x ? dice.between(-half, half) : dice.between(-2, 2);
-      if (c == meetings::contacts) value = static_cast<float>(dice.below(9));
-      if (c == meetings::radius) value = dice.between(0.05f, 0.125f);
-      if (c == meetings::inverse_mass) value = 1 / dice.between(0.25f, 4);
-      if (c == meetings::mass) value = 1 / flock.column[meetings::inverse_mass][i];
+      float value = c < interactions::value_x ? dice.between(-half, half) : dice.between(-2, 2);
+      if (c == interactions::contacts) value = static_cast<float>(dice.below(9));
+      if (c == interactions::radius) value = dice.between(0.05f, 0.125f);
+      if (c == interactions::inverse_mass) value = 1 / dice.between(0.25f, 4);
+      if (c == interactions::mass) value = 1 / flock.column[interactions::inverse_mass][i];
       flock.column[c].push_back(value);
     }
   }
@@ -104,14 +104,14 @@ inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, s
   flock.own = own;
   for (const std::size_t i : indices) {
     flock.ids.push_back(from.ids[i]);
-    for (std::size_t c = 0; c < meetings::party_columns; ++c) flock.column[c].push_back(from.column[c][i]);
+    for (std::size_t c = 0; c < interactions::party_columns; ++c) flock.column[c].push_back(from.column[c][i]);
   }
   return flock;
 }
 
 struct Law {
   enum Kind { gravitate, match, collide, contact, fluid } kind = gravitate;
-  meetings::Terms terms;
+  interactions::Terms terms;
   bool radii = false, masses = false;
 
   std::size_t outputs() const { return kind == contact ? 7 : kind == collide ? 4 : 3; }
@@ -175,7 +175,7 @@ inline Law fluid_law(float reach) {
 
 /// What a law says of each own particle, by index.
 struct Heard {
-  std::array<std::vector<float>, meetings::party_results> out;
+  std::array<std::vector<float>, interactions::party_results> out;
   std::vector<motes::particles::Touches> touches;
   std::uint64_t pairs = 0;
   bool softened = false;
@@ -186,19 +186,19 @@ struct Arranged {
   Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
       : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
     cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
-    for (std::size_t c = 0; c < meetings::party_columns; ++c) {
+    for (std::size_t c = 0; c < interactions::party_columns; ++c) {
       column[c].resize(flock.size() + 2 * motes::particles::kPadding);
       cells.arrange(crowd, flock.plane(c), column[c].data(), pool);
       planes[c] = column[c].data();
     }
   }
-  meetings::Party party() const { return {cells.view(crowd.own), planes, &crowd}; }
+  interactions::Party party() const { return {cells.view(crowd.own), planes, &crowd}; }
 
   motes::particles::IdList own_ids;
-  meetings::Crowd crowd;
-  meetings::Cells cells;
-  std::vector<float> column[meetings::party_columns];
-  const float* planes[meetings::party_columns];
+  interactions::Crowd crowd;
+  interactions::Cells cells;
+  std::vector<float> column[interactions::party_columns];
+  const float* planes[interactions::party_columns];
 };
 
 /// `sources`: those that the targets see; `touches`: what the targets remember.
@@ -208,13 +208,13 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
   touches.resize(targets.own);
   Arranged seeing(targets, law.terms.reach, pool);
   Arranged seen(sources, law.terms.reach, pool);
-  std::vector<float> by_place[meetings::party_results];
-  float* out[meetings::party_results];
-  for (std::size_t c = 0; c < meetings::party_results; ++c) {
+  std::vector<float> by_place[interactions::party_results];
+  float* out[interactions::party_results];
+  for (std::size_t c = 0; c < interactions::party_results; ++c) {
     by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
     out[c] = by_place[c].data();
   }
-  const meetings::Kernels& kernels = build.kernels;
+  const interactions::Kernels& kernels = build.kernels;
   const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
                       : law.kind == Law::match   ? kernels.match
                       : law.kind == Law::contact ? kernels.contact
@@ -222,8 +222,8 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
                                                  : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
-  std::vector<meetings::Sight> sights(parts);
-  const auto run = [&](void (*law_kernel)(const meetings::Task&), meetings::Party seers) {
+  std::vector<interactions::Sight> sights(parts);
+  const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
     pool.run(parts, [&](std::size_t part, std::size_t) {
       const motes::simd::FloatMode mode;
       law_kernel({seers, seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
@@ -231,12 +231,12 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
     });
   };
   if (law.kind == Law::fluid) {
-    meetings::Party all = seeing.party();
+    interactions::Party all = seeing.party();
     all.cells = seeing.cells.view(targets.size());
     run(kernels.find_pressure, all);
     for (Arranged* arranged : {&seeing, &seen}) {
-      arranged->column[meetings::pressure] = by_place[0];
-      arranged->planes[meetings::pressure] = arranged->column[meetings::pressure].data();
+      arranged->column[interactions::pressure] = by_place[0];
+      arranged->planes[interactions::pressure] = arranged->column[interactions::pressure].data();
     }
   }
   run(kernel, seeing.party());
@@ -248,7 +248,7 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       if (i < targets.own) heard.out[c][i] = by_place[c][k];
     }
   }
-  for (const meetings::Sight& sight : sights) {
+  for (const interactions::Sight& sight : sights) {
     heard.pairs += sight.pairs;
     heard.softened = heard.softened || sight.softened;
   }

@@ -2,13 +2,13 @@
 #pragma once
 
 #include "comm/simulated_ranks.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 #include "image/scene.h"
 
 namespace test {
 
 /// One system, whose space is as wide as the box.
-inline void add_drawn_system(motes::frame::Engine& engine) {
+inline void add_drawn_system(motes::engine::Engine& engine) {
   motes::recording::SystemDefinition definition;
   definition.space = {motes::domains::Space::Kind::finite, -4, 4};
   engine.add_system(definition);

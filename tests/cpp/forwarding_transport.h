@@ -21,9 +21,7 @@ class Forwarding : public motes::comm::Transport {
   }
   void await(int from, Phase phase, int messages) override { under_->await(from, phase, messages); }
   void progress() noexcept override { under_->progress(); }
-  std::optional<motes::particles::Bytes> receive(int from, Phase phase) override {
-    return under_->receive(from, phase);
-  }
+  std::optional<motes::base::Bytes> receive(int from, Phase phase) override { return under_->receive(from, phase); }
   std::optional<int> unsent() override { return under_->unsent(); }
   bool finished() override { return under_->finished(); }
   void pause(int round, double until_s) override { under_->pause(round, until_s); }

@@ -1,9 +1,9 @@
 // Compiled once for each instruction set (see CMakeLists.txt).
 #include "functions_probe.h"
 
+#include "actions/noise.h"
 #include "shapes/visit.h"
 #include "simd/ieee.h"
-#include "simd/noise.h"
 
 namespace motes::MOTES_ISA {
 namespace {

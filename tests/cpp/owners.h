@@ -2,18 +2,18 @@
 #pragma once
 
 #include "check.h"
-#include "frame/engine.h"
-#include "frame/places.h"
+#include "engine/engine.h"
+#include "engine/state/places.h"
 
 namespace test {
 
 /// Between two frames each calculator has what belongs to it, and nothing else.
-inline void check_owners(motes::frame::Engine& engine) {
+inline void check_owners(motes::engine::Engine& engine) {
   for (int i = 0; engine.talk().calculates() && i < engine.system_count(); ++i) {
     const motes::particles::Store& store = *engine.seen(i).store;
-    const motes::domains::Places places = motes::frame::places_of(store);
+    const motes::domains::Places places = motes::engine::places_of(store);
     for (std::size_t p = 0; p < store.size(); ++p) {
-      CHECK(motes::frame::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
+      CHECK(motes::engine::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
     }
   }
 }

@@ -4,11 +4,11 @@
 #include <vector>
 
 #include "check.h"
-#include "frame/birth_history.h"
-#include "frame/system.h"
+#include "engine/state/birth_history.h"
+#include "engine/state/system.h"
 
 namespace motes::test_birth_history {
-using frame::BirthHistory;
+using engine::BirthHistory;
 using recording::Birth;
 
 namespace {

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "check.h"
-#include "frame/birth_numbers.h"
+#include "engine/births/birth_numbers.h"
 #include "isas.h"
 #include "roles/ring.h"
 
 namespace motes::test_birth_numbers {
 using comm::Message;
-using frame::BirthNumbers;
-using frame::Due;
+using engine::BirthNumbers;
+using engine::Due;
 
 namespace {
 
@@ -88,7 +88,7 @@ TEST(numbers_of_births_reach_their_owners_once_group_by_group) {
     const auto all = shares(calculators, static_cast<std::uint64_t>(calculators));
     const std::vector<std::vector<Message>> here = travel(all);
     for (std::uint32_t c = 0; c < here.size(); ++c) {
-      std::vector<particles::Reader> readers;
+      std::vector<base::Reader> readers;
       std::uint64_t counted = 0;
       for (const Message& message : here[c]) {
         readers.push_back(message.reader());
@@ -97,7 +97,7 @@ TEST(numbers_of_births_reach_their_owners_once_group_by_group) {
       std::size_t taken = 0;
       for (std::uint32_t g = 0; g < kGroups; ++g) {
         std::vector<std::uint32_t> numbers;
-        for (particles::Reader& in : readers) frame::take(in, g, UINT32_MAX, numbers);
+        for (base::Reader& in : readers) engine::take(in, g, UINT32_MAX, numbers);
         std::sort(numbers.begin(), numbers.end());
         CHECK(numbers == due_to(all, g, c));
         taken += numbers.size();
@@ -116,11 +116,11 @@ TEST(numbers_of_births_that_cannot_be_are_refused) {
   CHECK_THROWS(join({&cut_off, 1}, one), std::runtime_error);
   std::vector<std::uint32_t> numbers;
   const Message beyond = message_of(0, 1, {{7, 0}});
-  particles::Reader in = beyond.reader();
-  CHECK_THROWS(frame::take(in, 0, 7, numbers), std::runtime_error);
+  base::Reader in = beyond.reader();
+  CHECK_THROWS(engine::take(in, 0, 7, numbers), std::runtime_error);
   in = beyond.reader();
   numbers.clear();
-  frame::take(in, 0, 8, numbers);
+  engine::take(in, 0, 8, numbers);
   CHECK(numbers == std::vector<std::uint32_t>{7});
 }
 

@@ -4,7 +4,7 @@
 
 #include "check.h"
 #include "isas.h"
-#include "recording/program.h"
+#include "program/program.h"
 
 namespace motes::test_bounce {
 using particles::Store;
@@ -36,7 +36,7 @@ double length(Vector v) { return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z); }
 // A store that bounces its particles, step by step.
 struct World {
   Store store{kSchema};
-  recording::Program program;
+  program::Program program;
   double dt;
   std::uint64_t frame = 0;
 
@@ -58,7 +58,7 @@ struct World {
     }
   }
   void step() {
-    recording::Outcome outcome;
+    program::Outcome outcome;
     program.run(store, 0, 0, {frame++, 1, dt, 0}, {1, 2}, {}, outcome);
   }
   Vector get(int attribute, std::size_t i) const {

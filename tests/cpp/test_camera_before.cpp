@@ -1,6 +1,6 @@
 // The last frame's camera, as the record of a frame has it.
 #include "check.h"
-#include "frame/script.h"
+#include "engine/state/script.h"
 
 namespace motes::test_camera_before {
 namespace {
@@ -16,11 +16,11 @@ image::View view_from(double x, float shutter) {
 }  // namespace
 
 TEST(an_open_shutter_knows_the_camera_of_the_frame_before) {
-  frame::Script script;
-  const frame::Settings settings;
+  engine::Script script;
+  const engine::Settings settings;
   const auto before = [&](std::uint64_t frame, const std::optional<image::View>& view) {
     const auto verb = view ? recording::Verb::render : recording::Verb::step;
-    frame::write_record(script, settings, frame, verb, view, "");
+    engine::write_record(script, settings, frame, verb, view, "");
     return script.record.view ? script.record.view->before : std::nullopt;
   };
   CHECK(!before(0, view_from(0, 0.5f)));  // the first frame

@@ -12,7 +12,7 @@
 #include "crowds.h"
 
 namespace motes::test_cells {
-using meetings::Cells;
+using interactions::Cells;
 using test::Dice;
 using test::Flock;
 
@@ -65,11 +65,11 @@ std::uint32_t most_in_a_cell(const std::vector<Place>& places) {
 
 // Rows cover the order; each has one x and y, and its table leads to the first particle of each z.
 void check_rows(const Cells& cells, const std::vector<Place>& places) {
-  const meetings::CellsView view = cells.view(0);
+  const interactions::CellsView view = cells.view(0);
   CHECK(view.row_count + 1 == cells.rows().size());
   CHECK(cells.rows().front().first == 0 && cells.rows().back().first == places.size());
   for (std::size_t r = 0; r < view.row_count; ++r) {
-    const meetings::Row& row = view.rows[r];
+    const interactions::Row& row = view.rows[r];
     const std::uint32_t end = view.rows[r + 1].first;
     CHECK(row.first < end);
     const auto& before = view.rows[r + 1];
@@ -96,7 +96,7 @@ void check_order(const Scene& scene, threads::Pool& pool, Dice& dice) {
   Cells cells;
   const particles::IdList others = scene.flock.own_ids(), own = mixed.flock.own_ids();
   cells.sort(scene.flock.crowd(others), 1.0, pool);  // working memory of another meeting
-  const meetings::Crowd crowd = mixed.flock.crowd(own);
+  const interactions::Crowd crowd = mixed.flock.crowd(own);
   cells.sort(crowd, scene.edge, pool);
   const std::vector<Place> places = sorted(scene);
   CHECK(cells.size() == places.size());
@@ -106,9 +106,9 @@ void check_order(const Scene& scene, threads::Pool& pool, Dice& dice) {
   CHECK(cells.most_in_a_cell() == most_in_a_cell(places));
   check_rows(cells, places);
   std::vector<float> arranged(cells.size());
-  cells.arrange(crowd, mixed.flock.plane(meetings::value_x), arranged.data(), pool);
+  cells.arrange(crowd, mixed.flock.plane(interactions::value_x), arranged.data(), pool);
   for (std::size_t k = 0; k < arranged.size(); ++k)
-    CHECK(arranged[k] == mixed.flock.column[meetings::value_x][cells.order()[k]]);
+    CHECK(arranged[k] == mixed.flock.column[interactions::value_x][cells.order()[k]]);
 }
 
 Flock scaled(std::size_t count, float half, std::uint64_t seed) { return test::random_flock(count, half, seed); }
@@ -178,7 +178,7 @@ TEST(uniform_columns_stand_for_all_own_particles) {
   Cells by_planes;
   const particles::IdList own_ids = flock.own_ids();
   by_planes.sort(flock.crowd(own_ids), 0.2, threads::alone());
-  meetings::Crowd crowd = flock.crowd(own_ids);
+  interactions::Crowd crowd = flock.crowd(own_ids);
   crowd.at[2] = {nullptr, nullptr, 0.75f};
   Cells cells;
   cells.sort(crowd, 0.2, threads::alone());

@@ -135,9 +135,9 @@ struct Kernels {
     for (std::size_t i = 0; i < flock.size(); ++i) {
       for (std::size_t c = 0; c < 3; ++c) {
         float& at = flock.column[c][i];
-        float& velocity = flock.column[static_cast<std::size_t>(meetings::value_x) + c][i];
+        float& velocity = flock.column[static_cast<std::size_t>(interactions::value_x) + c][i];
         velocity = heard.out[c][i] - at * static_cast<float>(Heap::kFall) * law.terms.step;
-        flock.column[static_cast<std::size_t>(meetings::spin_x) + c][i] = heard.out[4 + c][i];
+        flock.column[static_cast<std::size_t>(interactions::spin_x) + c][i] = heard.out[4 + c][i];
         at += velocity * law.terms.step;
       }
     }
@@ -162,9 +162,9 @@ Heap heap_of(const Flock& flock) {
       for (std::size_t c = 0; c < 3; ++c) v[c] = double{flock.column[static_cast<std::size_t>(first) + c][i]};
       return v;
     };
-    heap.grains.push_back({three(meetings::at_x), three(meetings::value_x), three(meetings::spin_x),
-                           double{flock.column[meetings::radius][i]},
-                           1 / double{flock.column[meetings::inverse_mass][i]}});
+    heap.grains.push_back({three(interactions::at_x), three(interactions::value_x), three(interactions::spin_x),
+                           double{flock.column[interactions::radius][i]},
+                           1 / double{flock.column[interactions::inverse_mass][i]}});
   }
   return heap;
 }
@@ -193,8 +193,8 @@ TEST(grains_move_and_turn_as_in_double_precision) {
     const std::size_t k = kernels.index_of(i);
     for (std::size_t c = 0; c < 3; ++c) {
       CHECK_NEAR(double{kernels.flock.column[c][k]}, heap.grains[i].at[c], 2e-4);
-      CHECK_NEAR(double{kernels.flock.column[meetings::value_x + c][k]}, heap.grains[i].velocity[c], 1e-2);
-      CHECK_NEAR(double{kernels.flock.column[meetings::spin_x + c][k]}, heap.grains[i].spin[c], 0.1);
+      CHECK_NEAR(double{kernels.flock.column[interactions::value_x + c][k]}, heap.grains[i].velocity[c], 1e-2);
+      CHECK_NEAR(double{kernels.flock.column[interactions::spin_x + c][k]}, heap.grains[i].spin[c], 0.1);
       farthest = std::max(farthest, std::abs(heap.grains[i].spin[c]));
     }
   }
@@ -242,7 +242,7 @@ TEST(springs_that_are_too_stiff_for_the_step_are_softened_and_said_to_be) {
   Kernels kernels = grains(150, 14);
   for (std::uint32_t step = 1; step < 200; ++step) kernels.advance(law, step, test::meeting_builds()[0]);
   CHECK(kernels.softened);
-  for (const float v : kernels.flock.column[meetings::value_x]) CHECK(std::abs(v) < 500);
+  for (const float v : kernels.flock.column[interactions::value_x]) CHECK(std::abs(v) < 500);
   Kernels soft = grains(150, 14);
   soft.advance(slow_law(), 1, test::meeting_builds()[0]);
   CHECK(!soft.softened);

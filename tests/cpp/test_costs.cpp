@@ -2,13 +2,13 @@
 #include <string>
 
 #include "check.h"
-#include "frame/costs.h"
+#include "engine/session/costs.h"
 
 namespace motes::test_costs {
 using actions::Action;
 using actions::Kind;
-using frame::Costs;
-using frame::read_costs;
+using engine::Costs;
+using engine::read_costs;
 
 TEST(costs_are_read) {
   const Costs costs =

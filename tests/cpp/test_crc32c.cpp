@@ -2,11 +2,11 @@
 #include <cstring>
 #include <vector>
 
+#include "base/crc32c.h"
 #include "check.h"
-#include "snapshots/crc32c.h"
 
 namespace motes::test_crc32c {
-using namespace snapshots;
+using namespace base;
 
 namespace {
 
@@ -31,15 +31,15 @@ std::vector<std::byte> noise(std::size_t count) {
 
 // RFC 3720, appendix B.4, and the check value of the catalogue of CRCs.
 TEST(crc32c_of_known_bytes) {
-  CHECK(crc32c({}) == 0);
-  CHECK(crc32c(bytes_of("123456789")) == 0xE3069283u);
+  CHECK(base::crc32c({}) == 0);
+  CHECK(base::crc32c(bytes_of("123456789")) == 0xE3069283u);
   const std::vector<std::byte> zeros(32);
-  CHECK(crc32c(zeros) == 0x8A9136AAu);
+  CHECK(base::crc32c(zeros) == 0x8A9136AAu);
   const std::vector<std::byte> ones(32, std::byte{0xFF});
-  CHECK(crc32c(ones) == 0x62A8AB43u);
+  CHECK(base::crc32c(ones) == 0x62A8AB43u);
   std::vector<std::byte> ascending(32);
   for (std::size_t i = 0; i < 32; ++i) ascending[i] = static_cast<std::byte>(i);
-  CHECK(crc32c(ascending) == 0x46DD794Eu);
+  CHECK(base::crc32c(ascending) == 0x46DD794Eu);
 }
 
 // Lengths around those at which stretches are summed side by side, at all alignments.
@@ -48,21 +48,21 @@ TEST(crc32c_is_the_same_by_tables_and_in_parts) {
   for (const std::size_t count : {1u, 7u, 8u, 9u, 4095u, 4096u, 12287u, 12288u, 12289u, 24576u, 24600u, 50001u}) {
     for (std::size_t first = 0; first < 9; ++first) {
       const auto bytes = std::span(all).subspan(first, count);
-      const std::uint32_t sum = crc32c(bytes);
-      CHECK(sum == crc32c_by_tables(bytes));
+      const std::uint32_t sum = base::crc32c(bytes);
+      CHECK(sum == base::crc32c_by_tables(bytes));
       const std::size_t cut = count / 3;
-      CHECK(sum == crc32c(bytes.subspan(cut), crc32c(bytes.first(cut))));
+      CHECK(sum == base::crc32c(bytes.subspan(cut), base::crc32c(bytes.first(cut))));
     }
   }
 }
 
 TEST(crc32c_of_a_flipped_bit_differs) {
   std::vector<std::byte> bytes = noise(13000);
-  const std::uint32_t sum = crc32c(bytes);
+  const std::uint32_t sum = base::crc32c(bytes);
   for (std::size_t bit = 0; bit < 8 * bytes.size(); bit += 41) {
     const auto mask = static_cast<std::byte>(1u << bit % 8);
     bytes[bit / 8] ^= mask;
-    CHECK(crc32c(bytes) != sum);
+    CHECK(base::crc32c(bytes) != sum);
     bytes[bit / 8] ^= mask;
   }
 }

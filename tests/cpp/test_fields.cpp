@@ -1,5 +1,5 @@
 // Structs as bytes from one description of their fields: no padding, memory reused, damage detected.
-#include "particles/fields.h"
+#include "base/fields.h"
 
 #include <algorithm>
 #include <cstring>
@@ -10,15 +10,15 @@
 #include <vector>
 
 #include "check.h"
-#include "frame/report.h"
+#include "engine/session/report.h"
 #include "image/buffer.h"
 #include "recording/record.h"
 
 namespace motes::test_fields {
-using particles::Bytes;
-using particles::read_fields;
-using particles::Reader;
-using particles::write_fields;
+using base::Bytes;
+using base::read_fields;
+using base::Reader;
+using base::write_fields;
 
 namespace sample {
 
@@ -79,15 +79,15 @@ using sample::Colour;
 using sample::Everything;
 using sample::Padded;
 
-static_assert(particles::enumerators<Colour>() == 3);
-static_assert(particles::enumerators<recording::Verb>() == 12);
-static_assert(particles::enumerators<frame::Request::Kind>() == 4);
-static_assert(particles::enumerators<actions::Kind>() == actions::kKinds);
-static_assert(particles::enumerators<shapes::Kind>() == shapes::kKinds);
+static_assert(base::enumerators<Colour>() == 3);
+static_assert(base::enumerators<recording::Verb>() == 12);
+static_assert(base::enumerators<engine::Request::Kind>() == 4);
+static_assert(base::enumerators<actions::Kind>() == actions::kKinds);
+static_assert(base::enumerators<shapes::Kind>() == shapes::kKinds);
 
-static_assert(particles::copied_whole<frame::PhaseTimes>() && particles::copied_whole<recording::Event>());
-static_assert(!particles::copied_whole<frame::OwnedParent>() && !particles::copied_whole<balance::Gift>(), "padding");
-static_assert(!particles::copied_whole<frame::Request>(), "an enumeration is checked");
+static_assert(base::copied_whole<engine::PhaseTimes>() && base::copied_whole<recording::Event>());
+static_assert(!base::copied_whole<engine::OwnedParent>() && !base::copied_whole<balance::Gift>(), "padding");
+static_assert(!base::copied_whole<engine::Request>(), "an enumeration is checked");
 
 Everything everything() {
   Everything all;
@@ -150,7 +150,7 @@ TEST(fields_survive_their_bytes) {
 TEST(fields_write_no_padding) {
   CHECK(bytes_of(Padded{}).size() == 1 + 8 + 4);
   CHECK(!padding_shows<Padded>([](Padded& p) { p.small = 1, p.large = 2, p.last = 3; }));
-  CHECK(!padding_shows<frame::OwnedParent>([](frame::OwnedParent& owned) {
+  CHECK(!padding_shows<engine::OwnedParent>([](engine::OwnedParent& owned) {
     owned.owner = 1;
     owned.parent = {1, 2, 3, {4, {5, 6, 7}, {8, 9, 10}}};
   }));
@@ -190,10 +190,10 @@ TEST(fields_find_damage) {
   refused(all, 2, 0x80);      // nor one below 0
   refused(all, size - 2, 2);  // neither present nor absent
   refused(all, size - 1, 3);  // no such alternative
-  refused(recording::Record{}, 0, particles::enumerators<recording::Verb>());
-  frame::Inquiry inquiry;
+  refused(recording::Record{}, 0, base::enumerators<recording::Verb>());
+  engine::Inquiry inquiry;
   inquiry.requests.resize(1);
-  refused(inquiry, 8 + 4, particles::enumerators<frame::Request::Kind>());
+  refused(inquiry, 8 + 4, base::enumerators<engine::Request::Kind>());
 }
 
 TEST(a_list_longer_than_its_bytes_is_refused_before_memory_is_asked_for) {

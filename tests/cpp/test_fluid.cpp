@@ -30,7 +30,7 @@ struct Liquid {
   const Law& law;
   double radius = double{law.terms.reach}, rest = double{law.terms.rest_density}, step = double{law.terms.step};
 
-  double mass(std::size_t i) const { return double{flock.column[meetings::mass][i]}; }
+  double mass(std::size_t i) const { return double{flock.column[interactions::mass][i]}; }
 
   // Of two: distance, direction to the second, velocity of the second seen from the first.
   struct Pair {
@@ -38,8 +38,8 @@ struct Liquid {
     Vec normal, apart;
   };
   Pair pair(std::size_t i, std::size_t j) const {
-    const Vec a = triple(flock, meetings::at_x, i), b = triple(flock, meetings::at_x, j);
-    const Vec v = triple(flock, meetings::value_x, i), w = triple(flock, meetings::value_x, j);
+    const Vec a = triple(flock, interactions::at_x, i), b = triple(flock, interactions::at_x, j);
+    const Vec v = triple(flock, interactions::value_x, i), w = triple(flock, interactions::value_x, j);
     Pair made{std::hypot(b[0] - a[0], b[1] - a[1], b[2] - a[2]), {}, {}};
     for (std::size_t c = 0; c < 3; ++c) {
       made.normal[c] = (b[c] - a[c]) / made.distance;
@@ -75,7 +75,7 @@ struct Liquid {
   }
 
   Vec velocity(std::size_t i, const std::vector<double>& pressures, double& size) const {
-    Vec sum = triple(flock, meetings::value_x, i);
+    Vec sum = triple(flock, interactions::value_x, i);
     size = std::sqrt(dot(sum, sum));
     for (std::size_t j = 0; j < flock.size(); ++j) {
       if (j == i) continue;
@@ -127,7 +127,7 @@ TEST(a_liquid_parts_those_at_one_place) {
   for (std::size_t i = 0; i < flock.size(); ++i) {
     double speed = 0;
     for (std::size_t c = 0; c < 3; ++c) {
-      momentum[c] += double{heard.out[c][i]} * double{flock.column[meetings::mass][i]};
+      momentum[c] += double{heard.out[c][i]} * double{flock.column[interactions::mass][i]};
       speed += std::abs(double{heard.out[c][i]});
     }
     CHECK(std::isfinite(speed) && speed > 0);

@@ -5,11 +5,11 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/sha256.h"
 #include "check.h"
-#include "image/bloom.h"
-#include "image/bloom_tiles.h"
-#include "image/sha256.h"
-#include "image/splat_lanes.h"
+#include "image/post/bloom.h"
+#include "image/post/bloom_tiles.h"
+#include "image/raster/splat_lanes.h"
 #include "isas.h"
 
 namespace motes::test_image_bloom {
@@ -183,7 +183,7 @@ TEST(bloom_is_the_same_everywhere) {
   Picture picture = noise(201, 333, 3);
   picture.bloom(0.25f);
   const auto* bytes = reinterpret_cast<const std::byte*>(picture.light.data());
-  image::Sha256 hash;
+  base::Sha256 hash;
   hash.add(std::span<const std::byte>(bytes, picture.light.size() * 4));
   const std::string digest = hash.finish();
   CHECK(digest == "99c4202e12c1e723036abc8d23e17f295be9a9bb2d42872c807c17cdb211307b");

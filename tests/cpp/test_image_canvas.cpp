@@ -4,8 +4,8 @@
 #include <random>
 #include <stdexcept>
 
+#include "bench/bench_image.h"
 #include "check.h"
-#include "image/bench.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/tone.h"
@@ -361,15 +361,15 @@ TEST(image_background_and_exposure) {
 }
 
 TEST(image_render_bench_runs) {
-  const RenderBench bench = render_bench(10000, 160, 90, 5, 2);
-  CHECK(bench.records > 5000 && bench.ms_per_frame > 0 && bench.ms_project > 0);
+  const bench::RenderBench result = bench::render_bench(10000, 160, 90, 5, 2);
+  CHECK(result.records > 5000 && result.ms_per_frame > 0 && result.ms_project > 0);
   bool with_bloom = false;
-  for (const RenderRow& row : bench.rows) {
+  for (const bench::RenderRow& row : result.rows) {
     CHECK(row.ms_per_frame > 0 && row.ratio > 0);
     with_bloom |= row.name.find("bloom") != std::string::npos;
   }
   CHECK(with_bloom);
-  CHECK_THROWS(render_bench(0, 160, 90, 5, 2), std::invalid_argument);
+  CHECK_THROWS(bench::render_bench(0, 160, 90, 5, 2), std::invalid_argument);
 }
 
 }  // namespace motes::test_image_canvas

@@ -5,11 +5,11 @@
 #include <limits>
 #include <stdexcept>
 
+#include "base/vectors.h"
 #include "check.h"
 #include "image/camera.h"
-#include "image/scenery.h"
-#include "image/splat_lanes.h"
-#include "image/vectors.h"
+#include "image/raster/splat_lanes.h"
+#include "image/raycast/scenery.h"
 #include "isas.h"
 #include "test_image_meshes.h"
 #include "test_image_reference_caster.h"
@@ -28,7 +28,7 @@ Solid random_solid(Dice& dice) {
   Solid solid;
   float* n = solid.shape.number;
   const Vector at = somewhere(dice),
-               to = image::operator+(at, {dice.between(-1, 1), dice.between(0.2f, 2), dice.between(-1, 1)});
+               to = operator+(at, {dice.between(-1, 1), dice.between(0.2f, 2), dice.between(-1, 1)});
   const auto put = [&](const Vector& v, int i) {
     for (std::size_t c = 0; c < 3; ++c) n[i + static_cast<int>(c)] = static_cast<float>(v[c]);
   };

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "check.h"
-#include "image/ordered.h"
-#include "image/pieces.h"
+#include "image/raster/ordered.h"
+#include "image/raster/pieces.h"
 #include "test_image_wide_scene.h"
 
 namespace motes::test_image_colors {

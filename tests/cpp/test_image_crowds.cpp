@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "check.h"
-#include "image/depth_blocks.h"
+#include "image/raster/depth_blocks.h"
 #include "test_image_wide_scene.h"
 
 namespace motes::test_image_crowds {
@@ -99,7 +99,7 @@ TEST(image_crowds_of_any_size_look_as_if_each_record_was_drawn) {
   for (const bool solids : {false, true}) {
     const View view = painter_view(solids);
     for (const Kind kind : {Kind::disc, Kind::sphere, Kind::image}) {
-      const AssetKey picture = kind == Kind::image ? two_colors() : 0;
+      const meshes::AssetKey picture = kind == Kind::image ? two_colors() : 0;
       check_crowd(view, wide_crowd(wide_sprite(kind, Blend::opaque, picture), view, 4000));
     }
   }

@@ -4,8 +4,8 @@
 #include <random>
 
 #include "check.h"
-#include "image/brush.h"
-#include "image/depth_blocks.h"
+#include "image/raster/brush.h"
+#include "image/raster/depth_blocks.h"
 #include "test_image_scene.h"
 
 namespace motes::test_image_depth_blocks {

@@ -4,8 +4,8 @@
 
 #include "check.h"
 #include "image/daylight.h"
-#include "image/scenery.h"
-#include "image/splat_lanes.h"
+#include "image/raster/splat_lanes.h"
+#include "image/raycast/scenery.h"
 #include "test_image_scene.h"
 
 namespace motes::test_image_lights {

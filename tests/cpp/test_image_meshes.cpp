@@ -10,15 +10,15 @@
 
 #include "check.h"
 #include "image/camera.h"
-#include "image/mesh_tree.h"
-#include "image/scenery.h"
-#include "image/splat_lanes.h"
+#include "image/raster/splat_lanes.h"
+#include "image/raycast/scenery.h"
 #include "isas.h"
+#include "meshes/mesh_tree.h"
 #include "test_image_scene.h"
 
 namespace motes::image_test {
 
-image::Mesh ball_mesh(int times) {
+meshes::Mesh ball_mesh(int times) {
   using Triangle = std::array<std::uint32_t, 3>;
   std::vector<std::array<double, 3>> points{{1, 0, 0}, {-1, 0, 0}, {0, 1, 0}, {0, -1, 0}, {0, 0, 1}, {0, 0, -1}};
   std::vector<Triangle> triangles{{0, 2, 4}, {2, 1, 4}, {1, 3, 4}, {3, 0, 4},
@@ -42,7 +42,7 @@ image::Mesh ball_mesh(int times) {
     }
     triangles = std::move(finer);
   }
-  Mesh mesh;
+  meshes::Mesh mesh;
   for (const auto& p : points) {
     mesh.vertices.insert(mesh.vertices.end(),
                          {static_cast<float>(p[0]), static_cast<float>(p[1] + 1), static_cast<float>(p[2])});
@@ -59,9 +59,9 @@ using test::Dice;
 
 namespace {
 
-Solid mesh_solid(const Mesh& mesh) {
+Solid mesh_solid(const meshes::Mesh& mesh) {
   Solid solid;
-  solid.mesh = keep(mesh);
+  solid.mesh = meshes::keep(mesh);
   solid.color = {0.8f, 0.5f, 0.3f};
   return solid;
 }
@@ -151,8 +151,8 @@ TEST(image_meshes_are_watertight) {
 
 TEST(image_a_mesh_throws_shadows_on_itself_and_on_others) {
   // A roof over a table, in one mesh, over the ground.
-  const Mesh roof{{-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1, -2, 0.5f, -2, 2, 0.5f, -2, 2, 0.5f, 2, -2, 0.5f, 2},
-                  {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7}};
+  const meshes::Mesh roof{{-1, 2, -1, 1, 2, -1, 1, 2, 1, -1, 2, 1, -2, 0.5f, -2, 2, 0.5f, -2, 2, 0.5f, 2, -2, 0.5f, 2},
+                          {0, 1, 2, 0, 2, 3, 4, 5, 6, 4, 6, 7}};
   View view = view_of({ground(), mesh_solid(roof)});
   view.sun = {0, 1, 0};
   view.camera.position = {0, 1.5, 6};
@@ -174,10 +174,10 @@ TEST(image_a_mesh_throws_shadows_on_itself_and_on_others) {
 }
 
 TEST(image_the_tree_of_a_mesh_holds_each_triangle_once) {
-  Mesh mesh = ball_mesh(4);
+  meshes::Mesh mesh = ball_mesh(4);
   const std::size_t count = mesh.triangles.size() / 3;
   mesh.triangles.insert(mesh.triangles.end(), {0, 0, 1, 2, 2, 2});  // without an area
-  const MeshTree tree = build_tree(mesh);
+  const meshes::MeshTree tree = build_tree(mesh);
   CHECK(tree.triangles.size() == count);
   std::vector<int> seen(count);
   std::vector<std::pair<std::uint32_t, int>> stack{{0, 0}};
@@ -185,7 +185,7 @@ TEST(image_the_tree_of_a_mesh_holds_each_triangle_once) {
   while (!stack.empty()) {
     const auto [at, depth] = stack.back();
     stack.pop_back();
-    const MeshNode& node = tree.nodes[at];
+    const meshes::MeshNode& node = tree.nodes[at];
     deepest = std::max(deepest, depth);
     const auto inside = [&](const float* low, const float* high) {
       for (int i = 0; i < 3; ++i) CHECK(low[i] >= node.low[i] && high[i] <= node.high[i]);
@@ -205,19 +205,20 @@ TEST(image_the_tree_of_a_mesh_holds_each_triangle_once) {
 
 // All triangles at the same place, and triangles whose sizes grow by powers of two: no split by place helps.
 TEST(image_trees_of_strange_meshes_stay_shallow_enough) {
-  Mesh same, growing;
+  meshes::Mesh same, growing;
   for (std::uint32_t i = 0; i < 1000; ++i) {
     same.vertices.insert(same.vertices.end(), {0, 0, 0, 1, 0, 0, 0, 1, 0});
     const float size = std::ldexp(1.0f, static_cast<int>(i % 90) - 45);
     growing.vertices.insert(growing.vertices.end(), {size, 0, 0, 2 * size, 0, 0, size, size, size});
-    for (Mesh* mesh : {&same, &growing}) mesh->triangles.insert(mesh->triangles.end(), {3 * i, 3 * i + 1, 3 * i + 2});
+    for (meshes::Mesh* mesh : {&same, &growing})
+      mesh->triangles.insert(mesh->triangles.end(), {3 * i, 3 * i + 1, 3 * i + 2});
   }
-  for (const Mesh& mesh : {same, growing}) {
+  for (const meshes::Mesh& mesh : {same, growing}) {
     const std::vector<int> light = light_of(view_of({mesh_solid(mesh)}));
     CHECK(light.size() == 3 * 320 * 200);
   }
-  const Mesh flat{{0, 0, 0, 1, 1, 1, 2, 2, 2}, {0, 1, 2}};
-  CHECK(build_tree(flat).triangles.empty());
+  const meshes::Mesh flat{{0, 0, 0, 1, 1, 1, 2, 2, 2}, {0, 1, 2}};
+  CHECK(meshes::build_tree(flat).triangles.empty());
   CHECK(light_of(view_of({mesh_solid(flat)})) == light_of(view_of({})));
 }
 

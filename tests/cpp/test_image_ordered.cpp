@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "check.h"
-#include "image/ordered.h"
-#include "image/pieces.h"
+#include "image/raster/ordered.h"
+#include "image/raster/pieces.h"
 #include "isas.h"
 #include "test_image_scene.h"
 

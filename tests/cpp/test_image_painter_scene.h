@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "image/brush.h"
-#include "image/ordered.h"
-#include "image/tile_painter.h"
+#include "image/raster/brush.h"
+#include "image/raster/ordered.h"
+#include "image/raster/tile_painter.h"
 #include "isas.h"
 #include "test_image_scene.h"
 

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "check.h"
-#include "image/projector.h"
+#include "image/project/projector.h"
 #include "test_image_scene.h"
 
 namespace motes::test_image_projection {
@@ -91,7 +91,7 @@ TEST(image_parts_of_wide_messages_hold_the_records_of_their_slots) {
   std::size_t count = 0;
   for (int first = 0; first < 12; first += 5) {
     const int end = std::min(first + 5, 12);
-    particles::Bytes bytes;
+    base::Bytes bytes;
     whole.append_part(first, end, bytes);
     const RecordsView part(bytes.view());
     CHECK(part.count() == whole.count(first, end) && part.sprite() == whole.sprite());

@@ -4,12 +4,12 @@
 #include <set>
 #include <stdexcept>
 
+#include "base/vectors.h"
 #include "check.h"
 #include "image/camera.h"
 #include "image/curves.h"
 #include "image/footprint.h"
 #include "image/layout.h"
-#include "image/vectors.h"
 #include "test_image_scene.h"
 
 namespace motes::test_image_records {
@@ -208,7 +208,7 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
     const std::vector<int> ends{0, 0, 1, 5, 5, 11, 12};
     std::size_t count = 0;
     for (std::size_t i = 1; i < ends.size(); ++i) {
-      particles::Bytes bytes;
+      base::Bytes bytes;
       bytes.put(std::uint8_t{1});  // parts may start anywhere
       whole.append_part(ends[i - 1], ends[i], bytes);
       const RecordsView part(bytes.view().subspan(1));
@@ -227,7 +227,7 @@ TEST(image_parts_of_a_message_hold_the_records_of_their_tiles) {
         }
         CHECK(here == (inside ? there : std::vector<std::byte>{}));
       }
-      particles::Bytes nothing;
+      base::Bytes nothing;
       CHECK_THROWS(part.append_part(0, 12, nothing), std::invalid_argument);
     }
     CHECK(count == whole.count());
@@ -249,7 +249,7 @@ TEST(image_counts_of_records_add_up_by_slot) {
   const auto bytes = message(random_cloud(40000, 3), {Sprite::Kind::disc, 5}, view);
   const RecordsView all(bytes);
   const auto slots = static_cast<std::size_t>(all.grid().tiles());
-  particles::Bytes part;
+  base::Bytes part;
   all.append_part(7, 20, part);
   std::vector<std::uint32_t> counts(slots, 1);
   all.add_counts(counts);

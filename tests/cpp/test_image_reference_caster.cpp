@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 
 namespace motes::image_test {
 namespace {

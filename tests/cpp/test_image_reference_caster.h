@@ -13,7 +13,6 @@
 
 namespace motes::image_test {
 
-using image::Ball;
 using image::Lens;
 using image::Solid;
 using image::View;

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "image/vectors.h"
+#include "base/vectors.h"
 
 namespace motes::image_test {
 namespace {
@@ -14,8 +14,6 @@ using shapes::Kind;
 using shapes::Shape;
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-Vector vector_at(const Shape& s, int first) { return {s.number[first], s.number[first + 1], s.number[first + 2]}; }
 
 Vector towards(const Vector& normal, const Ray& ray) { return dot(normal, ray.along) > 0 ? normal * -1 : normal; }
 
@@ -129,7 +127,7 @@ struct AlongAxis {
 
   AlongAxis(const Shape& s, const Ray& ray) {
     const Vector start = vector_at(s, 0), whole = vector_at(s, 3) - start, from = ray.from - start;
-    length = image::length(whole);
+    length = motes::length(whole);
     axis = whole * (1 / length);
     height = dot(from, axis), rise = dot(ray.along, axis);
     across = from - axis * height, aside = ray.along - axis * rise;

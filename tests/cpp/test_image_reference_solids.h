@@ -6,8 +6,6 @@
 
 namespace motes::image_test {
 
-using image::Vector;
-
 struct Ray {
   Vector from;
   Vector along;  // of any length: distances are measured in units of it

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "check.h"
-#include "image/canvas.h"
-#include "image/projector.h"
+#include "image/post/canvas.h"
+#include "image/project/projector.h"
 #include "isas.h"
 #include "test_image_scene.h"
 
@@ -128,11 +128,11 @@ TEST(image_light_does_not_depend_on_the_place_in_a_pixel) {
       sprites.push_back(sprite);
     }
   }
-  Picture white;
+  meshes::Picture white;
   white.width = white.height = 128;
   white.rgba.assign(std::size_t{4} * 128 * 128, 255);
   sprites.push_back({Sprite::Kind::image, 5});
-  sprites.back().picture = keep(std::move(white));
+  sprites.back().picture = meshes::keep(std::move(white));
   const double metre = 45 / std::tan(20 * 3.14159265358979323846 / 180) / 10;  // in pixels
   for (const Sprite& sprite : sprites) {
     double first = 0;

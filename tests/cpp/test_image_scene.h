@@ -5,11 +5,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "image/canvas.h"
-#include "image/projector.h"
-#include "image/records.h"
+#include "image/post/canvas.h"
+#include "image/project/projector.h"
+#include "image/project/records.h"
+#include "image/raster/tile_painter.h"
 #include "image/scene.h"
-#include "image/tile_painter.h"
 
 namespace motes::image_test {
 

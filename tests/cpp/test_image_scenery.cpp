@@ -6,7 +6,7 @@
 #include <stdexcept>
 
 #include "check.h"
-#include "image/scenery.h"
+#include "image/raycast/scenery.h"
 #include "image/solids.h"
 #include "test_image_reference_caster.h"
 #include "test_image_scene.h"

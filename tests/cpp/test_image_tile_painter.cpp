@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "check.h"
-#include "image/tile_painter.h"
+#include "image/raster/tile_painter.h"
 #include "test_image_painter_scene.h"
 
 namespace motes::test_image_tile_painter {

@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
+#include "base/vectors.h"
 #include "check.h"
 #include "image/camera.h"
 #include "image/layout.h"
-#include "image/projector.h"
-#include "image/vectors.h"
+#include "image/project/projector.h"
 #include "isas.h"
 #include "test_image_scene.h"
 

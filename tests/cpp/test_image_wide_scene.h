@@ -13,7 +13,7 @@ namespace motes::image_test {
 using Blend = Sprite::Blend;
 using Kind = Sprite::Kind;
 
-inline Sprite wide_sprite(Kind kind, Blend blend, AssetKey picture = 0) {
+inline Sprite wide_sprite(Kind kind, Blend blend, meshes::AssetKey picture = 0) {
   Sprite s;
   s.kind = kind;
   s.blend = blend;
@@ -69,8 +69,8 @@ inline std::vector<float> picture_of(const View& view, const Sprite& sprite, con
 inline double sum(const std::vector<float>& light) { return std::accumulate(light.begin(), light.end(), 0.0); }
 
 // Opaque, 16x8: the upper half red, the lower half green, half transparent.
-inline AssetKey two_colors() {
-  Picture p;
+inline meshes::AssetKey two_colors() {
+  meshes::Picture p;
   p.width = 16;
   p.height = 8;
   for (int i = 0; i < 128; ++i) {

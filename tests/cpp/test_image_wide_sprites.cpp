@@ -165,11 +165,11 @@ TEST(image_pictures_are_where_and_as_large_as_they_should_be) {
   const View view = wide_view(64, 64);
   for (const auto& [width, height] :
        {std::pair{128, 128}, {129, 129}, {127, 63}, {65, 33}, {100, 1}, {3, 5}, {5, 3}, {1, 1}}) {
-    Picture white;
+    meshes::Picture white;
     white.width = width;
     white.height = height;
     white.rgba.assign(static_cast<std::size_t>(4 * width * height), 255);
-    const Sprite sprite = wide_sprite(Kind::image, Blend::add, keep(std::move(white)));
+    const Sprite sprite = wide_sprite(Kind::image, Blend::add, meshes::keep(std::move(white)));
     const double longer = std::max(width, height);
     for (const double size : {2.0, 3.0, 5.0, 8.0, 20.0, 30.0}) {
       for (const double turn : {0.0, 0.6}) {
@@ -200,11 +200,11 @@ TEST(image_pictures_are_where_and_as_large_as_they_should_be) {
 TEST(image_thin_pictures_do_not_flicker) {
   const View view = wide_view(64, 64);
   for (const auto& [width, height, size] : {std::tuple{9, 256, 22}, {5, 128, 22}, {9, 256, 42}, {3, 300, 30}}) {
-    Picture white;
+    meshes::Picture white;
     white.width = width;
     white.height = height;
     white.rgba.assign(static_cast<std::size_t>(4 * width * height), 255);
-    const Sprite sprite = wide_sprite(Kind::image, Blend::add, keep(std::move(white)));
+    const Sprite sprite = wide_sprite(Kind::image, Blend::add, meshes::keep(std::move(white)));
     for (const double up : {-1.0, -0.8}) {
       for (int i = 0; i < 16; ++i) {
         WideRecord r = wide_record(0.125 * i, 0.3, size);
@@ -220,10 +220,10 @@ TEST(image_thin_pictures_do_not_flicker) {
 // A picture of few texels, shown large: its edge must not be as wide as they are, or tiles beside it would not see it.
 TEST(image_magnified_pictures_have_sharp_edges_in_all_tiles) {
   const View view = wide_view(128, 128);
-  Picture white;
+  meshes::Picture white;
   white.width = white.height = 2;
   white.rgba.assign(16, 255);
-  Sprite sprite = wide_sprite(Kind::image, Blend::add, keep(std::move(white)));
+  Sprite sprite = wide_sprite(Kind::image, Blend::add, meshes::keep(std::move(white)));
   sprite.pixels = 40;
   const Cloud one(1);
   for (const float up : {0.0f, 1.0f}) {

@@ -5,7 +5,7 @@
 
 #include "made_meshes.h"
 
-using motes::image::Mesh;
+using motes::meshes::Mesh;
 
 namespace test {
 namespace {

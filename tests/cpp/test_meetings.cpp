@@ -51,13 +51,13 @@ double number(const Flock& flock, int column, std::size_t i) {
 // The formula of Collide's docstring, with restitution.
 void add_push(const Law& law, const Flock& a, std::size_t i, const Flock& b, std::size_t j, const Vec& r, double d,
               Sum& sum) {
-  const meetings::Terms& t = law.terms;
+  const interactions::Terms& t = law.terms;
   const auto step = static_cast<double>(t.step);
-  const double reach =
-      law.radii ? number(a, meetings::radius, i) + number(b, meetings::radius, j) : static_cast<double>(t.reach);
+  const double reach = law.radii ? number(a, interactions::radius, i) + number(b, interactions::radius, j)
+                                 : static_cast<double>(t.reach);
   if (d >= reach) return;
   ++sum.touching;
-  const Vec apart = minus(triple(b, meetings::value_x, j), triple(a, meetings::value_x, i));
+  const Vec apart = minus(triple(b, interactions::value_x, j), triple(a, interactions::value_x, i));
   const Vec n = {r[0] / d, r[1] / d, r[2] / d};
   const double along = dot(apart, n);
   double out = (reach - d) / step;
@@ -65,11 +65,11 @@ void add_push(const Law& law, const Flock& a, std::size_t i, const Flock& b, std
   const Vec slide = {apart[0] - n[0] * along, apart[1] - n[1] * along, apart[2] - n[2] * along};
   const double speed = std::sqrt(dot(slide, slide));
   const double stop = std::min(speed, static_cast<double>(t.friction) * out);
-  const double busy = std::max(number(a, meetings::contacts, i), number(b, meetings::contacts, j));
+  const double busy = std::max(number(a, interactions::contacts, i), number(b, interactions::contacts, j));
   double part = std::min(1.0, 2 / std::max(busy, 1.0)) / 2;
   if (law.masses) {
-    const double own = number(a, meetings::inverse_mass, i);
-    part = 2 * part * own / (own + number(b, meetings::inverse_mass, j));
+    const double own = number(a, interactions::inverse_mass, i);
+    part = 2 * part * own / (own + number(b, interactions::inverse_mass, j));
   }
   Vec term;
   for (std::size_t c = 0; c < 3; ++c) term[c] = part * ((speed > 0 ? slide[c] / speed * stop : 0) - n[c] * out);
@@ -79,7 +79,7 @@ void add_push(const Law& law, const Flock& a, std::size_t i, const Flock& b, std
 Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
   Sum sum;
   for (std::size_t j = 0; j < b.size(); ++j) {
-    const Vec r = minus(triple(b, meetings::at_x, j), triple(a, meetings::at_x, i));
+    const Vec r = minus(triple(b, interactions::at_x, j), triple(a, interactions::at_x, i));
     const double d = std::sqrt(dot(r, r));
     if (!(d > 0 && d < static_cast<double>(law.terms.reach))) continue;
     if (law.kind == Law::collide) {
@@ -91,7 +91,7 @@ Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
     if (law.kind == Law::gravitate) {
       sum.add({r[0] * weight / d, r[1] * weight / d, r[2] * weight / d});
     } else {
-      const Vec apart = minus(triple(b, meetings::value_x, j), triple(a, meetings::value_x, i));
+      const Vec apart = minus(triple(b, interactions::value_x, j), triple(a, interactions::value_x, i));
       sum.add({apart[0] * weight, apart[1] * weight, apart[2] * weight});
       sum.weight += weight;
     }
@@ -102,7 +102,7 @@ Sum sum_of(const Law& law, const Flock& a, std::size_t i, const Flock& b) {
 // What the kernel should have said of a particle, from all pairs.
 Vec said_of(const Law& law, const Flock& a, std::size_t i, const Sum& sum) {
   if (law.kind == Law::gravitate) return sum.sum;
-  Vec now = triple(a, meetings::value_x, i);
+  Vec now = triple(a, interactions::value_x, i);
   const double part = law.kind == Law::match ? 1 / std::max(1.0, sum.weight) : 1;
   for (std::size_t c = 0; c < 3; ++c) now[c] += sum.sum[c] * part;
   const bool sleeps = law.kind == Law::collide && sum.touching > 1 && dot(now, now) < double{law.terms.sleep2};
@@ -115,7 +115,7 @@ std::uint64_t check_against_pairs(const Law& law, const Flock& a, const Flock& b
   for (std::size_t i = 0; i < a.own; ++i) {
     const Sum sum = sum_of(law, a, i, b);
     const Vec wanted = said_of(law, a, i, sum);
-    const Vec value = triple(a, meetings::value_x, i);
+    const Vec value = triple(a, interactions::value_x, i);
     const double size = sum.size + (law.kind == Law::gravitate ? 0 : std::sqrt(dot(value, value)));
     for (std::size_t c = 0; c < 3; ++c) CHECK_NEAR(double{heard.out[c][i]}, wanted[c], 1e-5 * size);
     if (law.kind == Law::collide) CHECK(heard.out[3][i] == static_cast<float>(sum.touching));
@@ -159,7 +159,7 @@ Share share_of(const Flock& whole, const std::vector<bool>& own, double reach, D
   }
   for (std::size_t j = 0; j < whole.size(); ++j) {
     const auto near = [&](std::size_t i) {
-      const Vec r = minus(triple(whole, meetings::at_x, i), triple(whole, meetings::at_x, j));
+      const Vec r = minus(triple(whole, interactions::at_x, i), triple(whole, interactions::at_x, j));
       return dot(r, r) <= reach * reach;
     };
     if (!own[j] && std::any_of(share.of.begin(), share.of.end(), near)) copies.push_back(j);
@@ -217,7 +217,7 @@ TEST(all_builds_say_the_same_bits_between_particles) {
   for (const float half : {1.0f, 0.3f, 30.0f}) {  // many neighbours, nearly all, hardly one
     Flock flock = test::random_flock(1500, half, 4);
     for (int c = 0; c < 3; ++c) flock.column[static_cast<std::size_t>(c)][7] = flock.column[c][8];
-    flock.column[meetings::at_y][9] = std::nanf("");
+    flock.column[interactions::at_y][9] = std::nanf("");
     for (const Law& law : laws()) {
       const Heard narrow = test::heard(meeting_builds()[0], law, flock);
       for (const test::MeetingBuild& build : meeting_builds()) CHECK(same(test::heard(build, law, flock), narrow));
@@ -268,10 +268,10 @@ TEST(momentum_between_particles_is_kept) {
     Vec sum{};
     double size = 0;
     for (std::size_t i = 0; i < flock.size(); ++i) {
-      const double mass = law.masses ? 1 / number(flock, meetings::inverse_mass, i) : 1;
+      const double mass = law.masses ? 1 / number(flock, interactions::inverse_mass, i) : 1;
       for (std::size_t c = 0; c < 3; ++c) {
         const double before =
-            law.kind == Law::gravitate ? 0 : number(flock, meetings::value_x + static_cast<int>(c), i);
+            law.kind == Law::gravitate ? 0 : number(flock, interactions::value_x + static_cast<int>(c), i);
         sum[c] += mass * (double{heard.out[c][i]} - before);
         size += mass * std::abs(double{heard.out[c][i]} - before);
       }
@@ -288,10 +288,10 @@ TEST(particles_at_one_place_part_in_opposite_directions) {
     for (int c = 0; c < 3; ++c) {
       for (std::size_t i = 0; i < 2; ++i) {
         pair.column[static_cast<std::size_t>(c)][i] = 0.5f;
-        pair.column[static_cast<std::size_t>(meetings::value_x + c)][i] = 0;
+        pair.column[static_cast<std::size_t>(interactions::value_x + c)][i] = 0;
       }
     }
-    pair.column[meetings::contacts] = {0, 0};
+    pair.column[interactions::contacts] = {0, 0};
     pair.ids = {dice.word() % 1000, 1000 + dice.word() % 1000};
     if (dice.coin()) std::swap(pair.ids[0], pair.ids[1]);
     const Law law = test::collision(0.25f, 0, false, false);
@@ -325,9 +325,9 @@ TEST(a_crowd_at_one_place_parts_in_any_build_and_with_any_copies) {
     const Heard all = test::heard(meeting_builds()[0], law, crowd);
     Vec momentum{};
     for (std::size_t i = 0; i < crowd.size(); ++i) {
-      const double mass = masses ? 1 / number(crowd, meetings::inverse_mass, i) : 1;
+      const double mass = masses ? 1 / number(crowd, interactions::inverse_mass, i) : 1;
       for (std::size_t c = 0; c < 3; ++c)
-        momentum[c] += mass * (double{all.out[c][i]} - triple(crowd, meetings::value_x, i)[c]);
+        momentum[c] += mass * (double{all.out[c][i]} - triple(crowd, interactions::value_x, i)[c]);
     }
     for (const double component : momentum) CHECK_NEAR(component, 0, 1e-3);
     CHECK(all.out[3][0] >= 19);

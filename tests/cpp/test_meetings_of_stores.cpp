@@ -6,16 +6,16 @@
 #include <vector>
 
 #include "check.h"
+#include "interactions/act.h"
 #include "isas.h"
-#include "meetings/act.h"
 #include "particles/digest.h"
-#include "recording/program.h"
+#include "program/program.h"
 
 namespace motes::test_meetings_of_stores {
 using actions::Action;
 using actions::Kind;
-using meetings::Copies;
-using meetings::Extent;
+using interactions::Copies;
+using interactions::Extent;
 using particles::Store;
 using test::Dice;
 
@@ -59,19 +59,19 @@ float value(const Store& store, int attribute, std::size_t i, int c = 0) {
 }
 
 // One rank with all particles.
-meetings::Seen meet(const Action& action, Store& first, Store* second = nullptr,
-                    const std::vector<std::uint8_t>* chosen = nullptr) {
-  Extent extent = meetings::extent_of(action, first, kDt, false, threads::alone());
-  if (second != nullptr) extent = widest(extent, meetings::extent_of(action, *second, kDt, true, threads::alone()));
-  meetings::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
+interactions::Seen meet(const Action& action, Store& first, Store* second = nullptr,
+                        const std::vector<std::uint8_t>* chosen = nullptr) {
+  Extent extent = interactions::extent_of(action, first, kDt, false, threads::alone());
+  if (second != nullptr) extent = widest(extent, interactions::extent_of(action, *second, kDt, true, threads::alone()));
+  interactions::Side sides[2] = {{&first, nullptr, chosen}, {second, nullptr, nullptr}};
   sides[0].now = sides[1].now = 1;
-  meetings::Scratch scratch;
-  return meetings::act(action, extent, kDt, sides, scratch, threads::alone());
+  interactions::Scratch scratch;
+  return interactions::act(action, extent, kDt, sides, scratch, threads::alone());
 }
 
 void move(Store& store) {
-  recording::Outcome outcome;
-  recording::Program({{Kind::move, {0}, {}}}, 0).run(store, 0, 0, {0, 1, static_cast<double>(kDt), 0}, {}, {}, outcome);
+  program::Outcome outcome;
+  program::Program({{Kind::move, {0}, {}}}, 0).run(store, 0, 0, {0, 1, static_cast<double>(kDt), 0}, {}, {}, outcome);
 }
 
 // Balls on the x axis that approach each other at the origin.
@@ -139,7 +139,7 @@ std::vector<std::uint32_t> indices_where(const Store& store, const std::vector<s
 Copies copies_of(const Action& action, const Store& store, const std::vector<std::uint32_t>& chosen) {
   Copies copies;
   for (const std::uint32_t i : chosen) copies.ids.push_back(store.ids()[i]);
-  for (const meetings::Component c : meetings::read_by(action)) {
+  for (const interactions::Component c : interactions::read_by(action)) {
     copies.columns.emplace_back();
     for (const std::uint32_t i : chosen) copies.columns.back().push_back(value(store, c.attribute, i, c.component));
   }
@@ -150,9 +150,9 @@ Copies copies_of(const Action& action, const Store& store, const std::vector<std
 particles::Digest met_on_slabs(const Action& action, const Store& all, const std::vector<float>& cuts) {
   particles::Digest sum;
   constexpr double kInf = std::numeric_limits<double>::infinity();
-  Extent extent = meetings::extent_of(action, all, kDt, false, threads::alone());
-  for (const float cut : cuts) extent.rounding = std::max(extent.rounding, meetings::rounding_at(std::abs(cut)));
-  const double range = meetings::range_of(action, extent);
+  Extent extent = interactions::extent_of(action, all, kDt, false, threads::alone());
+  for (const float cut : cuts) extent.rounding = std::max(extent.rounding, interactions::rounding_at(std::abs(cut)));
+  const double range = interactions::range_of(action, extent);
   for (std::size_t d = 0; d <= cuts.size(); ++d) {
     const double low = d == 0 ? -kInf : double{cuts[d - 1]};
     const double high = d == cuts.size() ? kInf : double{cuts[d]};
@@ -166,10 +166,10 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
     Store here(kSchema);
     here.append(all, indices_where(all, own));
     const Copies copies = copies_of(action, all, indices_where(all, copied));
-    meetings::Side sides[2] = {{&here, &copies, nullptr}, {}};
+    interactions::Side sides[2] = {{&here, &copies, nullptr}, {}};
     sides[0].now = 2;  // they remember what was before
-    meetings::Scratch scratch;
-    meetings::act(action, extent, kDt, sides, scratch, threads::alone());
+    interactions::Scratch scratch;
+    interactions::act(action, extent, kDt, sides, scratch, threads::alone());
     sum += particles::digest(here);
   }
   return sum;
@@ -250,7 +250,7 @@ TEST(those_that_are_not_chosen_are_seen_but_not_changed) {
     some.append(all, indices_where(all, std::vector<std::uint8_t>(all.size(), 1)));
     std::vector<std::uint8_t> chosen(all.size(), 0);
     for (std::uint8_t& one : chosen) one = dice.coin() ? 1 : 0;
-    const meetings::Seen seen = meet(action, changed);
+    const interactions::Seen seen = meet(action, changed);
     CHECK(meet(action, some, nullptr, &chosen).pairs == seen.pairs);
     CHECK(seen.pairs > 500);
     for (std::size_t i = 0; i < all.size(); ++i) {

@@ -4,15 +4,15 @@
 #include <string>
 
 #include "check.h"
-#include "image/mesh_tree.h"
 #include "isas.h"
 #include "made_meshes.h"
 #include "meshes/distance_grid.h"
+#include "meshes/mesh_tree.h"
 #include "meshes/nearest.h"
 
 namespace motes::test_mesh_distance {
-using image::Mesh;
 using meshes::DistanceGrid;
+using meshes::Mesh;
 using meshes::Surface;
 
 namespace {
@@ -151,7 +151,7 @@ TEST(mesh_slivers_do_not_turn_sides_around) {
 TEST(mesh_grids_are_exact_near_the_surface_and_not_far_off_elsewhere) {
   for (const Mesh& mesh : closed_meshes()) {
     const DistanceGrid grid = grid_of(mesh, 20);
-    each_node(grid, [&](const meshes::Vector& p, double found) {
+    each_node(grid, [&](const Vector& p, double found) {
       const double wanted = test::distance_by_trying(mesh, p[0], p[1], p[2]);
       if (std::fabs(wanted) < 2.9 * double{grid.cell}) {
         CHECK_NEAR(found, wanted, 1e-6);
@@ -192,7 +192,7 @@ TEST(mesh_inner_cells_are_those_with_a_corner_inside) {
       for (std::int32_t x = 0; x + 1 < grid.nodes[0]; ++x) {
         double least = 1;
         for (int c = 0; c < 8; ++c) {
-          const meshes::Vector p = grid.place(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
+          const Vector p = grid.place(x + (c & 1), y + (c >> 1 & 1), z + (c >> 2));
           least = std::min(least, test::distance_by_trying(ball, p[0], p[1], p[2]));
         }
         const auto number = static_cast<std::uint32_t>(grid.at(x, y, z));

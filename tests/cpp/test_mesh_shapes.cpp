@@ -2,16 +2,16 @@
 #include <cmath>
 #include <vector>
 
+#include "base/fields.h"
 #include "check.h"
 #include "isas.h"
 #include "made_meshes.h"
 #include "meshes/form.h"
-#include "particles/fields.h"
 #include "particles/streams.h"
-#include "recording/program.h"
+#include "program/program.h"
 
 namespace motes::test_mesh_shapes {
-using image::Mesh;
+using meshes::Mesh;
 using shapes::Kind;
 using shapes::Shape;
 
@@ -24,7 +24,7 @@ Shape mesh_shape(const Mesh& mesh, bool solid = false, int resolution = 32) {
   number[3] = number[10] = 1;
   number[kSolid] = solid ? 1 : 0;
   number[kResolution] = static_cast<float>(resolution);
-  const Shape shape = shapes::mesh_shape(image::keep(mesh), number);
+  const Shape shape = shapes::mesh_shape(meshes::keep(mesh), number);
   shapes::check_region(shape);
   return shape;
 }
@@ -211,12 +211,12 @@ TEST(mesh_shapes_survive_as_bytes_within_unions_too) {
   ball.kind = Kind::sphere;
   ball.number[3] = 1;
   for (const Shape& shape : {one, shapes::unite({ball, one})}) {
-    particles::Bytes bytes;
-    particles::write_fields(shape, bytes);
+    base::Bytes bytes;
+    base::write_fields(shape, bytes);
     CHECK(bytes.size() < 400);  // the mesh goes by its name
     Shape read;
-    particles::Reader in(bytes.view());
-    particles::read_fields(in, read);
+    base::Reader in(bytes.view());
+    base::read_fields(in, read);
     CHECK(read == shape && shapes::measure(read) == shapes::measure(shape));
     CHECK(shapes::meshes_of(read) == std::vector<std::uint64_t>{one.mesh});
     const Points points = cloud(100, 2);
@@ -230,7 +230,7 @@ TEST(a_union_that_is_read_shares_samples_out_as_the_one_that_was_written) {
   float number[shapes::kNumbers] = {};
   number[3] = number[10] = number[kSolid] = 1;
   number[kResolution] = 9;  // no other test has this form
-  const Shape solid = shapes::mesh_shape(image::keep(test::globe(8, 12)), number);
+  const Shape solid = shapes::mesh_shape(meshes::keep(test::globe(8, 12)), number);
   Shape ball;
   ball.kind = Kind::sphere;
   ball.number[3] = 1;
@@ -271,7 +271,7 @@ TEST(mesh_shapes_that_make_no_sense_are_refused) {
   number[kResolution] = 16;
   Mesh open = test::block(0, 1);
   open.triangles.resize(30);
-  const Shape bowl = shapes::mesh_shape(image::keep(open), number);
+  const Shape bowl = shapes::mesh_shape(meshes::keep(open), number);
   shapes::check(bowl);  // points may be drawn from it
   CHECK_THROWS(shapes::check_region(bowl), std::invalid_argument);
   CHECK_THROWS(shapes::check_region(shapes::unite({good, bowl})), std::invalid_argument);

@@ -3,7 +3,7 @@
 #include <vector>
 
 #include "check.h"
-#include "recording/order.h"
+#include "program/order.h"
 
 namespace motes::test_order {
 namespace {
@@ -28,7 +28,7 @@ particles::Store tower(const std::vector<float>& heights) {
 
 std::vector<int> after(const std::vector<float>& heights, const actions::Action& sort) {
   particles::Store store = tower(heights);
-  recording::order(sort, 0, store);
+  program::order(sort, 0, store);
   std::vector<int> found;
   for (std::size_t i = 0; i < store.size(); ++i) {
     const auto which = static_cast<std::size_t>(store.plane(particles::mass, 0)[i]);

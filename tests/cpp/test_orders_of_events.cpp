@@ -9,12 +9,12 @@
 
 #include "balance/pairwise.h"
 #include "balance/prefix_cuts.h"
+#include "base/sha256.h"
 #include "check.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "falling_source.h"
-#include "frame/engine.h"
-#include "image/sha256.h"
 #include "owners.h"
 #include "particles/digest.h"
 
@@ -28,8 +28,8 @@ constexpr int kFrames = 6;
 struct Way {
   int ranks = 1;
   bool shared = false;  // roles
-  frame::Births births = frame::Births::manager;
-  frame::Combine combine = frame::Combine::together;
+  engine::Births births = engine::Births::manager;
+  engine::Combine combine = engine::Combine::together;
   int fan_out = 8;
   int threads = 1;     // of each rank
   bool reads = false;  // reads particles in the middle of each frame
@@ -45,7 +45,7 @@ struct Film {
   std::vector<std::string> frames;
   std::vector<std::vector<float>> cuts;
   std::vector<std::uint64_t> children;
-  std::vector<frame::RenderPlan> plans;
+  std::vector<engine::RenderPlan> plans;
 };
 
 std::uint64_t orders() {
@@ -53,7 +53,7 @@ std::uint64_t orders() {
   return text == nullptr ? 200 : std::strtoull(text, nullptr, 10);
 }
 
-void record(frame::Engine& engine, int parents, int children, bool reads) {
+void record(engine::Engine& engine, int parents, int children, bool reads) {
   const shapes::Shape ground{shapes::Kind::plane, {0, 0, 0, 0, 1, 0}};
   recording::Spawn spawn;
   spawn.into = children;
@@ -88,8 +88,8 @@ image::View view(image::View::Path path) {
   return view;
 }
 
-frame::Settings settings(const Way& way) {
-  frame::Settings settings;
+engine::Settings settings(const Way& way) {
+  engine::Settings settings;
   settings.seed = 11;
   settings.births = way.births;
   settings.combine = way.combine;
@@ -108,7 +108,7 @@ frame::Settings settings(const Way& way) {
 void play(SimulatedRank& self, const Way& way, Film& film) {
   const roles::Cast cast = way.shared ? roles::cast_shared(way.ranks) : roles::cast_auto(way.ranks);
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
-  frame::Engine engine(std::move(communicator), cast, settings(way));
+  engine::Engine engine(std::move(communicator), cast, settings(way));
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -4, 4};
   definition.axes = way.axes;
@@ -130,7 +130,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
     if (definition.domains_of == parents) CHECK(engine.system(parents).domains == engine.system(children).domains);
     const std::string particles = particles::combine(engine.digest()).text();
     if (!engine.talk().draws()) continue;
-    film.frames.push_back(particles + " " + image::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
+    film.frames.push_back(particles + " " + base::picture_sha256(kWidth, kHeight, engine.painter().take_pixels()));
     film.cuts.push_back(engine.system(parents).domains.cuts());
     film.children.push_back(engine.system(children).counts.alive);
     film.plans.push_back(engine.painter().plan);
@@ -158,10 +158,10 @@ TEST(frames_are_the_same_bits_on_any_simulated_ranks_in_any_order) {
     Way way;
     way.ranks = seed % 50 == 0 ? 21 : 2 + static_cast<int>(seed % 7);
     way.shared = seed % 2 == 0;
-    way.births = seed % 3 == 0 ? frame::Births::calculators : frame::Births::manager;
-    way.combine = seed % 5 == 0   ? frame::Combine::one_by_one
-                  : seed % 5 == 1 ? frame::Combine::overlapped
-                                  : frame::Combine::together;
+    way.births = seed % 3 == 0 ? engine::Births::calculators : engine::Births::manager;
+    way.combine = seed % 5 == 0   ? engine::Combine::one_by_one
+                  : seed % 5 == 1 ? engine::Combine::overlapped
+                                  : engine::Combine::together;
     way.reads = seed % 4 == 3;
     way.fan_out = 1 + static_cast<int>(seed % 4);
     way.threads = seed % 10 == 9 ? 3 : 1;
@@ -215,15 +215,15 @@ struct Waits {
   double plan_s = 0;
 };
 
-Waits waits_of(frame::Combine combine) {
+Waits waits_of(engine::Combine combine) {
   Waits waits;
   comm::simulate({.ranks = 5}, [&](SimulatedRank& self) {
     Way way;
     way.combine = combine;
-    frame::Settings slow = settings(way);
+    engine::Settings slow = settings(way);
     slow.policy = std::make_shared<Slow>();
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(5),
-                         slow);
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(5),
+                          slow);
     recording::SystemDefinition definition;
     definition.name = "parents";
     engine.add_system(definition);
@@ -245,7 +245,7 @@ Waits waits_of(frame::Combine combine) {
 }  // namespace
 
 TEST(nobody_waits_for_the_plan_before_particles_and_picture_are_under_way) {
-  for (const frame::Combine combine : {frame::Combine::together, frame::Combine::one_by_one}) {
+  for (const engine::Combine combine : {engine::Combine::together, engine::Combine::one_by_one}) {
     const Waits waits = waits_of(combine);
     CHECK(waits.plan_s > 0.5);
     CHECK(waits.verdict_s < 0.5);

@@ -13,8 +13,8 @@
 #include "balance/prefix_cuts.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
 #include "particles/digest.h"
 
 namespace motes::test_orders_of_meetings {
@@ -33,8 +33,8 @@ struct Way {
   domains::Axes axes;
   bool own_domains = true;  // of pebbles: not those of the grains
   bool prefix = false;  // how cuts are found
-  frame::Births births = frame::Births::manager;
-  frame::Combine combine = frame::Combine::together;
+  engine::Births births = engine::Births::manager;
+  engine::Combine combine = engine::Combine::together;
   int threads = 1;
 };
 
@@ -85,7 +85,7 @@ Action far_away(int frame) {
   return set;
 }
 
-void record(frame::Engine& engine, int frame) {
+void record(engine::Engine& engine, int frame) {
   using On = recording::Spawn::On;
   engine.record(grains, source(60, 1, 4));
   engine.record(grains, spawn(On::collision));
@@ -111,8 +111,8 @@ void record(frame::Engine& engine, int frame) {
   engine.record(sparks, move());
 }
 
-frame::Settings settings(const Way& way) {
-  frame::Settings settings;
+engine::Settings settings(const Way& way) {
+  engine::Settings settings;
   settings.seed = 12;
   settings.substeps = 2;
   settings.births = way.births;
@@ -130,10 +130,10 @@ frame::Settings settings(const Way& way) {
   return settings;
 }
 
-std::unique_ptr<frame::Engine> engine_of(std::unique_ptr<comm::Transport> transport, const Way& way) {
+std::unique_ptr<engine::Engine> engine_of(std::unique_ptr<comm::Transport> transport, const Way& way) {
   const roles::Cast cast = way.shared ? roles::cast_shared(way.ranks) : roles::cast_auto(way.ranks);
   auto communicator = std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{});
-  auto engine = std::make_unique<frame::Engine>(std::move(communicator), cast, settings(way));
+  auto engine = std::make_unique<engine::Engine>(std::move(communicator), cast, settings(way));
   recording::SystemDefinition definition;
   definition.axes = way.axes;
   definition.space = {domains::Space::Kind::finite, -2, 2};
@@ -180,8 +180,8 @@ Way way_of(std::uint64_t seed) {
   way.axes.bits = static_cast<std::uint8_t>(seed * 5 % 8);
   way.own_domains = seed % 3 != 0;
   way.prefix = seed % 5 < 2;
-  way.births = seed % 7 < 3 ? frame::Births::calculators : frame::Births::manager;
-  way.combine = static_cast<frame::Combine>(seed / 8 % 3);
+  way.births = seed % 7 < 3 ? engine::Births::calculators : engine::Births::manager;
+  way.combine = static_cast<engine::Combine>(seed / 8 % 3);
   way.threads = seed % 10 == 9 ? 3 : 1;
   return way;
 }
@@ -218,8 +218,8 @@ class Distorting final : public test::Forwarding {
  public:
   Distorting(std::unique_ptr<Transport> under, const int& meetings)
       : Forwarding(std::move(under)), meetings_(meetings) {}
-  std::optional<particles::Bytes> receive(int from, Phase phase) override {
-    std::optional<particles::Bytes> bytes = Forwarding::receive(from, phase);
+  std::optional<base::Bytes> receive(int from, Phase phase) override {
+    std::optional<base::Bytes> bytes = Forwarding::receive(from, phase);
     if (!bytes || phase != Phase::meeting || ++seen_[from] != meetings_) return bytes;
     comm::Message message(std::move(*bytes));
     comm::Header header = message.header();
@@ -234,7 +234,7 @@ class Distorting final : public test::Forwarding {
 };
 
 // Four meetings among three callbacks, each of which may fail.
-void record_faulty(frame::Engine& engine, bool last, const Fault* fault) {
+void record_faulty(engine::Engine& engine, bool last, const Fault* fault) {
   int callbacks = 0;
   int meetings = 4;
   if (fault != nullptr && last) meetings += fault->kind == Fault::more ? 1 : fault->kind == Fault::without ? -4 : 0;
@@ -259,7 +259,7 @@ void play(SimulatedRank& self, const Fault& fault, bool shared, Ends& ends) {
   way.shared = shared;
   const auto engine = engine_of(std::move(transport), way);
   int frame = 0;
-  engine->on_callback([&](const frame::Call& call) {
+  engine->on_callback([&](const engine::Call& call) {
     const int fails = fault.kind == Fault::before ? 0 : fault.kind == Fault::behind ? 1 : -1;
     if (faulty && frame == kLast && call.callback == fails) throw std::runtime_error("the callback broke");
   });
@@ -272,8 +272,8 @@ void play(SimulatedRank& self, const Fault& fault, bool shared, Ends& ends) {
     }
     engine->digest();
     ends[self.rank()] = "all went well";
-  } catch (const frame::Agreed& agreed) {
-    const bool mismatch = agreed.verdict().failure.kind == frame::Failure::Kind::mismatch;
+  } catch (const engine::Agreed& agreed) {
+    const bool mismatch = agreed.verdict().failure.kind == engine::Failure::Kind::mismatch;
     ends[self.rank()] = (mismatch ? "differs: " : "failed: ") + std::to_string(agreed.verdict().failed_rank);
   } catch (const comm::Deadlock&) {
     ends[self.rank()] = "waits";

@@ -12,9 +12,9 @@
 #include "balance/diffusive.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "falling_source.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
 #include "owners.h"
 
 namespace motes::test_orders_of_neighbours {
@@ -31,8 +31,8 @@ struct Way {
   bool shared = false;
   bool balances = true;
   bool over_all = false;
-  frame::Births births = frame::Births::manager;
-  frame::Combine combine = frame::Combine::together;
+  engine::Births births = engine::Births::manager;
+  engine::Combine combine = engine::Combine::together;
   int fan_out = 8;
   bool follows = false;  // children share their parents' domains
   bool children_born = false;  // some of them by a source of their own
@@ -65,7 +65,7 @@ struct Film {
   std::map<int, std::string> ends;
 };
 
-void record(frame::Engine& engine, const Way& way) {
+void record(engine::Engine& engine, const Way& way) {
   recording::Spawn spawn;
   spawn.into = 1;
   spawn.on = recording::Spawn::On::collision;
@@ -83,8 +83,8 @@ void record(frame::Engine& engine, const Way& way) {
   engine.record(1, actions::Action{actions::Kind::move, {1}, {}});
 }
 
-frame::Settings settings(const Way& way) {
-  frame::Settings settings;
+engine::Settings settings(const Way& way) {
+  engine::Settings settings;
   settings.seed = 11;
   settings.births = way.births;
   settings.combine = way.combine;
@@ -100,7 +100,7 @@ frame::Settings settings(const Way& way) {
 void play(SimulatedRank& self, const Way& way, Film& film) {
   const roles::Cast cast = way.shared ? roles::cast_shared(way.ranks) : roles::cast_auto(way.ranks);
   auto transport = std::make_unique<Counting>(self.transport(), film.sent);
-  frame::Engine engine(std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{}), cast, settings(way));
+  engine::Engine engine(std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{}), cast, settings(way));
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -3.2, 0.8};
   definition.name = "parents";
@@ -108,7 +108,7 @@ void play(SimulatedRank& self, const Way& way, Film& film) {
   definition.name = "children";
   if (way.follows) definition.domains_of = 0;
   engine.add_system(definition);
-  engine.on_callback([&](const frame::Call&) {
+  engine.on_callback([&](const engine::Call&) {
     const bool now = engine.frame() == kFails && self.rank() == way.fails;
     if (now) throw std::runtime_error("the callback broke");
   });
@@ -130,8 +130,8 @@ Film run(const Way& way, std::uint64_t seed, std::uint64_t timing) {
   comm::simulate({.ranks = way.ranks, .seed = seed, .timing_seed = timing}, [&](SimulatedRank& self) {
     try {
       play(self, way, film);
-    } catch (const frame::Agreed& agreed) {
-      const frame::Verdict& verdict = agreed.verdict();
+    } catch (const engine::Agreed& agreed) {
+      const engine::Verdict& verdict = agreed.verdict();
       film.ends[self.rank()] = "rank " + std::to_string(verdict.failed_rank) + ": " + verdict.failure.text;
     } catch (const std::runtime_error& error) {
       film.ends[self.rank()] = error.what();
@@ -146,8 +146,8 @@ Way way_of(std::uint64_t seed) {
   way.ranks = ranks[seed % 7];
   way.shared = seed % 2 == 0;
   way.over_all = seed / 2 % 3 == 1;
-  way.births = seed / 3 % 2 == 0 ? frame::Births::calculators : frame::Births::manager;
-  way.combine = static_cast<frame::Combine>(seed % 3);
+  way.births = seed / 3 % 2 == 0 ? engine::Births::calculators : engine::Births::manager;
+  way.combine = static_cast<engine::Combine>(seed % 3);
   way.fan_out = 1 + static_cast<int>(seed % 4);
   way.follows = seed % 5 == 4;
   return way;
@@ -229,8 +229,8 @@ TEST(a_rank_that_asks_for_something_else_is_named_where_rounds_overlap) {
     way.ranks = 4;
     way.shared = true;
     way.balances = false;
-    way.births = frame::Births::calculators;
-    way.combine = frame::Combine::overlapped;
+    way.births = engine::Births::calculators;
+    way.combine = engine::Combine::overlapped;
     way.children_born = true;
     way.differs = static_cast<int>(seed % 4);
     Film film = run(way, seed, seed);
@@ -244,13 +244,13 @@ TEST(cuts_of_neighbours_without_a_manager_settle_where_times_are_equal) {
   std::vector<double> times(16);
   std::vector<std::vector<float>> cuts;
   comm::simulate({.ranks = 16, .variation = 0}, [&](SimulatedRank& self) {
-    frame::Settings of_rank = settings({});
+    engine::Settings of_rank = settings({});
     of_rank.speed = self.rank() < 8 ? 1 : 0.5;
     const auto policy = std::make_shared<balance::Diffusive>(0.002, 1, 1, false);
     policy->speeds.min_particles = 1;
     of_rank.policy = policy;
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(16),
-                         of_rank);
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(16),
+                          of_rank);
     recording::SystemDefinition definition;
     definition.space = {domains::Space::Kind::finite, -4, 4};
     engine.add_system(definition);

@@ -6,8 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "base/memory.h"
 #include "check.h"
-#include "particles/memory.h"
 #include "particles/plane_memory.h"
 #include "particles/store.h"
 
@@ -29,9 +29,10 @@ bool begins_huge_page(const Piece& piece) { return place_of(piece.get()) % kHuge
 TEST(pieces_of_plane_memory_do_not_overlap_and_outlive_it) {
   std::vector<std::pair<Piece, std::size_t>> pieces;
   {
-    PlaneMemory memory(kLargeMemory);
-    for (const std::size_t bytes : {std::size_t{64}, kLargeMemory / 2, std::size_t{5000}, kLargeMemory / 2 + 1,
-                                    3 * kLargeMemory, std::size_t{4096}, std::size_t{1}, kHuge}) {
+    PlaneMemory memory(base::kLargeMemory);
+    for (const std::size_t bytes :
+         {std::size_t{64}, base::kLargeMemory / 2, std::size_t{5000}, base::kLargeMemory / 2 + 1,
+          3 * base::kLargeMemory, std::size_t{4096}, std::size_t{1}, kHuge}) {
       pieces.emplace_back(memory.take(bytes), bytes);
       std::memset(pieces.back().first.get(), static_cast<int>(pieces.size()), bytes);
     }
@@ -62,8 +63,8 @@ TEST(planes_of_one_store_share_huge_pages) {
       for (int c = 0; c < schema[attribute].width; ++c) note(store.plane(attribute, c));
     }
     note(store.ids().lower);
-    CHECK(last - first < store.memory_bytes() + 8 * 2 * kPage);
-    CHECK(first % kHuge < 2 * kPage);
+    CHECK(last - first < store.memory_bytes() + 8 * 2 * base::kPage);
+    CHECK(first % kHuge < 2 * base::kPage);
   }
 }
 
@@ -75,11 +76,11 @@ TEST(memory_with_more_left_goes_on_dealing_out) {
   CHECK(begins_huge_page(large));
   const Piece second = memory.take(kHuge);
   CHECK(second.get() == first.get() + kHuge);
-  CHECK(begins_huge_page(memory.take(kLargeMemory / 2)));  // nothing is left: what comes next shares this one
+  CHECK(begins_huge_page(memory.take(base::kLargeMemory / 2)));  // nothing is left: what comes next shares this one
 }
 
 TEST(small_stores_take_no_huge_pages) {
-  PlaneMemory memory(kLargeMemory / 2 - 1);
+  PlaneMemory memory(base::kLargeMemory / 2 - 1);
   const Piece one = memory.take(100), other = memory.take(100);
   CHECK(!begins_huge_page(one) || !begins_huge_page(other));
 }
@@ -87,10 +88,10 @@ TEST(small_stores_take_no_huge_pages) {
 TEST(a_copy_of_plane_memory_deals_out_memory_of_its_own) {
   PlaneMemory memory(kHuge);
   PlaneMemory copy = memory;
-  const Piece one = memory.take(kLargeMemory), other = copy.take(kLargeMemory);
-  CHECK(one.get() + kLargeMemory <= other.get() || other.get() + kLargeMemory <= one.get());
+  const Piece one = memory.take(base::kLargeMemory), other = copy.take(base::kLargeMemory);
+  CHECK(one.get() + base::kLargeMemory <= other.get() || other.get() + base::kLargeMemory <= one.get());
   PlaneMemory moved = std::move(memory);
-  CHECK(moved.take(4096).get() == one.get() + kLargeMemory);
+  CHECK(moved.take(4096).get() == one.get() + base::kLargeMemory);
 }
 
 }  // namespace motes::test_plane_memory

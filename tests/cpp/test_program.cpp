@@ -8,14 +8,15 @@
 #include <vector>
 
 #include "check.h"
-#include "frame/system.h"
+#include "engine/state/system.h"
 #include "isas.h"
 #include "particles/digest.h"
+#include "program/fetch_ahead.h"
+#include "program/program.h"
 #include "recording/births.h"
-#include "recording/fetch_ahead.h"
-#include "recording/program.h"
 
 namespace motes::test_program {
+using namespace program;
 using namespace recording;
 using actions::Action;
 using particles::Store;
@@ -44,9 +45,9 @@ Store random_store(std::size_t count, std::uint64_t seed) {
 Store copy_of(const Store& store) {
   std::vector<std::uint32_t> all(store.size());
   for (std::size_t i = 0; i < all.size(); ++i) all[i] = static_cast<std::uint32_t>(i);
-  particles::Bytes bytes;
+  base::Bytes bytes;
   store.pack(all, bytes);
-  particles::Reader in(bytes.view());
+  base::Reader in(bytes.view());
   Store copy(kSchema);
   copy.unpack(in);
   return copy;
@@ -68,8 +69,8 @@ Action kill_old(double age) { return {actions::Kind::kill_old, {age, 0}, {}}; }
 
 TEST(program_substeps_are_small_steps) {
   Store store = random_store(100, 1), once = copy_of(store);
-  Outcome outcome;
-  Program({gravity(), move()}).run(store, 0, 0, {4, 3, 0.3, 0}, kKey, {}, outcome);
+  program::Outcome outcome;
+  program::Program({gravity(), move()}).run(store, 0, 0, {4, 3, 0.3, 0}, kKey, {}, outcome);
   const float dt = static_cast<float>(0.3 / 3);
   for (std::size_t i = 0; i < once.size(); ++i) {
     for (int c = 0; c < 3; ++c) {
@@ -92,8 +93,8 @@ TEST(program_frames_and_substeps_have_streams_of_their_own) {
   std::vector<std::string> seen;
   for (const Span span : {Span{0, 1, 0.1, 0}, Span{1, 1, 0.1, 0}, Span{0, 2, 0.2, 1}, Span{2, 1, 0.1, 0}}) {
     Store store = copy_of(start);
-    Outcome outcome;
-    Program({shake()}).run(store, 0, 0, span, kKey, {}, outcome);
+    program::Outcome outcome;
+    program::Program({shake()}).run(store, 0, 0, span, kKey, {}, outcome);
     seen.push_back(particles::digest(store).text());
   }
   // Frame 0 with two sub-steps: the second sub-step is step 1, as is frame 1 with one sub-step.
@@ -104,20 +105,20 @@ TEST(program_frames_and_substeps_have_streams_of_their_own) {
 TEST(program_in_two_parts_is_the_program) {
   const Store start = random_store(700, 3);
   Store whole = copy_of(start), parts = copy_of(start);
-  Outcome outcome;
+  program::Outcome outcome;
   const Span span{9, 1, 0.05, 0};
-  Program({gravity(), shake(), move(), shake()}).run(whole, 0, 0, span, kKey, {}, outcome);
-  Program({gravity(), shake()}).run(parts, 0, 0, span, kKey, {}, outcome);
-  Program({move(), shake()}, 2).run(parts, 0, 0, span, kKey, {}, outcome);
+  program::Program({gravity(), shake(), move(), shake()}).run(whole, 0, 0, span, kKey, {}, outcome);
+  program::Program({gravity(), shake()}).run(parts, 0, 0, span, kKey, {}, outcome);
+  program::Program({move(), shake()}, 2).run(parts, 0, 0, span, kKey, {}, outcome);
   CHECK(particles::digest(whole) == particles::digest(parts));
 }
 
 TEST(program_knows_neither_order_nor_blocks) {
   const Store start = random_store(1300, 4);
   const Span span{1, 2, 0.1, 0};
-  const Program program({shake(), move(), kill_old(0.04)});
+  const program::Program program({shake(), move(), kill_old(0.04)});
   Store whole = copy_of(start);
-  Outcome outcome;
+  program::Outcome outcome;
   program.run(whole, 0, 0, span, kKey, {}, outcome);
   CHECK(outcome.dead.size() == whole.size());
   particles::Digest sum;
@@ -125,12 +126,12 @@ TEST(program_knows_neither_order_nor_blocks) {
   std::vector<std::vector<std::uint32_t>> indices(5);
   for (std::uint32_t i = 1300; i-- > 0;) indices[dice.below(5)].push_back(i);
   for (const auto& mine : indices) {
-    particles::Bytes bytes;
+    base::Bytes bytes;
     start.pack(mine, bytes);
-    particles::Reader in(bytes.view());
+    base::Reader in(bytes.view());
     Store part(kSchema);
     part.unpack(in);
-    Outcome own;
+    program::Outcome own;
     program.run(part, 0, 0, span, kKey, {}, own);
     CHECK(own.dead.size() == part.size());
     sum += particles::digest(part);
@@ -141,9 +142,9 @@ TEST(program_knows_neither_order_nor_blocks) {
 TEST(program_lets_newborns_enter_behind_the_call_that_made_them) {
   Store store = random_store(600, 5);
   const Store before = copy_of(store);
-  Outcome outcome;
+  program::Outcome outcome;
   // The last 100 enter before the last action of the second of two sub-steps: a move.
-  Program({gravity(), move()}).run(store, 500, 1, {0, 2, 0.2, 1}, kKey, {}, outcome);
+  program::Program({gravity(), move()}).run(store, 500, 1, {0, 2, 0.2, 1}, kKey, {}, outcome);
   for (std::size_t i = 0; i < store.size(); ++i) {
     const float v = before.plane(particles::velocity, 1)[i];
     const float x = before.plane(particles::position, 1)[i];
@@ -158,10 +159,10 @@ TEST(program_names_the_dead_and_those_that_leave) {
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 7 == 3 ? 5.0f : 0.0f;
     store.writable_plane(particles::position, 1)[0] = std::numeric_limits<float>::quiet_NaN();
-    Outcome outcome;
+    program::Outcome outcome;
     const Slice slice{1, -0.25f, 0.5f};
-    Program({move(), kill_old(1)}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, slice, outcome);
-    Outcome wanted;
+    program::Program({move(), kill_old(1)}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, slice, outcome);
+    program::Outcome wanted;
     const float* y = store.plane(particles::position, 1);
     for (std::uint32_t i = 0; i < count; ++i) {
       if (i % 7 == 3 || i == 0) {  // the first position is NaN
@@ -172,8 +173,8 @@ TEST(program_names_the_dead_and_those_that_leave) {
     }
     CHECK(outcome.dead == wanted.dead && outcome.left == wanted.left);
     CHECK(store.size() == count);
-    Outcome again;
-    Program::find_leavers(store, 0, slice, again);
+    program::Outcome again;
+    program::Program::find_leavers(store, 0, slice, again);
     CHECK(again.left.size() >= wanted.left.size() && again.dead.empty());
   }
 }
@@ -187,8 +188,8 @@ TEST(program_with_conditions_kills_the_chosen_and_revives_nobody) {
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 5 == 2 ? 5.0f : 0.0f;
     Action high = kill_old(0);  // all that are above 0.5
     high.where = {{Op::constant, 0, 0.5f}, {Op::column, 1, 0}, {Op::less, 0, 0}};
-    Outcome outcome;
-    Program({kill_old(1), high}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+    program::Outcome outcome;
+    program::Program({kill_old(1), high}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
     std::vector<std::uint32_t> wanted;
     for (std::uint32_t i = 0; i < count; ++i) {
       if (i % 5 == 2 || store.plane(particles::position, 1)[i] > 0.5f) wanted.push_back(i);
@@ -199,7 +200,7 @@ TEST(program_with_conditions_kills_the_chosen_and_revives_nobody) {
 
 TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
   const Slice slice{1, -0.7f, 0.7f};
-  const Program program({gravity(), shake(), move(), kill_old(1)});
+  const program::Program program({gravity(), shake(), move(), kill_old(1)});
   for (const auto& [count, threads, grain] : {std::tuple{1u, 1, 64u},
                                               {129u, 1, 64u},
                                               {5000u, 1, 64u},
@@ -211,7 +212,7 @@ TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
     float* age = before.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < count; ++i) age[i] = i % 11 == 3 ? 5.0f : 0.0f;
     Store stay = copy_of(before), come = copy_of(before);
-    Outcome stayed, came;
+    program::Outcome stayed, came;
     came.gathers = true;
     program.run(stay, 0, 0, {0, 2, 0.1, 0}, kKey, slice, stayed, pool);
     program.run(come, 0, 0, {0, 2, 0.1, 0}, kKey, slice, came, pool);
@@ -242,9 +243,9 @@ TEST(program_brings_those_to_be_removed_to_the_front_of_each_range) {
 TEST(program_of_nothing_does_nothing) {
   Store store = random_store(10, 6);
   Store empty(kSchema);
-  Outcome outcome;
-  Program({}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
-  Program({gravity(), move()}).run(empty, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+  program::Outcome outcome;
+  program::Program({}).run(store, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
+  program::Program({gravity(), move()}).run(empty, 0, 0, {0, 1, 0.1, 0}, kKey, {}, outcome);
   CHECK(particles::digest(store) == particles::digest(random_store(10, 6)));
   CHECK(outcome.dead.empty() && outcome.left.empty());
 }
@@ -333,7 +334,7 @@ TEST(system_counts_births_and_drops_those_above_the_capacity) {
   SystemDefinition definition;
   definition.name = "snow";
   definition.capacity = 25;
-  frame::System system(definition, 1, 0, 3);
+  engine::System system(definition, 1, 0, 3);
   Birth burst;
   burst.amount = 10;
   Birth source;
@@ -341,7 +342,7 @@ TEST(system_counts_births_and_drops_those_above_the_capacity) {
   source.rate = 100;
   system.list = {gravity(), burst, move(), source};
   system.count_births(0, 0.1, 2);
-  const std::vector<frame::BirthGroup> groups = system.groups;
+  const std::vector<engine::BirthGroup> groups = system.groups;
   CHECK(groups.size() == 3);
   CHECK(groups[0].entry == 1 && groups[0].substep == 0 && groups[0].first_id == 0 && groups[0].count == 10);
   CHECK(groups[1].entry == 2 && groups[1].substep == 0 && groups[1].first_id == 10 && groups[1].count == 5);
@@ -358,8 +359,8 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
   const Store before = random_store(200003, 9);
   const Slice slice{0, -0.9f, 0.9f};
   const Span span{3, 2, 0.1, 0};
-  const Program program({gravity(), shake(), move(), kill_old(0.15)});
-  std::vector<Outcome> outcomes;
+  const program::Program program({gravity(), shake(), move(), kill_old(0.15)});
+  std::vector<program::Outcome> outcomes;
   std::vector<particles::Digest> digests;
   for (const int threads : {1, 2, 3, 7}) {
     threads::Pool pool(threads);
@@ -368,12 +369,12 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
     Store store = copy_of(before);
     float* age = store.writable_plane(particles::age, 0);
     for (std::size_t i = 0; i < store.size(); ++i) age[i] = static_cast<float>(i % 100) * 0.001f;
-    Outcome outcome;
+    program::Outcome outcome;
     program.run(store, 77, 1, span, kKey, slice, outcome, pool);
     CHECK(threads > 1 || pauses > 1);  // a long run is no reason to leave messages alone
     digests.push_back(particles::digest(store));
-    Outcome found;
-    Program::find_leavers(store, 5, slice, found, pool);
+    program::Outcome found;
+    program::Program::find_leavers(store, 5, slice, found, pool);
     CHECK(std::is_sorted(found.left.begin(), found.left.end()) && found.left.size() > outcome.left.size());
     outcomes.push_back(outcome);
   }
@@ -390,7 +391,7 @@ TEST(the_next_block_is_asked_for_by_the_time_that_the_last_action_has_run) {
   for (const std::size_t block : {particles::kShortBlock, particles::kBlock}) {
     const std::size_t lines = (6 + 1) * 4 * block / 64;  // age has no plane
     for (const std::size_t runs : {1u, 4u, 5u, 12u, 100u}) {
-      FetchAhead ahead(store, attributes, true, runs, block);
+      program::FetchAhead ahead(store, attributes, true, runs, block);
       CHECK(ahead.left() == 0);
       for (const std::size_t next : {block, 7 * block}) {
         ahead.aim(next, store.size());
@@ -405,7 +406,7 @@ TEST(the_next_block_is_asked_for_by_the_time_that_the_last_action_has_run) {
       CHECK(ahead.left() == 0);
     }
   }
-  FetchAhead none(store, attributes, true, 4, 0);
+  program::FetchAhead none(store, attributes, true, 4, 0);
   none.aim(particles::kBlock, store.size());
   none.fetch();
   CHECK(none.left() == 0);
@@ -417,10 +418,10 @@ TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
   std::vector<Action> list;
   for (int k = 0; k < 4; ++k) list.insert(list.end(), {gravity(), shake(), move()});
   list.push_back(kill_old(0.15));
-  const Program program(list);
+  const program::Program program(list);
   const Span span{9, 2, 0.05, 0};
   Store whole = copy_of(start);
-  Outcome outcome;
+  program::Outcome outcome;
   program.run(whole, 0, 0, span, kKey, {}, outcome);
   CHECK(outcome.dead.size() == whole.size());  // their age has advanced by 0.2 s
   for (std::size_t i = 0; i < start.size(); i += 7) {
@@ -431,7 +432,7 @@ TEST(program_of_many_actions_does_to_a_particle_what_it_does_to_it_alone) {
       *one.writable_plane(particles::position, c) = start.plane(particles::position, c)[i];
       *one.writable_plane(particles::velocity, c) = start.plane(particles::velocity, c)[i];
     }
-    Outcome own;
+    program::Outcome own;
     program.run(one, 0, 0, span, kKey, {}, own);
     for (int c = 0; c < 3; ++c) {
       CHECK(*one.plane(particles::position, c) == whole.plane(particles::position, c)[i]);

@@ -63,8 +63,8 @@ Record rich_record() {
   return r;
 }
 
-particles::Bytes bytes_of(const Record& record) {
-  particles::Bytes bytes;
+base::Bytes bytes_of(const Record& record) {
+  base::Bytes bytes;
   write(record, bytes);
   return bytes;
 }
@@ -134,20 +134,20 @@ std::vector<std::function<void(Record&)>> changes() {
 
 TEST(record_survives_its_bytes) {
   const Record record = rich_record();
-  const particles::Bytes bytes = bytes_of(record);
-  particles::Reader in(bytes.view());
+  const base::Bytes bytes = bytes_of(record);
+  base::Reader in(bytes.view());
   CHECK(read(in) == record);
   CHECK(in.done());
   const Record empty;
-  const particles::Bytes few = bytes_of(empty);
-  particles::Reader in_few(few.view());
+  const base::Bytes few = bytes_of(empty);
+  base::Reader in_few(few.view());
   CHECK(read(in_few) == empty);
 }
 
 TEST(record_refuses_truncated_bytes) {
-  const particles::Bytes bytes = bytes_of(rich_record());
+  const base::Bytes bytes = bytes_of(rich_record());
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader in(bytes.view().first(length));
+    base::Reader in(bytes.view().first(length));
     CHECK_THROWS(read(in), std::runtime_error);
   }
 }
@@ -158,12 +158,12 @@ TEST(record_survives_garbage) {
   test::Dice dice(8);
   int refused = 0;
   for (int round = 0; round < 20000; ++round) {
-    particles::Bytes bytes = bytes_of(good);
+    base::Bytes bytes = bytes_of(good);
     const std::size_t damages = 1 + dice.below(3);
     for (std::size_t i = 0; i < damages; ++i) {
       bytes.data()[dice.below(bytes.size())] = static_cast<std::byte>(dice.word());
     }
-    particles::Reader in(bytes.view());
+    base::Reader in(bytes.view());
     try {
       const Record other = read(in);
       (void)first_difference(other, good);
@@ -176,15 +176,15 @@ TEST(record_survives_garbage) {
 
 TEST(record_hash_changes_with_every_field) {
   const Record record = rich_record();
-  const particles::Bytes bytes = bytes_of(record);
+  const base::Bytes bytes = bytes_of(record);
   std::vector<Hash> seen{hash(bytes.view())};
   CHECK(hash(bytes_of(record).view()) == seen[0]);
   for (const auto& change : changes()) {
     Record other = record;
     change(other);
     CHECK(!(other == record));
-    const particles::Bytes changed = bytes_of(other);
-    particles::Reader in(changed.view());
+    const base::Bytes changed = bytes_of(other);
+    base::Reader in(changed.view());
     CHECK(read(in) == other);
     const Hash found = hash(changed.view());
     for (const Hash& known : seen) CHECK(!(found == known));

@@ -28,9 +28,9 @@ Record record_with(const Shape& shape) {
 }
 
 Record again(const Record& record) {
-  particles::Bytes bytes;
+  base::Bytes bytes;
   recording::write(record, bytes);
-  particles::Reader reader(bytes.view());
+  base::Reader reader(bytes.view());
   return recording::read(reader);
 }
 
@@ -65,7 +65,7 @@ TEST(unions_differ_by_their_parts) {
 }
 
 TEST(broken_unions_are_refused) {
-  particles::Bytes bytes;
+  base::Bytes bytes;
   recording::write(record_with(shapes::unite({kShapes[4]})), bytes);
   std::vector<std::byte> raw(bytes.view().begin(), bytes.view().end());
   std::size_t refused = 0;
@@ -73,7 +73,7 @@ TEST(broken_unions_are_refused) {
     if (raw[i] != static_cast<std::byte>(Kind::sphere)) continue;
     std::vector<std::byte> broken = raw;
     broken[i] = static_cast<std::byte>(Kind::united);  // a union in a union
-    particles::Reader reader(broken);
+    base::Reader reader(broken);
     try {
       recording::read(reader);
     } catch (const std::runtime_error&) {

@@ -4,7 +4,7 @@
 #include "check.h"
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
-#include "frame/relay.h"
+#include "engine/session/relay.h"
 
 namespace motes::test_relay {
 using comm::Phase;
@@ -25,13 +25,13 @@ std::string words(int rank, std::uint32_t turn) {
 }
 std::string own_words(int rank, std::uint32_t turn) { return rank % 3 == 0 ? "" : words(rank, turn); }
 
-void tell(frame::Relay& relay, int size, Stamp stamp) {
-  particles::Bytes common;
+void tell(engine::Relay& relay, int size, Stamp stamp) {
+  base::Bytes common;
   const std::string all = "for all " + std::to_string(stamp.turn);
   common.put_raw(all.data(), all.size());
-  std::vector<frame::Part> parts(static_cast<std::size_t>(size));
+  std::vector<engine::Part> parts(static_cast<std::size_t>(size));
   for (int rank = 0; rank < size; ++rank) {
-    frame::Part& part = parts[static_cast<std::size_t>(rank)];
+    engine::Part& part = parts[static_cast<std::size_t>(rank)];
     const std::string own = own_words(rank, stamp.turn);
     part.bytes.put_raw(own.data(), own.size());
     part.count = static_cast<std::uint64_t>(rank);
@@ -39,18 +39,18 @@ void tell(frame::Relay& relay, int size, Stamp stamp) {
   relay.tell(Phase::begin, stamp, common, parts, stamp.turn % 4 == 3);
 }
 
-void hear(frame::Relay& relay, int rank, Stamp stamp) {
-  const frame::Heard heard = relay.hear(Phase::begin, stamp);
+void hear(engine::Relay& relay, int rank, Stamp stamp) {
+  const engine::Heard heard = relay.hear(Phase::begin, stamp);
   CHECK(text_of(heard.common) == "for all " + std::to_string(stamp.turn));
   CHECK(text_of(heard.own) == own_words(rank, stamp.turn));
   CHECK(heard.count == static_cast<std::uint64_t>(rank) && heard.failed == (stamp.turn % 4 == 3));
 }
 
-void listen(frame::Relay& relay, int size, Stamp stamp) {
-  const frame::AllSaid said = relay.listen(Phase::report, stamp);
+void listen(engine::Relay& relay, int size, Stamp stamp) {
+  const engine::AllSaid said = relay.listen(Phase::report, stamp);
   CHECK(static_cast<int>(said.ranks.size()) == size);
   for (int rank = 0; rank < size; ++rank) {
-    const frame::Said& one = said.ranks[static_cast<std::size_t>(rank)];
+    const engine::Said& one = said.ranks[static_cast<std::size_t>(rank)];
     CHECK(text_of(one.bytes) == words(rank, stamp.turn) && one.failed == (rank % 7 == 5));
   }
 }
@@ -58,7 +58,7 @@ void listen(frame::Relay& relay, int size, Stamp stamp) {
 // A frame's exchange with the manager: it tells, all receive and answer, it collects. The first one is flat.
 void converse(SimulatedRank& self, const roles::Cast& cast, int fan_out, std::uint32_t turns) {
   comm::Communicator comm(self.transport(), {});
-  frame::Relay relay(comm, cast);
+  engine::Relay relay(comm, cast);
   for (std::uint32_t turn = 0; turn < turns; ++turn) {
     const Stamp stamp{3, turn};
     const bool manages = comm.rank() == cast.manager;
@@ -104,7 +104,7 @@ TEST(who_stands_next_to_a_silent_rank_speaks_first) {
         comm::simulate({.ranks = 9}, [&](SimulatedRank& self) {
           const roles::Cast cast = roles::cast_auto(9);
           comm::Communicator comm(self.transport(), {});
-          frame::Relay relay(comm, cast);
+          engine::Relay relay(comm, cast);
           relay.grow(cast, fan_out);
           if (comm.rank() == silent) comm::spend(1e6);
           if (comm.rank() == cast.manager) tell(relay, 9, {0, 1});
@@ -126,7 +126,7 @@ TEST(relay_refuses_parts_of_ranks_that_are_not_there) {
                               [](SimulatedRank& self) {
                                 const roles::Cast cast = roles::cast_shared(4);
                                 comm::Communicator comm(self.transport(), {});
-                                frame::Relay relay(comm, cast);
+                                engine::Relay relay(comm, cast);
                                 // The manager's tree is a chain, the others' is flat.
                                 if (comm.rank() == 0) relay.grow(cast, 1);
                                 if (comm.rank() == 0) tell(relay, 4, {0, 1});

@@ -8,7 +8,7 @@
 #include "check.h"
 #include "comm/simulated_ranks.h"
 #include "drawn_scene.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 
 namespace motes::test_render_failures {
 using comm::SimulatedRank;
@@ -42,7 +42,7 @@ struct Fault {
   float bloom = 0;     // above 0: each rank needs light of all
 };
 
-void break_down(frame::Painter& painter, bool projecting) {
+void break_down(engine::Painter& painter, bool projecting) {
   static const image::ProjectLanes kProject{no_projection};
   static const image::SplatLanes kSplat = [] {
     image::SplatLanes lanes = image::splat_lanes();
@@ -59,7 +59,7 @@ void break_down(frame::Painter& painter, bool projecting) {
 }
 
 // In a picture of which each rank's part takes several messages, in the second one.
-void break_down_later(frame::Painter& painter) {
+void break_down_later(engine::Painter& painter) {
   static const image::SplatLanes kSplat = [] {
     image::SplatLanes lanes = image::splat_lanes();
     lanes.tone = no_tone;
@@ -72,12 +72,12 @@ void break_down_later(frame::Painter& painter) {
 // How each rank ended: "", its own exception, or what it heard.
 using Ends = std::map<int, std::string>;
 
-void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan& plan) {
+void play(SimulatedRank& self, const Fault& fault, Ends& ends, engine::RenderPlan& plan) {
   const roles::Cast cast = fault.shared ? roles::cast_shared(fault.ranks) : roles::cast_auto(fault.ranks);
-  frame::Settings settings;
+  engine::Settings settings;
   settings.costs.act.fill(1000);
   auto communicator = std::make_unique<comm::Communicator>(self.transport(), comm::Watch{});
-  frame::Engine engine(std::move(communicator), cast, std::move(settings));
+  engine::Engine engine(std::move(communicator), cast, std::move(settings));
   test::add_drawn_system(engine);
   image::View view = test::drawn_view(fault.later ? 1280 : 200, fault.later ? 960 : 150, fault.path);
   view.bloom = fault.bloom;
@@ -94,7 +94,7 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
     }
     engine.digest();  // nobody comes past here
     ends[self.rank()] = "all went well";
-  } catch (const frame::Agreed& agreed) {
+  } catch (const engine::Agreed& agreed) {
     ends[self.rank()] = "rank " + std::to_string(agreed.verdict().failed_rank) + ": " + agreed.verdict().failure.text;
   } catch (const comm::Deadlock&) {
     ends[self.rank()] = "waits";  // for those who gave up: a real job ends now
@@ -104,7 +104,7 @@ void play(SimulatedRank& self, const Fault& fault, Ends& ends, frame::RenderPlan
 }
 
 // Ends of all ranks, and the plan of the last frame.
-Ends run(const Fault& fault, std::uint64_t seed, frame::RenderPlan& plan) {
+Ends run(const Fault& fault, std::uint64_t seed, engine::RenderPlan& plan) {
   Ends ends;
   try {
     test::on_ranks(fault.ranks, seed, [&](SimulatedRank& self) { play(self, fault, ends, plan); });
@@ -117,7 +117,7 @@ Ends run(const Fault& fault, std::uint64_t seed, frame::RenderPlan& plan) {
 void check_fault(const Fault& fault, std::uint64_t seed) {
   const roles::Cast cast = fault.shared ? roles::cast_shared(fault.ranks) : roles::cast_auto(fault.ranks);
   const bool calculates = cast.calculator_of(fault.rank) >= 0;
-  frame::RenderPlan plan;
+  engine::RenderPlan plan;
   Ends ends = run(fault, seed, plan);
   const bool paints = fault.path == Path::composite ? calculates : plan.draws(fault.rank);
   const bool fails = fault.projecting ? calculates : paints;

@@ -5,12 +5,12 @@
 #include <string>
 #include <vector>
 
+#include "base/sha256.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
 #include "drawn_scene.h"
+#include "engine/engine.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
-#include "image/sha256.h"
 
 namespace motes::test_render_parcels {
 using comm::SimulatedRank;
@@ -51,7 +51,7 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   int calls = 0, awaited = 0;
   auto transport = std::make_unique<Watched>(self.transport(), calls, awaited);
   auto communicator = std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{});
-  frame::Engine engine(std::move(communicator), roles::cast_shared(asked.ranks), frame::Settings{});
+  engine::Engine engine(std::move(communicator), roles::cast_shared(asked.ranks), engine::Settings{});
   test::add_drawn_system(engine);
   image::View view = test::drawn_view(1280, 960, asked.path);
   view.bloom = asked.bloom;
@@ -67,10 +67,10 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     seen.in_frames += calls - recorded;
     seen.awaited = std::max(seen.awaited, awaited);
     if (!engine.talk().draws()) continue;
-    seen.pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
+    seen.pictures.push_back(base::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
     if (!view.linear) continue;
     const std::vector<float> linear = engine.painter().linear();
-    image::Sha256 digest;
+    base::Sha256 digest;
     digest.add(std::as_bytes(std::span(linear)));
     seen.pictures.push_back(digest.finish());
   }

@@ -2,13 +2,13 @@
 #include <numeric>
 
 #include "check.h"
-#include "frame/render_load.h"
-#include "frame/render_plan.h"
+#include "engine/render/render_load.h"
+#include "engine/render/render_plan.h"
 #include "isas.h"
 
 namespace motes::test_render_plan {
-using frame::RenderLoad;
-using frame::RenderPlan;
+using engine::RenderLoad;
+using engine::RenderPlan;
 using Path = image::View::Path;
 
 namespace {
@@ -38,11 +38,11 @@ RenderLoad load(const roles::Cast& cast, double records, int first = 0, int end 
 const std::vector<image::Sprite> kDiscs(8);
 
 RenderPlan plan(const image::View& view, const RenderLoad& load, const roles::Cast& cast, int ranks) {
-  return frame::plan_render(view, kDiscs, load, cast, ranks);
+  return engine::plan_render(view, kDiscs, load, cast, ranks);
 }
 
 double records_of(const RenderPlan& plan, const RenderLoad& load, int rank) {
-  const image::Slots slots = frame::slots_of(plan.order, load.grid);
+  const image::Slots slots = image::slots_of(plan.order, load.grid);
   double records = 0;
   for (int s = plan.first(rank); s < plan.end(rank); ++s)
     records += load.counts[static_cast<std::size_t>(slots.tile(s))];
@@ -59,7 +59,7 @@ void check_owners(const RenderPlan& plan, int ranks, int slots) {
   for (const int n : owners) CHECK(n == 1);
 }
 
-image::View seen_from(image::Vector position, image::Vector up = {0, 1, 0}) {
+image::View seen_from(Vector position, Vector up = {0, 1, 0}) {
   image::View view = test_render_plan::view(Path::tiles);
   view.camera.position = position;
   view.camera.look_at = {0, 0, 0};
@@ -124,7 +124,7 @@ TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
   RenderLoad some = load(cast, 3.2e6);
   const RenderPlan even = plan(view(Path::tiles), some, cast, 4);
   for (int picture = 0; picture < 20; ++picture) {  // ranks 2 and 3 take twice as long
-    std::vector<frame::DrawSample> samples;
+    std::vector<engine::DrawSample> samples;
     for (int r = 0; r < 4; ++r) samples.push_back({r, 0.01, r < 2 ? 0.01 : 0.02});
     some.speeds.add(samples);
   }
@@ -134,8 +134,8 @@ TEST(slow_ranks_draw_as_much_less_as_they_are_slower) {
     CHECK_NEAR(records_of(p, some, r) / records_of(even, some, r), r < 2 ? 4.0 / 3 : 2.0 / 3, 0.1);
   }
   const image::View v = view(Path::tiles);
-  CHECK(frame::estimate(Path::tiles, v, kDiscs, some, cast, 4).seconds <
-        1.2 * frame::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
+  CHECK(engine::estimate(Path::tiles, v, kDiscs, some, cast, 4).seconds <
+        1.2 * engine::estimate(Path::tiles, v, kDiscs, load(cast, 3.2e6), cast, 4).seconds);
 }
 
 // On path composite nobody can draw a slow calculator's particles for it.
@@ -143,17 +143,17 @@ TEST(a_slow_calculator_draws_its_own_particles_slowly) {
   const roles::Cast cast = roles::cast_shared(4);
   const RenderLoad alike = load(cast, 3.2e6, 200, 202);
   RenderLoad one_slow = alike;
-  one_slow.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.04}});
+  one_slow.speeds.add(std::vector<engine::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.04}});
   const double slower = one_slow.speeds.of(0) / one_slow.speeds.of(2);
   CHECK_NEAR(slower, 4, 1e-6);
   const auto seconds = [&](const RenderLoad& load) {
-    return frame::estimate(Path::composite, view(), kDiscs, load, cast, 4).seconds;
+    return engine::estimate(Path::composite, view(), kDiscs, load, cast, 4).seconds;
   };
-  const double drawn = frame::drawing_s(view(), kDiscs, 3.2e6 / 4, 0);
+  const double drawn = engine::drawing_s(view(), kDiscs, 3.2e6 / 4, 0);
   CHECK(seconds(one_slow) - seconds(alike) > 0.8 * drawn * (1 / one_slow.speeds.of(2) - 1));
   CHECK(plan(view(), alike, cast, 4).path == Path::composite);
   for (int picture = 0; picture < 50; ++picture) {
-    one_slow.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.3}});
+    one_slow.speeds.add(std::vector<engine::DrawSample>{{0, 0.01, 0.01}, {1, 0.01, 0.01}, {2, 0.01, 0.3}});
   }
   CHECK(plan(view(), one_slow, cast, 4).path == Path::tiles);  // others draw for it
 }
@@ -170,7 +170,7 @@ TEST(who_assembles_draws_less_by_what_that_took) {
   CHECK_NEAR(light, 0.25, 0.01);
   CHECK(heavy > 0.1 && heavy < 0.22);
   // On a machine of half the speed drawing takes twice as long, but these seconds were measured on it.
-  some.speeds.add(std::vector<frame::DrawSample>{{0, 0.01, 0.02}, {1, 0.01, 0.02}});
+  some.speeds.add(std::vector<engine::DrawSample>{{0, 0.01, 0.02}, {1, 0.01, 0.02}});
   CHECK(some.speeds.slowness() == 2);
   CHECK_NEAR(light - share_with(2e-9), (light - heavy) / 2, 0.01);
   // Messages of many ranks take longer than what is in them.
@@ -184,25 +184,25 @@ TEST(seconds_of_assembly_are_those_per_pixel_of_other_ranks) {
   RenderLoad some;
   some.grid = {128, 96};  // 2x2 tiles, two of them with 32 rows
   some.counts.assign(4, 0);
-  frame::Drawings drawn;
+  engine::Drawings drawn;
   drawn.tiles = {{0, {1, 1}, 0, 0.1f}, {2, {1, 1}, 1, 0.1f}};
-  frame::note_assembly(drawn, 0, some);
+  engine::note_assembly(drawn, 0, some);
   CHECK(some.assembled_pixel_s == 0);  // there was nothing to put together
   drawn.assemble_s = 3e-3;
-  frame::note_assembly(drawn, 0, some);
+  engine::note_assembly(drawn, 0, some);
   CHECK_NEAR(some.assembled_pixel_s * 1e9, 3e6 / (128 * 32), 1e-6);
   drawn.assemble_s = 30e-3;  // an image generator that was held up
-  frame::note_assembly(drawn, 0, some);
+  engine::note_assembly(drawn, 0, some);
   CHECK(some.assembled_pixel_s * 1e9 > 3e6 / (128 * 32) && some.assembled_pixel_s * 1e9 < 15e6 / (128 * 32));
 }
 
 TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
-  frame::DrawSpeeds speeds;
+  engine::DrawSpeeds speeds;
   CHECK(speeds.of(7) == 1);
   constexpr float noise = 0.03f;
   test::Dice dice(5);
   const auto picture = [&](double of_second) {
-    std::vector<frame::DrawSample> samples;
+    std::vector<engine::DrawSample> samples;
     for (int r = 0; r < 3; ++r) {
       const double slower = (r == 1 ? 1 / of_second : 1) * (1 + double{dice.between(-noise, noise)});
       samples.push_back({r, 0.01, 0.05 * slower});  // the machine that costs were measured on is five times as fast
@@ -217,9 +217,9 @@ TEST(speeds_are_those_of_many_pictures_relative_to_all_that_draw) {
   CHECK_NEAR(speeds.of(1) / speeds.of(0), 0.25, 0.03);
   CHECK_NEAR(speeds.of(2) / speeds.of(0), 1, 0.1);
   const double before = speeds.of(1);
-  speeds.add(std::vector<frame::DrawSample>{{1, 1e-6, 1}, {0, 0, 0}});  // next to nothing was drawn
+  speeds.add(std::vector<engine::DrawSample>{{1, 1e-6, 1}, {0, 0, 0}});  // next to nothing was drawn
   CHECK(speeds.of(1) == before);
-  for (int i = 0; i < 100; ++i) speeds.add(std::vector<frame::DrawSample>{{0, 1, 1}, {1, 1, 1e6}});
+  for (int i = 0; i < 100; ++i) speeds.add(std::vector<engine::DrawSample>{{0, 1, 1}, {1, 1, 1e6}});
   CHECK(speeds.of(1) >= 1.0 / 40);  // and may show that it is not as slow as that
 }
 
@@ -229,7 +229,7 @@ TEST(records_cost_as_many_bytes_as_they_had_in_the_last_picture) {
   const auto seconds = [&](double record_bytes) {
     some = load(cast, 3.2e6);
     some.record_bytes = record_bytes;
-    return frame::estimate(Path::gather, view(), kDiscs, some, cast, 4).seconds;
+    return engine::estimate(Path::gather, view(), kDiscs, some, cast, 4).seconds;
   };
   CHECK(seconds(0) == seconds(8));
   CHECK_NEAR((seconds(12) - seconds(4)) / (seconds(8) - seconds(4)), 2, 1e-6);
@@ -261,7 +261,7 @@ TEST(light_alone_or_opaque_particles_are_merged) {
   const auto merged = [&](std::vector<Blend> blends) {
     std::vector<image::Sprite> sprites(blends.size());
     for (std::size_t i = 0; i < blends.size(); ++i) sprites[i].blend = blends[i];
-    return frame::merged_blend(plain, sprites);
+    return engine::merged_blend(plain, sprites);
   };
   CHECK(merged({Blend::add, Blend::add}) == Blend::add);
   CHECK(merged({Blend::opaque, Blend::opaque}) == Blend::opaque);
@@ -277,8 +277,8 @@ TEST(many_pebbles_in_few_tiles_are_merged) {
   std::vector<image::Sprite> pebbles = kDiscs;
   for (image::Sprite& sprite : pebbles) sprite.blend = image::Sprite::Blend::opaque;
   const RenderLoad far = load(cast, 3.2e6, 200, 201), near = load(cast, 3.2e6);
-  CHECK(frame::plan_render(view(), pebbles, far, cast, 4).path == Path::composite);
-  CHECK(frame::plan_render(view(), pebbles, near, cast, 4).path == Path::tiles);
+  CHECK(engine::plan_render(view(), pebbles, far, cast, 4).path == Path::composite);
+  CHECK(engine::plan_render(view(), pebbles, near, cast, 4).path == Path::tiles);
 }
 
 TEST(what_cannot_be_merged_goes_to_the_owners_of_tiles) {
@@ -286,8 +286,8 @@ TEST(what_cannot_be_merged_goes_to_the_owners_of_tiles) {
   const RenderLoad some = load(cast, 3.2e6, 200, 201);
   std::vector<image::Sprite> smoke = kDiscs;
   smoke.back().blend = image::Sprite::Blend::alpha;
-  CHECK(frame::plan_render(view(Path::composite), smoke, some, cast, 4).path == Path::tiles);
-  CHECK(frame::plan_render(view(), smoke, some, cast, 4).path != Path::composite);
+  CHECK(engine::plan_render(view(Path::composite), smoke, some, cast, 4).path == Path::tiles);
+  CHECK(engine::plan_render(view(), smoke, some, cast, 4).path != Path::composite);
 }
 
 TEST(counts_of_another_picture_are_not_used) {
@@ -300,8 +300,8 @@ TEST(counts_of_another_picture_are_not_used) {
 
 TEST(slots_are_tiles_row_by_row_or_column_by_column) {
   const image::Grid grid{3 * image::kTile, 2 * image::kTile};
-  const image::Slots columns = frame::slots_of(frame::TileOrder::columns, grid);
-  const image::Slots rows = frame::slots_of(frame::TileOrder::rows, grid);
+  const image::Slots columns = image::slots_of(image::TileOrder::columns, grid);
+  const image::Slots rows = image::slots_of(image::TileOrder::rows, grid);
   const int tiles[6] = {0, 3, 1, 4, 2, 5};
   for (int s = 0; s < 6; ++s) {
     CHECK(columns.tile(s) == tiles[s] && columns.slot(tiles[s]) == s);
@@ -311,21 +311,21 @@ TEST(slots_are_tiles_row_by_row_or_column_by_column) {
 
 TEST(calculators_draw_where_their_slices_are_seen) {
   const roles::Cast four = roles::cast_shared(4);
-  const auto dealt = [&](int axis, const image::View& view) { return frame::deal_along(axis, view, four, 4); };
+  const auto dealt = [&](int axis, const image::View& view) { return engine::deal_along(axis, view, four, 4); };
   const std::vector<int> up{0, 1, 2, 3}, down{3, 2, 1, 0};
-  using frame::TileOrder;
+  using image::TileOrder;
   const image::View front = seen_from({0, 1, 9}), back = seen_from({0, 1, -9}), top = seen_from({0, 9, 0}, {1, 0, 0});
-  CHECK(dealt(0, front).order == TileOrder::columns && dealt(0, front).ranks == up);
-  CHECK(dealt(0, back).order == TileOrder::columns && dealt(0, back).ranks == down);
-  CHECK(dealt(1, front).order == TileOrder::rows &&
+  CHECK(dealt(0, front).order == image::TileOrder::columns && dealt(0, front).ranks == up);
+  CHECK(dealt(0, back).order == image::TileOrder::columns && dealt(0, back).ranks == down);
+  CHECK(dealt(1, front).order == image::TileOrder::rows &&
         dealt(1, front).ranks == down);  // the lowest slice is at the bottom
-  CHECK(dealt(0, top).order == TileOrder::rows && dealt(0, top).ranks == down);
-  CHECK(dealt(2, top).order == TileOrder::columns);
+  CHECK(dealt(0, top).order == image::TileOrder::rows && dealt(0, top).ranks == down);
+  CHECK(dealt(2, top).order == image::TileOrder::columns);
 }
 
 TEST(ranks_without_particles_draw_between_the_calculators) {
   const auto ranks = [](const roles::Cast& cast, int size) {
-    return frame::deal_along(0, seen_from({0, 0, 9}), cast, size).ranks;
+    return engine::deal_along(0, seen_from({0, 0, 9}), cast, size).ranks;
   };
   CHECK(ranks(roles::cast_auto(3), 3).at(1) == 2);
   CHECK((ranks(roles::cast_auto(4), 4) == std::vector<int>{2, 0, 1, 3}));

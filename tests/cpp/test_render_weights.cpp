@@ -8,9 +8,9 @@
 #include "comm/clock.h"
 #include "comm/simulated_ranks.h"
 #include "drawn_scene.h"
+#include "engine/engine.h"
+#include "engine/render/render_costs.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
-#include "frame/render_costs.h"
 
 namespace motes::test_render_weights {
 using comm::Phase;
@@ -44,9 +44,9 @@ class Watching final : public test::Forwarding {
 std::vector<Sent> sent_on(Path path) {
   std::vector<Sent> sent;
   comm::simulate({.ranks = 4, .variation = 0}, [&](SimulatedRank& self) {
-    frame::Settings settings;
+    engine::Settings settings;
     settings.costs.messages = {kScale, kMessage, kByte};
-    frame::Engine engine(
+    engine::Engine engine(
         std::make_unique<comm::Communicator>(std::make_unique<Watching>(self.transport(), sent), comm::Watch{}),
         roles::cast_shared(4), std::move(settings));
     test::add_drawn_system(engine);
@@ -87,10 +87,10 @@ namespace {
 double frame_s(int ranks, Path path, float bloom) {
   double seconds = 0;
   comm::simulate({.ranks = ranks, .variation = 0}, [&](SimulatedRank& self) {
-    frame::Settings settings;
+    engine::Settings settings;
     settings.costs.picture = 1e9;
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),
-                         roles::cast_shared(ranks), std::move(settings));
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),
+                          roles::cast_shared(ranks), std::move(settings));
     test::add_drawn_system(engine);
     image::View view = test::drawn_view(1024, 768, path);
     view.bloom = bloom;
@@ -109,7 +109,7 @@ double frame_s(int ranks, Path path, float bloom) {
 }  // namespace
 
 TEST(bloom_takes_simulated_ranks_what_it_takes_others) {
-  namespace costs = frame::render_costs;
+  namespace costs = engine::render_costs;
   const double pixel = costs::kBloomPixel / costs::kPixel, spread = costs::kSpreadPixel / costs::kPixel;
   CHECK_NEAR(frame_s(1, Path::gather, 0), 1, 1e-3);
   CHECK_NEAR(frame_s(1, Path::gather, 0.2f), 1 + pixel + spread, 1e-3);

@@ -8,14 +8,14 @@
 #include <string>
 #include <vector>
 
+#include "base/fields.h"
 #include "check.h"
-#include "frame/alarms.h"
-#include "frame/log.h"
-#include "frame/report.h"
-#include "particles/fields.h"
+#include "engine/log/alarms.h"
+#include "engine/log/log.h"
+#include "engine/session/report.h"
 
 namespace motes::test_report {
-using namespace frame;
+using namespace engine;
 
 namespace {
 
@@ -87,9 +87,9 @@ bool holds(const std::string& text, const std::string& part) { return text.find(
 
 TEST(report_survives_its_bytes) {
   const Report report = rich_report();
-  particles::Bytes bytes;
+  base::Bytes bytes;
   write(report, bytes);
-  particles::Reader in(bytes.view());
+  base::Reader in(bytes.view());
   const Report other = read_report(in);
   CHECK(in.done());
   CHECK(other.failure.kind == Failure::Kind::compute && other.failure.action == "gravity" &&
@@ -105,7 +105,7 @@ TEST(report_survives_its_bytes) {
         other.tail.drawings.tiles[0].counts == report.tail.drawings.tiles[0].counts);
   CHECK(other.tail.drawings.tiles[0].rank == 7 && other.tail.drawings.tiles[0].seconds == 0.5f);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader part(bytes.view().first(length));
+    base::Reader part(bytes.view().first(length));
     CHECK_THROWS(read_report(part), std::runtime_error);
   }
 }
@@ -159,9 +159,9 @@ TEST(judgement_survives_its_bytes) {
   judgement.parents.resize(1);
   judgement.parents[0].owner = 3;
   judgement.parents[0].parent.first = 12;
-  particles::Bytes bytes;
+  base::Bytes bytes;
   write(judgement, bytes);
-  particles::Reader in(bytes.view());
+  base::Reader in(bytes.view());
   const Judgement other = read_judgement(in);
   CHECK(in.done());
   CHECK(other.verdict.failed_rank == 2 && other.verdict.ranks == verdict.ranks);
@@ -170,7 +170,7 @@ TEST(judgement_survives_its_bytes) {
   CHECK(other.sources == judgement.sources);
   CHECK(other.parents.size() == 1 && other.parents[0].owner == 3 && other.parents[0].parent.first == 12);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader part(bytes.view().first(length));
+    base::Reader part(bytes.view().first(length));
     CHECK_THROWS(read_judgement(part), std::runtime_error);
   }
 }
@@ -179,15 +179,15 @@ TEST(inquiries_survive_their_bytes) {
   Inquiry inquiry;
   inquiry.requests = {{2, Request::Kind::give_right, 30}};
   inquiry.partners = {4};
-  particles::Bytes bytes;
+  base::Bytes bytes;
   write(inquiry, bytes);
-  particles::Reader in(bytes.view());
+  base::Reader in(bytes.view());
   const Inquiry other = read_inquiry(in);
   CHECK(in.done() && other.partners == inquiry.partners && other.requests.size() == 1);
   CHECK(other.requests[0].system == 2 && other.requests[0].kind == Request::Kind::give_right);
   CHECK(other.requests[0].count == 30);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader part(bytes.view().first(length));
+    base::Reader part(bytes.view().first(length));
     CHECK_THROWS(read_inquiry(part), std::runtime_error);
   }
 }
@@ -198,17 +198,17 @@ TEST(alarms_survive_their_bytes_and_stay_silent) {
   Alarms before;
   CHECK(before.look(1, "sand", crowded, 2).size() == 1);
   for (int frame = 1; frame < Alarms::kPatience; ++frame) CHECK(before.look(0, "snow", deep, 2).empty());
-  particles::Bytes bytes;
-  particles::write_fields(before, bytes);
-  particles::Reader in(bytes.view());
+  base::Bytes bytes;
+  base::write_fields(before, bytes);
+  base::Reader in(bytes.view());
   Alarms after;
-  particles::read_fields(in, after);
+  base::read_fields(in, after);
   CHECK(in.left() == 0);
   CHECK(after.look(1, "sand", crowded, 2).empty());
   CHECK(after.look(0, "snow", crowded, 2).size() == 1);
   CHECK(before.look(0, "snow", deep, 2).size() == 1);
-  particles::Reader again(bytes.view());
-  particles::read_fields(again, after);
+  base::Reader again(bytes.view());
+  base::read_fields(again, after);
   CHECK(after.look(0, "snow", deep, 2).size() == 1);  // patience ends in the same frame
 }
 

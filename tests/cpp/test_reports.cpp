@@ -9,8 +9,8 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
 
 namespace motes::test_reports {
 using comm::Phase;
@@ -29,7 +29,7 @@ struct Arrived {
 class Counting final : public test::Forwarding {
  public:
   Counting(std::unique_ptr<Transport> under, Arrived& arrived) : Forwarding(std::move(under)), arrived_(arrived) {}
-  std::optional<particles::Bytes> receive(int from, Phase phase) override {
+  std::optional<base::Bytes> receive(int from, Phase phase) override {
     auto bytes = Forwarding::receive(from, phase);
     if (bytes) {
       ++arrived_.messages[phase];
@@ -42,8 +42,8 @@ class Counting final : public test::Forwarding {
   Arrived& arrived_;
 };
 
-frame::Settings settings(int fan_out, frame::Combine combine = frame::Combine::together) {
-  frame::Settings settings;
+engine::Settings settings(int fan_out, engine::Combine combine = engine::Combine::together) {
+  engine::Settings settings;
   settings.costs.act.fill(1000);
   settings.fan_out = fan_out;
   settings.combine = combine;
@@ -51,7 +51,7 @@ frame::Settings settings(int fan_out, frame::Combine combine = frame::Combine::t
 }
 
 // Particles that fall asunder: some leave for both neighbours in each frame.
-void record(frame::Engine& engine, int system) {
+void record(engine::Engine& engine, int system) {
   recording::Birth birth;
   birth.kind = recording::Birth::Kind::source;
   birth.shape = {shapes::Kind::box, {-30, -3, -1, 30, 3, 1}};
@@ -79,7 +79,7 @@ Arrived at_the_manager(int ranks, int fan_out, int systems) {
     Arrived& here = self.rank() == 1 ? arrived : elsewhere;  // the manager of cast_auto
     auto communicator =
         std::make_unique<comm::Communicator>(std::make_unique<Counting>(self.transport(), here), comm::Watch{});
-    frame::Engine engine(std::move(communicator), roles::cast_auto(ranks), settings(fan_out));
+    engine::Engine engine(std::move(communicator), roles::cast_auto(ranks), settings(fan_out));
     for (int i = 0; i < systems; ++i) engine.add_system(definition(std::to_string(i)));
     engine.start();
     here = {};
@@ -106,7 +106,7 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
         // Each calculator's load, and of each child a report whose size does not depend on the number of ranks below
         // it: particles that cross the borders of its part of the tree come from few calculators.
         const auto loads =
-            static_cast<std::size_t>(ranks - 2) * static_cast<std::size_t>(systems) * sizeof(frame::CalculatorLoad);
+            static_cast<std::size_t>(ranks - 2) * static_cast<std::size_t>(systems) * sizeof(engine::CalculatorLoad);
         const auto reports = static_cast<std::size_t>(children) * static_cast<std::size_t>(600 + 300 * systems);
         CHECK(arrived.bytes.at(Phase::report) <= kFrames * (loads + reports));
         CHECK(!arrived.messages.contains(Phase::log));  // nobody asked for a log
@@ -118,19 +118,19 @@ TEST(the_manager_hears_as_many_reports_as_it_has_children_and_no_more_bytes_than
 namespace {
 
 // What each calculator received of each system, in all frames about which the manager knows all.
-std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, frame::Combine combine) {
+std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, engine::Combine combine) {
   std::vector<std::uint64_t> received;
   std::uint64_t sent = 0, arrived = 0;
   comm::simulate({.ranks = ranks}, [&](SimulatedRank& self) {
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(ranks),
-                         settings(fan_out, combine));
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),
+                          roles::cast_auto(ranks), settings(fan_out, combine));
     for (int i = 0; i < 2; ++i) engine.add_system(definition(std::to_string(i)));
     engine.start();
     for (int i = 0; i < kFrames; ++i) {
       for (int system = 0; system < 2; ++system) record(engine, system);
       engine.run_frame(std::nullopt);
       if (!engine.last_row()) continue;
-      for (const frame::LoadRow& load : engine.last_row()->load) {
+      for (const engine::LoadRow& load : engine.last_row()->load) {
         received.push_back(load.tally.received);
         arrived += load.tally.received;
         sent += load.tally.sent;
@@ -145,7 +145,7 @@ std::vector<std::uint64_t> received_by_each(int ranks, int fan_out, frame::Combi
 }  // namespace
 
 TEST(arrivals_are_counted_wherever_the_reports_of_sender_and_receiver_meet) {
-  for (const auto combine : {frame::Combine::one_by_one, frame::Combine::together}) {
+  for (const auto combine : {engine::Combine::one_by_one, engine::Combine::together}) {
     for (const int ranks : {5, 14}) {
       const auto expected = received_by_each(ranks, ranks, combine);  // all meet at the manager
       for (const int fan_out : {1, 2, 3}) CHECK(received_by_each(ranks, fan_out, combine) == expected);
@@ -167,7 +167,7 @@ struct Trouble {
   int ranks = 1;
   bool shared = false;
   int fan_out = 8;
-  frame::Combine combine = frame::Combine::together;
+  engine::Combine combine = engine::Combine::together;
   std::vector<int> failing;    // ranks whose callback throws
   std::vector<int> differing;  // ranks whose list is another one
 };
@@ -182,18 +182,18 @@ Trouble trouble_of(std::uint64_t seed, int ranks) {
   trouble.ranks = ranks;
   trouble.shared = seed % 2 == 0;
   trouble.fan_out = 1 + static_cast<int>(seed % 3);
-  trouble.combine = static_cast<frame::Combine>(seed / 2 % 3);
+  trouble.combine = static_cast<engine::Combine>(seed / 2 % 3);
   return trouble;
 }
 
 void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends) {
   const roles::Cast cast = trouble.shared ? roles::cast_shared(trouble.ranks) : roles::cast_auto(trouble.ranks);
-  frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast,
-                       settings(trouble.fan_out, trouble.combine));
+  engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast,
+                        settings(trouble.fan_out, trouble.combine));
   for (int i = 0; i < 3; ++i) engine.add_system(definition(std::to_string(i)));
   End& end = ends[self.rank()];
   int frame = 0;
-  engine.on_callback([&](const frame::Call& call) {
+  engine.on_callback([&](const engine::Call& call) {
     if (frame == 2 && call.system == 1 && contains(trouble.failing, self.rank())) throw std::logic_error("broken");
   });
   try {
@@ -210,7 +210,7 @@ void play(SimulatedRank& self, const Trouble& trouble, std::map<int, End>& ends)
     }
   } catch (const std::logic_error& error) {
     end.own = error.what();
-  } catch (const frame::Agreed& agreed) {
+  } catch (const engine::Agreed& agreed) {
     end.blamed = agreed.verdict().failed_rank;
     end.differ = agreed.verdict().ranks;
     end.frame = agreed.frame();

@@ -60,7 +60,7 @@ std::vector<Item> pass_on(comm::Communicator& comm, const roles::Cast& cast, con
   for (const int from : ring.behind(step)) {
     const Message message = comm.expect(rank_of(from), Phase::births, stamp);
     CHECK(message.payload().size() == message.header().count * sizeof(Item));
-    for (particles::Reader in = message.reader(); !in.done();) here.push_back(in.get<Item>());
+    for (base::Reader in = message.reader(); !in.done();) here.push_back(in.get<Item>());
   }
   return here;
 }

@@ -6,16 +6,17 @@
 #include <string>
 #include <vector>
 
+#include "base/fields.h"
+#include "base/sha256.h"
 #include "check.h"
-#include "image/assets.h"
-#include "image/sha256.h"
-#include "particles/fields.h"
-#include "recording/program.h"
+#include "meshes/assets.h"
+#include "program/program.h"
 #include "recording/scene.h"
 
 namespace motes::test_scene {
+using namespace program;
 using namespace recording;
-using particles::Bytes;
+using base::Bytes;
 
 namespace {
 
@@ -104,8 +105,9 @@ void run(const Record& record) {
       CHECK(count == 0 || newborn.plane(particles::position, 0) != nullptr);
     }
     all.writable_plane(particles::position, 0);
-    Outcome outcome;
-    Program(actions).run(all, 0, 0, {record.frame, std::min(record.substeps, 3), record.dt, 0, 0}, key, {}, outcome);
+    program::Outcome outcome;
+    program::Program(actions).run(all, 0, 0, {record.frame, std::min(record.substeps, 3), record.dt, 0, 0}, key, {},
+                                  outcome);
   }
 }
 
@@ -123,13 +125,13 @@ TEST(scene_comes_back) {
 
 // A process that has never seen a mesh gets it from the file. Here the mesh in the file is exchanged for another.
 TEST(scene_brings_the_meshes_that_it_shows) {
-  image::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
+  meshes::Mesh mesh{{0, 0, 0, 1, 0, 0, 0, 1, 0.5f}, {0, 1, 2}};
   Record record = frame(0);
   image::View view;
   view.width = 64;
   view.height = 36;
   view.camera.position = {0, 1, 8};
-  view.objects.push_back({{}, {1, 1, 1}, image::keep(mesh)});
+  view.objects.push_back({{}, {1, 1, 1}, meshes::keep(mesh)});
   record.view = view;
   Bytes list;
   write(record, list);
@@ -139,21 +141,21 @@ TEST(scene_brings_the_meshes_that_it_shows) {
   write(scene, file);
 
   Bytes before, after;
-  particles::write_fields(mesh, before);
+  base::write_fields(mesh, before);
   mesh.vertices[8] = 0.25f;
-  particles::write_fields(mesh, after);
-  image::Sha256 hash;
+  base::write_fields(mesh, after);
+  base::Sha256 hash;
   hash.add("mesh");
   hash.add(after.view());
-  const image::AssetKey key = std::stoull(hash.finish().substr(0, 16), nullptr, 16);
+  const meshes::AssetKey key = std::stoull(hash.finish().substr(0, 16), nullptr, 16);
   const std::span<const std::byte> whole = file.view();
   const auto at = std::search(whole.begin(), whole.end(), before.data(), before.data() + before.size());
   CHECK(at != whole.end());
   std::memcpy(file.data() + (at - whole.begin()), after.data(), after.size());
   make_hash_right(file);
-  CHECK(!image::has_mesh(key));
+  CHECK(!meshes::has_mesh(key));
   read_scene(file.view());
-  CHECK(image::has_mesh(key) && *image::mesh(key) == mesh);
+  CHECK(meshes::has_mesh(key) && *meshes::mesh(key) == mesh);
 
   view.objects.back().mesh = 1234;  // kept nowhere
   record.view = view;

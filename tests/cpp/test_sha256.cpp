@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include "base/sha256.h"
 #include "check.h"
-#include "image/sha256.h"
 
 namespace motes::test_sha256 {
-using image::Sha256;
+using base::Sha256;
 
 namespace {
 
@@ -43,8 +43,8 @@ TEST(sha256_in_pieces_of_any_size) {
 TEST(picture_sha256_has_the_shape_in_it) {
   const std::vector<std::uint8_t> pixels(2 * 3 * 3, 7);
   const std::string text = "2x3x3\n" + std::string(18, '\7');
-  CHECK(image::picture_sha256(3, 2, pixels) == sha256(text));
-  CHECK(image::picture_sha256(2, 3, pixels) != sha256(text));
+  CHECK(base::picture_sha256(3, 2, pixels) == sha256(text));
+  CHECK(base::picture_sha256(2, 3, pixels) != sha256(text));
 }
 
 }  // namespace motes::test_sha256

@@ -8,16 +8,16 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include "base/sha256.h"
 #include "check.h"
 #include "comm/simulated_ranks.h"
 #include "drawn_scene.h"
+#include "engine/engine.h"
 #include "forwarding_transport.h"
-#include "frame/engine.h"
-#include "image/sha256.h"
 
 namespace motes::test_shared_pictures {
 using comm::SimulatedRank;
-using frame::SharedPictures;
+using engine::SharedPictures;
 using Path = image::View::Path;
 
 namespace {
@@ -61,13 +61,13 @@ class OfProcesses : public test::Forwarding {
 
 void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
   std::uint64_t bytes = 0;
-  frame::Settings settings;
+  engine::Settings settings;
   const roles::Cast cast = asked.shared_roles ? roles::cast_shared(asked.ranks) : roles::cast_auto(asked.ranks);
   const bool draws = self.rank() == cast.image_generator;
   settings.shares_pictures = draws ? !asked.refused : self.rank() != asked.refused_by;
   auto transport = std::make_unique<OfProcesses>(self.transport(), bytes, seen.told);
   auto communicator = std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{});
-  frame::Engine engine(std::move(communicator), cast, std::move(settings));
+  engine::Engine engine(std::move(communicator), cast, std::move(settings));
   test::add_drawn_system(engine);
   engine.start();
   seen.bytes.resize(asked.widths.size());
@@ -91,16 +91,16 @@ void play(SimulatedRank& self, const Asked& asked, Seen& seen) {
     if (asked.held || asked.redrawn) {
       held.push_back(engine.painter().take_pixels());
     } else {
-      seen.pictures.push_back(image::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
+      seen.pictures.push_back(base::picture_sha256(view.width, view.height, engine.painter().take_pixels()));
     }
     for (int bit = 1; bit <= asked.layers; bit *= 2) {
       const std::vector<float>& layer = engine.painter().layer(static_cast<std::uint8_t>(bit));
-      image::Sha256 digest;
+      base::Sha256 digest;
       digest.add(std::as_bytes(std::span(layer)));
       seen.pictures.push_back(digest.finish());
     }
   }
-  for (const image::Pixels& pixels : held) seen.pictures.push_back(image::picture_sha256(640, 480, pixels));
+  for (const image::Pixels& pixels : held) seen.pictures.push_back(base::picture_sha256(640, 480, pixels));
   engine.finish();
 }
 
@@ -195,8 +195,8 @@ TEST(a_picture_that_a_child_process_still_sees_stays_as_it_is) {
     std::uint64_t bytes = 0;
     int told = 0;
     auto transport = std::make_unique<OfProcesses>(self.transport(), bytes, told);
-    frame::Engine engine(std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{}),
-                         roles::cast_shared(2), frame::Settings{});
+    engine::Engine engine(std::make_unique<comm::Communicator>(std::move(transport), comm::Watch{}),
+                          roles::cast_shared(2), engine::Settings{});
     test::add_drawn_system(engine);
     engine.start();
     engine.record(0, test::drawn_source(500));

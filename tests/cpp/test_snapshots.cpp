@@ -7,7 +7,7 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 #include "particles/digest.h"
 #include "snapshots/part.h"
 #include "threads/pool.h"
@@ -24,7 +24,7 @@ TEST(a_part_has_whole_ids_whatever_their_upper_halves) {
     store.set_ids(0, ids);
     snapshots::Description description;
     description.systems.push_back({"all", 0});
-    particles::Bytes planes;
+    base::Bytes planes;
     planes.put(std::uint8_t{0});  // nothing is aligned
     threads::Pool pool(2);
     snapshots::copy({&store}, description, planes, pool);
@@ -39,16 +39,16 @@ TEST(a_part_has_whole_ids_whatever_their_upper_halves) {
 }
 
 TEST(a_state_of_another_world_is_refused) {
-  particles::Bytes state;
+  base::Bytes state;
   for (const std::uint64_t seed : {4, 4, 5}) {
     comm::simulate({.ranks = 1}, [&](comm::SimulatedRank& self) {
-      frame::Settings settings;
+      engine::Settings settings;
       settings.seed = seed;
-      frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_shared(1),
-                           settings);
+      engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}),
+                            roles::cast_shared(1), settings);
       engine.add_system({});
       engine.start();
-      const std::vector<frame::Sample> samples(1);
+      const std::vector<engine::Sample> samples(1);
       if (seed == 5) CHECK_THROWS(engine.restore_state(state.view(), samples), std::runtime_error);
       if (!state.empty() && seed == 4) engine.restore_state(state.view(), samples);
       state = engine.shared_state();

@@ -11,8 +11,8 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "falling_source.h"
-#include "frame/engine.h"
 
 namespace motes::test_stop_signals {
 using comm::SimulatedRank;
@@ -102,7 +102,7 @@ struct Asked {
   int ranks = 1;
   bool shared = false;
   int fan_out = 8;
-  frame::Combine combine = frame::Combine::together;
+  engine::Combine combine = engine::Combine::together;
   std::map<int, std::pair<std::uint64_t, int>> signals;  // by rank: the frame in which it gets one, and its number
 };
 
@@ -111,16 +111,16 @@ using Stops = std::map<int, std::pair<std::uint64_t, int>>;
 
 void play(SimulatedRank& self, const Asked& asked, Stops& stops) {
   const roles::Cast cast = asked.shared ? roles::cast_shared(asked.ranks) : roles::cast_auto(asked.ranks);
-  frame::Settings settings;
+  engine::Settings settings;
   settings.costs.act.fill(1000);
   settings.fan_out = asked.fan_out;
   settings.combine = asked.combine;
-  frame::Engine* engine_of_rank = nullptr;
+  engine::Engine* engine_of_rank = nullptr;
   settings.stop_signal = [&] {
     const auto signal = asked.signals.find(self.rank());
     return signal != asked.signals.end() && engine_of_rank->frame() >= signal->second.first ? signal->second.second : 0;
   };
-  frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
+  engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
   engine_of_rank = &engine;
   recording::SystemDefinition definition;
   definition.space = {domains::Space::Kind::finite, -4, 4};
@@ -153,7 +153,7 @@ TEST(all_ranks_stop_after_the_same_frame_whoever_got_the_signal) {
     asked.ranks = 1 + static_cast<int>(seed % 9);
     asked.shared = seed % 2 == 0;
     asked.fan_out = 1 + static_cast<int>(seed % 3);
-    asked.combine = static_cast<frame::Combine>(seed / 2 % 3);
+    asked.combine = static_cast<engine::Combine>(seed / 2 % 3);
     const std::uint64_t in_frame = seed % 5;
     const int first = static_cast<int>(seed * 7) % asked.ranks;
     asked.signals[first] = {in_frame, SIGTERM};
@@ -170,7 +170,7 @@ TEST(all_ranks_stop_after_the_same_frame_whoever_got_the_signal) {
 TEST(ranks_without_a_signal_go_on) {
   Stops stops = {{0, {}}, {1, {}}, {2, {}}};
   comm::simulate({.ranks = 3},
-                 [&](SimulatedRank& self) { play(self, {3, false, 8, frame::Combine::together, {}}, stops); });
+                 [&](SimulatedRank& self) { play(self, {3, false, 8, engine::Combine::together, {}}, stops); });
   for (const auto& [rank, stop] : stops) CHECK(stop == std::pair(std::uint64_t{9}, 0));
 }
 

@@ -6,10 +6,10 @@
 #include <stdexcept>
 #include <vector>
 
+#include "base/memory.h"
 #include "check.h"
 #include "isas.h"
 #include "particles/digest.h"
-#include "particles/memory.h"
 #include "particles/store.h"
 
 namespace motes::test_store {
@@ -107,9 +107,9 @@ TEST(store_follows_a_simple_model) {
       if (choice >= 3) {
         const auto indices = some(store.size(), dice);
         if (choice == 4) {  // they move to the other store
-          Bytes bytes;
+          base::Bytes bytes;
           store.pack(indices, bytes);
-          Reader in(bytes.view());
+          base::Reader in(bytes.view());
           other.unpack(in);
           CHECK(in.done());
           for (const std::uint32_t i : indices) other_model[store.ids()[i]] = values_of(store, i);
@@ -157,7 +157,7 @@ TEST(columns_of_a_large_store_begin_at_different_places_of_a_page) {
       CHECK(store.plane_stride() >= capacity + kPadding);
     }
     note(store.ids().lower);
-    if (capacity * sizeof(float) < kLargeMemory) continue;  // small memory begins anywhere
+    if (capacity * sizeof(float) < base::kLargeMemory) continue;  // small memory begins anywhere
     std::ranges::sort(places);
     CHECK(std::ranges::adjacent_find(places) == places.end());
   }
@@ -196,9 +196,9 @@ TEST(store_takes_over_uniform_values_and_materialises_others) {
   }
   const std::vector<std::uint32_t> two{0, 1};
   const auto bring = [&](const Store& from) {
-    Bytes bytes;
+    base::Bytes bytes;
     from.pack(two, bytes);
-    Reader in(bytes.view());
+    base::Reader in(bytes.view());
     both.unpack(in);
   };
   bring(red);
@@ -243,11 +243,11 @@ TEST(store_refuses_bytes_that_end_too_early) {
   store.grow(3);
   store.writable_plane(position, 0);
   const std::vector<std::uint32_t> all{0, 1, 2};
-  Bytes bytes;
+  base::Bytes bytes;
   store.pack(all, bytes);
   for (std::size_t length = 0; length < bytes.size(); ++length) {
     Store into(schema);
-    Reader in(bytes.view().first(length));
+    base::Reader in(bytes.view().first(length));
     CHECK_THROWS(into.unpack(in), std::runtime_error);
   }
 }
@@ -278,9 +278,9 @@ TEST(digest_knows_neither_order_nor_place) {
     for (auto i = static_cast<std::uint32_t>(store.size()); i-- > 0;) indices[dice.below(3)].push_back(i);
     Digest sum;
     for (std::size_t p = 0; p < 3; ++p) {
-      Bytes bytes;
+      base::Bytes bytes;
       store.pack(indices[p], bytes);
-      Reader in(bytes.view());
+      base::Reader in(bytes.view());
       parts[p].unpack(in);
       for (int a = 0; parts[p].size() > 0 && a < schema.size(); ++a) {
         if (dice.coin()) parts[p].writable_plane(a, 0);

@@ -7,13 +7,13 @@
 #include "check.h"
 #include "isas.h"
 #include "particles/schema.h"
-#include "recording/sums.h"
+#include "program/sums.h"
 
 namespace motes::test_sums {
 using actions::Op;
-using recording::Bins;
-using recording::Dimension;
-using recording::Sum;
+using program::Bins;
+using program::Dimension;
+using program::Sum;
 
 namespace {
 
@@ -76,8 +76,8 @@ Sum tally_of_test(bool weighted) {
 }
 
 // What it should come to, by plain loops.
-recording::Summed plain_tally(const Sum& sum, const particles::Store& store, std::size_t count) {
-  recording::Summed summed = recording::nothing(sum);
+program::Summed plain_tally(const Sum& sum, const particles::Store& store, std::size_t count) {
+  program::Summed summed = program::nothing(sum);
   for (std::size_t i = 0; i < count; ++i) {
     if (!(store.plane(particles::position, 0)[i] < 0.25f)) continue;
     std::size_t at = 0;
@@ -95,8 +95,8 @@ recording::Summed plain_tally(const Sum& sum, const particles::Store& store, std
   return summed;
 }
 
-recording::Summed doubled(recording::Summed summed) {
-  const recording::Summed once = summed;
+program::Summed doubled(program::Summed summed) {
+  const program::Summed once = summed;
   std::visit(
       [&](auto& results) {
         for (std::size_t i = 0; i < results.size(); ++i)
@@ -133,11 +133,11 @@ TEST(tallies_are_those_of_plain_loops_on_any_threads) {
     particles::Store store = random_store(count + 3, dice);
     for (const bool weighted : {false, true}) {
       const Sum sum = tally_of_test(weighted);
-      const recording::Summed wanted = plain_tally(sum, store, count);
-      CHECK(count < 5000 || !(wanted == recording::nothing(sum)));
+      const program::Summed wanted = plain_tally(sum, store, count);
+      CHECK(count < 5000 || !(wanted == program::nothing(sum)));
       for (const int threads : {1, 2, 3}) {
         threads::Pool pool(threads, threads == 1 ? SIZE_MAX : 300);
-        CHECK(recording::sum_up(sum, store, count, pool) == wanted);
+        CHECK(program::sum_up(sum, store, count, pool) == wanted);
       }
     }
   }
@@ -152,7 +152,7 @@ TEST(totals_leave_out_what_stands_behind_the_particles_that_are_seen) {
     threads::Pool pool(threads, threads == 1 ? SIZE_MAX : 200);
     particles::ExactSum wanted;
     for (std::size_t i = 0; i < 2500; ++i) wanted.add(store.plane(particles::age, 0)[i]);
-    const auto found = std::get<std::vector<double>>(recording::totals(recording::sum_up(sum, store, 2500, pool)));
+    const auto found = std::get<std::vector<double>>(program::totals(program::sum_up(sum, store, 2500, pool)));
     CHECK(found == (std::vector<double>{wanted.rounded(), 5000}));
   }
 }
@@ -162,29 +162,29 @@ TEST(sums_as_bytes_leave_out_zeros_and_do_not_fit_other_bins) {
   particles::Store store = random_store(40, dice);
   for (const bool weighted : {false, true}) {
     const Sum sum = tally_of_test(weighted);
-    const recording::Summed once = recording::sum_up(sum, store, 40);
-    recording::Summed twice = once;
-    particles::Bytes bytes;
-    recording::write(once, bytes);
+    const program::Summed once = program::sum_up(sum, store, 40);
+    program::Summed twice = once;
+    base::Bytes bytes;
+    program::write(once, bytes);
     CHECK(bytes.size() <= 16 + 40 * (weighted ? 48 : 8));  // of 60 bins fewer than 40 hold a particle
-    particles::Reader in(bytes.view());
-    recording::add(in, twice);
+    base::Reader in(bytes.view());
+    program::add(in, twice);
     CHECK(in.done() && twice == doubled(plain_tally(sum, store, 40)));
     Sum other = sum;
     other.dimensions.pop_back();
-    recording::Summed fewer = recording::nothing(other);
-    particles::Reader again(bytes.view());
-    CHECK_THROWS(recording::add(again, fewer), std::runtime_error);
+    program::Summed fewer = program::nothing(other);
+    base::Reader again(bytes.view());
+    CHECK_THROWS(program::add(again, fewer), std::runtime_error);
   }
 }
 
 TEST(sums_that_make_no_sense_are_refused) {
   Sum good = tally_of_test(true);
-  recording::check(good, kSchema);
+  program::check(good, kSchema);
   const auto refused = [&](auto change) {
     Sum sum = good;
     change(sum);
-    CHECK_THROWS(recording::check(sum, kSchema), std::invalid_argument);
+    CHECK_THROWS(program::check(sum, kSchema), std::invalid_argument);
   };
   refused([](Sum& s) { s.dimensions[0].edges = {1}; });
   refused([](Sum& s) { s.dimensions[0].edges = {1, 1}; });

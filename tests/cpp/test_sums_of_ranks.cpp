@@ -9,13 +9,13 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
-#include "frame/engine.h"
+#include "engine/engine.h"
 
 namespace motes::test_sums_of_ranks {
 using actions::Op;
 using comm::SimulatedRank;
-using recording::Sum;
-using recording::Totals;
+using program::Sum;
+using program::Totals;
 using recording::Verb;
 
 namespace {
@@ -34,13 +34,13 @@ struct Run {
 // How each rank ended: its own exception, or whom all blame and why.
 struct End {
   std::vector<Totals> found;
-  std::vector<frame::Notes> notes;
+  std::vector<engine::Notes> notes;
   std::string own, why;
   int blamed = -1;
   bool manages = false;
 };
 
-frame::Note note_of(int rank, int frame) {
+engine::Note note_of(int rank, int frame) {
   return {{rank, 1, frame}, std::string(static_cast<std::size_t>(rank % 4), 'x') + std::to_string(rank)};
 }
 
@@ -62,11 +62,11 @@ Sum grid(bool weighted) {
 }
 
 void play(SimulatedRank& self, const Run& run, End& end) {
-  frame::Settings settings;
+  engine::Settings settings;
   settings.fan_out = run.fan_out;
   settings.substeps = run.substeps;
   const roles::Cast cast = run.shared ? roles::cast_shared(run.ranks) : roles::cast_auto(run.ranks);
-  frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
+  engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
   recording::SystemDefinition definition;
   definition.name = "photons";
   definition.space = {domains::Space::Kind::finite, -10, 10};
@@ -75,7 +75,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
   engine.add_system(definition);
   end.manages = engine.talk().manages();
   int frame = 0;
-  engine.on_callback([&](const frame::Call&) {
+  engine.on_callback([&](const engine::Call&) {
     const bool fails = frame == 2 && self.rank() == run.failing && run.asks != Run::Asks::write;
     if (fails) throw std::logic_error("broken");
   });
@@ -111,7 +111,7 @@ void play(SimulatedRank& self, const Run& run, End& end) {
     engine.finish();
   } catch (const std::logic_error& error) {
     end.own = error.what();
-  } catch (const frame::Agreed& agreed) {
+  } catch (const engine::Agreed& agreed) {
     end.blamed = agreed.verdict().failed_rank;
     end.why = agreed.what();
   }
@@ -156,7 +156,7 @@ TEST(totals_reach_every_rank_and_notes_the_manager_alone) {
     for (const End& end : ends_of(run)) {
       CHECK(end.notes.size() == 3);
       for (int frame = 0; frame < 3; ++frame) {
-        const frame::Notes& notes = end.notes[static_cast<std::size_t>(frame)];
+        const engine::Notes& notes = end.notes[static_cast<std::size_t>(frame)];
         const std::int64_t n = run.ranks;
         CHECK((notes.totals == std::vector<std::int64_t>{n * (n - 1) / 2, n, n * frame}));
         std::vector<std::string> texts;

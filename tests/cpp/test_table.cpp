@@ -9,11 +9,12 @@
 #include <vector>
 
 #include "check.h"
-#include "frame/account.h"
-#include "frame/table.h"
+#include "engine/log/account.h"
+#include "jsonl/table.h"
 
 namespace motes::test_table {
-using namespace frame;
+using namespace engine;
+using namespace jsonl;
 
 namespace {
 

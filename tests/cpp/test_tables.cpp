@@ -5,8 +5,8 @@
 
 #include "actions/action.h"
 #include "actions/tables.h"
+#include "base/fields.h"
 #include "check.h"
-#include "particles/fields.h"
 
 namespace motes::test_tables {
 using actions::Table;
@@ -57,21 +57,21 @@ TEST(wrong_tables_are_refused) {
 
 TEST(files_carry_tables) {
   const actions::TableKey key = actions::keep(small(-3));
-  particles::Bytes bytes;
+  base::Bytes bytes;
   actions::write_tables({key}, bytes);
-  particles::Reader in(bytes.view());
+  base::Reader in(bytes.view());
   actions::read_tables(in);
   CHECK(in.done() && *actions::table(key) == small(-3));
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    particles::Reader part(bytes.view().first(length));
+    base::Reader part(bytes.view().first(length));
     CHECK(refused<std::runtime_error>([&] { actions::read_tables(part); }));
   }
   Table damaged = small(-3);
   damaged.width = 4;
-  particles::Bytes wrong;
+  base::Bytes wrong;
   wrong.put(std::uint32_t{1});
-  particles::write_fields(damaged, wrong);
-  particles::Reader reader(wrong.view());
+  base::write_fields(damaged, wrong);
+  base::Reader reader(wrong.view());
   CHECK(refused<std::runtime_error>([&] { actions::read_tables(reader); }));
 }
 

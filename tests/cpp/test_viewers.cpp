@@ -7,8 +7,8 @@
 
 #include "check.h"
 #include "comm/simulated_ranks.h"
+#include "engine/engine.h"
 #include "falling_source.h"
-#include "frame/engine.h"
 
 namespace motes::test_viewers {
 using comm::SimulatedRank;
@@ -20,7 +20,7 @@ struct Asked {
   bool shared = false;
   bool apart = false;  // the image generator is a calculator, the manager another rank
   int fan_out = 8;
-  frame::Combine combine = frame::Combine::together;
+  engine::Combine combine = engine::Combine::together;
   bool redraws = false;
   float shutter = 0;
 };
@@ -51,7 +51,7 @@ image::View view_of(const Asked& asked, double x) {
   return view;
 }
 
-void redraw_twice(frame::Engine& engine, const Asked& asked, double x, End& end) {
+void redraw_twice(engine::Engine& engine, const Asked& asked, double x, End& end) {
   const bool draws = engine.talk().draws();
   image::Pixels last = engine.painter().take_pixels();
   engine.redraw(view_of(asked, x));
@@ -63,11 +63,11 @@ void redraw_twice(frame::Engine& engine, const Asked& asked, double x, End& end)
 
 End play(SimulatedRank& self, const Asked& asked) {
   const roles::Cast cast = cast_of(asked);
-  frame::Settings settings;
+  engine::Settings settings;
   settings.costs.act.fill(1000);
   settings.fan_out = asked.fan_out;
   settings.combine = asked.combine;
-  frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
+  engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), cast, settings);
   End end;
   engine.on_orders(
       [&] { return "order " + std::to_string(end.asked++); });  // of others than the image generator: not asked
@@ -116,7 +116,7 @@ Asked variant(std::uint64_t seed) {
   asked.shared = seed % 2 == 0;
   asked.apart = seed % 3 == 0;
   asked.fan_out = 1 + static_cast<int>(seed % 3);
-  asked.combine = static_cast<frame::Combine>(seed / 2 % 3);
+  asked.combine = static_cast<engine::Combine>(seed / 2 % 3);
   return asked;
 }
 
@@ -153,8 +153,8 @@ TEST(pictures_between_frames_change_nothing) {
 TEST(a_picture_of_half_a_frame_is_refused) {
   bool refused = false;
   comm::simulate({}, [&](SimulatedRank& self) {
-    frame::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(1),
-                         {});
+    engine::Engine engine(std::make_unique<comm::Communicator>(self.transport(), comm::Watch{}), roles::cast_auto(1),
+                          {});
     engine.add_system({});
     engine.start();
     engine.record(0, test::falling_source(30));

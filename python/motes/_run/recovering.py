@@ -1,6 +1,6 @@
 """The script's side of a rank that goes on when others are lost: `World(on_loss="recover")`.
 
-The core makes the world again (cpp/frame/recover.cpp) and asks for what only Python knows: who the others
+The core makes the world again (cpp/engine/recover.cpp) and asks for what only Python knows: who the others
 are now, films and pictures whose writer is gone, the log's directory.
 """
 

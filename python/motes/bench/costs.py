@@ -1,4 +1,4 @@
-"""What pictures cost, in the terms of cpp/frame/render_costs.h: `python -m motes bench costs`.
+"""What pictures cost, in the terms of cpp/engine/render/render_costs.h: `python -m motes bench costs`.
 
 One core projects, draws, tone-maps and merges; two ranks send each other messages by the engine's MPI calls.
 The figures stand in that file, from which the manager estimates what a picture takes on each path.

@@ -1,0 +1,175 @@
+#include "engine/act/act.h"
+
+#include <algorithm>
+#include <iterator>
+
+#include "engine/act/course.h"
+#include "engine/act/meet.h"
+#include "engine/act/run_list.h"
+#include "engine/births/spawn.h"
+#include "engine/session/item_failure.h"
+#include "program/select.h"
+
+namespace motes::engine {
+
+namespace {
+
+using particles::Store;
+
+// What the list cost on all that it ran over: who was here or came, also who died or will leave.
+void charge_list(const Rank& rank, const System& system, const Population& here) {
+  const Costs& costs = rank.machine.costs();
+  const auto newborn = static_cast<double>(here.tally.created);
+  const double all = static_cast<double>(here.tally.at_start) + newborn;
+  rank.machine.charge(costs.newborn * newborn + costs.of(system.list) * all * rank.settings.substeps);
+}
+
+std::uint64_t lowest_id(const Store& store) {
+  const particles::Ids ids = store.ids();
+  std::uint64_t lowest = UINT64_MAX;
+  for (std::size_t i = 0; i < store.size(); ++i) lowest = std::min(lowest, ids[i]);
+  return lowest;
+}
+
+// The list has run: what happened to whom.
+void end_list(const Rank& rank, const System& system, Population& here) {
+  if (here.moved && here.outcome.left.empty())
+    find_leavers(rank, system, here);  // a list without actions does not look
+  here.tally.killed += here.outcome.dead.size();
+  note_events(rank, system, here);
+  here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
+  charge_list(rank, system, here);
+}
+
+void act_on(Rank& rank, const System& system, std::size_t index, Population& here, Newborn& newborn,
+            const CallBack& call_back) {
+  const auto append = [&](const BirthGroup& group) {
+    of_item(system.list, index, group.item, [&] {
+      if (rank.creates_in_place()) {
+        create_own(rank, system, group, here.store);
+      } else {
+        take_births(rank, system, group, newborn, here.store);
+      }
+    });
+  };
+  here.tally.compute_s += rank.machine.timed([&] {
+    run_list(rank, system, here, append, call_back, false);
+    end_list(rank, system, here);
+  });
+}
+
+// The dead are removed; those that left their domain are packed for their owners and removed too.
+void pack_leavers(const Rank& rank, const System& system, Population& here, Round& round, std::uint32_t index) {
+  Store& store = here.store;
+  if (rank.settings.log.digest) {
+    here.digest = particles::digest(store, *rank.pool);
+    here.digest -= particles::digest(store, here.outcome.dead);
+  }
+  std::vector<std::uint32_t> gone;
+  for (const auto& [owner, leavers] : leavers_by_owner(rank, system, here)) {
+    base::Bytes& bytes = round.leaving[owner].bytes();
+    const std::size_t before = bytes.size();
+    bytes.put(index);
+    store.pack(leavers, bytes, *rank.pool);
+    here.sent.push_back({owner, leavers.size()});
+    here.tally.bytes_sent += bytes.size() - before;
+    gone.insert(gone.end(), leavers.begin(), leavers.end());
+  }
+  std::sort(gone.begin(), gone.end());
+  here.tally.sent = gone.size();
+  const Costs& costs = rank.machine.costs();
+  const double among = costs.gap * static_cast<double>(store.size()) * costs.messages.scale;
+  rank.machine.charge((costs.leave + among) * static_cast<double>(gone.size()));
+  std::vector<std::uint32_t> all;
+  all.reserve(gone.size() + here.outcome.dead.size());
+  std::merge(gone.begin(), gone.end(), here.outcome.dead.begin(), here.outcome.dead.end(), std::back_inserter(all));
+  store.remove(all, *rank.pool);
+  here.outcome.clear();
+}
+
+// Systems in which nobody meets; of the others, the births.
+void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, Round& round, Newborn& newborn,
+                Course& course) {
+  std::uint64_t received = 0;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
+    Population& here = *calculator.populations[i];
+    const std::uint64_t before = here.tally.created;
+    if (system.meets()) {
+      course.take_births(i, newborn);
+    } else {
+      act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, double time, std::size_t begin) {
+        call_back(calculator, i, callback, time, begin);
+      });
+      pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+    }
+    received += here.tally.created - before;
+  }
+  if (received != newborn.count) throw std::runtime_error("births were lost on the way");
+}
+
+void end_meetings(const Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
+    if (!system.meets()) continue;
+    Population& here = *calculator.populations[i];
+    here.tally.compute_s += rank.machine.timed([&] { end_list(rank, system, here); });
+    pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+  }
+}
+
+void run_lists(Rank& rank, const Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
+  Course course(rank, script, calculator, round);
+  rank.talk.work("act", [&] {
+    if (script.in_frame()) act_on_all(rank, script, calculator, round, newborn, course);
+  });
+  if (!newborn.meet) return;
+  if (rank.talk.failed()) return say_failed(rank, round);  // perhaps its list is another one
+  course.run();
+  rank.talk.work("act", [&] { end_meetings(rank, script, calculator, round); });
+}
+
+}  // namespace
+
+void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "act", script.name_of(round));
+  if (!newborn.heard.failed && rank.talk.calculates()) run_lists(rank, script, calculator, round, newborn);
+  for (std::size_t i = round.first; script.in_frame() && i < round.last; ++i) script.systems[i]->mark_run();
+}
+
+void sort_all(Rank& rank, const Script& script, Calculator& calculator) {
+  if (!rank.talk.calculates()) return;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::act, "order");
+  const double start = rank.machine.compute_seconds();
+  rank.talk.work("sort", [&] {
+    for (std::size_t i = 0; i < script.systems.size(); ++i) {
+      sort(rank, *script.systems[i], calculator.populations[i]->store, 0);
+    }
+  });
+  rank.machine.slow_down(start);
+}
+
+void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback, double time,
+               std::size_t begin) {
+  Population& here = *calculator.populations[system];
+  std::vector<std::uint32_t> chosen;
+  if (!callback.where.empty()) {
+    chosen = program::select(callback.where, callback.shapes, time, here.store, begin);
+    if (chosen.empty()) return;
+  }
+  const Call call{static_cast<int>(system), callback.number, begin, callback.where.empty() ? nullptr : &chosen};
+  ask_script(calculator, here, call);
+}
+
+void ask_script(const Calculator& calculator, Population& here, const Call& call) {
+  here.in_callback = true;
+  try {
+    calculator.callback(call);
+  } catch (...) {
+    here.in_callback = false;
+    throw;
+  }
+  here.in_callback = false;
+}
+
+}  // namespace motes::engine

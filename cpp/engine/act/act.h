@@ -1,0 +1,24 @@
+// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set leavers aside.
+#pragma once
+
+#include "engine/births/create.h"
+#include "engine/session/rank.h"
+#include "engine/state/population.h"
+#include "engine/state/script.h"
+
+namespace motes::engine {
+
+/// Runs a round's lists; what leaves this domain is packed for its owners.
+void act(Rank& rank, Script& script, Calculator& calculator, Round& round, Newborn& newborn);
+
+/// What `sort` is for: the particles that a calculator has at the frame's end stand in the order of drawing.
+void sort_all(Rank& rank, const Script& script, Calculator& calculator);
+
+/// Calls the script's function of one system's particles, at a time of the animation (seconds).
+void call_back(const Calculator& calculator, std::size_t system, const recording::Callback& callback, double time,
+               std::size_t begin);
+
+/// Calls the script's function, which meanwhile sees all that the list runs over.
+void ask_script(const Calculator& calculator, Population& here, const Call& call);
+
+}  // namespace motes::engine

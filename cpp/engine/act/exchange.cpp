@@ -1,0 +1,43 @@
+#include "engine/act/exchange.h"
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+
+void send_leavers(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
+  Conversation& talk = rank.talk;
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send leavers", script.name_of(round));
+  for (const std::int32_t source : round.orders.sources) talk.comm().await(source, Phase::exchange);
+  std::map<int, std::uint64_t> counts;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (const Sent& s : calculator.populations[i]->sent) counts[s.domain] += s.count;
+  }
+  for (auto& [to, message] : round.leaving) {
+    talk.comm().post(talk.rank_of(to), Phase::exchange, talk.stamp(round), std::move(message), counts[to]);
+  }
+  round.leaving.clear();
+}
+
+void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, const Round& round) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "receive", script.name_of(round));
+  for (const std::int32_t source : round.orders.sources) {
+    const Message message = rank.talk.comm().expect(source, Phase::exchange, rank.talk.stamp(round));
+    rank.talk.work("exchange", [&] {
+      base::Reader in = message.reader();
+      std::uint64_t count = 0;
+      while (!in.done()) {
+        Population& here = *calculator.populations.at(in.get<std::uint32_t>());
+        const std::size_t before = here.store.size();
+        here.store.unpack(in, *rank.pool);
+        here.tally.received += here.store.size() - before;
+        count += here.store.size() - before;
+      }
+      rank.machine.charge(rank.machine.costs().arrive * static_cast<double>(count));
+      if (count != message.header().count)
+        throw std::runtime_error("particles were lost on the way between calculators");
+    });
+  }
+}
+
+}  // namespace motes::engine

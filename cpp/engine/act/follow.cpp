@@ -1,0 +1,203 @@
+#include "engine/act/follow.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "engine/births/spawn.h"
+#include "engine/session/item_failure.h"
+#include "engine/session/word.h"
+#include "program/select.h"
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+
+namespace {
+
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+using Place = std::array<float, 3>;
+
+// A particle as its keeper knows it.
+struct Known {
+  std::uint64_t id;
+  Place at;
+  std::uint32_t from;   // calculator
+  std::uint32_t entry;  // number in its message
+};
+
+class Following {
+ public:
+  Following(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
+      : rank_(rank), round_(round), meeting_(meeting), system_(*script.systems[meeting.systems[0]]),
+        here_(*calculator.populations[meeting.systems[0]]), count_(static_cast<int>(rank.talk.calculators())),
+        self_(rank.talk.calculator()) {}
+
+  bool run() {
+    compute([&] { clear_dead(rank_, system_, here_); });
+    if (agree_on_maxima(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f})[0] > 0) return false;
+    std::vector<Message> told(static_cast<std::size_t>(count_));
+    compute([&] { tell(told); });
+    trade(told);  // now: what the others told this keeper
+    compute([&] { note(told); });
+    const Word firsts = agree_on_maxima(rank_, round_, first_places());
+    if (firsts[0] > 0) return false;
+    std::vector<Message> answers(static_cast<std::size_t>(count_));
+    compute([&] { answer(firsts, answers); });
+    trade(answers);
+    compute([&] { act(answers); });
+    return true;
+  }
+
+ private:
+  template <class Work>
+  void compute(const Work& work) {
+    rank_.talk.work("follow", [&] {
+      here_.tally.compute_s +=
+          rank_.machine.timed([&] { of_item(system_.list, meeting_.systems[0], meeting_.item, work); });
+    });
+  }
+
+  // Equal ranges of the ids given so far.
+  std::size_t keeper_of(std::uint64_t id) const {
+    const std::uint64_t width = system_.counts.born / static_cast<std::uint64_t>(count_) + 1;
+    return std::min<std::size_t>(id / width, static_cast<std::size_t>(count_) - 1);
+  }
+
+  Place place_of(std::size_t i) const {
+    Place at;
+    for (int c = 0; c < 3; ++c) at[static_cast<std::size_t>(c)] = here_.store.value(particles::position, c, i);
+    return at;
+  }
+
+  void tell(std::vector<Message>& told) {
+    keepers_.assign(here_.store.size(), 0);
+    for (std::size_t i = 0; i < here_.store.size(); ++i) {
+      const std::uint64_t id = here_.store.ids()[i];
+      keepers_[i] = static_cast<std::uint32_t>(keeper_of(id));
+      base::Bytes& bytes = told[keepers_[i]].bytes();
+      bytes.put(id);
+      const Place at = place_of(i);
+      bytes.put_raw(at.data(), sizeof at);
+    }
+  }
+
+  // Each calculator's message to each, its own included.
+  void trade(std::vector<Message>& messages) {
+    comm::Communicator& comm = rank_.talk.comm();
+    std::vector<Message> heard(messages.size());
+    for (int step = 1; step < count_; ++step) {
+      comm.await(rank_.talk.rank_of((self_ + count_ - step) % count_), Phase::meeting);
+    }
+    for (int step = 1; step < count_; ++step) {
+      const int to = (self_ + step) % count_;
+      Message& message = messages[static_cast<std::size_t>(to)];
+      here_.sight.bytes += message.payload().size();
+      comm.post(rank_.talk.rank_of(to), Phase::meeting, rank_.talk.stamp(round_), std::move(message), 0,
+                rank_.talk.failed());
+    }
+    heard[static_cast<std::size_t>(self_)] = std::move(messages[static_cast<std::size_t>(self_)]);
+    for (int step = 1; step < count_; ++step) {
+      const int from = (self_ + count_ - step) % count_;
+      heard[static_cast<std::size_t>(from)] =
+          comm.expect(rank_.talk.rank_of(from), Phase::meeting, rank_.talk.stamp(round_));
+      silent_ = silent_ || heard[static_cast<std::size_t>(from)].header().failed != 0;
+    }
+    messages = std::move(heard);
+  }
+
+  void note(const std::vector<Message>& told) {
+    for (std::size_t from = 0; from < told.size(); ++from) {
+      base::Reader in = told[from].reader();
+      for (std::uint32_t entry = 0; !in.done(); ++entry) {
+        const auto id = in.get<std::uint64_t>();
+        known_.push_back({id, in.get<Place>(), static_cast<std::uint32_t>(from), entry});
+      }
+    }
+    std::sort(known_.begin(), known_.end(), [](const Known& a, const Known& b) { return a.id < b.id; });
+  }
+
+  // Of each keeper: whether it knows a particle, and where the first one is.
+  Word first_places() const {
+    Word word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
+    word[0] = rank_.talk.failed() ? 1.0f : 0.0f;
+    if (known_.empty()) return word;
+    float* own = &word[1 + 4 * static_cast<std::size_t>(self_)];
+    own[0] = 1;
+    std::copy(known_.front().at.begin(), known_.front().at.end(), own + 1);
+    return word;
+  }
+
+  void answer(const Word& firsts, std::vector<Message>& answers) {
+    Place last{};
+    bool more = false;  // after this keeper's last one
+    for (int keeper = self_ + 1; keeper < count_ && !more; ++keeper) {
+      const float* first = &firsts[1 + 4 * static_cast<std::size_t>(keeper)];
+      more = first[0] > 0;
+      if (more) std::copy(first + 1, first + 4, last.begin());
+    }
+    std::vector<std::vector<Place>> next(answers.size());
+    std::vector<std::uint32_t> entries(answers.size(), 0);
+    for (const Known& one : known_) entries[one.from] = std::max(entries[one.from], one.entry + 1);
+    for (std::size_t c = 0; c < next.size(); ++c) next[c].resize(entries[c]);
+    const Place nobody = {NAN, NAN, NAN};
+    for (std::size_t k = 0; k < known_.size(); ++k) {
+      next[known_[k].from][known_[k].entry] = k + 1 < known_.size() ? known_[k + 1].at : more ? last : nobody;
+    }
+    for (std::size_t c = 0; c < next.size(); ++c) {
+      answers[c].bytes().put_raw(next[c].data(), next[c].size() * sizeof(Place));
+    }
+  }
+
+  // v += toward magnitude dt / (r (r^2 + epsilon)), as McAllister's Follow.
+  void act(const std::vector<Message>& answers) {
+    if (silent_) return;  // all give up at the next word, or at the report
+    const actions::Action& action = *meeting_.action;
+    const float dt = static_cast<float>(rank_.settings.dt / rank_.settings.substeps);
+    const float strength = static_cast<float>(action.numbers[0]) * dt;
+    const auto epsilon = static_cast<float>(action.numbers[1]);
+    const auto reach = static_cast<float>(action.numbers[2]);
+    std::vector<std::uint8_t> chosen(here_.store.size(), action.where.empty() ? 1 : 0);
+    if (!action.where.empty()) {
+      for (const std::uint32_t p : program::select(action.where, action.shapes, meeting_.time, here_.store))
+        chosen[p] = 1;
+    }
+    std::vector<base::Reader> readers;
+    for (const Message& message : answers) readers.push_back(message.reader());
+    float* v[3];
+    for (int c = 0; c < 3; ++c) v[c] = here_.store.writable_plane(particles::velocity, c);
+    for (std::size_t i = 0; i < here_.store.size(); ++i) {
+      const auto target = readers[keepers_[i]].get<Place>();
+      const Place own = place_of(i);
+      const Place d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
+      const float r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+      if (!(r2 > 0 && r2 < reach * reach) || chosen[i] == 0) continue;
+      ++here_.sight.pairs;
+      const float part = strength / (std::sqrt(r2) * (r2 + epsilon));
+      for (std::size_t c = 0; c < 3; ++c) v[c][i] += d[c] * part;
+    }
+  }
+
+  Rank& rank_;
+  const Round& round_;
+  const Meeting& meeting_;
+  const System& system_;
+  Population& here_;
+  int count_, self_;
+  std::vector<std::uint32_t> keepers_;
+  std::vector<Known> known_;
+  bool silent_ = false;  // somebody failed while we talked
+};
+
+}  // namespace
+
+bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
+  return Following(rank, script, calculator, round, meeting).run();
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,12 @@
+// follow: each particle is drawn to the one with the next id, wherever that is. Calculators keep ranges of ids: each
+// tells the keepers where its particles are, and they tell it where the next ones are.
+#pragma once
+
+#include "engine/act/meet.h"
+
+namespace motes::engine {
+
+/// Calculators, collective. Returns false where one of them has failed.
+bool follow(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
+
+}  // namespace motes::engine

@@ -1,0 +1,487 @@
+#include "engine/act/meet.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <utility>
+
+#include "base/fields.h"
+#include "comm/clock.h"
+#include "engine/act/act.h"
+#include "engine/act/follow.h"
+#include "engine/act/moments.h"
+#include "engine/act/run_list.h"
+#include "engine/births/spawn.h"
+#include "engine/session/item_failure.h"
+#include "engine/session/word.h"
+#include "interactions/act.h"
+#include "interactions/pyramid.h"
+#include "program/select.h"
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+using particles::Store;
+
+namespace {
+
+// How far apart two intervals are, in metres; the same seen from either.
+double gap(double low, double high, double other_low, double other_high) {
+  return std::max({0.0, low - other_high, other_low - high});
+}
+
+double gap(const domains::Box& a, const domains::Box& b) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) most = std::max(most, gap(a.low[c], a.high[c], b.low[c], b.high[c]));
+  return most;
+}
+
+// How far out of the box a point is, in metres; infinite for NaN, which may belong to any calculator.
+double outside(const domains::Box& box, const float (&x)[3]) {
+  double most = 0;
+  for (std::size_t c = 0; c < 3; ++c) {
+    if (std::isnan(x[c])) return std::numeric_limits<double>::infinity();
+    most = std::max(most, gap(box.low[c], box.high[c], x[c], x[c]));
+  }
+  return most;
+}
+
+void position_of(const Store& store, std::size_t i, float (&x)[3]) {
+  for (int c = 0; c < 3; ++c) x[c] = store.value(particles::position, c, i);
+}
+
+// Who left its domain since the last meeting, by owner.
+struct Leavers {
+  std::map<int, std::vector<std::uint32_t>> to;
+  double farthest = 0;  // metres outside the domain
+};
+
+Leavers leavers_of(const Rank& rank, const System& system, Population& here) {
+  Leavers leavers;
+  find_leavers(rank, system, here);
+  leavers.to = leavers_by_owner(rank, system, here);
+  here.outcome.left.clear();
+  const domains::Box box = system.domains.box(rank.talk.calculator());
+  for (const auto& [owner, particles] : leavers.to) {
+    for (const std::uint32_t p : particles) {
+      float x[3];
+      position_of(here.store, p, x);
+      leavers.farthest = std::max(leavers.farthest, outside(box, x));
+    }
+  }
+  return leavers;
+}
+
+// What each calculator knows when it begins to meet: who goes where, and what all agreed on.
+class Swap {
+ public:
+  Swap(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting)
+      : rank_(rank), script_(script), calculator_(calculator), round_(round), meeting_(meeting) {
+    if (meeting.action->kind != actions::Kind::tie) return;
+    bonds_ = interactions::bonds(meeting.action->ties);
+    pins_.assign(3 * bonds_->pins(), -std::numeric_limits<float>::infinity());
+  }
+
+  bool run() {
+    prepare();
+    if (!agree()) return false;
+    if (rank_.talk.calculators() > 1) exchange();
+    if (interactions::uses_cells(*meeting_.action)) add_moments();
+    compute([&] { act(); });
+    return true;
+  }
+
+ private:
+  using Extent = interactions::Extent;
+
+  const std::vector<recording::Item>& list() const { return system(0).list; }
+  interactions::Knots& knots() { return calculator_.knots[{meeting_.systems[0], meeting_.action->ties}]; }
+  const System& system(std::size_t side) const { return *script_.systems[meeting_.systems[side]]; }
+  Population& population(std::size_t side) const { return *calculator_.populations[meeting_.systems[side]]; }
+  float dt() const { return static_cast<float>(rank_.settings.dt / rank_.settings.substeps); }
+
+  // The work of systems that meet counts by their numbers of particles.
+  template <class Work>
+  void compute(const Work& work) {
+    rank_.talk.work("meeting", [&] {
+      const double spent = rank_.machine.timed([&] { of_item(list(), meeting_.systems[0], meeting_.item, work); });
+      double all = 0;
+      for (std::size_t side = 0; side < meeting_.count; ++side)
+        all += static_cast<double>(population(side).store.size());
+      for (std::size_t side = 0; side < meeting_.count; ++side) {
+        const auto own = static_cast<double>(population(side).store.size());
+        population(side).tally.compute_s += spent * (all > 0 ? own / all : 1 / static_cast<double>(meeting_.count));
+      }
+    });
+  }
+
+  // Clears the dead, finds who left, and what all must know.
+  void prepare() {
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) {
+        Population& here = population(side);
+        clear_dead(rank_, system(side), here);
+        if (interactions::uses_cells(*meeting_.action)) bounds_ = interactions::bounds_of(here.store);
+        if (bonds_ != nullptr) prepare_ties(here.store);
+        if (rank_.talk.calculators() > 1) leavers_[side] = leavers_of(rank_, system(side), here);
+        const Extent extent = interactions::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
+        extent_.radius = std::max(extent_.radius, extent.radius);
+        extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
+        extent_.displacement = std::max(extent_.displacement, extent.displacement);
+        extent_.masses = std::max(extent_.masses, extent.masses);
+      }
+    });
+  }
+
+  void prepare_ties(const Store& store) {
+    pins_ = interactions::pins_of(*bonds_, store);
+    if (rank_.talk.calculators() == 1) return;  // sees all that there is
+    const interactions::Stretch stretch = interactions::stretch_of(*bonds_, knots(), store);
+    extent_.radius = stretch.longest;
+    extent_.displacement = stretch.way;
+  }
+
+  // What the first number says of failure is said by all who can still talk.
+  bool agree() {
+    const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
+    const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
+    Word word = {rank_.talk.failed() ? 1.0f : 0.0f,
+                 out,
+                 extent_.radius,
+                 extent_.other_radius,
+                 extent_.displacement,
+                 extent_.masses};
+    const std::size_t fixed = word.size();
+    word.insert(word.end(), pins_.begin(), pins_.end());
+    word.insert(word.end(), bounds_.begin(), bounds_.end());
+    const Word heard = agree_on_maxima(rank_, round_, std::move(word));
+    if (heard[0] != 0) return false;
+    extent_ = {heard[2], heard[3], heard[4], interactions::rounding_at(farthest_cut()), heard[5]};
+    std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
+    std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed + pins_.size()), bounds_.size(), bounds_.begin());
+    farthest_ = heard[1];
+    range_ = interactions::range_of(*meeting_.action, extent_);
+    if (interactions::uses_cells(*meeting_.action)) {
+      const Counts& counts = system(0).counts;  // at most so many live: all ranks know the same
+      cube_ = interactions::Cube::around(bounds_, counts.alive_at_start + counts.born - counts.born_at_start);
+      range_ = 2 * cube_.leaf;
+    }
+    return true;
+  }
+
+  float farthest_cut() const {
+    float most = 0;
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      for (const float cut : system(side).domains.cuts()) most = std::max(most, std::abs(cut));
+    }
+    return most;
+  }
+
+  // Whether what one calculator has may concern another: leavers, or copies of what is within reach.
+  bool concerns(int from, int to) const {
+    for (std::size_t a = 0; a < meeting_.count; ++a) {
+      const domains::Box box = system(a).domains.box(from);
+      if (gap(box, system(a).domains.box(to)) <= farthest_) return true;
+      if (gap(box, system(seer(a)).domains.box(to)) <= farthest_ + range_) return true;
+    }
+    return false;
+  }
+
+  // Who sees the particles of this side: their own kind, or the other one.
+  std::size_t seer(std::size_t side) const { return meeting_.count == 1 ? 0 : 1 - side; }
+
+  void exchange() {
+    const int self = rank_.talk.calculator();
+    const int count = static_cast<int>(rank_.talk.calculators());
+    std::vector<int> to;
+    std::vector<int> from;
+    for (int other = 0; other < count; ++other) {
+      if (other != self && concerns(self, other)) to.push_back(other);
+      if (other != self && concerns(other, self)) from.push_back(other);
+    }
+    std::uint16_t& hops = population(0).sight.hops;
+    hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
+    for (const int source : from) rank_.talk.comm().await(rank_.talk.rank_of(source), Phase::meeting);
+    std::map<int, Message> messages;
+    for (const int target : to) messages[target];
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) pack(side, messages);
+    });
+    for (auto& [target, message] : messages) {
+      if (rank_.talk.failed()) message = Message();
+      const std::uint64_t count = rank_.talk.failed() ? 0 : sent_[target];
+      population(0).sight.bytes += message.payload().size();
+      rank_.talk.comm().post(rank_.talk.rank_of(target), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
+                             count, rank_.talk.failed());
+    }
+    compute([&] {
+      for (std::size_t side = 0; side < meeting_.count; ++side) remove_leavers(side);
+    });
+    for (const int source : from) {
+      const Message message =
+          rank_.talk.comm().expect(rank_.talk.rank_of(source), Phase::meeting, rank_.talk.stamp(round_));
+      if (message.header().failed == 0) compute([&] { unpack(message); });
+    }
+  }
+
+  void add_moments() {
+    compute([&] { moments_ = interactions::moments_of(cube_, population(0).store); });
+    moments_.resize(4 * cube_.leaves());
+    population(0).sight.bytes += engine::add_moments(rank_, round_, moments_);
+  }
+
+  // The particles that somebody else may see, or that leave.
+  std::vector<std::uint32_t> near_the_border(std::size_t side) const {
+    const System& sees = system(seer(side));
+    const Store& store = population(side).store;
+    const domains::Box own = system(side).domains.box(rank_.talk.calculator());
+    if (sees.domains != system(side).domains || own == domains::Box{}) return first_indices(store.size());
+    std::vector<std::uint8_t> near(store.size(), 0);
+    for (int c = 0; c < 3; ++c) {
+      const auto a = static_cast<std::size_t>(c);
+      if (std::isinf(own.low[a]) && std::isinf(own.high[a])) continue;
+      const double low = static_cast<double>(own.low[a]) + range_;
+      const double high = static_cast<double>(own.high[a]) - range_;
+      const float* plane = store.plane(particles::position, c);
+      if (plane == nullptr) return first_indices(store.size());
+      for (std::size_t i = 0; i < store.size(); ++i) {
+        const double x = static_cast<double>(plane[i]);
+        near[i] = near[i] | static_cast<std::uint8_t>(!(x > low && x < high));
+      }
+    }
+    std::vector<std::uint32_t> found;
+    for (std::size_t i = 0; i < near.size(); ++i) {
+      if (near[i] != 0) found.push_back(static_cast<std::uint32_t>(i));
+    }
+    return found;
+  }
+
+  void put_copies(std::size_t side, const std::vector<std::uint32_t>& chosen, base::Bytes& out) const {
+    const Store& store = population(side).store;
+    out.put(static_cast<std::uint64_t>(chosen.size()));
+    for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
+    for (const interactions::Component c : interactions::read_by(*meeting_.action)) {
+      const float* plane = store.plane(c.attribute, c.component);
+      const float value = store.uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+      for (const std::uint32_t i : chosen) out.put(plane != nullptr ? plane[i] : value);
+    }
+  }
+
+  static std::uint64_t take_copies(base::Reader& in, std::size_t columns, interactions::Copies& copies) {
+    const auto count = in.get<std::uint64_t>();
+    copies.columns.resize(columns);
+    for (std::uint64_t i = 0; i < count; ++i) copies.ids.push_back(in.get<std::uint64_t>());
+    for (std::vector<float>& column : copies.columns) {
+      for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
+    }
+    return count;
+  }
+
+  // For each calculator: leavers that are its own from now on, and copies of what its particles may see.
+  void pack(std::size_t side, std::map<int, Message>& messages) {
+    Population& here = population(side);
+    const int self = rank_.talk.calculator();
+    std::map<std::uint32_t, int> owners;
+    for (const auto& [owner, leavers] : leavers_[side].to) {
+      for (const std::uint32_t p : leavers) owners[p] = owner;
+    }
+    const domains::Domains& seen_by = system(seer(side)).domains;
+    const std::vector<std::uint32_t> near = near_the_border(side);
+    std::map<int, domains::Box> boxes{{self, seen_by.box(self)}};
+    for (const auto& [target, message] : messages) boxes[target] = seen_by.box(target);
+    const auto sees = [&](int who, std::uint32_t p) {
+      float x[3];
+      position_of(here.store, p, x);
+      const bool tied = bonds_ == nullptr || bonds_->row_of(here.store.ids()[p]) != interactions::Bonds::kNone;
+      return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(boxes.at(who), x) <= range_;
+    };
+    const auto owner_of = [&](std::uint32_t p) {
+      const auto leaver = owners.find(p);
+      return leaver == owners.end() ? self : leaver->second;
+    };
+    // Where it belongs, a particle is no copy.
+    const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(who, p); };
+    for (auto& [target, message] : messages) {
+      base::Bytes& bytes = message.bytes();
+      const auto leaving = leavers_[side].to.find(target);
+      const std::vector<std::uint32_t> none;
+      const std::vector<std::uint32_t>& gone = leaving == leavers_[side].to.end() ? none : leaving->second;
+      here.store.pack(gone, bytes, *rank_.pool);
+      put_noted(here, here.bounced, gone, bytes);
+      put_noted(here, here.collided, gone, bytes);
+      std::vector<std::uint32_t> copied;
+      for (const std::uint32_t p : near) {
+        if (copy_for(target, p)) copied.push_back(p);
+      }
+      put_copies(side, copied, bytes);
+      sent_[target] += gone.size() + copied.size();
+      here.sight.copies += copied.size();
+      rank_.machine.charge(rank_.machine.costs().copy * static_cast<double>(copied.size()));
+    }
+    base::Bytes kept;  // of leavers that this calculator still sees
+    std::vector<std::uint32_t> copied;
+    for (const auto& [p, owner] : owners) {
+      if (sees(self, p)) copied.push_back(p);
+    }
+    put_copies(side, copied, kept);
+    base::Reader in(kept.view());
+    take_copies(in, interactions::read_by(*meeting_.action).size(), copies_[side]);
+  }
+
+  // Which of those that leave are noted here: their new owner has to know.
+  template <class Ids>
+  static void put_noted(const Population& here, const Ids& noted, const std::vector<std::uint32_t>& gone,
+                        base::Bytes& out) {
+    std::vector<std::uint64_t> found;
+    for (const std::uint32_t p : gone) {
+      const std::uint64_t id = here.store.ids()[p];
+      if (noted.contains(id)) found.push_back(id);
+    }
+    base::write_fields(found, out);
+  }
+
+  template <class Ids>
+  static void take_noted(base::Reader& in, Ids& noted) {
+    std::vector<std::uint64_t> found;
+    base::read_fields(in, found);
+    noted.insert(found.begin(), found.end());
+  }
+
+  void remove_leavers(std::size_t side) {
+    Population& here = population(side);
+    std::vector<std::uint32_t> gone;
+    for (const auto& [owner, leavers] : leavers_[side].to) gone.insert(gone.end(), leavers.begin(), leavers.end());
+    if (gone.empty()) return;
+    std::sort(gone.begin(), gone.end());
+    here.store.remove(gone, *rank_.pool);
+    here.sight.moved_out += gone.size();
+    rank_.machine.charge(rank_.machine.costs().leave * static_cast<double>(gone.size()));
+  }
+
+  void unpack(const Message& message) {
+    base::Reader in = message.reader();
+    std::uint64_t count = 0;
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      Population& here = population(side);
+      const std::size_t before = here.store.size();
+      here.store.unpack(in, *rank_.pool);
+      const std::size_t arrived = here.store.size() - before;
+      here.sight.moved_in += arrived;
+      take_noted(in, here.bounced);
+      take_noted(in, here.collided);
+      const std::uint64_t seen = take_copies(in, interactions::read_by(*meeting_.action).size(), copies_[side]);
+      count += arrived + seen;
+      const Costs& costs = rank_.machine.costs();
+      rank_.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
+    }
+    if (count != message.header().count || !in.done())
+      throw std::runtime_error("particles were lost on the way between calculators");
+  }
+
+  // What the script's function says of these pairs.
+  std::vector<float> ask(const interactions::PairList& pairs) {
+    std::vector<float> changes;
+    if (pairs.size() == 0) return changes;
+    const Call call{static_cast<int>(meeting_.systems[0]),
+                    static_cast<int>(meeting_.action->numbers[1]),
+                    0,
+                    nullptr,
+                    &pairs,
+                    &changes};
+    ask_script(calculator_, population(0), call);
+    return changes;
+  }
+
+  // They never took part: no spawn rule hears of their death.
+  void drop(Population& here, const std::vector<std::uint32_t>& dropped) const {
+    if (dropped.empty()) return;
+    here.store.remove(dropped, *rank_.pool);
+    here.tally.killed += dropped.size();
+  }
+
+  interactions::Seen look(const interactions::Side (&sides)[2]) {
+    const actions::Action& action = *meeting_.action;
+    if (bonds_ != nullptr) {
+      return {interactions::tie(action, *bonds_, dt(), sides[0], pins_, knots(), *rank_.pool), 0};
+    }
+    if (interactions::uses_cells(action)) {
+      return interactions::act_by_cells(action, cube_, moments_, dt(), sides[0], calculator_.scratch, *rank_.pool);
+    }
+    if (action.kind == actions::Kind::pairs) {
+      const auto procedure = [&](const interactions::PairList& pairs) { return ask(pairs); };
+      return interactions::act_on_pairs(action, sides[0], procedure, calculator_.scratch, *rank_.pool);
+    }
+    return interactions::act(action, extent_, dt(), sides, calculator_.scratch, *rank_.pool);
+  }
+
+  void act() {
+    interactions::Side sides[2];
+    std::vector<std::uint8_t> chosen[2], collided[2];
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      Population& here = population(side);
+      sides[side] = {&here.store, &copies_[side], nullptr, meeting_.newborn_from[side]};
+      sides[side].adds = meeting_.collided[side] != Collided::none;
+      sides[side].now = meeting_.substep;
+      sides[side].last = meeting_.last;
+      here.moved = true;
+      if (meeting_.collided[side] == Collided::some) {
+        collided[side] = collided_of(here);
+        sides[side].adds_to = &collided[side];
+      }
+      if (meeting_.action->where.empty() || side == 1) continue;
+      chosen[side].assign(here.store.size(), 0);
+      for (const std::uint32_t p :
+           program::select(meeting_.action->where, meeting_.action->shapes, meeting_.time, here.store)) {
+        chosen[side][p] = 1;
+      }
+      sides[side].chosen = &chosen[side];
+    }
+    const interactions::Seen seen = look(sides);
+    for (std::size_t side = 0; side < meeting_.count; ++side) {
+      if (meeting_.collides_again[side]) note_collided(population(side), sides[side].chosen);
+    }
+    for (std::size_t side = 0; side < meeting_.count; ++side) drop(population(side), seen.dropped[side]);
+    Sight& sight = population(0).sight;
+    sight.pairs += seen.pairs;
+    sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);
+    sight.overlap_99 = std::max(sight.overlap_99, seen.overlap_99);
+    if (seen.softened) sight.softened = 1;
+  }
+
+  Rank& rank_;
+  const Script& script_;
+  Calculator& calculator_;
+  const Round& round_;
+  const Meeting& meeting_;
+  Leavers leavers_[2];
+  Extent extent_;
+  double farthest_ = 0;
+  double range_ = 0;
+  std::shared_ptr<const interactions::Bonds> bonds_;  // tie
+  std::vector<float> pins_;                       // tie: where the pinned ones are
+  interactions::Bounds bounds_{};                     // gravitate by cells
+  interactions::Cube cube_;
+  interactions::Moments moments_;
+  std::map<int, std::uint64_t> sent_;  // leavers and copies
+  interactions::Copies copies_[2];
+};
+
+}  // namespace
+
+bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting) {
+  const double start = comm::wall_seconds();
+  const double waited = rank.talk.comm().waited_s();
+  const bool met = meeting.action->kind == actions::Kind::follow ? follow(rank, script, calculator, round, meeting)
+                                                                 : Swap(rank, script, calculator, round, meeting).run();
+  Sight& sight = calculator.populations[meeting.systems[0]]->sight;
+  ++sight.meetings;
+  sight.meet_s += static_cast<float>(comm::wall_seconds() - start);
+  sight.wait_s += static_cast<float>(rank.talk.comm().waited_s() - waited);
+  return met;
+}
+
+void say_failed(Rank& rank, const Round& round) { agree_on_maxima(rank, round, {1}); }
+
+}  // namespace motes::engine

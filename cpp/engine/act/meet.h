@@ -1,0 +1,35 @@
+// meet: a place in the list where particles see each other. The dead are cleared; calculators agree on how far it sees;
+// one message to each neighbouring domain takes leavers to their owners and copies of what is within reach; then each
+// calculator acts on its own particles. The paper allows the exchange in the middle of a list (3.1.5).
+#pragma once
+
+#include <cstddef>
+
+#include "actions/action.h"
+#include "engine/session/rank.h"
+#include "engine/state/population.h"
+#include "engine/state/script.h"
+
+namespace motes::engine {
+
+/// A meeting: its action in the list of the first system, and who meets.
+struct Meeting {
+  const actions::Action* action = nullptr;
+  std::size_t item = 0;  // in that list
+  std::size_t systems[2] = {};
+  std::size_t count = 1;  // of systems: two where they meet each other
+  std::uint64_t newborn_from[2] = {UINT64_MAX, UINT64_MAX};  // ids that meet for the first time
+  Collided collided[2] = {};  // already in this sub-step
+  bool collides_again[2] = {};  // and later in it
+  std::uint32_t substep = 0;  // its number since the run's start, from 1 on
+  double time = 0;  // at its start, seconds of the animation
+  bool last = false;  // the frame's last sub-step
+};
+
+/// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.
+bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
+
+/// What a calculator does that has failed before the list: the others hear it at their first meeting.
+void say_failed(Rank& rank, const Round& round);
+
+}  // namespace motes::engine

@@ -1,0 +1,257 @@
+#include "engine/act/read.h"
+
+#include <algorithm>
+#include <iterator>
+#include <numeric>
+#include <stdexcept>
+#include <utility>
+
+#include "engine/act/act.h"
+#include "engine/act/run_list.h"
+#include "engine/births/create.h"
+#include "program/order.h"
+
+namespace motes::engine {
+
+namespace {
+
+using comm::Message;
+using comm::Phase;
+using particles::Store;
+
+// The particles now stand in another order, from[i] at place i: what happened happened to the same ones.
+void follow(program::Outcome& outcome, const std::vector<std::uint32_t>& from) {
+  std::vector<std::uint32_t> now(from.size());
+  for (std::uint32_t p = 0; p < from.size(); ++p) now[from[p]] = p;
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.hits}) {
+    for (std::uint32_t& p : *list) p = now[p];
+    std::sort(list->begin(), list->end());
+  }
+}
+
+// The dead of a list that has run in part move behind the living: a script does not see them, but they keep moving
+// until the frame ends.
+void set_dead_aside(const Rank& rank, Population& here) {
+  program::Outcome& outcome = here.outcome;
+  outcome.left.clear();  // looked for at the frame's end
+  if (outcome.dead.empty()) return;
+  std::vector<std::uint32_t> from;
+  from.reserve(here.store.size());
+  auto dead = outcome.dead.begin();
+  for (std::uint32_t p = 0; p < here.store.size(); ++p) {
+    if (dead != outcome.dead.end() && *dead == p) {
+      ++dead;
+    } else {
+      from.push_back(p);
+    }
+  }
+  from.insert(from.end(), outcome.dead.begin(), outcome.dead.end());
+  here.store.permute(from, *rank.pool);
+  follow(outcome, from);
+}
+
+void run_and_arrange(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  System& system = *script.systems[index];
+  system.count_births(rank.talk.frame, rank.settings.dt, rank.settings.substeps);
+  fit(rank, script, index);
+  if (!rank.talk.calculates()) return;
+  Population& here = *calculator.populations[index];
+  run_list(
+      rank, system, here, [&](const BirthGroup& group) { create_own(rank, system, group, here.store); },
+      [&](const recording::Callback& callback, double time, std::size_t begin) {
+        call_back(calculator, index, callback, time, begin);
+      },
+      true);
+  for (const actions::Action* action : system.sorts(system.run_items)) {
+    follow(here.outcome, program::order(*action, rank.frame_time(), here.store, *rank.pool));
+  }
+  set_dead_aside(rank, here);
+}
+
+void end_part(System& system) {
+  system.groups.clear();
+  system.list.emplace_back(recording::Read{});
+  system.mark_run();
+}
+
+// In place: the rest of the list comes to the same whether it runs with this part or behind it.
+void run_in_place(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  Population& here = *calculator.populations[index];
+  here.tally.compute_s += rank.machine.timed([&] { run_and_arrange(rank, script, calculator, index); });
+  here.moved = true;
+}
+
+// On a copy: afterwards all is as it was.
+void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
+  System& system = *script.systems[index];
+  Population& here = *calculator.populations[index];
+  const Counts counts = system.counts;
+  const domains::Domains domains = system.domains;
+  const bool waits_for_fit = system.waits_for_fit;
+  const BirthHistory history = system.history;
+  const Tally tally = here.tally;
+  const program::Outcome outcome = here.outcome;
+  Store before(system.schema);
+  before.append(here.store);
+  const auto restore = [&] {
+    here.preview =
+        std::make_unique<Preview>(Preview{std::exchange(here.store, std::move(before)), here.outcome.dead.size(),
+                                          system.list.size(), std::move(system.history)});
+    here.outcome = outcome;
+    here.tally = tally;
+    system.counts = counts;
+    script.divide(index, domains);
+    for (const std::size_t i : script.sharing(index)) script.systems[i]->waits_for_fit = waits_for_fit;
+    system.history = history;
+    system.groups.clear();
+  };
+  try {
+    run_and_arrange(rank, script, calculator, index);
+  } catch (...) {
+    restore();
+    here.preview.reset();
+    throw;
+  }
+  restore();
+}
+
+// What goes around or to rank 0; where its sender failed, nothing that counts.
+struct Passing {
+  Message message;
+  std::uint64_t count = 0;
+  bool failed = false;
+};
+
+Passing packed(Rank& rank, const Seen& seen) {
+  Passing own;
+  if (!rank.talk.calculates()) return own;
+  rank.talk.work("gather", [&] {
+    seen.store->pack(first_indices(seen.count), own.message.bytes(), *rank.pool);
+    own.count = seen.count;
+  });
+  own.failed = rank.talk.failed();
+  if (own.failed) own.message = Message();
+  return own;
+}
+
+void post(Conversation& talk, int to, Passing passing) {
+  talk.comm().post(to, Phase::gather, talk.stamp(), std::move(passing.message), passing.count, passing.failed);
+}
+
+Passing expect(Conversation& talk, int from) {
+  Passing heard{talk.comm().expect(from, Phase::gather, talk.stamp())};
+  heard.count = heard.message.header().count;
+  heard.failed = heard.message.header().failed != 0;
+  return heard;
+}
+
+void take(Rank& rank, const Passing& passing, Store& gathered) {
+  rank.talk.work("gather", [&] {
+    if (passing.failed) throw std::runtime_error("another rank could not send its particles");
+    base::Reader in = passing.message.reader();
+    if (!in.done()) gathered.unpack(in, *rank.pool);
+  });
+}
+
+// Each message goes around once: in step s a rank passes on what came in the step before.
+void pass_around(Rank& rank, Passing passing, Store& gathered) {
+  Conversation& talk = rank.talk;
+  const int next = (talk.rank() + 1) % talk.size();
+  const int previous = (talk.rank() + talk.size() - 1) % talk.size();
+  for (int step = 1; step < talk.size(); ++step) {
+    take(rank, passing, gathered);
+    post(talk, next, std::move(passing));
+    passing = expect(talk, previous);
+  }
+  take(rank, passing, gathered);
+}
+
+}  // namespace
+
+void check_readable(const System& system) {
+  if (!system.meets()) return;
+  throw std::invalid_argument("particles of system '" + system.definition.name +
+                              "' meet in this frame's list so far: they can be read before that, or after the frame");
+}
+
+Seen seen(Population& here) {
+  if (here.in_callback) return {&here.store, here.store.size(), false};
+  if (here.preview) return {&here.preview->store, here.preview->store.size() - here.preview->dead, true};
+  return {&here.store, here.seen(), false};
+}
+
+Seen read(Rank& rank, Script& script, Calculator& calculator, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  const System& system = *script.systems[i];
+  Population& here = *calculator.populations[i];
+  if (!system.pending() || (here.preview && here.preview->items == system.list.size())) return seen(here);
+  const simd::FloatMode mode;
+  if (rank.settings.substeps == 1) {
+    run_in_place(rank, script, calculator, i);
+    end_part(*script.systems[i]);
+  } else {
+    run_preview(rank, script, calculator, i);
+  }
+  return seen(here);
+}
+
+void pass_over(const Rank& rank, System& system) {
+  if (rank.talk.failed() && rank.settings.substeps == 1 && system.pending()) end_part(system);
+}
+
+void keep_preview(Rank& rank, Script& script, Calculator& calculator, int index) {
+  const auto i = static_cast<std::size_t>(index);
+  Population& here = *calculator.populations[i];
+  if (!here.preview) return;
+  const simd::FloatMode mode;
+  System& system = *script.systems[i];
+  std::vector<recording::Item>& list = system.list;
+  const std::unique_ptr<Preview> written = std::move(here.preview);
+  const auto later = list.begin() + static_cast<std::ptrdiff_t>(written->items);  // recorded since it was read
+  std::vector<recording::Item> rest(std::make_move_iterator(later), std::make_move_iterator(list.end()));
+  list.erase(later, list.end());
+  rank.talk.work("act", [&] {
+    run_in_place(rank, script, calculator, i);  // the same particles in the same order
+    here.store = std::move(written->store);
+  });
+  end_part(system);
+  list.insert(list.end(), std::make_move_iterator(rest.begin()), std::make_move_iterator(rest.end()));
+}
+
+void read_copies(System& system, Population& here) {
+  if (system.keeps_copies) return;
+  keep_copies(system, here);
+  const bool pending = system.pending();
+  const bool shown = here.preview && here.preview->items == system.list.size();
+  system.list.emplace_back(recording::KeepCopies{});
+  if (!pending) system.mark_run();
+  if (shown) here.preview->items = system.list.size();
+}
+
+void note_digest(const Rank& rank, const Seen& seen, Population& here) {
+  here.digest = particles::digest(*seen.store, *rank.pool);
+  if (seen.count == seen.store->size()) return;
+  std::vector<std::uint32_t> unseen(seen.store->size() - seen.count);
+  std::iota(unseen.begin(), unseen.end(), static_cast<std::uint32_t>(seen.count));
+  here.digest -= particles::digest(*seen.store, unseen);
+}
+
+std::unique_ptr<Store> gather(Rank& rank, const System& system, const Seen& seen, bool to_all) {
+  Conversation& talk = rank.talk;
+  Passing own = packed(rank, seen);
+  auto gathered = std::make_unique<Store>(system.schema);
+  if (to_all) {
+    pass_around(rank, std::move(own), *gathered);
+  } else {
+    if (talk.calculates()) post(talk, 0, std::move(own));
+    const bool takes = talk.rank() == 0;
+    for (std::size_t c = 0; takes && c < talk.calculators(); ++c) {
+      take(rank, expect(talk, talk.cast().calculators[c]), *gathered);
+    }
+    if (!takes) gathered.reset();
+  }
+  talk.rethrow();  // the others hear of it in what they say next
+  return gathered;
+}
+
+}  // namespace motes::engine

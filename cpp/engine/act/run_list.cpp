@@ -1,0 +1,114 @@
+#include "engine/act/run_list.h"
+
+#include <algorithm>
+
+#include "engine/state/places.h"
+#include "program/order.h"
+
+namespace motes::engine {
+
+namespace {
+
+using program::Outcome;
+
+// Particles that another calculator owns.
+void find_strangers(const Rank& rank, const System& system, Population& here) {
+  std::vector<std::uint32_t> owners(here.store.size());
+  system.domains.owners_of(places_of(here.store), owners.data());
+  const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
+  for (std::uint32_t p = 0; p < owners.size(); ++p) {
+    if (owners[p] != self) here.outcome.left.push_back(p);
+  }
+}
+
+bool calls_back(const std::vector<Piece>& pieces) { return pieces.size() > 1 || pieces[0].callback != nullptr; }
+
+// Callbacks act between pieces of the list, so each sub-step runs piece by piece; without them all is one pass.
+//
+// `newborn`: whose births they are; null: of those that were here before.
+void run_pieces(const Rank& rank, const System& system, Population& here, const std::vector<Piece>& pieces,
+                const CallBack& call_back, std::size_t begin, const BirthGroup* newborn) {
+  particles::Store& store = here.store;
+  const Settings& run = rank.settings;
+  const int born = newborn != nullptr ? newborn->substep : 0;
+  const std::size_t entry = newborn != nullptr ? newborn->entry : 0;
+  program::Span span{rank.talk.frame, run.substeps, run.dt, born, 0};
+  if (!calls_back(pieces)) {
+    pieces[0].program.run(store, begin, entry, span, system.key, region_of(rank, system), here.outcome, *rank.pool);
+    return;
+  }
+  if (begin >= store.size()) return;
+  const program::Region everywhere;
+  for (int substep = born; substep < run.substeps; ++substep) {
+    span.first = substep;
+    span.last = substep + 1;
+    const bool in_birth = newborn != nullptr && substep == born;
+    const std::size_t from = in_birth ? entry : 0;
+    for (const Piece& piece : pieces) {
+      const std::size_t skip = std::min(from > piece.first ? from - piece.first : 0, piece.program.size());
+      piece.program.run(store, begin, skip, span, system.key, everywhere, here.outcome, *rank.pool);
+      if (piece.callback != nullptr && !(in_birth && newborn->item > piece.end))
+        call_back(*piece.callback, program::time_of(span, substep), begin);
+    }
+  }
+}
+
+}  // namespace
+
+program::Region region_of(const Rank& rank, const System& system) {
+  const domains::Box box = system.domains.box(rank.talk.calculator());
+  program::Region region;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto i = static_cast<std::size_t>(axis);
+    if (system.definition.axes.has(axis)) region.limit({axis, box.low[i], box.high[i]});
+  }
+  return region;
+}
+
+void find_leavers(const Rank& rank, const System& system, Population& here) {
+  here.outcome.left.clear();
+  if (system.definition.axes.by_id()) {
+    if (here.moved) find_strangers(rank, system, here);  // ids stay the same: only new cuts make leavers
+  } else {
+    program::Program::find_leavers(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
+  }
+  tidy(here.outcome);
+}
+
+std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
+                                                           const Population& here) {
+  std::map<int, std::vector<std::uint32_t>> to;
+  const domains::Places places = places_of(here.store);
+  for (const std::uint32_t p : here.outcome.left) {
+    const int owner = owner_of(system.domains, places, p);
+    if (owner != rank.talk.calculator()) to[owner].push_back(p);
+  }
+  return to;
+}
+
+void run_list(const Rank& rank, const System& system, Population& here, const Append& append, const CallBack& call_back,
+              bool keep_hits) {
+  const std::vector<Piece> pieces = system.pending_pieces();
+  const bool again = !here.outcome.dead.empty() || !here.outcome.hits.empty();  // the list has run in part before
+  here.outcome.wants_hits = keep_hits || asks_for(system, recording::Spawn::On::collision);
+  here.outcome.gathers = !again && !calls_back(pieces) && !here.outcome.wants_hits;
+  run_pieces(rank, system, here, pieces, call_back, 0, nullptr);
+  for (const BirthGroup& group : system.groups) {
+    const std::size_t begin = here.store.size();
+    append(group);
+    here.tally.created += here.store.size() - begin;
+    run_pieces(rank, system, here, pieces, call_back, begin, &group);
+  }
+  if (calls_back(pieces)) {
+    find_leavers(rank, system, here);
+  } else if (again) {
+    tidy(here.outcome);
+  }
+}
+
+void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first) {
+  for (const actions::Action* action : system.sorts(first))
+    program::order(*action, rank.frame_time(), store, *rank.pool);
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,131 @@
+#include "engine/births/share.h"
+
+#include <algorithm>
+#include <numeric>
+
+#include "engine/births/birth_numbers.h"
+#include "engine/session/item_failure.h"
+#include "engine/state/places.h"
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+
+namespace {
+
+// The first number of calculator c's part of so many births.
+std::uint64_t share(std::uint64_t count, std::size_t calculators, std::size_t c) {
+  return count / calculators * c + std::min<std::uint64_t>(c, count % calculators);
+}
+
+// Adds births first .. last - 1 of a group with their owners. Where ids decide, nobody needs to know where they are.
+void find_owners(const Rank& rank, const System& system, const BirthGroup& group, std::uint64_t first,
+                 std::uint64_t last, std::vector<Due>& births) {
+  births.reserve(births.size() + (last - first));
+  std::vector<std::uint32_t> owners;
+  const auto add = [&](const domains::Places& places) {
+    owners.resize(places.count);
+    system.domains.owners_of(places, owners.data());
+    for (std::size_t i = 0; i < places.count; ++i) {
+      births.push_back({static_cast<std::uint32_t>(places.ids[i] - group.first_id), owners[i]});
+    }
+  };
+  if (system.definition.axes.by_id()) {
+    std::vector<std::uint64_t> ids(last - first);
+    std::iota(ids.begin(), ids.end(), group.first_id + first);
+    const particles::IdList halves(ids);
+    add({{}, halves, ids.size()});
+  } else {
+    make_births(rank, system, group, first, last, [&](const particles::Store& piece) { add(places_of(piece)); });
+  }
+}
+
+// This calculator's part of all groups.
+std::vector<BirthNumbers> make_share(const Rank& rank, const Script& script, const Round& round) {
+  std::vector<BirthNumbers> groups;
+  const std::size_t calculators = rank.talk.calculators();
+  const auto self = static_cast<std::size_t>(rank.talk.calculator());
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    const System& system = *script.systems[i];
+    for (const BirthGroup& group : system.groups) {
+      const std::uint64_t first = share(group.count, calculators, self);
+      const std::uint64_t last = share(group.count, calculators, self + 1);
+      groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
+      of_item(system.list, i, group.item, [&] { find_owners(rank, system, group, first, last, groups.back().births); });
+      rank.machine.charge(rank.machine.costs().share * static_cast<double>(last - first));
+    }
+  }
+  return groups;
+}
+
+// All that is here between two steps.
+std::vector<BirthNumbers> between_steps(const Rank& rank, const Script& script, const Round& round,
+                                        const std::vector<Message>& messages) {
+  std::vector<BirthNumbers> groups;
+  for (std::size_t i = round.first; i < round.last; ++i) {
+    for (std::size_t g = 0; g < script.systems[i]->groups.size(); ++g) {
+      groups.push_back({static_cast<std::uint32_t>(groups.size()), {}});
+    }
+  }
+  rank.machine.charge(rank.machine.costs().forward * static_cast<double>(join(messages, groups)));
+  return groups;
+}
+
+// Sends the step's messages; returns those that came, and what stays.
+std::vector<Message> pass_on(Rank& rank, const Round& round, const roles::Ring& ring, int step,
+                             std::vector<Message> messages) {
+  Conversation& talk = rank.talk;
+  const std::vector<int> ahead = ring.ahead(step);
+  for (std::size_t m = 0; m < ahead.size(); ++m) {
+    const std::uint64_t count = messages[m + 1].header().count;
+    talk.comm().post(talk.rank_of(ahead[m]), Phase::births, talk.stamp(round), std::move(messages[m + 1]), count,
+                     talk.failed());
+  }
+  messages.resize(1);
+  for (const int from : ring.behind(step)) {
+    messages.push_back(talk.comm().expect(talk.rank_of(from), Phase::births, talk.stamp(round)));
+  }
+  return messages;
+}
+
+}  // namespace
+
+bool shares_births(const Rank& rank, const Script& script, const Round& round) {
+  if (rank.settings.births != Births::calculators || !script.in_frame() || rank.talk.calculators() < 2) return false;
+  return std::any_of(script.systems.begin() + static_cast<std::ptrdiff_t>(round.first),
+                     script.systems.begin() + static_cast<std::ptrdiff_t>(round.last),
+                     [](const auto& system) { return !system->groups.empty(); });
+}
+
+void share_births(Rank& rank, const Script& script, const Round& round, Newborn& newborn) {
+  const roles::Ring ring(static_cast<int>(rank.talk.calculators()), rank.talk.calculator());
+  for (int step = 0; step < ring.steps(); ++step) {
+    for (const int from : ring.behind(step)) rank.talk.comm().await(rank.talk.rank_of(from), Phase::births);
+  }
+  for (int step = 0; step < ring.steps(); ++step) {
+    std::vector<Message> messages(1 + ring.ahead(step).size());
+    rank.talk.work("create", [&] {
+      const std::vector<BirthNumbers> groups =
+          step == 0 ? make_share(rank, script, round) : between_steps(rank, script, round, newborn.shares);
+      messages = engine::split(groups, ring, step);
+    });
+    newborn.shares = pass_on(rank, round, ring, step, std::move(messages));
+  }
+  for (const Message& message : newborn.shares) {
+    newborn.readers.push_back(message.reader());
+    newborn.count += message.header().count;
+  }
+}
+
+void take_shares(const Rank& rank, const System& system, const BirthGroup& group, Newborn& newborn,
+                 particles::Store& store) {
+  std::vector<std::uint32_t> numbers;
+  for (base::Reader& in : newborn.readers) take(in, newborn.group, group.count, numbers);
+  ++newborn.group;
+  store.make_room(numbers.size());
+  make_births(rank, system, group, numbers, [&](const particles::Store& piece) { store.append(piece); });
+  rank.machine.charge(rank.machine.costs().make * static_cast<double>(numbers.size()));
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,177 @@
+// What the script says to the engine between two frames: systems, lists, reads.
+#include "engine/engine.h"
+
+#include <stdexcept>
+#include <utility>
+
+#include "base/fields.h"
+#include "engine/replay.h"
+
+namespace motes::engine {
+namespace {
+
+void check_tie(const actions::Action& tie, const std::vector<recording::Item>& list) {
+  interactions::check(tie);
+  for (const recording::Item& item : list) {
+    const auto* earlier = std::get_if<actions::Action>(&item);
+    if (earlier != nullptr && earlier->kind == actions::Kind::tie) interactions::check_together(*earlier, tie);
+  }
+}
+
+}  // namespace
+
+Engine::Engine(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
+    : parts_(std::make_unique<Parts>(std::move(communicator), std::move(cast), std::move(settings))) {
+  if (parts_->rank.settings.policy) parts_->rank.settings.policy->check(parts_->rank.talk.calculators());
+  parts_->rank.talk.comm().weigh(parts_->rank.settings.costs.messages);
+}
+
+int Engine::add_system(recording::SystemDefinition definition) {
+  const auto index = static_cast<std::uint32_t>(parts_->script.systems.size());
+  const int calculators = static_cast<int>(parts_->rank.talk.calculators());
+  auto system = std::make_unique<System>(std::move(definition), parts_->rank.settings.seed, index, calculators);
+  if (const std::int32_t leader = system->definition.domains_of; leader >= 0) {
+    const System& followed = *parts_->script.systems.at(static_cast<std::size_t>(leader));
+    system->domains = followed.domains;
+    system->waits_for_fit = followed.waits_for_fit;
+  }
+  auto here = std::make_unique<Population>(system->schema);
+  balance::SpeedOptions speeds;
+  if (parts_->rank.settings.policy) speeds = parts_->rank.settings.policy->speeds;
+  const double least = static_cast<double>(speeds.min_particles) / parts_->rank.settings.costs.messages.scale;
+  speeds.min_particles = static_cast<std::uint64_t>(least);
+  here->speeds = balance::Speeds(1, speeds);
+  parts_->script.systems.push_back(std::move(system));
+  parts_->calculator.populations.push_back(std::move(here));
+  parts_->manager.systems.emplace_back();
+  return static_cast<int>(index);
+}
+
+void Engine::record(int index, recording::Item item) {
+  System& s = system(index);
+  parts_->rank.talk.comm().progress();  // of what the last frame has sent
+  bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
+  if (const auto* action = std::get_if<actions::Action>(&item)) {
+    actions::check(*action);
+    actions::check(*action, s.schema);
+    if (action->kind == actions::Kind::tie) check_tie(*action, s.list);
+    if (action->other >= system_count() || action->other == index) {
+      throw std::invalid_argument("an action between particles must name another system of the world");
+    }
+    uses_copies = actions::uses_copies(*action, s.schema);
+  }
+  if (const auto* birth = std::get_if<recording::Birth>(&item)) {
+    recording::check(*birth, s.schema);
+    uses_copies = recording::gives_copies(*birth);
+  }
+  if (const auto* spawn = std::get_if<recording::Spawn>(&item)) {
+    if (spawn->into < 0 || spawn->into >= system_count()) throw std::invalid_argument("into must be a system");
+    recording::check(*spawn, s.schema, system(spawn->into).schema);
+    uses_copies = actions::uses_copies(spawn->where, s.schema);
+    keep_copies(system(spawn->into),
+                population(spawn->into));  // their births cannot be made again from their ids alone
+  }
+  if (const auto* callback = std::get_if<recording::Callback>(&item)) {
+    actions::check_condition(callback->where, callback->shapes, s.schema);
+    uses_copies = actions::uses_copies(callback->where, s.schema);
+  }
+  if (uses_copies) keep_copies(s, population(index));
+  s.list.push_back(std::move(item));
+}
+
+void Engine::record_meeting(int first, int second, actions::Action action) {
+  if (first == second) throw std::invalid_argument("other must be another system");
+  action.other = second;
+  actions::Action counterpart = action;
+  record(first, std::move(action));
+  counterpart.other = first;
+  counterpart.where.clear();
+  counterpart.shapes.clear();
+  counterpart.numbers.back() = 1;
+  record(second, std::move(counterpart));
+}
+
+std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {
+  catch_up();
+  const Settings& settings = parts_->rank.settings;
+  const System& system = *parts_->script.systems[static_cast<std::size_t>(index)];
+  return system.next_birth(frame(), settings.dt, settings.substeps);
+}
+
+std::optional<Seen> Engine::try_read(int index) {
+  Rank& rank = parts_->rank;
+  std::optional<Seen> seen;
+  rank.talk.work("act", [&] { seen = read(rank, parts_->script, parts_->calculator, index); });
+  pass_over(rank, system(index));
+  return seen;
+}
+
+Seen Engine::local(int index) {
+  catch_up();
+  check_readable(system(index));
+  const std::optional<Seen> seen = try_read(index);
+  if (seen) return *seen;
+  parts_->rank.talk.rethrow();
+  throw std::logic_error("nothing was read, and nothing failed");
+}
+
+void Engine::keep_preview(int index) {
+  wrote_ = true;
+  engine::keep_preview(parts_->rank, parts_->script, parts_->calculator, index);
+  parts_->rank.talk.rethrow();
+}
+
+void Engine::keep_lists(bool compute) {
+  kept_.on = true;
+  kept_.pictures = compute;
+  kept_.only = !compute && parts_->rank.talk.size() == 1;
+}
+
+base::Bytes Engine::shared_state() const {
+  base::Bytes bytes;
+  write(engine::shared_state(*parts_), bytes);
+  return bytes;
+}
+
+void Engine::save_part(const std::string& path) {
+  if (!parts_->rank.talk.calculates()) return;
+  base::Bytes& planes = writer_.planes();
+  writer_.write(path, copy_part(planes));
+}
+
+void Engine::restore_state(std::span<const std::byte> state, const std::vector<Sample>& samples) {
+  const SharedState shared = read_state(state);
+  if (samples.size() != shared.systems.size()) throw std::invalid_argument("samples: one per system");
+  engine::restore_state(*parts_, shared, samples);
+}
+
+void Engine::Kept::keep(Script& script) {
+  if (!on) return;
+  lists.emplace_back();
+  lists.back().put_raw(script.bytes.data(), script.bytes.size());
+  if (!pictures) script.record.view.reset();
+}
+
+// Nobody needs the particles for keeping what a script says, so with one rank they are not computed; where the script
+// asks for them after all, the kept lists are replayed first.
+void Engine::catch_up() {
+  if (!kept_.only) return;
+  kept_.only = false;
+  const std::vector<std::unique_ptr<System>> as_they_are = std::exchange(parts_->script.systems, {});
+  parts_->calculator.populations.clear();
+  parts_->manager.systems.clear();
+  for (const auto& s : as_they_are) add_system(s->definition);
+  parts_->rank.talk.frame = 0;
+  kept_.on = false;  // these are kept already
+  for (const base::Bytes& bytes : kept_.lists) {
+    base::Reader in(bytes.view());
+    replay(*this, recording::read(in), false);
+  }
+  kept_.on = true;
+  for (std::size_t i = 0; i < as_they_are.size(); ++i) {
+    parts_->script.systems[i]->sprite = as_they_are[i]->sprite;
+    for (recording::Item& item : as_they_are[i]->list) record(static_cast<int>(i), std::move(item));
+  }
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,276 @@
+// The loop: what a frame, and every other conversation of all ranks, consists of.
+#include <algorithm>
+#include <iterator>
+
+#include "base/enumerators.h"
+#include "comm/clock.h"
+#include "comm/last_words.h"
+#include "engine/act/act.h"
+#include "engine/act/exchange.h"
+#include "engine/agree.h"
+#include "engine/balance/balance.h"
+#include "engine/balance/donate.h"
+#include "engine/balance/neighbours.h"
+#include "engine/births/create.h"
+#include "engine/births/spawn.h"
+#include "engine/engine.h"
+#include "engine/state/histories.h"
+#include "engine/sums/sums.h"
+
+namespace motes::engine {
+
+using recording::Verb;
+
+namespace {
+
+void open(Parts& p, std::size_t index) {
+  Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may learn that there are other rounds
+  if (newborn.plan) p.painter.plan = *newborn.plan;
+  Round& round = p.script.rounds[index];
+  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set leavers aside
+  report(p.rank, p.script, p.calculator, round, newborn);  // all -> manager: loads, events, failures
+}
+
+void settle(Parts& p, Round& round) {
+  if (p.rank.talk.manages()) judge(p.rank, p.script, p.manager, round);
+  hear_verdict(p.rank, p.script, round);               // manager -> all
+  send_leavers(p.rank, p.script, p.calculator, round);  // calculators -> calculators
+}
+
+void close(Parts& p, const Round& round) {
+  receive_arrivals(p.rank, p.script, p.calculator, round);
+  p.rank.watch.note_messages(p.script.name_of(round), round.reported_s);
+}
+
+// Round by round; or, overlapped, what one round says travels while the next ones compute.
+void converse(Parts& p) {
+  const bool manages = p.rank.talk.manages();
+  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // that all know already
+  if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame: new cuts go out with the births
+  std::vector<Round>& rounds = p.script.rounds;
+  const bool overlaps = p.script.overlaps;
+  for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
+    deal(p.rank, p.script, p.manager, rounds[round]);
+  }
+  for (std::size_t step = 0, lag = 0; step < rounds.size() + 2 * lag; ++step) {
+    if (step < rounds.size()) {
+      if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
+      open(p, step);
+      lag = p.script.overlaps ? 1 : 0;  // as the manager says
+    }
+    if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
+    if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);
+  }
+}
+
+void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const std::string& argument) {
+  p.rank.talk.check_alive();
+  const Settings& run = p.rank.settings;
+  write_record(p.script, run, p.rank.talk.frame, verb, view, argument);
+  p.rank.watch.begin(p.rank.talk.frame, p.script.in_frame(), p.rank.talk.comm().waited_s());
+  for (const auto& system : p.script.systems) {
+    system->groups.clear();
+    if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
+  }
+  if (p.script.in_frame()) ask_for_oldest(p.script);
+  if (p.script.steered()) {
+    p.rank.talk.stop = 0;
+    p.rank.talk.orders.clear();
+  }
+  p.script.overlaps = p.script.in_frame() && run.combine == Combine::overlapped;
+  split_rounds(p.script, run.combine, p.rank.talk.turn);
+}
+
+// What the log tells of each system on this calculator.
+void note_tails(const Script& script, Calculator& calculator) {
+  const std::vector<Density> densities = engine::densities(script, calculator);
+  const PhaseTimes& times = calculator.tail.times;
+  for (std::size_t i = 0; i < densities.size(); ++i) {
+    CalculatorTail tail;
+    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent;
+    tail.particles = densities[i].particles;
+    std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
+    tail.exchange_s = static_cast<float>(times.exchange);
+    tail.sight = calculator.populations[i]->sight;
+    tail.wait_s = static_cast<float>(times.wait);
+    tail.image_s = static_cast<float>(times.render);
+    calculator.tails.push_back(tail);
+  }
+}
+
+void end(Parts& p) {
+  Conversation& talk = p.rank.talk;
+  p.rank.watch.end(talk.comm().waited_s());
+  Tail& tail = p.calculator.tail;
+  tail.valid = true;
+  tail.frame = talk.frame;
+  tail.times = p.rank.watch.last();
+  tail.drawings = drawings_of(std::move(p.painter.drawing), talk.rank(), talk.calculates());
+  for (const auto& here : p.calculator.populations) tail.exchanged_bytes += here->tally.bytes_sent;
+  p.calculator.tails.clear();
+  if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);
+  talk.work("spans", [&] { p.rank.watch.write_spans(); });
+  bound_histories(p.script, p.calculator);
+  ++talk.frame;
+  for (const auto& system : p.script.systems) system->start_frame();
+  for (const auto& here : p.calculator.populations) start_frame(*here);
+  comm::set_place("rank " + std::to_string(talk.rank()) + " (" + talk.cast().describe(talk.rank()) + "), frame " +
+                  std::to_string(talk.frame));
+}
+
+// Outside the frame: all ranks are here and ask the same.
+void ask_all(Parts& p, Verb verb, const std::string& argument) {
+  begin(p, verb, std::nullopt, argument);
+  converse(p);
+  if (!p.rank.talk.manages()) return;
+  keep_account(p.rank, p.script, p.manager);
+  take_tails(p.rank, p.manager);
+}
+
+// Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
+std::string shared_settings(const Settings& run) {
+  std::string shared(base::name_of(run.combine));
+  shared.append(", ").append(run.policy ? run.policy->name() : "cuts stay");
+  shared.append(run.births == Births::calculators ? ", births by calculators" : "");
+  return shared.append(", fan-out ").append(std::to_string(run.fan_out));
+}
+
+// Whether only the script itself can run this list.
+bool needs_script(const Script& script) {
+  return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
+    return std::any_of(system->list.begin(), system->list.end(),
+                       [](const recording::Item& item) { return std::holds_alternative<recording::Callback>(item); });
+  });
+}
+
+}  // namespace
+
+// The paper's Algorithm 1 and section 3.2, from a recorded list on.
+void Engine::run_frame_now(const std::optional<image::View>& view, const std::string& argument) {
+  Parts& p = *parts_;
+  begin(p, view ? Verb::render : Verb::step, view, argument);
+  if (!recovering_) kept_.keep(p.script);
+  if (copies_.on() && !recovering_) {
+    copies_.note_list(p.rank.talk.frame, p.script.bytes, wrote_ || needs_script(p.script));
+  }
+  if (!kept_.only) {
+    converse(p);  // create, act, agree, exchange
+    if (p.rank.talk.manages()) plan(p.rank, p.script, p.manager);  // while the others go on
+    spawn(p.rank, p.script, p.calculator);  // calculators, each by itself
+    sort_all(p.rank, p.script, p.calculator);  // the same
+    render(p.rank, p.script, p.calculator, p.painter);  // calculators -> image generator
+    if (p.rank.talk.manages()) keep_account(p.rank, p.script, p.manager);
+    balance(p.rank, p.script, p.calculator, p.manager);  // the manager's plan -> calculators -> manager
+    if (view) p.rank.talk.rethrow();  // a frame that could not be drawn must not reach the script
+  } else if (p.rank.settings.stop_signal) {
+    p.rank.talk.stop = p.rank.settings.stop_signal();
+  }
+  end(p);
+  wrote_ = false;
+  if (copies_.on()) copies_.at_border(p, p.rank.talk.all_unsaved_from);
+}
+
+void Engine::redraw_now(const image::View& view, const std::string& argument) {
+  catch_up();
+  for (const auto& system : parts_->script.systems) {
+    const auto run = system->list.begin() + static_cast<std::ptrdiff_t>(system->run_items);
+    if (std::none_of(system->list.begin(), run, recording::is_call)) continue;
+    throw std::invalid_argument("particles of system '" + system->definition.name +
+                                "' were read after some of this frame's list: redraw before that, or after the frame");
+  }
+  begin(*parts_, Verb::redraw, view, argument);
+  converse(*parts_);
+  render(parts_->rank, parts_->script, parts_->calculator, parts_->painter);
+  if (parts_->rank.talk.manages()) keep_account(parts_->rank, parts_->script, parts_->manager);
+  parts_->rank.talk.rethrow();
+}
+
+void Engine::hear_orders_now(const std::string& argument) {
+  ask_all(*parts_, Verb::orders, argument);
+  parts_->rank.watch.start();  // a pause is no part of the next frame's time
+}
+
+void Engine::start_now() {
+  Rank& rank = parts_->rank;
+  const Logging& log = rank.settings.log;
+  rank.watch.start();
+  ask_all(*parts_, Verb::start, shared_settings(rank.settings));
+  rank.talk.relay().grow(rank.talk.cast(), rank.settings.fan_out);  // all have agreed on it
+  if (rank.talk.manages() && !log.directory.empty()) {
+    rank.talk.work("log", [&] { parts_->manager.account.open_log(log); });
+  }
+  ask_all(*parts_, Verb::start, "log");  // all know now whether the manager can write its log
+  if (!log.spans) return;
+  if (log.lost.empty()) zero_ = comm::wall_seconds();
+  const std::uint64_t first = log.lost.empty() ? 0 : log.continued_from;
+  rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero_, first); });
+}
+
+void Engine::secure_now() {
+  ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
+  if (parts_->rank.settings.log.directory.empty()) return;
+  if (parts_->rank.talk.manages()) {
+    parts_->rank.talk.work("log", [&] { parts_->manager.account.secure_rows(); });
+  }
+  ask_all(*parts_, Verb::start, "log on the disk");  // all know now whether it is
+}
+
+void Engine::finish_now() {
+  ask_all(*parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
+  parts_->manager.account.write_rows();
+  if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
+  copies_.take_rest(parts_->rank);
+  parts_->rank.talk.comm().finish();
+}
+
+// What a conversation about particles computes first: it may fail.
+template <class Compute>
+void Engine::look_at(int index, const Compute& compute) {
+  const std::optional<Seen> seen = try_read(index);
+  if (seen) parts_->rank.talk.work("act", [&] { compute(*seen); });
+}
+
+std::vector<particles::Digest> Engine::digest_now() {
+  catch_up();
+  for (const auto& system : parts_->script.systems) check_readable(*system);
+  for (int i = 0; i < system_count(); ++i) {
+    look_at(i, [&](const Seen& seen) { note_digest(parts_->rank, seen, population(i)); });
+  }
+  ask_all(*parts_, Verb::digest, "");
+  std::vector<particles::Digest> found;
+  for (const auto& system : parts_->script.systems) found.push_back(system->digest);
+  return found;
+}
+
+std::unique_ptr<particles::Store> Engine::gather_now(int index, bool to_all) {
+  catch_up();
+  check_readable(system(index));
+  look_at(index, [](const Seen&) {});
+  ask_all(*parts_, Verb::gather, system(index).definition.name + (to_all ? ", to all" : ", to rank 0"));
+  return engine::gather(parts_->rank, system(index), seen(index), to_all);
+}
+
+program::Totals Engine::sum_now(int index, Verb verb, const program::Sum& what) {
+  catch_up();
+  check_readable(system(index));
+  program::check(what, system(index).schema);
+  if (program::uses_copies(what, system(index).schema)) read_copies(system(index), population(index));
+  program::Summed own;
+  look_at(index, [&](const Seen& seen) { own = program::sum_up(what, *seen.store, seen.count, *parts_->rank.pool); });
+  ask_all(*parts_, verb, system(index).definition.name + ", " + program::fingerprint(what));
+  return total_of_all(parts_->rank, std::move(own));
+}
+
+Notes Engine::prepare_write_now(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+  if (reads) {
+    catch_up();
+    for (const auto& system : parts_->script.systems) check_readable(*system);
+    for (int i = 0; i < system_count(); ++i) look_at(i, [](const Seen&) {});
+  }
+  Note own;
+  parts_->rank.talk.work("write", [&] { own = prepare(); });
+  ask_all(*parts_, Verb::write, what);
+  return exchange_notes(parts_->rank, std::move(own));
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,153 @@
+#include "engine/log/log.h"
+
+#include <filesystem>
+
+namespace motes::engine {
+namespace {
+
+// Seven digits are more than a clock knows.
+float seconds(double value) { return static_cast<float>(value); }
+
+jsonl::Row row_of(const FrameRow& frame) {
+  jsonl::Row row;
+  row.field("frame", frame.frame).field("time", frame.time).field("particles", frame.particles);
+  row.field("exchanged", frame.exchanged).field("exchanged_bytes", frame.exchanged_bytes);
+  row.field("dropped", frame.dropped);
+  row.field("imbalance", frame.imbalance).field("slowest_rank", frame.slowest_rank);
+  row.field("t_frame_s", frame.times.frame).field("t_create_s", frame.times.create).field("t_act_s", frame.times.act);
+  row.field("t_report_s", frame.times.report).field("t_exchange_s", frame.times.exchange);
+  row.field("t_balance_s", frame.times.balance).field("t_render_s", frame.times.render);
+  if (!frame.render_path.empty()) {
+    row.field("t_project_s", seconds(frame.times.project)).field("t_draw_s", seconds(frame.times.draw));
+    row.field("t_assemble_s", seconds(frame.times.assemble));
+    row.field("render_path", frame.render_path).field("records", frame.records);
+    row.field("render_bytes", frame.render_bytes);
+  }
+  if (!frame.image_sha256.empty()) row.field("image_sha256", frame.image_sha256);
+  if (!frame.digests.empty()) row.field("particles_digest", particles::combine(frame.digests).text());
+  return row;
+}
+
+// Along the first axis that is cut; bricks have columns of their own for the others.
+void put_domain(const LoadRow& load, jsonl::Row& row) {
+  static const char* const kNames[3][2] = {
+      {"domain_x_lo", "domain_x_hi"}, {"domain_y_lo", "domain_y_hi"}, {"domain_z_lo", "domain_z_hi"}};
+  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const auto at = static_cast<std::size_t>(first);
+  row.field("domain_lo", load.domain.low[at]).field("domain_hi", load.domain.high[at]);
+  for (std::size_t axis = at + 1; axis < 3; ++axis) {
+    if (!load.axes.has(static_cast<int>(axis))) continue;
+    row.field(kNames[axis][0], load.domain.low[axis]).field(kNames[axis][1], load.domain.high[axis]);
+  }
+}
+
+jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string& host) {
+  jsonl::Row row;
+  row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank).field("host", host);
+  const Tally& tally = load.tally;
+  row.field("n_start", tally.at_start).field("n_end", load.n_end);
+  row.field("created", tally.created + load.children).field("killed", tally.killed);
+  const Sight& sight = load.sight;
+  row.field("sent", tally.sent + sight.moved_out).field("received", tally.received + sight.moved_in);
+  row.field("bytes_sent", tally.bytes_sent + sight.bytes);
+  row.field("t_compute_s", seconds(tally.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
+  row.field("t_exchange_s", seconds(load.exchange_s))
+      .field("t_wait_s", seconds(load.wait_s))
+      .field("t_image_s", seconds(load.image_s));
+  put_domain(load, row);
+  row.field("speed", static_cast<float>(load.speed));
+  if (sight.meetings > 0) {
+    row.field("meetings", std::uint64_t{sight.meetings}).field("pairs", sight.pairs).field("copies", sight.copies);
+    row.field("copied_bytes", sight.bytes).field("most_in_a_cell", std::uint64_t{sight.most_in_a_cell});
+    row.field("overlap_99", sight.overlap_99).field("hops", std::uint64_t{sight.hops});
+    row.field("t_meet_s", sight.meet_s).field("t_meet_wait_s", sight.wait_s);
+  }
+  return row;
+}
+
+// Along the first axis that is cut, or by id, the names say x; bricks have columns of their own for the others.
+jsonl::Row density_of(const FrameRow& frame, const LoadRow& load) {
+  jsonl::Row row;
+  row.field("frame", frame.frame).field("system", load.system).field("rank", load.rank);
+  row.field("n", load.density.particles);
+  const int first = load.axes.by_id() ? 0 : load.axes.first();
+  const float* q = load.density.quantiles;
+  for (int axis = first; axis < 3; ++axis) {
+    if (axis > first && !load.axes.has(axis)) continue;
+    char name[] = "x_q00";
+    if (axis > first) name[0] = "xyz"[axis];
+    for (int k = 0; k <= kQuantiles; ++k, ++q) {
+      name[3] = static_cast<char>('0' + k / 10);
+      name[4] = static_cast<char>('0' + k % 10);
+      if (load.density.particles == 0) {
+        row.null(name);
+      } else {
+        row.field(name, *q);
+      }
+    }
+  }
+  return row;
+}
+
+jsonl::Row row_of(const BalanceRow& balance) {
+  jsonl::Row row;
+  row.field("frame", balance.frame).field("system", balance.system);
+  row.field("left_rank", balance.left_rank).field("right_rank", balance.right_rank);
+  row.field("n_left", balance.left.particles).field("n_right", balance.right.particles);
+  row.field("t_left_s", balance.left.seconds).field("t_right_s", balance.right.seconds);
+  row.field("speed_left", balance.left.speed).field("speed_right", balance.right.speed);
+  for (const auto& [name, value] : {std::pair{"ordered", balance.ordered}, std::pair{"given", balance.given}}) {
+    if (value) {
+      row.field(name, *value);
+    } else {
+      row.null(name);
+    }
+  }
+  static const char* const kAxes[] = {"x", "y", "z", "id"};
+  row.field("axis", kAxes[balance.axis]);
+  row.field("cut_before", balance.cut_before).field("cut_after", balance.cut_after);
+  row.field("policy", balance.policy);
+  return row;
+}
+
+}  // namespace
+
+Log::Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame)
+    : directory_(directory), hosts_(std::move(hosts)) {
+  std::error_code error;
+  std::filesystem::create_directories(directory, error);
+  if (error) throw jsonl::LogError("log: cannot make " + directory + ": " + error.message());
+  frames_ = jsonl::Table(directory + "/frames.jsonl", 1024, first_frame);
+  load_ = jsonl::Table(directory + "/load.jsonl", 512, first_frame);
+  density_ = jsonl::Table(directory + "/density.jsonl", 512, first_frame);
+  balance_ = jsonl::Table(directory + "/balance.jsonl", 512, first_frame);
+  events_ = jsonl::Table(directory + "/events.jsonl", 256, first_frame);
+}
+
+void Log::add(const FrameRow& row) {
+  for (const LoadRow& load : row.load) {
+    const auto rank = static_cast<std::size_t>(load.rank);
+    load_.add(row_of(row, load, rank < hosts_.size() ? hosts_[rank] : ""));
+    density_.add(density_of(row, load));
+  }
+  load_.write();
+  density_.write();
+  frames_.add(row_of(row));
+  frames_.write();
+}
+
+void Log::add(const BalanceRow& row) { balance_.add(row_of(row)); }
+
+void Log::write_balance() { balance_.write(); }
+
+void Log::event(const std::string& kind, std::uint64_t frame, const std::string& text) {
+  events_.add(jsonl::Row().field("frame", frame).field("kind", kind).field("text", text));
+  events_.write();
+}
+
+void Log::sync() {
+  for (jsonl::Table* table : {&load_, &density_, &frames_, &balance_, &events_}) table->sync();
+  jsonl::sync_directory_of(directory_ + "/");
+}
+
+}  // namespace motes::engine

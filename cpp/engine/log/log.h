@@ -1,0 +1,81 @@
+// The run's log: small tables of JSON lines, one schema per file, written by the manager.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "balance/load.h"
+#include "domains/domains.h"
+#include "engine/session/report.h"
+#include "jsonl/table.h"
+
+namespace motes::engine {
+
+/// A row of load.jsonl: one system on one calculator in one frame.
+struct LoadRow {
+  std::string system;
+  int rank = 0;
+  Tally tally;
+  std::uint64_t children = 0;  // born at the frame's end: no time was spent on them
+  std::uint64_t n_end = 0;
+  double rescaled_s = 0, exchange_s = 0, wait_s = 0, image_s = 0;
+  domains::Box domain;  // metres; infinite at the ends
+  domains::Axes axes;   // that are cut
+  double speed = 0;                    // particles per second
+  Density density;
+  Sight sight;
+};
+
+/// A row of balance.jsonl: a cut that a policy evaluated.
+struct BalanceRow {
+  std::uint64_t frame = 0;
+  std::string system;
+  int left_rank = 0, right_rank = 0;
+  balance::Load left, right;
+  std::optional<std::int64_t> ordered, given;  // particles; above 0: from left to right
+  int axis = 0;                                // of the cut: 0..2, or kById
+  float cut_before = 0, cut_after = 0;         // metres
+  std::string policy;
+};
+
+/// A row of frames.jsonl.
+struct FrameRow {
+  std::uint64_t frame = 0;
+  double time = 0;  // seconds of the animation
+  std::uint64_t particles = 0, exchanged = 0, exchanged_bytes = 0, dropped = 0;
+  double imbalance = 1;  // slowest calculator's compute seconds / their mean
+  int slowest_rank = 0;
+  PhaseTimes times;      // the slowest rank of each phase
+  std::string render_path;  // empty: no picture
+  std::uint64_t records = 0, render_bytes = 0;
+  std::string image_sha256;
+  std::vector<particles::Digest> digests;  // one per system; empty where nobody asked for them
+  std::vector<LoadRow> load;               // by system, then calculator
+  std::size_t systems = 0;                 // of which these are
+  bool has_tail = false;                   // ranks told what they did after their reports
+};
+
+/// The tables of a run, written frame by frame. run.json and the spans are elsewhere.
+class Log {
+ public:
+  /// Makes the directory and empty tables; with `first_frame` above 0, goes on with those of an earlier run, of which
+  /// the rows of earlier frames stay. Throws LogError, naming the path, where it cannot.
+  Log(const std::string& directory, std::vector<std::string> hosts, std::uint64_t first_frame = 0);
+
+  void add(const FrameRow& row);
+  void add(const BalanceRow& row);  // kept until
+  void write_balance();
+  /// kind: "start", "continued", "end", "crowded", ...
+  void event(const std::string& kind, std::uint64_t frame, const std::string& text);
+  /// Waits until all rows so far are on the disk. Throws LogError where it does not accept them.
+  void sync();
+
+ private:
+  std::string directory_;
+  std::vector<std::string> hosts_;
+  jsonl::Table frames_, load_, density_, balance_, events_;
+};
+
+}  // namespace motes::engine

@@ -1,0 +1,78 @@
+// What the manager keeps: each system's cuts to come, the loads that they follow from, what the ranks reported, and the
+// account of the frame.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "balance/cells.h"
+#include "balance/cuts.h"
+#include "balance/policy.h"
+#include "domains/domains.h"
+#include "engine/log/account.h"
+#include "engine/log/alarms.h"
+#include "engine/render/render_plan.h"
+#include "engine/session/report.h"
+#include "engine/session/reports.h"
+#include "engine/state/script.h"
+
+namespace motes::engine {
+
+/// Cuts of one system: what they follow from, and what they will be.
+struct Balancing {
+  bool untold = false;  // the other ranks do not know the cuts yet
+  std::optional<domains::Domains> next;  // from the next frame's births on
+  std::vector<balance::Load> loads;  // after the exchange of this frame, one per calculator
+  balance::Plan plan;  // what this frame's loads call for
+  std::uint64_t evaluations = 0;  // how often cuts were looked at
+  std::vector<balance::Histogram> histograms;  // one per calculator, where all are asked for one
+  std::vector<std::vector<balance::Cell>> cells;  // the same for bricks
+};
+
+/// What the manager asked for in a round, until it needs the new cuts.
+struct Asked {
+  comm::Stamp stamp;
+  std::vector<std::size_t> systems;
+};
+
+/// A parent, and the calculator that its children belong to; -1 where each child's id decides.
+struct PlacedParent {
+  int calculator;
+  int into;  // the children's system
+  std::uint32_t count;
+  std::uint64_t first_id;  // of its children
+  Parent parent;
+};
+
+/// What calculators tell the log arrives behind everybody's report.
+struct AwaitedTails {
+  comm::Stamp stamp;
+  std::vector<CalculatorTail> own;  // of the manager, where it calculates
+};
+
+struct Manager {
+  std::vector<Balancing> systems;
+  Account account;
+  Alarms alarms;
+  std::vector<std::string> remarks;  // warnings that the script has not heard yet
+  std::map<std::pair<std::size_t, std::int32_t>, BalanceRow> rows;  // by system and cut, until cuts are known
+  std::vector<Asked> asked;  // whose proposals are under way
+  std::vector<PlacedParent> parents;  // of this frame
+  RenderLoad picture;  // what the last pictures took
+  std::vector<Judged> judged;  // rounds of this conversation that are not in the account yet
+  std::optional<AwaitedTails> tails;  // that are not in the account yet
+};
+
+/// How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
+std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children);
+
+/// Manager, once all rounds are judged: what each parent's children add to which system on which calculator.
+void note_children(const Script& script, const Manager& manager,
+                   const std::function<void(std::size_t into, int calculator, std::uint64_t count)>& note);
+
+}  // namespace motes::engine

@@ -1,0 +1,23 @@
+// All that a rank holds: each phase takes the parts that it uses.
+#pragma once
+
+#include "engine/parts/manager.h"
+#include "engine/render/render.h"
+#include "engine/session/rank.h"
+#include "engine/state/population.h"
+#include "engine/state/script.h"
+
+namespace motes::engine {
+
+struct Parts {
+  explicit Parts(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings settings)
+      : rank(std::move(communicator), std::move(cast), std::move(settings)) {}
+
+  Rank rank;              // who this is, and how it talks
+  Script script;          // what was recorded: all ranks know the same
+  Calculator calculator;  // the particles of this rank
+  Manager manager;        // cuts, loads and the account; used by one rank alone
+  Painter painter;        // projecting and drawing
+};
+
+}  // namespace motes::engine

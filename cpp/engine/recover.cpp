@@ -1,0 +1,375 @@
+// The loss of ranks. A collective call that it interrupts is made again by those that are left: they find out who is
+// there, take new roles, make the world again from copies (copies.h) and the lists of the frames since, and call once
+// more. Ranks may have come one call further than others, never two: a call ends on one rank only when all have spoken
+// in it. Then the ranks that were ahead make their last call again, too, and nobody hears of its outcome.
+#include <algorithm>
+#include <type_traits>
+#include <utility>
+
+#include "base/fields.h"
+#include "comm/clock.h"
+#include "comm/last_words.h"
+#include "engine/engine.h"
+#include "engine/replay.h"
+#include "engine/session/tell_all.h"
+
+namespace motes::engine {
+
+using recording::Verb;
+
+namespace {
+
+constexpr std::size_t kSample = 4096;  // positions of each system, from which new domains are made
+
+struct Samples {
+  std::vector<Sample> systems;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Samples& samples) {
+  visit(samples.systems);
+}
+
+// Collective: those of all ranks, in their order, on every rank.
+Samples exchange_samples(Rank& rank, const Samples& own) {
+  Samples all;
+  all.systems.resize(own.systems.size());
+  for (const Samples& its : tell_all(rank, rank.talk.stamp(), own)) {
+    for (std::size_t system = 0; system < all.systems.size(); ++system) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const std::vector<float>& from = its.systems.at(system)[axis];
+        all.systems[system][axis].insert(all.systems[system][axis].end(), from.begin(), from.end());
+      }
+    }
+  }
+  return all;
+}
+
+std::string listed(const std::vector<int>& ranks) {
+  std::string text = ranks.size() == 1 ? "rank " : "ranks ";
+  for (std::size_t i = 0; i < ranks.size(); ++i) {
+    if (i > 0) text += i + 1 == ranks.size() ? " and " : ", ";
+    text += std::to_string(ranks[i]);
+  }
+  return text + (ranks.size() == 1 ? " was lost" : " were lost");
+}
+
+Loss loss_of(const roles::Cast& before, int size, std::vector<int> survivors, int handle) {
+  Loss loss;
+  loss.before = before;
+  loss.now = roles::cast_left(before, survivors);
+  loss.handle = handle;
+  for (int rank = 0; rank < size; ++rank) {
+    if (!std::binary_search(survivors.begin(), survivors.end(), rank)) loss.lost.push_back(rank);
+  }
+  loss.survivors = std::move(survivors);
+  return loss;
+}
+
+// What the run was set to, for those that are left.
+Settings settings_of(Settings settings, const Loss& loss) {
+  std::vector<std::string> hosts;
+  for (const int rank : loss.survivors) {
+    if (static_cast<std::size_t>(rank) < settings.log.hosts.size()) {
+      hosts.push_back(settings.log.hosts[static_cast<std::size_t>(rank)]);
+    }
+  }
+  settings.log.hosts = std::move(hosts);
+  settings.log.lost = listed(loss.lost) + "; " + std::to_string(loss.survivors.size()) + " go on";
+  try {
+    if (settings.policy) settings.policy->check(loss.now.calculators.size());
+  } catch (const std::invalid_argument&) {
+    settings.policy = nullptr;  // it is for another number of calculators: cuts stay
+    settings.log.lost += "; the balancer is not for so few calculators: cuts stay";
+  }
+  return settings;
+}
+
+// The particles that this rank brings into the world made again: its own copy, and that of a lost neighbour.
+std::vector<const Copy*> brought(const Generation& from, const std::vector<int>& holders, int rank) {
+  std::vector<const Copy*> copies;
+  for (const Copy* copy : {&from.own, &from.other}) {
+    if (copy->message && holders.at(static_cast<std::size_t>(copy->calculator)) == rank) copies.push_back(copy);
+  }
+  return copies;
+}
+
+void restore(Parts& p, const Generation& from, const std::vector<int>& holders) {
+  SharedState state;
+  base::Reader in(from.state.view());
+  base::read_fields(in, state);
+  std::vector<OpenedCopy> copies;
+  for (const Copy* copy : brought(from, holders, p.rank.talk.rank())) copies.push_back(open(*copy));
+  Samples samples;
+  samples.systems.resize(from.systems);
+  const std::size_t most = kSample / std::max<std::size_t>(1, from.parts) + 1;
+  for (const OpenedCopy& copy : copies) {
+    for (std::size_t i = 0; i < from.systems; ++i) {
+      take_sample(copy.description, copy.planes, i, most, samples.systems[i]);
+    }
+  }
+  samples = exchange_samples(p.rank, samples);
+  restore_state(p, state, samples.systems);
+  for (const OpenedCopy& copy : copies) {
+    for (std::size_t i = 0; i < from.systems; ++i) {
+      const std::uint64_t rows = copy.description.systems[i].rows;
+      if (rows > 0) restore_rows(p.rank, p.calculator, copy.description, copy.planes, i, 0, rows);
+    }
+  }
+  if (!copies.empty()) restore_speeds(p.calculator, copies.front().description);
+}
+
+}  // namespace
+
+// --- calls that may be made again
+
+// `now` makes the call; `again` makes it once more when it has ended here, but not elsewhere.
+template <class Now>
+auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
+  if (!copies_.on() || recovering_) return now();
+  before_ = lengths();
+  frame_before_ = this->frame();
+  const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
+  const auto ended = [&] {
+    last_ = {last_.count + 1, frame, std::move(again), before_, lengths()};
+    if (stop_heard_ && frame) parts_->rank.talk.stop = *stop_heard_;
+    stop_heard_.reset();
+  };
+  for (bool lost = false;;) {
+    try {
+      if (lost) recover();
+      if constexpr (std::is_void_v<decltype(now())>) {
+        now();
+        return ended();
+      } else {
+        auto result = now();
+        ended();
+        return result;
+      }
+    } catch (const comm::RankLost&) {
+      lost = true;
+      kept_.lists.erase(kept_.lists.begin() + kept, kept_.lists.end());
+    }
+  }
+}
+
+void Engine::start() { start_now(); }
+
+void Engine::finish() {
+  surviving([&] { finish_now(); }, false);
+}
+
+void Engine::secure() {
+  surviving([&] { secure_now(); }, false, [this] { secure_now(); });
+}
+
+void Engine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
+  surviving([&] { run_frame_now(view, argument); }, true);
+}
+
+void Engine::redraw(const image::View& view, const std::string& argument) {
+  surviving([&] { redraw_now(view, argument); }, false, [this, view, argument] { redraw_now(view, argument); });
+}
+
+// Not made again: what viewers asked for is no longer known when their rank is lost.
+void Engine::hear_orders(const std::string& argument) {
+  surviving([&] { hear_orders_now(argument); }, false);
+}
+
+std::vector<particles::Digest> Engine::digest() {
+  return surviving([&] { return digest_now(); }, false, [this] { digest_now(); });
+}
+
+std::unique_ptr<particles::Store> Engine::gather(int system, bool to_all) {
+  return surviving([&] { return gather_now(system, to_all); }, false,
+                   [this, system, to_all] { gather_now(system, to_all); });
+}
+
+program::Totals Engine::sum(int system, Verb verb, const program::Sum& what) {
+  return surviving([&] { return sum_now(system, verb, what); }, false,
+                   [this, system, verb, what] { sum_now(system, verb, what); });
+}
+
+Notes Engine::prepare_write(const std::string& what, bool reads, const std::function<Note()>& prepare) {
+  return surviving([&] { return prepare_write_now(what, reads, prepare); }, false);
+}
+
+void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
+  bystander_ = std::move(bystander);
+  if (!parts_->rank.talk.comm().survives() || kept_.only) return;
+  copies_.begin(*parts_, every);
+}
+
+void Engine::copy_restored() {
+  if (copies_.on()) copies_.make(*parts_, true, false);
+}
+
+std::vector<std::size_t> Engine::lengths() const {
+  std::vector<std::size_t> lengths;
+  for (const auto& system : parts_->script.systems) lengths.push_back(system->list.size());
+  return lengths;
+}
+
+// --- the way back
+
+void Engine::recover() {
+  const struct Recovering {
+    explicit Recovering(bool& on) : on_(on) { on_ = true; }
+    ~Recovering() { on_ = false; }
+    bool& on_;
+  } recovering(recovering_);
+  // Open MPI 5.0 itself may crash where one more rank dies while the others make their communicator. The launcher
+  // knows the words (supervisor.py).
+  const comm::Meanwhile meanwhile("while ranks were lost");
+  regroup();
+  const Standing own = standing();
+  const WayBack way = way_back(tell_all(parts_->rank, {0, copies_.losses}, own));
+  if (!way.refusal.empty()) throw Unrecoverable(listed(loss_.lost) + ", and " + way.refusal);
+  go_back(way);
+  run_again(way, own.call > way.call);
+  interrupted_.reset();
+}
+
+// Those that are left, in their new roles, without a world as yet.
+void Engine::regroup() {
+  Rank& then = parts_->rank;
+  std::vector<int> survivors;
+  std::unique_ptr<comm::Communicator> among = then.talk.comm().shrink(survivors);
+  ++copies_.losses;
+  loss_ = loss_of(then.talk.cast(), then.talk.size(), std::move(survivors), among->handle());
+  if (!interrupted_) {
+    interrupted_ = std::make_unique<Interrupted>();
+    interrupted_->systems = std::move(parts_->script.systems);
+    if (frame() > frame_before_) bring_lists_back();
+    interrupted_->callback = std::move(parts_->calculator.callback);
+    interrupted_->stop = then.talk.stop;
+  }
+  const std::uint64_t unsaved_from = then.talk.unsaved_from;
+  Settings settings = settings_of(then.settings, loss_);
+  auto parts = std::make_unique<Parts>(std::move(among), loss_.now, std::move(settings));
+  parts_.swap(parts);
+  parts.reset();
+  Rank& rank = parts_->rank;
+  rank.talk.comm().weigh(rank.settings.costs.messages);
+  parts_->calculator.callback = interrupted_->callback;
+  const std::string refusal = bystander_.regroup ? bystander_.regroup(loss_) : "";
+  if (bystander_.watch.while_waiting) rank.talk.comm().set_watch(bystander_.watch);
+  interrupted_->refusal = refusal;
+  const bool drew = loss_.before.image_generator == loss_.survivors[static_cast<std::size_t>(rank.talk.rank())];
+  if (rank.talk.draws() && !drew && refusal.empty() && bystander_.unsaved_from) {
+    interrupted_->unsaved_from = std::min(interrupted_->unsaved_from, bystander_.unsaved_from(loss_));
+  }
+  rank.talk.unsaved_from = drew ? unsaved_from : interrupted_->unsaved_from;
+  rank.talk.all_unsaved_from = rank.talk.unsaved_from;
+}
+
+// The frame was over here, but for the copies of its particles.
+void Engine::bring_lists_back() {
+  base::Reader in(copies_.lists().back().record.view());
+  recording::Record record = recording::read(in);
+  for (std::size_t i = 0; i < record.lists.size(); ++i) interrupted_->systems[i]->list = std::move(record.lists[i]);
+}
+
+Standing Engine::standing() const {
+  Standing own;
+  own.call = last_.count;
+  own.frame = frame_before_;
+  own.stop = last_.frame ? interrupted_->stop : 0;
+  own.unsaved_from = interrupted_->unsaved_from;
+  own.wrote = wrote_;
+  own.repeatable = last_.count == 0 || last_.frame || last_.again;
+  own.refusal = interrupted_->refusal;
+  for (const Generation& generation : copies_.generations()) {
+    if (!generation.counts) continue;
+    Holding holding{generation.of, generation.parts, -1, -1};
+    if (generation.own.message) holding.own = generation.own.calculator;
+    if (generation.other.message) holding.other = generation.other.calculator;
+    own.holdings.push_back(holding);
+  }
+  for (const KeptList& list : copies_.lists()) {
+    if (list.needs_script) own.needs_script.push_back(list.frame);
+  }
+  return own;
+}
+
+// A new world of the same systems, which knows each other's ranks and goes on with the log.
+void Engine::start_again(const Generation& from) {
+  Rank& rank = parts_->rank;
+  rank.talk.frame = from.of.frame;
+  rank.settings.log.continued_from = from.of.frame;
+  for (std::size_t i = 0; i < from.systems; ++i) add_system(interrupted_->systems.at(i)->definition);
+  start_now();
+}
+
+void Engine::go_back(const WayBack& way) {
+  copies_.forget_behind(way.from);
+  const Generation& from = *copies_.find(way.from);
+  start_again(from);
+  Parts& p = *parts_;
+  restore(p, from, way.holders);
+  copies_.make(p, false, true);
+  p.rank.talk.work("movie", [&] {
+    if (bystander_.resumed) bystander_.resumed(way.from.frame);
+  });
+}
+
+// To where the script stands on this rank.
+void Engine::run_again(const WayBack& way, bool ahead) {
+  const std::uint64_t end = ahead && last_.frame ? way.frame + 1 : way.frame;
+  for (std::uint64_t number = way.from.frame; number < end; ++number) {
+    const std::deque<KeptList>& lists = copies_.lists();
+    replay_frame(lists.at(number - lists.front().frame), way);
+  }
+  if (!ahead || !last_.frame) copies_.forget_lists_from(way.frame);
+  for (std::size_t i = parts_->script.systems.size(); i < interrupted_->systems.size(); ++i) {
+    add_system(interrupted_->systems[i]->definition);
+  }
+  for (std::size_t i = 0; i < interrupted_->systems.size(); ++i) {
+    parts_->script.systems[i]->sprite = interrupted_->systems[i]->sprite;
+  }
+  std::vector<std::size_t> done;
+  if (ahead && !last_.frame) {
+    record_items({}, last_.before);
+    last_.again();
+    done = last_.after;
+  }
+  record_items(done, before_);
+  stop_heard_.reset();
+  if (ahead && last_.frame) {
+    parts_->rank.talk.stop = interrupted_->stop;
+  } else if (!ahead && way.anyone_ahead) {
+    stop_heard_ = way.stop;
+  }
+}
+
+// With its picture where all others make it, or where it is needed again.
+void Engine::replay_frame(const KeptList& list, const WayBack& way) {
+  base::Reader in(list.record.view());
+  const recording::Record record = recording::read(in);
+  record_again(*this, record);
+  const bool wanted = list.frame >= way.frame || list.frame >= way.unsaved_from || parts_->rank.settings.log.digest;
+  if (record.view && !wanted) {  // the next picture's streaks begin here
+    parts_->script.camera = record.view->camera;
+    parts_->script.camera_frame = record.frame;
+    parts_->script.camera_before = record.view->before;
+  }
+  run_frame_now(wanted ? record.view : std::nullopt, record.argument);
+  if (!record.view || !wanted || !parts_->rank.talk.draws() || !bystander_.redrawn) return;
+  parts_->rank.talk.work("movie", [&] { bystander_.redrawn(list.frame, *record.view); });
+}
+
+// What the script had recorded in the frame under way.
+void Engine::record_items(const std::vector<std::size_t>& from, const std::vector<std::size_t>& to) {
+  for (std::size_t i = 0; i < to.size() && i < interrupted_->systems.size(); ++i) {
+    const std::vector<recording::Item>& list = interrupted_->systems[i]->list;
+    for (std::size_t item = i < from.size() ? from[i] : 0; item < to[i]; ++item) {
+      if (std::holds_alternative<recording::Read>(list.at(item))) {
+        local(static_cast<int>(i));
+      } else {
+        record(static_cast<int>(i), list[item]);
+      }
+    }
+  }
+}
+
+}  // namespace motes::engine

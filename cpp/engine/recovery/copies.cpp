@@ -1,0 +1,180 @@
+#include "engine/recovery/copies.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "base/fields.h"
+#include "engine/parts/snapshot.h"
+
+namespace motes::engine {
+namespace {
+
+using comm::Phase;
+
+// So many frames after it was made a generation is taken and counts, and one frame later all ranks have it. A copy has
+// time to travel then; and the log has the rows of all frames before it, because the manager has written them before it
+// took part in the frame behind.
+constexpr std::uint64_t kLag = 2;
+
+// Who holds the copy of a calculator's particles.
+int holder_of(const Conversation& talk, int calculator) {
+  const int count = static_cast<int>(talk.calculators());
+  if (count > 1) return talk.rank_of((calculator + 1) % count);
+  return (talk.rank_of(calculator) + 1) % talk.size();
+}
+
+// Whose copy comes to this rank; -1: nobody's.
+int held_by(const Conversation& talk) {
+  const int count = static_cast<int>(talk.calculators());
+  if (talk.size() == 1) return -1;
+  if (count == 1) return holder_of(talk, 0) == talk.rank() ? 0 : -1;
+  return talk.calculates() ? (talk.calculator() + count - 1) % count : -1;
+}
+
+comm::Stamp stamp(const CopiesOf& of) { return {of.frame, of.losses}; }
+
+}  // namespace
+
+OpenedCopy open(const Copy& copy) {
+  const std::span<const std::byte> payload = copy.message->payload();
+  const std::size_t length = sizeof(std::uint64_t);
+  const auto description = base::Reader(payload.last(length)).get<std::uint64_t>();
+  OpenedCopy opened;
+  opened.planes = payload.first(payload.size() - length - description);
+  base::Reader in(payload.subspan(opened.planes.size(), description));
+  base::read_fields(in, opened.description);
+  return opened;
+}
+
+void Copies::begin(const Parts& parts, std::uint64_t every) {
+  every_ = std::max(every, kLag + 2);
+  Generation none;  // before the first frame there are no particles
+  none.of.frame = parts.rank.talk.frame;
+  none.systems = parts.script.systems.size();
+  base::write_fields(shared_state(parts), none.state);
+  none.arrived = none.counts = true;
+  generations_.push_back(std::move(none));
+}
+
+const Generation* Copies::find(CopiesOf of) const {
+  const auto found =
+      std::find_if(generations_.begin(), generations_.end(), [&](const Generation& g) { return g.of == of; });
+  return found == generations_.end() ? nullptr : &*found;
+}
+
+void Copies::note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script) {
+  forget_lists_from(frame);
+  KeptList list{frame, {}, needs_script};
+  list.record.put_raw(record.data(), record.size());
+  lists_.push_back(std::move(list));
+}
+
+void Copies::forget_lists_from(std::uint64_t frame) {
+  while (!lists_.empty() && lists_.back().frame >= frame) lists_.pop_back();
+}
+
+void Copies::forget_behind(CopiesOf of) {
+  while (generations_.back().of > of) generations_.pop_back();
+  for (Generation& generation : generations_) generation.arrived = true;  // what has not come will not come
+}
+
+void Copies::at_border(Parts& parts, std::uint64_t unsaved_from) {
+  Rank& rank = parts.rank;
+  const std::uint64_t now = rank.talk.frame;
+  for (Generation& generation : generations_) {
+    if (generation.counts || generation.of.frame + kLag > now) continue;
+    if (!generation.arrived) take(rank, generation);
+    generation.counts = true;
+  }
+  forget(rank, unsaved_from, now);
+  if (now % every_ == 0) make(parts, false, false);
+}
+
+void Copies::make(Parts& parts, bool alone, bool wait) {
+  if (alone) {
+    generations_.clear();
+    lists_.clear();
+  }
+  Rank& rank = parts.rank;
+  Conversation& talk = rank.talk;
+  Generation made;
+  made.of = {talk.frame, losses};
+  made.parts = static_cast<std::uint32_t>(talk.calculators());
+  made.systems = parts.script.systems.size();
+  base::write_fields(shared_state(parts), made.state);
+  if (talk.calculates()) {
+    comm::Message message;
+    message.bytes() = spare();
+    message.bytes().put(comm::Header{});
+    base::Bytes& bytes = message.bytes();
+    const snapshots::Description description = copy_part(rank, parts.script, parts.calculator, bytes);
+    const std::size_t before = bytes.size();
+    base::write_fields(description, bytes);
+    bytes.put(static_cast<std::uint64_t>(bytes.size() - before));
+    std::uint64_t count = 0;
+    for (const snapshots::SavedSystem& system : description.systems) count += system.rows;
+    made.own = {talk.calculator(),
+                comm::Communicator::sealed(Phase::copies, stamp(made.of), std::move(message), count)};
+    const int holder = holder_of(talk, talk.calculator());
+    if (holder != talk.rank()) talk.comm().post(holder, made.own.message);
+  }
+  made.other.calculator = held_by(talk);
+  made.arrived = made.other.calculator < 0;
+  if (wait && !made.arrived) take(rank, made);
+  made.counts = wait;  // then the log ends here
+  generations_.push_back(std::move(made));
+}
+
+void Copies::take_rest(Rank& rank) {
+  for (Generation& generation : generations_) {
+    if (!generation.arrived) take(rank, generation);
+  }
+}
+
+void Copies::take(Rank& rank, Generation& generation) {
+  Conversation& talk = rank.talk;
+  const int from = talk.rank_of(generation.other.calculator);
+  generation.other.message =
+      std::make_shared<comm::Message>(talk.comm().expect(from, Phase::copies, stamp(generation.of)));
+  generation.arrived = true;
+}
+
+// Behind a generation that all ranks have, earlier ones are needed for pictures alone: then the newest that does.
+void Copies::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
+  std::optional<std::size_t> whole, wanted;
+  for (std::size_t i = 0; i < generations_.size(); ++i) {
+    if (generations_[i].of.frame + kLag >= now && generations_[i].of.frame > 0) continue;
+    whole = i;
+    if (generations_[i].of.frame <= unsaved_from) wanted = i;
+  }
+  if (!whole) return;
+  std::deque<Generation> kept;
+  used_.clear();
+  for (std::size_t i = 0; i < generations_.size(); ++i) {
+    Generation& generation = generations_[i];
+    if (i >= *whole || i == wanted || (!wanted && i == 0)) {
+      kept.push_back(std::move(generation));
+    } else {
+      used_.push_back(std::move(generation.own.message));
+      if (const auto other = std::move(generation.other.message); other && other.use_count() == 1) {
+        rank.talk.comm().reuse(std::move(*std::const_pointer_cast<comm::Message>(other)));
+      }
+    }
+  }
+  generations_ = std::move(kept);
+  while (!lists_.empty() && lists_.front().frame < generations_.front().of.frame) lists_.pop_front();
+}
+
+// The memory of a message that nobody needs any more: fresh memory costs more than what is copied into it.
+base::Bytes Copies::spare() {
+  for (const std::shared_ptr<const comm::Message>& message : used_) {
+    if (!message || message.use_count() > 1) continue;
+    base::Bytes bytes = std::move(std::const_pointer_cast<comm::Message>(message)->bytes());
+    used_.clear();
+    bytes.clear();
+    return bytes;
+  }
+  return {};
+}
+
+}  // namespace motes::engine

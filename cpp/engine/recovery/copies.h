@@ -1,0 +1,102 @@
+// What ranks keep in memory for the loss of others: every few frames, copies of all particles, each calculator's own
+// and its neighbour's; what all ranks know of the world then; and the lists of the frames since. From these the world
+// is made again as it was between two frames (recover.cpp), as long as no calculator is lost together with the one that
+// holds its copy.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "comm/message.h"
+#include "engine/parts/parts.h"
+#include "snapshots/part.h"
+
+namespace motes::engine {
+
+/// Which generation of copies: made before this frame, after so many losses.
+struct CopiesOf {
+  std::uint64_t frame = 0;
+  std::uint32_t losses = 0;
+
+  auto operator<=>(const CopiesOf&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, CopiesOf& of) {
+  visit(of.frame, of.losses);
+}
+
+/// A calculator's particles as they travel.
+struct Copy {
+  int calculator = -1;  // whose; -1: none
+  std::shared_ptr<const comm::Message> message;
+};
+
+/// One generation on one rank.
+struct Generation {
+  CopiesOf of;
+  std::uint32_t parts = 0;  // calculators then; 0: there were no particles yet
+  std::size_t systems = 0;
+  base::Bytes state;  // SharedState
+  Copy own, other;  // of calculators; `other`: of the neighbour that sent it
+  bool arrived = false;  // `other` is here, if one comes
+  bool counts = false;  // the world may be made again from it
+};
+
+/// The list of a frame that has run.
+struct KeptList {
+  std::uint64_t frame = 0;
+  base::Bytes record;
+  bool needs_script = false;  // it calls functions of the script, or the script wrote to particles meanwhile
+};
+
+class Copies {
+ public:
+  /// Copies are made before each frame whose number is a multiple of `every`, which is at least kLag + 2.
+  void begin(const Parts& parts, std::uint64_t every);
+  bool on() const { return every_ > 0; }
+
+  /// The frame under way has this list.
+  void note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script);
+  /// Collective, between two frames: sends and takes what is due, and forgets what is no longer needed. `unsaved_from`:
+  /// the first frame whose picture may have to be made again.
+  void at_border(Parts& parts, std::uint64_t unsaved_from);
+  /// Collective: takes what is under way, which its sender must be rid of before the end.
+  void take_rest(Rank& rank);
+  /// Collective: makes a generation here and now, in place of all earlier ones where `alone` says so. `wait`: until
+  /// this rank has what is sent to it.
+  void make(Parts& parts, bool alone, bool wait);
+
+  const std::deque<Generation>& generations() const { return generations_; }
+  const Generation* find(CopiesOf of) const;
+  const std::deque<KeptList>& lists() const { return lists_; }
+  /// The world is made again from this generation: those behind it are of frames that have not run.
+  void forget_behind(CopiesOf of);
+  /// How often ranks were lost so far.
+  std::uint32_t losses = 0;
+  /// Frames from this one on have not run: their lists are noted again.
+  void forget_lists_from(std::uint64_t frame);
+
+ private:
+  void take(Rank& rank, Generation& generation);
+  void forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now);
+  base::Bytes spare();
+
+  std::uint64_t every_ = 0;
+  std::deque<Generation> generations_;  // the oldest first
+  std::deque<KeptList> lists_;  // without gaps, from the oldest generation on
+  std::vector<std::shared_ptr<const comm::Message>> used_;  // none of them const: their memory may be used again
+};
+
+/// What such a message holds.
+struct OpenedCopy {
+  snapshots::Description description;
+  std::span<const std::byte> planes;
+};
+OpenedCopy open(const Copy& copy);
+
+}  // namespace motes::engine

@@ -1,0 +1,59 @@
+// After a loss: how far each rank that is left has come and what it holds, and what follows from that for all of them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "engine/recovery/copies.h"
+
+namespace motes::engine {
+
+/// A generation of copies that a rank has.
+struct Holding {
+  CopiesOf of;
+  std::uint32_t parts = 0;  // calculators then
+  std::int32_t own = -1;    // the calculators whose particles it has; -1: none
+  std::int32_t other = -1;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Holding& holding) {
+  visit(holding.of, holding.parts, holding.own, holding.other);
+}
+
+/// What a rank tells the others.
+struct Standing {
+  std::uint64_t call = 0;          // the number of the collective call that was interrupted: others may be one ahead
+  std::uint64_t frame = 0;         // where that call stands
+  std::int32_t stop = 0;           // the signal that it heard of in the call before
+  std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture it needs again
+  std::vector<Holding> holdings;
+  std::vector<std::uint64_t> needs_script;  // frames that have run, and cannot be run again from their lists
+  bool wrote = false;              // the script wrote to particles in the frame under way
+  bool repeatable = true;          // the call before may be made once more
+  std::string refusal;             // why this rank cannot go on, or empty
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Standing& standing) {
+  visit(standing.call, standing.frame, standing.stop, standing.unsaved_from, standing.holdings, standing.needs_script,
+        standing.wrote, standing.repeatable, standing.refusal);
+}
+
+/// What all ranks do.
+struct WayBack {
+  std::uint64_t call = 0;   // to be made again; ranks that were ahead of it have made it before
+  std::uint64_t frame = 0;  // where it stands
+  bool anyone_ahead = false;  // some rank has made it before
+  int stop = 0;             // the signal that a rank heard of in it
+  CopiesOf from;            // the generation from which the world is made again
+  std::uint64_t unsaved_from = UINT64_MAX;
+  std::vector<int> holders;  // the rank that has each calculator's particles; none where there were no particles yet
+  std::string refusal;      // why there is no way back, or empty: a sentence
+};
+
+/// The same on all ranks. The newest copies that are whole and old enough.
+WayBack way_back(const std::vector<Standing>& standings);
+
+}  // namespace motes::engine

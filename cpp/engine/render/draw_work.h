@@ -1,0 +1,36 @@
+// What ranks compute for a picture, and what they say where their memory is too small for it.
+#pragma once
+
+#include <new>
+#include <string>
+
+#include "engine/session/rank.h"
+#include "image/scene.h"
+
+namespace motes::engine {
+
+/// A picture larger than a rank's memory.
+class TooLarge : public std::bad_alloc {
+ public:
+  explicit TooLarge(const image::View& view)
+      : text_("a picture of " + std::to_string(view.width) + "x" + std::to_string(view.height) +
+              " pixels, with its scenery, light and layers, does not fit into the memory of a rank that draws it") {}
+  const char* what() const noexcept override { return text_.c_str(); }
+
+ private:
+  std::string text_;
+};
+
+/// The same as talk.work, but memory that is not there is said to be the picture's.
+template <class Work>
+void draw_work(Rank& rank, const image::View& view, const Work& draw) {
+  rank.talk.work("render", [&] {
+    try {
+      draw();
+    } catch (const std::bad_alloc&) {
+      throw TooLarge(view);
+    }
+  });
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,49 @@
+#include "engine/render/drawn.h"
+
+namespace motes::engine {
+
+image::Drawn drawn(const particles::Store& store) {
+  image::Drawn d;
+  const auto three = [&](int attribute, std::array<const float*, 3>& planes, std::array<float, 3>& of_all) {
+    for (int c = 0; c < 3; ++c) planes[static_cast<std::size_t>(c)] = store.plane(attribute, c);
+    of_all = store.uniform_value(attribute);
+  };
+  std::array<float, 3> nowhere{};
+  d.count = store.size();
+  three(particles::position, d.position, nowhere);
+  three(particles::color, d.color, d.color_of_all);
+  three(particles::up, d.up, d.up_of_all);
+  three(particles::velocity, d.velocity, d.velocity_of_all);
+  d.alpha = store.plane(particles::alpha, 0);
+  d.alpha_of_all = store.uniform_value(particles::alpha)[0];
+  d.size = store.plane(particles::size, 0);
+  d.size_of_all = store.uniform_value(particles::size)[0];
+  if (d.position[0] == nullptr) d.count = 0;  // no particle was ever here
+  return d;
+}
+
+image::Drawn part_of(const image::Drawn& all, std::size_t first, std::size_t count) {
+  image::Drawn part = all;
+  part.count = count;
+  const auto from = [first](const float*& plane) {
+    if (plane != nullptr) plane += first;
+  };
+  for (auto* planes : {&part.position, &part.color, &part.up, &part.velocity}) {
+    for (const float*& plane : *planes) from(plane);
+  }
+  from(part.alpha);
+  from(part.size);
+  return part;
+}
+
+image::Projection projection(const Script& script, std::size_t system) {
+  image::Projection p;
+  p.system = static_cast<int>(system);
+  const auto& view = script.record.view;
+  p.any_depth = view && image::anything_hides(*view, script.record.sprites);
+  p.in_order = image::in_order_of_depth(script.record.sprites);
+  p.dt = script.record.dt;
+  return p;
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,151 @@
+#include "engine/render/render.h"
+
+#include <stdexcept>
+
+#include "engine/render/draw_work.h"
+#include "engine/render/render_bloom.h"
+#include "engine/render/render_costs.h"
+#include "engine/render/render_project.h"
+#include "engine/render/render_tiles.h"
+
+namespace motes::engine {
+namespace {
+
+using Path = image::View::Path;
+
+std::size_t bytes_of(const image::View& view) {
+  return std::size_t{3} * static_cast<std::size_t>(view.width) * static_cast<std::size_t>(view.height);
+}
+
+// What calculators sent to the image generator, and how many particles it stands for.
+std::vector<comm::Message> receive_all(Rank& rank, double& records) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::render, "wait for records");
+  std::vector<comm::Message> messages;
+  for (const int from : rank.talk.cast().calculators) {
+    if (from == rank.talk.rank()) continue;
+    messages.push_back(rank.talk.comm().expect(from, comm::Phase::records, rank.talk.stamp()));
+    // No frame without a calculator's part may reach the script: here the run is over, for the reason that it gives.
+    if (messages.back().header().failed != 0) give_up_for(rank, messages.back());
+    const auto count = static_cast<double>(messages.back().header().count);
+    rank.machine.charge(rank.machine.costs().collect * count);
+    records += count;
+  }
+  return messages;
+}
+
+// Path gather: the image generator draws all of it.
+void draw_all(Rank& rank, const image::View& view, Painter& painter) {
+  double records = static_cast<double>(painter.drawing.records);  // its own
+  const std::vector<comm::Message> messages = receive_all(rank, records);
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "draw");
+  draw_work(rank, view, [&] {
+    Drawing& drawing = painter.drawing;
+    drawing.counts.assign(static_cast<std::size_t>(image::Grid{view.width, view.height}.tiles()), 0);
+    if (rank.talk.calculates()) drawing.counts = painter.counts;
+    painter.canvas.begin(view, view.linear, *rank.pool);
+    for (const image::Records& own : painter.records) painter.canvas.add(own.bytes());
+    const auto add = [&](std::span<const std::byte> bytes) {
+      painter.canvas.add(bytes);
+      image::RecordsView(bytes).add_counts(drawing.counts);
+    };
+    for (const comm::Message& message : messages) {
+      base::Reader in = message.reader();
+      take_records(in, add);
+      if (!in.done()) throw std::runtime_error("a message has more than its sender's records");
+    }
+    painter.pixels = painter.canvas.finish();
+    rank.machine.charge(rank.machine.costs().draw * records);
+    const double passes = render_costs::passes(view) + render_costs::spreading(view);
+    rank.machine.charge_once(rank.machine.costs().picture * passes);
+  });
+}
+
+// Memory of what other ranks draw of the picture: before they ask for it.
+void share_memory(Rank& rank, const image::View& view, Painter& painter) {
+  const image::Grid grid{view.width, view.height};
+  const std::size_t bytes = view.linear ? image::PictureLight::bytes(grid) : bytes_of(view);
+  painter.shared.meet(rank, bytes, painter.plan);
+  if (!rank.talk.draws()) return;
+  std::shared_ptr<std::uint8_t[]> memory = painter.shared.open(bytes, rank.talk.stamp());
+  draw_work(rank, view, [&] {
+    if (view.linear) {
+      painter.whole.begin(grid, std::move(memory));
+    } else if (memory) {
+      painter.pixels = {std::move(memory), bytes};
+    }
+  });
+}
+
+// What the ranks of the other paths need to draw tiles: the scene, the picture's memory, and this rank's own records.
+void open_tiles(Rank& rank, const image::View& view, Painter& painter) {
+  const Stopwatch::Phase phase(rank.watch, &PhaseTimes::draw, "open tiles");
+  draw_work(rank, view, [&] {
+    painter.scene.prepare(view, static_cast<std::size_t>(rank.pool->threads()));
+    painter.workers.begin(painter.scene, rank.pool->threads());
+    painter.pieces.begin(view, painter.slots);
+    if (view.bloom > 0) open_bloom(rank, view, painter);
+    for (const image::Records& own : painter.records) painter.pieces.add(own.bytes());
+    if (!rank.talk.draws()) return;
+    painter.pixels.resize(bytes_of(view));
+    painter.layers.begin(view);
+  });
+}
+
+// Messages may arrive while this rank still projects or draws.
+void await_all(Rank& rank, const image::View& view, const Painter& painter) {
+  Conversation& talk = rank.talk;
+  if (painter.plan.draws(talk.rank())) {
+    for (const int from : talk.cast().calculators) talk.comm().await(from, comm::Phase::records);
+  }
+  if (painter.plan.path == Path::gather) return;
+  if (view.bloom > 0) await_glow(rank, painter);
+  if (talk.draws()) await_tiles(rank, view, painter);
+}
+
+}  // namespace
+
+std::vector<float> Painter::linear() const {
+  if (!light_kept) throw std::logic_error("the last picture's light was not kept: its view does not ask for that");
+  return plan.path == Path::gather ? canvas.linear() : whole.linear();
+}
+
+const std::vector<float>& Painter::layer(std::uint8_t bit) const {
+  return (plan.path == Path::gather ? canvas.layers() : layers).layer(bit);
+}
+
+void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter) {
+  painter.drawing = {};
+  painter.light_kept = false;
+  if (!script.record.view) return;
+  const Conversation& talk = rank.talk;
+  const image::View& view = *script.record.view;
+  if (!painter.plan.covers(image::Grid{view.width, view.height}.tiles(), talk.size())) {
+    throw std::logic_error("the plan of a picture is one for another picture");  // on all ranks: they have the same
+  }
+  painter.drawing.width = view.width;
+  painter.drawing.height = view.height;
+  painter.drawing.path = painter.plan.path;
+  painter.drawing.order = painter.plan.order;
+  painter.merged.reset();
+  if (painter.plan.path == Path::composite) painter.merged = merged_blend(view, script.record.sprites);
+  painter.slots = slots_of(painter.plan.order, {view.width, view.height});
+  if (painter.plan.path != Path::gather) share_memory(rank, view, painter);
+  await_all(rank, view, painter);
+  if (talk.calculates()) project(rank, script, calculator, painter);
+  if (painter.plan.path == Path::gather) {
+    if (talk.calculates()) send_records(rank, painter);
+    if (talk.draws()) draw_all(rank, view, painter);
+  } else {
+    open_tiles(rank, view, painter);
+    if (talk.calculates()) send_records(rank, painter);
+    draw_tiles(rank, view, painter);
+    if (view.bloom > 0) {
+      spread_glow(rank, view, painter);
+      show_tiles(rank, view, painter);
+    }
+    if (talk.draws()) assemble(rank, view, painter);
+  }
+  painter.light_kept = view.linear && talk.draws() && !talk.failed();
+}
+
+}  // namespace motes::engine

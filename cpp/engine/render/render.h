@@ -1,0 +1,63 @@
+// render (paper 3.2.4): calculators project their particles and send what is visible to the ranks that draw it; the
+// image generator has the whole picture in the end. render_plan.h says who draws what.
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <optional>
+#include <vector>
+
+#include "engine/render/render_plan.h"
+#include "engine/render/shared_pictures.h"
+#include "engine/session/rank.h"
+#include "engine/session/report.h"
+#include "engine/state/population.h"
+#include "engine/state/script.h"
+#include "image/pixels.h"
+#include "image/post/bloom.h"
+#include "image/post/bloom_tiles.h"
+#include "image/post/canvas.h"
+#include "image/post/picture_light.h"
+#include "image/post/tile_worker.h"
+#include "image/project/projector.h"
+#include "image/project/records.h"
+
+namespace motes::engine {
+
+/// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
+struct Painter {
+  RenderPlan plan;     // of this frame's picture, as the manager told it
+  image::Slots slots;  // its order of tiles
+  std::optional<image::Sprite::Blend> merged;  // path composite: of what is sent as partial tiles
+  std::deque<image::Projector> projectors;  // one per thread
+  std::vector<image::Records> records;  // of this rank's particles, one or more per system
+  std::vector<std::uint32_t> counts;    // of these records, by slot
+  image::Canvas canvas;                 // path gather: all of the picture
+  image::PreparedScene scene;           // other paths: what is needed of it for some tiles
+  image::Pieces pieces;
+  image::TileWorkers workers;
+  image::Pixels pixels;
+  SharedPictures shared;  // other paths: with ranks of one host
+  image::PictureLight whole;  // other paths, where the view keeps it
+  bool light_kept = false;
+  image::BloomTiles bloom_tiles;  // other paths, where the view has bloom: of this rank's tiles
+  image::Bloom bloom;             // of the whole picture, on the image generator
+  std::vector<std::vector<std::uint64_t>> glow;  // around this rank's tiles, where it is another one
+  image::Layers layers;
+  Drawing drawing;  // what this rank did for this frame's picture
+
+  /// Paths tiles and composite: the pixels of a slot's tile.
+  image::Area area(int slot) const { return scene.grid().area(slots.tile(slot)); }
+
+  /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
+  image::Pixels take_pixels() { return std::move(pixels); }
+  /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
+  std::vector<float> linear() const;
+  /// One of the view's layers: see Layers. Throws std::logic_error where the view does not ask for it.
+  const std::vector<float>& layer(std::uint8_t bit) const;
+};
+
+/// Draws the frame where its record has a view.
+void render(Rank& rank, const Script& script, const Calculator& calculator, Painter& painter);
+
+}  // namespace motes::engine

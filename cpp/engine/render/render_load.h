@@ -1,0 +1,26 @@
+// What the manager learns of pictures from reports, and how its plan for the next one reaches all ranks.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "engine/render/render_plan.h"
+#include "engine/session/rank.h"
+#include "engine/session/reports.h"
+#include "engine/state/script.h"
+
+namespace motes::engine {
+
+/// Manager: a round's reports tell the work of calculators in it, and with the first one what ranks did for the last
+/// picture.
+void note_pictures(const Rank& rank, const Script& script, const Round& round, const Judged& judged, RenderLoad& load);
+
+/// What the image generator did with the tiles of other ranks, of a picture whose counts have been noted.
+void note_assembly(const Drawings& drawn, int image_generator, RenderLoad& load);
+
+/// Manager: the plan of the frame's picture, where it has one and this is its first round.
+void put_plan(const Rank& rank, const Script& script, const Round& round, RenderLoad& load, base::Bytes& out);
+/// All ranks.
+std::optional<RenderPlan> take_plan(base::Reader& in);
+
+}  // namespace motes::engine

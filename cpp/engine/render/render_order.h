@@ -1,0 +1,24 @@
+// In which order the tiles of a picture are dealt out, and in which order ranks get them: a rank should draw where its
+// own particles are, since their records need not be sent.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "image/grid.h"
+#include "image/scene.h"
+#include "image/slots.h"
+#include "roles/cast.h"
+
+namespace motes::engine {
+
+struct Deal {
+  image::TileOrder order = image::TileOrder::rows;
+  std::vector<int> ranks;  // each once, in the order of their stretches of tiles
+};
+
+/// Domains are slices along `axis` (0..2). Where it runs across the screen, tiles are dealt out column by column, else
+/// row by row; calculators follow in the order in which their slices are seen, the ranks without particles in between.
+Deal deal_along(int axis, const image::View& view, const roles::Cast& cast, int ranks);
+
+}  // namespace motes::engine

@@ -1,0 +1,38 @@
+// What every phase of a frame needs of its rank: what the run is set to, how to talk, what work costs, what time it
+// took.
+#pragma once
+
+#include <memory>
+#include <utility>
+
+#include "engine/session/conversation.h"
+#include "engine/session/machine.h"
+#include "engine/session/settings.h"
+#include "engine/session/stopwatch.h"
+#include "threads/pool.h"
+
+namespace motes::engine {
+
+struct Rank {
+  Rank(std::unique_ptr<comm::Communicator> communicator, roles::Cast cast, Settings given)
+      : settings(std::move(given)), talk(std::move(communicator), std::move(cast)),
+        pool(std::make_unique<threads::Pool>(settings.threads, settings.grain)), machine(settings, *pool) {
+    pool->meanwhile([this] { talk.comm().progress(); });
+  }
+  Rank(const Rank&) = delete;
+  Rank& operator=(const Rank&) = delete;
+
+  /// The only calculator, when it is the manager too, makes births where they stay: no message holds them.
+  bool creates_in_place() const { return talk.manages() && talk.calculator() == 0 && talk.calculators() == 1; }
+
+  /// When the frame under way starts, seconds of the animation.
+  double frame_time() const { return static_cast<double>(talk.frame) * settings.dt; }
+
+  Settings settings;
+  Conversation talk;
+  std::unique_ptr<threads::Pool> pool;  // shares this rank's work; only the thread that runs the frame talks
+  Machine machine;
+  Stopwatch watch;
+};
+
+}  // namespace motes::engine

@@ -1,0 +1,444 @@
+// What ranks tell each other about a frame: their reports to the manager, and its verdict to all. Plain values.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "balance/cells.h"
+#include "balance/cuts.h"
+#include "base/bytes.h"
+#include "image/scene.h"
+#include "image/slots.h"
+#include "particles/digest.h"
+#include "recording/spawn.h"
+
+namespace motes::engine {
+
+/// Seconds that a rank spent in each phase of a frame.
+struct PhaseTimes {
+  double create = 0;    // births made, dealt, received
+  double act = 0;       // the recorded list, fused
+  double report = 0;    // report and verdict, with the wait for the slowest
+  double exchange = 0;  // particles to their owners
+  double balance = 0;   // cuts moved
+  double render = 0;    // the picture: the three below, and waits for what others do for it
+  double project = 0;   // particles to records, on their way
+  double draw = 0;      // records to pixels
+  double assemble = 0;  // tiles of all ranks to one picture
+  double wait = 0;      // of all these: waiting for messages
+  double frame = 0;     // the whole frame, the script's own part included
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, PhaseTimes& times) {
+  visit(times.create, times.act, times.report, times.exchange, times.balance, times.render, times.project, times.draw,
+        times.assemble, times.wait, times.frame);
+}
+
+/// An item of a list: of which system, and how many calls of the script came before it in the list; -1 where it is not
+/// known.
+struct ItemPlace {
+  std::int32_t system = -1;
+  std::int32_t item = -1;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, ItemPlace& place) {
+  visit(place.system, place.item);
+}
+
+/// Why a rank could not compute its part.
+struct Failure {
+  enum class Kind : std::uint8_t { none, compute, mismatch };
+  Kind kind = Kind::none;
+  std::string action;  // what it was doing
+  std::string text;
+  ItemPlace place{};  // the item that it was doing it for
+
+  bool failed() const { return kind != Kind::none; }
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Failure& failure) {
+  visit(failure.kind, failure.action, failure.text, failure.place);
+}
+
+/// Particles on their way to one domain.
+struct Sent {
+  std::int32_t domain = 0;
+  std::uint64_t count = 0;
+};
+
+/// What happened to one system on one calculator in a frame.
+struct Tally {
+  std::uint64_t at_start = 0;
+  std::uint64_t created = 0;
+  std::uint64_t killed = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t received = 0;
+  std::uint64_t bytes_sent = 0;
+  double compute_s = 0;
+};
+
+/// What the meetings of one system on one calculator came to in a frame. Systems that meet each other: the first one's.
+struct Sight {
+  std::uint64_t pairs = 0;   // that saw each other, counted at both ends
+  std::uint64_t copies = 0;  // sent to other calculators
+  std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
+  std::uint64_t moved_in = 0, moved_out = 0;  // that did so
+  std::uint32_t meetings = 0;
+  std::uint32_t most_in_a_cell = 0;
+  float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+  float overlap_99 = 0;          // see interactions/overlap.h
+  std::uint16_t softened = 0;    // 1: springs of contact were
+  std::uint16_t hops = 0;        // to so many other calculators a meeting's messages went
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Sight& sight) {
+  visit(sight.pairs, sight.copies, sight.bytes, sight.moved_in, sight.moved_out, sight.meetings, sight.most_in_a_cell,
+        sight.meet_s, sight.wait_s, sight.overlap_99, sight.softened, sight.hops);
+}
+
+/// What in a system's meetings asks for a warning: the most on any calculator.
+struct Strain {
+  std::uint32_t most_in_a_cell = 0;
+  float overlap_99 = 0;
+  std::uint32_t softened = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Strain& strain) {
+  visit(strain.most_in_a_cell, strain.overlap_99, strain.softened);
+}
+
+/// A particle that has children at the end of this frame, for the calculator that they belong to.
+struct Parent {
+  std::int32_t system = 0;   // the parent's
+  std::int32_t rule = 0;     // its number among that system's spawn rules
+  std::uint64_t first = 0;   // number of its first child among all of the frame, in the children's system
+  recording::Event event;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Parent& parent) {
+  visit(parent.system, parent.rule, parent.first, parent.event);
+}
+
+/// One system on all calculators of a part of the tree, after its list ran and before the exchange.
+struct SystemReport {
+  std::uint64_t particles = 0;  // that stay or leave
+  Strain strain;
+  particles::Digest digest;
+  std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
+  std::vector<std::vector<recording::Event>> events;  // one list per spawn rule, sorted by id
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, SystemReport& system) {
+  visit(system.particles, system.strain, system.digest, system.oldest, system.events);
+}
+
+/// One system on one calculator: what the policy and the log need of each. A rank holds fewer than 2^32 particles.
+struct CalculatorLoad {
+  std::uint32_t at_start = 0, created = 0, killed = 0, kept = 0, sent = 0;
+  std::uint32_t received = 0;  // counted by the rank at which the senders' reports meet the receiver's
+  double compute_s = 0;
+  double speed = 0, error = 0;  // as in balance::Load
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, CalculatorLoad& load) {
+  visit(load.at_start, load.created, load.killed, load.kept, load.sent, load.received, load.compute_s, load.speed,
+        load.error);
+}
+
+/// Particles of a system on their way between two calculators.
+struct Flow {
+  std::uint32_t from = 0, to = 0;  // calculators
+  std::uint32_t system = 0;        // among those of the round
+  std::uint32_t count = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Flow& flow) {
+  visit(flow.from, flow.to, flow.system, flow.count);
+}
+
+/// Where a calculator's particles of one system are, for the log.
+inline constexpr int kQuantiles = 16;
+struct Density {
+  std::uint64_t particles = 0;
+  // Metres along the axes that are cut, in their order. Where ids decide: what stands for them.
+  float quantiles[3 * (kQuantiles + 1)] = {};
+};
+
+/// Slots of tiles that a rank drew, one after the other.
+struct DrawnTiles {
+  std::uint32_t first = 0;
+  std::vector<std::uint32_t> counts;  // records in each
+  std::int32_t rank = 0;
+  float seconds = 0;  // of work; 0: not measured
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
+  visit(tiles.first, tiles.counts, tiles.rank, tiles.seconds);
+}
+
+/// What a rank did for a frame's picture.
+struct Drawing {
+  std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
+  image::View::Path path = image::View::Path::gather;
+  std::uint64_t records = 0;  // of its own particles
+  std::uint64_t record_bytes = 0;  // of all of these
+  std::uint64_t sent = 0;     // those that went to other ranks, as they are or drawn
+  std::uint64_t bytes = 0;    // sent to other ranks
+  std::uint32_t active = 0;   // tiles that its own particles touch
+  image::TileOrder order = image::TileOrder::rows;
+  std::uint32_t first = 0;            // the first slot that it drew
+  std::vector<std::uint32_t> counts;  // records in each slot that it drew
+  double draw_s = 0;                  // seconds of work that these took; 0: not measured
+  double assemble_s = 0;              // of putting other ranks' tiles into the picture
+};
+
+/// What the ranks of a part of the tree did for it.
+struct Drawings {
+  std::int32_t width = 0, height = 0;
+  image::View::Path path = image::View::Path::gather;
+  image::TileOrder order = image::TileOrder::rows;
+  std::uint64_t records = 0;
+  std::uint64_t record_bytes = 0;
+  std::uint64_t sent = 0;
+  std::uint64_t bytes = 0;
+  double assemble_s = 0;
+  std::vector<std::uint32_t> active;  // of each calculator
+  std::vector<DrawnTiles> tiles;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Drawings& drawings) {
+  visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.record_bytes,
+        drawings.sent, drawings.bytes, drawings.assemble_s, drawings.active, drawings.tiles);
+}
+
+Drawings drawings_of(Drawing drawing, int rank, bool calculates);
+
+/// What became known too late for the report of its own frame: it is sent with the next one.
+struct Tail {
+  bool valid = false;
+  std::uint64_t frame = 0;
+  PhaseTimes times;                  // the longest of each phase
+  std::uint64_t exchanged_bytes = 0;
+  std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
+  Drawings drawings;
+  std::string image_sha256;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Tail& tail) {
+  visit(tail.valid, tail.frame, tail.times, tail.exchanged_bytes, tail.children, tail.drawings, tail.image_sha256);
+}
+
+/// One system on one calculator: what only the log needs, and no earlier than a turn later.
+struct CalculatorTail {
+  std::uint64_t bytes_sent = 0;  // exchange
+  std::uint64_t particles = 0;   // see Density
+  float quantiles[3 * (kQuantiles + 1)] = {};
+  float exchange_s = 0, wait_s = 0, image_s = 0;
+  Sight sight;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, CalculatorTail& tail) {
+  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.sight);
+}
+
+/// A rank whose script says something else, and what it says.
+struct Dissent {
+  std::int32_t rank = 0;
+  base::Bytes record;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Dissent& dissent) {
+  visit(dissent.rank, dissent.record);
+}
+
+/// Where a cut will be from the next frame on, and how many particles lay in between: above 0, they go from left to
+/// right.
+struct NewCut {
+  std::uint32_t system = 0;
+  std::uint32_t cut = 0;  // between calculators `cut` and `cut` + 1
+  float at = 0;           // metres
+  std::int64_t given = 0;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, NewCut& cut) {
+  visit(cut.system, cut.cut, cut.at, cut.given);
+}
+
+/// What two neighbours decided without the manager, as the donor tells it.
+struct Decision {
+  NewCut cut;
+  std::int64_t ordered = 0;  // particles, with the sign of those given
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Decision& decision) {
+  visit(decision.cut, decision.ordered);
+}
+
+/// What the ranks of a part of the tree report: sums, and what must arrive from each. Beside it travel the loads of its
+/// calculators, which no rank on the way needs to read. Where a rank failed, only the failures count.
+struct Report {
+  Failure failure;
+  std::int32_t failed_rank = -1;  // the lowest
+  std::uint8_t stop = 0;          // the number of a signal that asked a rank to stop: the highest, or 0
+  std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is in no file yet
+  std::string orders;             // of the image generator's viewers: text that all ranks hear
+  std::vector<Dissent> dissents;
+  std::vector<SystemReport> systems;  // of the round; none where no rank calculates
+  std::vector<Flow> flows;            // to calculators elsewhere in the tree
+  std::vector<Decision> decisions;    // of neighbours without a manager: data that travels to all
+  Tail tail;
+
+  bool failed() const { return failure.failed() || !dissents.empty(); }
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Report& report) {
+  visit(report.failure, report.failed_rank, report.stop, report.unsaved_from, report.orders, report.dissents,
+        report.systems, report.flows, report.decisions, report.tail);
+}
+
+/// Puts together what two parts of the tree report. Throws std::runtime_error where they speak of different systems.
+void join(Report& into, Report&& other);
+
+/// What a calculator is asked for before cuts move: this many particles at most for a neighbour, or where all of
+/// its particles are, along an axis or in boxes.
+struct Request {
+  enum class Kind : std::uint32_t { give_left, give_right, histogram, cells };
+  std::int32_t system = 0;
+  Kind kind = Kind::histogram;
+  std::uint64_t count = 0;  // particles, bins of the histogram, or cells
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Request& request) {
+  visit(request.system, request.kind, request.count);
+}
+
+/// The answer.
+struct Proposal {
+  Request request;
+  balance::Gift gift;
+  balance::Histogram histogram;
+  std::vector<balance::Cell> cells;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Proposal& proposal) {
+  visit(proposal.request, proposal.gift, proposal.histogram, proposal.cells);
+}
+
+struct Verdict {
+  Failure failure;
+  std::int32_t failed_rank = -1;
+  std::uint8_t stop = 0;                // of the reports: all ranks stop after this frame
+  std::uint64_t unsaved_from = UINT64_MAX;
+  std::string orders;                   // of the reports: all ranks obey before the next frame
+  std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
+  std::vector<std::uint64_t> alive;     // one per system, over all ranks
+  std::vector<particles::Digest> digests;
+  std::vector<std::uint64_t>
+      spawned;   // one per system: children at the end of this frame, before the capacity limits them
+  std::vector<std::uint64_t> oldest;    // one per system: the lowest id on any rank, where the birth history asks
+  std::vector<NewCut> cuts;             // as donors reported them
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Verdict& verdict) {
+  visit(verdict.failure, verdict.failed_rank, verdict.stop, verdict.unsaved_from, verdict.orders, verdict.ranks,
+        verdict.alive, verdict.digests, verdict.spawned, verdict.oldest, verdict.cuts);
+}
+
+/// Particles will come from one calculator to another.
+struct Source {
+  std::uint32_t to = 0, from = 0;
+
+  bool operator==(const Source&) const = default;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Source& source) {
+  visit(source.to, source.from);
+}
+
+/// A parent whose children belong to this calculator.
+struct OwnedParent {
+  std::uint32_t owner = 0;
+  Parent parent;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, OwnedParent& owned) {
+  visit(owned.owner, owned.parent);
+}
+
+/// What the ranks of a part of the tree hear: the same for all, and what concerns some.
+struct Judgement {
+  Verdict verdict;
+  std::vector<Source> sources;
+  std::vector<OwnedParent> parents;  // of one owner: by system, rule and id
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Judgement& judgement) {
+  visit(judgement.verdict, judgement.sources, judgement.parents);
+}
+
+/// What the verdict says to one rank alone.
+struct Orders {
+  std::vector<std::int32_t> sources;  // ranks that will send it particles
+  std::vector<Parent> parents;        // whose children belong to it
+};
+
+/// What the manager planned in a round, for all ranks.
+struct Planned {
+  Failure failure;    // the balancer's: all give up
+  bool asks = false;  // some calculator has an inquiry: all say what they propose
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Planned& planned) {
+  visit(planned.failure, planned.asks);
+}
+
+/// What the plan asks of one calculator, before cuts move.
+struct Inquiry {
+  std::vector<Request> requests;
+  std::vector<std::int32_t> partners;  // neighbouring calculators to compare loads with, ascending
+
+  bool empty() const { return requests.empty() && partners.empty(); }
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Inquiry& inquiry) {
+  visit(inquiry.requests, inquiry.partners);
+}
+
+void write(const Report& report, base::Bytes& out);
+Report read_report(base::Reader& in);
+void write(const Judgement& judgement, base::Bytes& out);
+Judgement read_judgement(base::Reader& in);
+void write(const Planned& planned, base::Bytes& out);
+Planned read_planned(base::Reader& in);
+void write(const Inquiry& inquiry, base::Bytes& out);
+Inquiry read_inquiry(base::Reader& in);
+void write(const Proposal& proposal, base::Bytes& out);
+Proposal read_proposal(base::Reader& in);
+
+}  // namespace motes::engine

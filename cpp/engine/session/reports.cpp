@@ -1,0 +1,134 @@
+#include "engine/session/reports.h"
+
+#include <algorithm>
+#include <cstring>
+#include <iterator>
+#include <stdexcept>
+#include <utility>
+
+#include "base/fields.h"
+
+namespace motes::engine {
+
+using base::Bytes;
+using comm::Message;
+using comm::Phase;
+
+namespace {
+
+// Rows of calculators are written as they are, so that ranks on the way copy them without reading.
+static_assert(base::copied_whole<CalculatorLoad>() && base::copied_whole<CalculatorTail>());
+
+template <class T>
+void put_all(const std::vector<T>& values, Bytes& out) {
+  out.put_raw(values.data(), values.size() * sizeof(T));
+}
+
+template <class T>
+void take_all(std::span<const std::byte> bytes, std::vector<T>& into) {
+  if (bytes.size() % sizeof(T) != 0) throw std::runtime_error("a message has a part of a calculator's row");
+  const std::size_t before = into.size();
+  into.resize(before + bytes.size() / sizeof(T));
+  if (!bytes.empty()) std::memcpy(into.data() + before, bytes.data(), bytes.size());
+}
+
+// Flows between calculators of this part of the tree go no further up.
+void keep_flows(const roles::Tree& tree, Gathered& gathered) {
+  std::vector<Flow>& flows = gathered.report.flows;
+  const auto leaves = [&](const Flow& flow) { return !tree.holds(tree.own(), static_cast<int>(flow.to)); };
+  const auto staying = std::stable_partition(flows.begin(), flows.end(), leaves);
+  gathered.staying.assign(staying, flows.end());
+  flows.erase(staying, flows.end());
+}
+
+// Adds what calculators will receive to their loads, which are rows of `systems` each.
+void count_arrivals(const roles::Tree& tree, const std::vector<Flow>& staying, std::size_t systems, std::byte* rows) {
+  for (const Flow& flow : staying) {
+    const auto row = static_cast<std::size_t>(tree.row_of(static_cast<int>(flow.to)));
+    std::byte* const at = rows + (row * systems + flow.system) * sizeof(CalculatorLoad);
+    CalculatorLoad load;
+    std::memcpy(&load, at, sizeof load);
+    load.received += flow.count;
+    std::memcpy(at, &load, sizeof load);
+  }
+}
+
+void check_rows(std::size_t rows, std::size_t calculators, std::size_t systems) {
+  if (rows != calculators * systems) throw std::runtime_error("reports hold the rows of other calculators");
+}
+
+void pass_tails(Rank& rank, const Round& round) {
+  Message message;
+  put_all(round.own_tails, message.bytes());
+  for (const Message& below : rank.talk.relay().from_below(Phase::log, rank.talk.stamp(round))) {
+    message.bytes().put_raw(below.payload().data(), below.payload().size());
+  }
+  rank.talk.relay().pass_up(Phase::log, rank.talk.stamp(round), std::move(message), false);
+}
+
+}  // namespace
+
+void send_report(Rank& rank, const Round& round) {
+  Relay& relay = rank.talk.relay();
+  relay.await_below(Phase::report);
+  if (round.tells_tails) relay.await_below(Phase::log);
+  if (!relay.tree().leaf() || relay.tree().root()) return;
+  Message message;
+  write(round.own, message.bytes());
+  if (!round.own.failed()) put_all(round.own_loads, message.bytes());
+  relay.pass_up(Phase::report, rank.talk.stamp(round), std::move(message), round.own.failed());
+  if (round.tells_tails) pass_tails(rank, round);
+}
+
+Gathered gather_reports(Rank& rank, Round& round) {
+  Gathered gathered;
+  gathered.report = std::move(round.own);
+  gathered.below = rank.talk.relay().from_below(Phase::report, rank.talk.stamp(round));
+  for (const Message& message : gathered.below) {
+    base::Reader in = message.reader();
+    join(gathered.report, read_report(in));
+    gathered.loads.push_back(in.take(in.left()));
+  }
+  const auto read =
+      static_cast<double>(gathered.below.size() * std::max<std::size_t>(1, gathered.report.systems.size()));
+  rank.machine.charge_once(rank.machine.costs().report * read);
+  if (!gathered.report.failed()) keep_flows(rank.talk.relay().tree(), gathered);
+  return gathered;
+}
+
+std::vector<Flow> pass_reports(Rank& rank, Round& round) {
+  Relay& relay = rank.talk.relay();
+  if (relay.tree().leaf()) return {};
+  Gathered gathered = gather_reports(rank, round);
+  Message message;
+  write(gathered.report, message.bytes());
+  if (!gathered.report.failed()) {
+    const std::size_t rows = message.bytes().size();
+    put_all(round.own_loads, message.bytes());
+    for (const auto loads : gathered.loads) message.bytes().put_raw(loads.data(), loads.size());
+    count_arrivals(relay.tree(), gathered.staying, gathered.report.systems.size(), message.bytes().data() + rows);
+    rank.machine.charge_once(rank.machine.costs().report_byte * static_cast<double>(message.bytes().size() - rows));
+  }
+  relay.pass_up(Phase::report, rank.talk.stamp(round), std::move(message), gathered.report.failed());
+  if (round.tells_tails) pass_tails(rank, round);
+  return std::move(gathered.staying);
+}
+
+Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered) {
+  Loads loads;
+  loads.systems = gathered.report.systems.size();
+  loads.rows = round.own_loads;
+  for (const auto below : gathered.loads) take_all(below, loads.rows);
+  check_rows(loads.rows.size(), rank.talk.calculators(), loads.systems);
+  count_arrivals(rank.talk.relay().tree(), gathered.staying, loads.systems,
+                 reinterpret_cast<std::byte*>(loads.rows.data()));
+  return loads;
+}
+
+std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own) {
+  std::vector<CalculatorTail> tails = std::move(own);
+  for (const Message& below : rank.talk.relay().from_below(Phase::log, stamp)) take_all(below.payload(), tails);
+  return tails;
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,59 @@
+// What comes up the tree in a round: each rank puts its own report together with those of the ranks right below it, so
+// that no rank reads more reports than it has children. The loads of calculators travel behind the reports, and only
+// the manager reads them.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "comm/message.h"
+#include "engine/session/rank.h"
+#include "engine/session/report.h"
+#include "engine/session/round.h"
+
+namespace motes::engine {
+
+/// What a rank and all below it report.
+struct Gathered {
+  Report report;              // its flows lead out of this part of the tree
+  std::vector<Flow> staying;  // from one calculator of this part to another
+  std::vector<comm::Message> below;                // keep the bytes of
+  std::vector<std::span<const std::byte>> loads;   // the calculators' loads, one entry per child
+};
+
+/// The loads of a round's systems on all calculators. Manager.
+struct Loads {
+  std::vector<CalculatorLoad> rows;  // in the order of the tree
+  std::size_t systems = 0;
+
+  const CalculatorLoad& of(const roles::Tree& tree, int calculator, std::size_t system) const {
+    return rows[static_cast<std::size_t>(tree.row_of(calculator)) * systems + system];
+  }
+};
+
+/// What the manager heard in a round.
+struct Judged {
+  Tail tail;
+  Loads loads;
+  std::uint64_t dropped = 0;  // births so far in this frame
+  std::vector<Strain> strains;  // of the round's systems
+};
+
+/// All ranks: what they report in this round. It leaves at once if no rank stands below this one, otherwise with
+/// pass_reports(), or judge().
+void send_report(Rank& rank, const Round& round);
+
+/// Waits for the reports of those right below this rank, and puts them together with its own.
+Gathered gather_reports(Rank& rank, Round& round);
+
+/// All but the manager: sends up what it has put together. Returns the flows that stay in this part of the tree.
+std::vector<Flow> pass_reports(Rank& rank, Round& round);
+
+/// Manager: all loads, once nobody waits for it any more.
+Loads loads_of(const Rank& rank, const Round& round, const Gathered& gathered);
+
+/// Manager: waits for what the log needs of each calculator besides `own`, in the order of the tree.
+std::vector<CalculatorTail> gather_tails(Rank& rank, comm::Stamp stamp, std::vector<CalculatorTail> own);
+
+}  // namespace motes::engine

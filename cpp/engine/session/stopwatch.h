@@ -1,0 +1,54 @@
+// What the phases of a frame took on this rank: seconds for its report, and a timeline where the run keeps one.
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "engine/session/report.h"
+#include "engine/session/spans.h"
+
+namespace motes::engine {
+
+class Stopwatch {
+ public:
+  /// From its construction to its destruction counts as `phase`.
+  class Phase {
+   public:
+    Phase(Stopwatch& watch, double PhaseTimes::* seconds, const char* phase, std::string system = "");
+    ~Phase();
+    Phase(const Phase&) = delete;
+    Phase& operator=(const Phase&) = delete;
+
+   private:
+    Stopwatch& watch_;
+    double PhaseTimes::* seconds_;
+    const char* phase_;
+    std::string system_;
+    double start_, cpu_start_;
+  };
+
+  /// The run begins: `waited_s` seconds were spent waiting for messages before.
+  void start();
+  /// Starts counting anew. `in_frame`: phases go into the timeline as parts of `frame`.
+  void begin(std::uint64_t frame, bool in_frame, double waited_s);
+  /// The frame is over; its times are last().
+  void end(double waited_s);
+
+  const PhaseTimes& last() const { return last_; }
+
+  /// From now on each phase is a row of a file of this rank's own. Throws std::runtime_error where it cannot be made.
+  void keep_spans(const std::string& directory, int rank, double zero, std::uint64_t first_frame = 0);
+  /// What a round's messages took, from `start` to now.
+  void note_messages(const std::string& system, double start);
+  void write_spans();
+
+ private:
+  PhaseTimes now_, last_;
+  std::unique_ptr<Spans> spans_;
+  std::uint64_t frame_ = 0;
+  bool in_frame_ = false;
+  double frame_start_s_ = 0;
+  double waited_before_s_ = 0;
+};
+
+}  // namespace motes::engine

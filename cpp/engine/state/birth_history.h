@@ -1,0 +1,80 @@
+// Where living particles came from, as long as nobody asked: births are functions of their ids, so their first values
+// can be made once more when a script first names a *_b attribute.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "particles/store.h"
+#include "particles/streams.h"
+#include "recording/births.h"
+
+namespace motes::engine {
+
+/// All births of one system so far, but for those whose particles are dead on all ranks. Every rank notes the same
+/// calls, also where none of their particles live: one of them may come later. So all ranks reach the limits below in
+/// the same frame, and what they do about it needs no messages of its own.
+class BirthHistory {
+ public:
+  /// Notes particles first_id .. first_id + count - 1 of a call, born in this (sub)step.
+  void add(const recording::Birth& birth, std::uint64_t first_id, std::uint64_t count, const recording::Moment& moment);
+
+  /// Whether the history has grown so much that forgetting the dead is worth a look at all ids. `limit`: bytes that it
+  /// may take.
+  bool wants_pruning(std::size_t limit) const {
+    constexpr std::size_t kWorthALook = std::size_t{64} << 10;
+    return bytes() > std::min(limit / 4, kWorthALook) && bytes() > 2 * pruned_bytes_;
+  }
+
+  /// Forgets the particles with ids below `oldest`, the lowest id that lives on any rank.
+  void forget_before(std::uint64_t oldest);
+
+  /// The meshes that its calls were made with: another process that goes on with it needs them.
+  std::vector<std::uint64_t> meshes() const;
+
+  /// Gives the particles of `store` the *_b values that they would have had from birth on, and forgets all.
+  void restore_copies(particles::Store& store, particles::Key key);
+  void clear();
+
+  /// Memory that it takes.
+  std::size_t bytes() const;
+  /// Stretches of ids that one call made.
+  std::size_t size() const { return stretches_.size(); }
+
+ private:
+  struct Call {
+    recording::Birth birth;
+    recording::Moment moment;
+    std::size_t bytes = 0;
+  };
+  struct Stretch {
+    std::uint64_t first_id = 0;
+    std::uint64_t count = 0;
+    std::uint64_t call = 0;  // its number since the beginning: calls_[call - forgotten_calls_]
+  };
+
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Call& call) {
+    visit(call.birth, call.moment, call.bytes);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, Stretch& stretch) {
+    visit(stretch.first_id, stretch.count, stretch.call);
+  }
+  template <class Visitor>
+  friend constexpr void fields(Visitor& visit, BirthHistory& history) {
+    visit(history.calls_, history.stretches_, history.forgotten_calls_, history.call_bytes_, history.pruned_bytes_);
+  }
+
+  std::uint64_t number_of(const recording::Birth& birth, const recording::Moment& moment);
+
+  std::vector<Call> calls_;
+  std::vector<Stretch> stretches_;  // ascending ids
+  std::uint64_t forgotten_calls_ = 0;
+  std::size_t call_bytes_ = 0;
+  std::size_t pruned_bytes_ = 0;  // when last looked
+};
+
+}  // namespace motes::engine

@@ -1,0 +1,162 @@
+#include "engine/state/system.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+#include "domains/divide.h"
+
+namespace motes::engine {
+
+using recording::Birth;
+using recording::Item;
+
+System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint32_t index, int calculators)
+    : definition(std::move(given)), key(particles::system_key(seed, index)), sprite(definition.sprite) {
+  for (const recording::UserAttribute& a : definition.attributes) schema.add(a.name, a.width, a.initial);
+  const domains::Space& space = definition.space;
+  const bool finite = space.kind == domains::Space::Kind::finite;
+  domains = domains::equal_parts(definition.axes, finite ? space.low : -domains::kInfinite,
+                                 finite ? space.high : domains::kInfinite, calculators);
+  waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id();
+}
+
+void System::count_births(std::uint64_t frame, double dt, int substeps) {
+  groups.clear();
+  for (int substep = 0; substep < substeps; ++substep) {
+    const double from = (static_cast<double>(frame) + static_cast<double>(substep) / substeps) * dt;
+    const double to = (static_cast<double>(frame) + static_cast<double>(substep + 1) / substeps) * dt;
+    std::size_t entry = 0;
+    for (std::size_t i = run_items; i < list.size(); ++i) {
+      if (std::holds_alternative<actions::Action>(list[i])) ++entry;
+      const auto* birth = std::get_if<Birth>(&list[i]);
+      if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
+      const std::uint64_t wanted = recording::births_between(*birth, from, to, substep);
+      const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
+      const std::uint64_t room = room_of(taken);
+      const std::uint64_t count = std::min(wanted, room);
+      counts.dropped += wanted - count;
+      if (count == 0) continue;
+      groups.push_back({i, entry, substep, counts.born, count});
+      const float step = static_cast<float>(dt / substeps);
+      if (!keeps_copies) history.add(*birth, counts.born, count, recording::moment_of(*birth, step, substep, substeps));
+      counts.born += count;
+    }
+  }
+}
+
+std::pair<std::uint64_t, std::uint64_t> System::next_birth(std::uint64_t frame, double dt, int substeps) const {
+  const double from = static_cast<double>(frame) * dt;
+  const double to = (static_cast<double>(frame) + 1.0 / substeps) * dt;
+  std::uint64_t born = 0;
+  std::uint64_t room = room_of(counts.alive_at_start + counts.born - counts.born_at_start);
+  for (std::size_t i = run_items; i < list.size(); ++i) {
+    const auto* birth = std::get_if<Birth>(&list[i]);
+    if (birth == nullptr) continue;
+    const std::uint64_t count = std::min(recording::births_between(*birth, from, to), room);
+    born += count;
+    room -= count;
+  }
+  return {counts.born + born, room};
+}
+
+particles::Store System::make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
+                              int substeps) const {
+  std::vector<std::uint64_t> ids(count);
+  std::iota(ids.begin(), ids.end(), group.first_id + first);
+  return make(group, ids, dt, substeps);
+}
+
+particles::Store System::make(const BirthGroup& group, std::span<const std::uint32_t> numbers, double dt,
+                              int substeps) const {
+  std::vector<std::uint64_t> ids(numbers.size());
+  std::transform(numbers.begin(), numbers.end(), ids.begin(),
+                 [&](std::uint32_t number) { return group.first_id + number; });
+  return make(group, ids, dt, substeps);
+}
+
+particles::Store System::make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt,
+                              int substeps) const {
+  const Birth& birth = std::get<Birth>(list[group.item]);
+  const recording::Moment moment =
+      recording::moment_of(birth, static_cast<float>(dt / substeps), group.substep, substeps);
+  return recording::make(birth, schema, key, ids, moment, keeps_copies, group.first_id);
+}
+
+std::vector<Piece> System::pending_pieces() const {
+  std::vector<Piece> pieces;
+  std::vector<actions::Action> actions;
+  std::uint32_t before = 0;  // actions of earlier segments and pieces
+  std::size_t first = 0;
+  const auto cut = [&](std::size_t end, const recording::Callback* callback, const actions::Action* meeting) {
+    const std::size_t length = actions.size();
+    pieces.push_back({program::Program(std::move(actions), before), first, end, callback, meeting});
+    actions.clear();
+    before += static_cast<std::uint32_t>(length + (meeting != nullptr ? 1 : 0));
+    first += length + (meeting != nullptr ? 1 : 0);
+  };
+  for (std::size_t i = 0; i < list.size(); ++i) {
+    if (const auto* action = std::get_if<actions::Action>(&list[i])) {
+      if (i < run_items) {
+        ++before;
+      } else if (actions::facts(action->kind).between) {
+        cut(i, nullptr, action);
+      } else {
+        actions.push_back(*action);
+      }
+    } else if (const auto* callback = std::get_if<recording::Callback>(&list[i]); callback && i >= run_items) {
+      cut(i, callback, nullptr);
+    }
+  }
+  if (!actions.empty() || pieces.empty() || pieces.back().meeting != nullptr) cut(list.size(), nullptr, nullptr);
+  return pieces;
+}
+
+bool System::meets() const {
+  return std::any_of(list.begin() + static_cast<std::ptrdiff_t>(run_items), list.end(), [](const Item& item) {
+    const auto* action = std::get_if<actions::Action>(&item);
+    return action != nullptr && actions::facts(action->kind).between;
+  });
+}
+
+std::vector<const recording::Spawn*> System::rules() const {
+  std::vector<const recording::Spawn*> all;
+  for (const Item& item : list) {
+    if (const auto* spawn = std::get_if<recording::Spawn>(&item)) all.push_back(spawn);
+  }
+  return all;
+}
+
+std::vector<const actions::Action*> System::sorts(std::size_t first) const {
+  std::vector<const actions::Action*> all;
+  for (std::size_t i = first; i < list.size(); ++i) {
+    const auto* action = std::get_if<actions::Action>(&list[i]);
+    if (action != nullptr && action->kind == actions::Kind::sort) all.push_back(action);
+  }
+  return all;
+}
+
+std::uint64_t System::number_children(std::uint64_t spawned) {
+  counts.newborn_from = counts.born;
+  const std::uint64_t room = room_of(counts.alive);
+  const std::uint64_t count = std::min(spawned, room);
+  counts.dropped += spawned - count;
+  counts.born += count;
+  counts.alive += count;
+  return count;
+}
+
+void System::start_frame() {
+  list.clear();
+  run_items = 0;
+  groups.clear();
+  counts.born_at_start = counts.born;
+  counts.alive_at_start = counts.alive;
+}
+
+bool asks_for(const System& system, recording::Spawn::On event) {
+  const std::vector<const recording::Spawn*> rules = system.rules();
+  return std::any_of(rules.begin(), rules.end(), [&](const recording::Spawn* rule) { return rule->on == event; });
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,66 @@
+#include "engine/sums/sums.h"
+
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace motes::engine {
+
+using comm::Message;
+using comm::Phase;
+
+namespace {
+
+template <class T>
+std::size_t bytes_of(const std::vector<T>& values) {
+  return values.size() * sizeof(T);
+}
+
+void write(const program::Totals& totals, base::Bytes& out) {
+  std::visit([&](const auto& values) { out.put_raw(values.data(), bytes_of(values)); }, totals);
+}
+
+// As many as this rank has itself, of the same kind.
+program::Totals room_for(const program::Summed& own) {
+  if (const auto* counts = std::get_if<std::vector<std::int64_t>>(&own)) return *counts;
+  return std::vector<double>(std::get<std::vector<particles::ExactSum>>(own).size());
+}
+
+program::Totals read(base::Reader in, const program::Summed& own) {
+  program::Totals totals = room_for(own);
+  std::visit(
+      [&](auto& values) {
+        const auto bytes = in.take(bytes_of(values));
+        if (!in.done()) throw std::runtime_error("a message has totals of other bins");
+        if (!bytes.empty()) std::memcpy(values.data(), bytes.data(), bytes.size());
+      },
+      totals);
+  return totals;
+}
+
+}  // namespace
+
+program::Totals total_of_all(Rank& rank, program::Summed own) {
+  Relay& relay = rank.talk.relay();
+  for (const Message& below : relay.from_below(Phase::sums, rank.talk.stamp())) {
+    base::Reader in = below.reader();
+    program::add(in, own);
+  }
+  program::Totals totals;
+  if (relay.tree().root()) {
+    totals = program::totals(std::move(own));
+  } else {
+    Message message;
+    program::write(own, message.bytes());
+    relay.pass_up(Phase::sums, rank.talk.stamp(), std::move(message), false);
+    totals = read(relay.from_above(Phase::totals, rank.talk.stamp()).reader(), own);
+  }
+  for (const roles::Tree::Range& child : relay.tree().children()) {
+    Message message;
+    write(totals, message.bytes());
+    relay.pass_down(child, Phase::totals, rank.talk.stamp(), std::move(message), false);
+  }
+  return totals;
+}
+
+}  // namespace motes::engine

@@ -1,0 +1,113 @@
+#include "image/post/canvas.h"
+
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+namespace motes::image {
+
+std::size_t Canvas::at(const Area& area) const {
+  return static_cast<std::size_t>(area.y) * row_lanes() + static_cast<std::size_t>(area.x) * 3;
+}
+
+// Calls work(tile, area, worker).
+template <class Work>
+void Canvas::each_tile(const Work& work) {
+  pool_->run(static_cast<std::size_t>(scene_.grid().tiles()), [&](std::size_t part, std::size_t worker) {
+    const int tile = static_cast<int>(part);
+    work(tile, scene_.grid().area(tile), worker);
+  });
+}
+
+void Canvas::begin(const View& view, bool keep_linear, threads::Pool& pool) {
+  pool_ = &pool;
+  scene_.prepare(view, static_cast<std::size_t>(pool.threads()));
+  scene_.render_all(pool);
+  workers_.begin(scene_, pool.threads());
+  if (shown_version_ != scene_.version()) render_scenery();
+  messages_.begin(view);
+  layers_.begin(view);
+  keep_linear_ = keep_linear;
+  light_kept_ = false;
+}
+
+Pixels Canvas::finish() {
+  Pixels pixels(size());
+  finish(pixels);
+  return pixels;
+}
+
+void Canvas::finish(std::span<std::uint8_t> pixels) {
+  if (!scene_.prepared()) throw std::logic_error("Canvas::finish before begin");
+  if (pixels.size() != size()) throw std::invalid_argument("pixels must be height * width * 3 bytes");
+  if (keep_linear_) light_.begin(scene_.grid());
+  if (scene_.view().bloom > 0) {
+    finish_with_bloom(pixels);
+  } else {
+    finish_by_tiles(pixels);
+  }
+  light_kept_ = keep_linear_;
+  messages_.begin(scene_.view());
+}
+
+void Canvas::show(const TilePainter& painter, const TileLight& light, const Area& area, std::uint8_t* pixels) {
+  if (keep_linear_) light.copy_to(light_.at(area), light_.row_lanes());
+  painter.show(light, pixels + at(area), row_lanes());
+}
+
+void Canvas::finish_by_tiles(std::span<std::uint8_t> pixels) {
+  const bool only_shown = !keep_linear_ && scene_.view().layers == 0;
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
+    if (messages_.collect(tile, by.pieces) == 0 && only_shown) return copy_scenery(area, pixels.data());
+    by.painter.start(area);
+    by.painter.paint(by.pieces);
+    show(by.painter, by.painter.light(), area, pixels.data());
+    layers_.keep(by.painter, by.pieces, area);
+  });
+}
+
+void Canvas::finish_with_bloom(std::span<std::uint8_t> pixels) {
+  std::vector<Area> tiles;
+  for (int tile = 0; tile < scene_.grid().tiles(); ++tile) tiles.push_back(scene_.grid().area(tile));
+  bloom_tiles_.begin(scene_.view(), std::move(tiles), pool_->threads());
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
+    messages_.collect(tile, by.pieces);
+    by.painter.start(area);
+    by.painter.paint(by.pieces);
+    bloom_tiles_.keep(static_cast<std::size_t>(tile), by.painter.light(), worker);
+    layers_.keep(by.painter, by.pieces, area);
+  });
+  bloom_.begin(bloom_tiles_.plan());
+  bloom_.add(bloom_tiles_);
+  bloom_.spread(*pool_);
+  each_tile([&](int tile, const Area& area, std::size_t worker) {
+    const TileLight light = bloom_tiles_.mix(static_cast<std::size_t>(tile), bloom_.cells(), worker);
+    show(workers_[worker].painter, light, area, pixels.data());
+  });
+}
+
+void Canvas::render_scenery() {
+  scenery_pixels_.resize(size());
+  each_tile([&](int, const Area& area, std::size_t worker) {
+    TileWorker& by = workers_[worker];
+    by.painter.start(area);
+    by.painter.show(scenery_pixels_.data() + at(area), row_lanes());
+  });
+  shown_version_ = scene_.version();
+}
+
+void Canvas::copy_scenery(const Area& area, std::uint8_t* pixels) const {
+  for (int y = 0; y < area.height; ++y) {
+    const std::size_t row = at(area) + static_cast<std::size_t>(y) * row_lanes();
+    std::memcpy(pixels + row, scenery_pixels_.data() + row, static_cast<std::size_t>(area.width) * 3);
+  }
+}
+
+std::vector<float> Canvas::linear() const {
+  if (!light_kept_) throw std::logic_error("Canvas::linear: the frame was begun without keep_linear");
+  return light_.linear();
+}
+
+}  // namespace motes::image

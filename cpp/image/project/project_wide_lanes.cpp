@@ -1,0 +1,274 @@
+// Compiled once for each instruction set: see simd/simd.h for the rules.
+#include "image/project/project_wide_lanes.h"
+
+#include "image/grid.h"
+#include "image/layout.h"
+#include "image/project/screen_lanes.h"
+#include "simd/floats3.h"
+#include "simd/simd.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+constexpr int kUnit = 1 << image::kWideBits;                                    // 1 px in positions
+constexpr float kSizeUnit = 1 << image::kSizeBits;                              // 1 px in sizes
+constexpr float kNarrow = 2 * kSizeUnit;  // narrower sprites lose light instead
+constexpr float kWidest = static_cast<float>(image::kMaxDiameter) * kSizeUnit;
+constexpr int kUnitsPerSize = kUnit / (1 << image::kSizeBits);
+
+// What of a particle's way on the screen may touch the image: from (x, y),
+// where it is now, back to (x + dx, y + dy), in 1/256 px; and which part of its
+// light is there.
+struct Way {
+  Mask visible;
+  Floats x, y, dx, dy, light;
+};
+
+// Narrows the part from..to of a way, 0..1, to what is within the limit.
+MOTES_INLINE Mask clip(Floats at, Floats way, float limit, Floats& from, Floats& to) {
+  const Mask moves = abs(way) >= 1.0f;
+  const Floats scale = all(1.0f) / select(moves, way, all(1.0f));
+  const Floats low = (all(-limit) - at) * scale, high = (all(limit) - at) * scale;
+  from = max(from, only(moves, min(low, high)));
+  to = min(to, select(moves, max(low, high), all(1.0f)));
+  return moves | (abs(at) <= all(limit));
+}
+
+// Clipping what is far away leaves errors of rounding.
+MOTES_INLINE Floats within(Floats v, float limit) { return min(max(v, all(-limit)), all(limit)); }
+
+MOTES_INLINE Floats3 vector_at(const float* const (&planes)[3], const float (&of_all)[3], std::size_t i) {
+  return {load_or(planes[0], i, of_all[0]), load_or(planes[1], i, of_all[1]), load_or(planes[2], i, of_all[2])};
+}
+
+MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visible) {
+  const Floats none = all(0.0f);
+  visible &= (abs(x) <= all(t.limit_x)) & (abs(y) <= all(t.limit_y));
+  return {visible, x, y, none, none, all(1.0f)};
+}
+
+// Where the particle was not in front of the camera when the shutter opened, its way begins at `near`: then `then` is
+// moved there. Returns which part of the way is left.
+MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, Sight now, Sight& then) {
+  const Floats part = select(behind, (now.depth - all(t.near)) / (now.depth - then.depth), all(1.0f));
+  then.across = select(behind, now.across + (then.across - now.across) * part, then.across);
+  then.upward = select(behind, now.upward + (then.upward - now.upward) * part, then.upward);
+  then.depth = select(behind, all(t.near), then.depth);
+  return part;
+}
+
+// The way since the shutter opened; where nothing is known of it, the particle stands still.
+MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, Sight now, Floats x, Floats y,
+                        Mask visible) {
+  Sight then = sight(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
+  const Mask behind = then.depth < all(t.near);
+  const Floats part = any(visible & behind) ? cut_at_near(t, behind, now, then) : all(1.0f);
+  const Floats k = all(t.then.scale) / then.depth;
+  Floats dx = then.across * k - x, dy = -(then.upward * k) - y;
+  const Mask known = (abs(dx) <= all(kLargest)) & (abs(dy) <= all(kLargest));
+  dx = only(known, dx);
+  dy = only(known, dy);
+  const Floats ends_x = max(abs(x), abs(x + dx)), ends_y = max(abs(y), abs(y + dy));
+  const Mask inside = ~behind & known & (ends_x <= all(0.99f * t.limit_x)) & (ends_y <= all(0.99f * t.limit_y));
+  if (!any(visible & ~inside)) return {visible, x, y, (x + dx) - x, (y + dy) - y, all(1.0f)};
+  Floats from = all(0.0f), to = all(1.0f);
+  visible &= clip(x, dx, t.limit_x, from, to) & clip(y, dy, t.limit_y, from, to);
+  visible &= from <= to;
+  Way w{visible, {}, {}, {}, {}, (to - from) * select(known, part, all(1.0f))};
+  w.x = within(x + dx * from, t.limit_x);
+  w.y = within(y + dy * from, t.limit_y);
+  w.dx = within(x + dx * to, t.limit_x) - w.x;
+  w.dy = within(y + dy * to, t.limit_y) - w.y;
+  return w;
+}
+
+MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, Sight now) {
+  const Floats k = all(t.now.scale) / now.depth;
+  const Floats x = now.across * k, y = -(now.upward * k);
+  const Mask sane =
+      (now.depth >= all(t.near)) & (now.depth <= all(kLargest)) & (abs(x) <= all(kLargest)) & (abs(y) <= all(kLargest));
+  return t.streaks ? moving(t, i, place, now, x, y, sane) : still(t, x, y, sane);
+}
+
+// Diameter in 1/64 px, and the part of its light that a narrow sprite keeps.
+struct Size {
+  Mask visible;
+  Floats diameter, light;
+};
+MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats depth) {
+  Floats wide = all(t.diameter * kSizeUnit);
+  Mask visible = ~Mask{};
+  if (!(t.diameter > 0)) {
+    const Floats metres = load_or(t.size, i, t.size_of_all);
+    visible = (metres > 0.0f) & (metres <= all(kLargest));
+    wide = metres * (all(t.now.scale * (kSizeUnit / kUnit)) / depth);
+  }
+  const Floats part = min(wide * all(1 / kNarrow), all(1.0f));
+  return {visible, min(max(wide, all(kNarrow)), all(kWidest)), part * part};
+}
+
+// The direction of `up` on the screen: how the projection of a place changes as it moves along `up`.
+MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, Sight now) {
+  const Floats3 up = vector_at(t.up, t.up_of_all, i);
+  const Floats ahead = dot(up, all3(t.now.forward)) / now.depth;
+  Floats x = dot(up, all3(t.now.right)) - now.across * ahead;
+  Floats y = now.upward * ahead - dot(up, all3(t.now.up));
+  const Floats larger = max(abs(x), abs(y));
+  const Mask known = (larger > 0.0f) & (abs(x) + abs(y) <= all(kLargest));
+  x = only(known, x / larger);
+  y = only(known, y / larger);
+  const Floats scale = all(32767.0f) / sqrt(select(known, x * x + y * y, all(1.0f)));
+  const Ints across = floor_to_ints(x * scale + all(0.5f)), down = floor_to_ints(y * scale + all(0.5f));
+  return ((Uints)across & 0xffffu) | ((Uints)down << 16);
+}
+
+// The tiles that a sprite touches along one axis.
+struct TileSpan {
+  Mask inside;
+  Ints first, last;
+};
+MOTES_INLINE TileSpan span(Ints middle, Ints reach, int pixels) {
+  const Ints first = (middle - reach + pixels * (kUnit / 2)) >> image::kWideBits;
+  const Ints last = (middle + reach + pixels * (kUnit / 2)) >> image::kWideBits;
+  return {(last >= 0) & (first < pixels), max_ints(first, Ints{}) >> image::kTileBits,
+          min_ints(last, all_ints(pixels - 1)) >> image::kTileBits};
+}
+MOTES_INLINE Uints tile_of(const image::WideTask& t, Ints column, Ints row) {
+  return multiply_short((Uints)row, all_uints(static_cast<std::uint32_t>(t.columns))) + (Uints)column;
+}
+MOTES_INLINE Ints half_of(Ints v) { return (max_ints(v, -v) + 1) >> 1; }
+
+constexpr std::size_t kMostWords = sizeof(image::WideRecord) / 4;
+
+struct Columns {
+  Mask visible;
+  Uints word[kMostWords]; // of a record
+  Uints tile, flags;      // as in WideBatch
+  Mask many;              // touches more than 2x2 tiles
+  TileSpan across, down;
+};
+
+MOTES_INLINE Uints pair_of(Ints x, Ints y) { return ((Uints)x & 0xffffu) | ((Uints)y << 16); }
+// To the nearest multiple of 2^bits.
+MOTES_INLINE Ints rounded(Ints v, int bits) { return (v + (1 << (bits - 1))) >> bits; }
+
+// Those that touch many tiles stand in the one of their middle, which a slanting streak does touch.
+MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& c) {
+  const auto tile = [](Ints middle, const TileSpan& span, int pixels) {
+    const Ints at = (middle + pixels * (kUnit / 2)) >> (image::kWideBits + image::kTileBits);
+    return min_ints(max_ints(at, span.first), span.last);
+  };
+  c.tile = (Uints)select(c.many, (Ints)tile_of(t, tile(x, c.across, t.width), tile(y, c.down, t.height)), (Ints)c.tile);
+}
+
+MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
+  const Floats3 place = place_of(t, i);
+  const Sight now = sight(t.now, place);
+  const Way w = way(t, i, place, now);
+  const Size s = size_vector(t, i, now.depth);
+  const Mask visible = w.visible & s.visible;
+  const Ints x1 = floor_to_ints(only(visible, w.x)), x0 = floor_to_ints(only(visible, w.x + w.dx));
+  const Ints y1 = floor_to_ints(only(visible, w.y)), y0 = floor_to_ints(only(visible, w.y + w.dy));
+  const Ints diameter = to_ints(only(visible, s.diameter + all(0.5f)));
+  const Ints light = to_ints(only(visible, w.light * s.light * all(float{image::kAllLight}) + all(0.5f)));
+  const Ints x = (x0 + x1) >> 1, y = (y0 + y1) >> 1, dx = x1 - x0, dy = y1 - y0;
+  // Half a pixel more than the radius: pixels at the edge are partly covered. A square reaches sqrt(2) times as far.
+  const Ints radius = diameter * (kUnitsPerSize / 2);
+  const Ints reach = (t.oriented ? (radius * 363) >> 8 : radius) + kUnit / 2;
+  const TileSpan columns = span(x, reach + half_of(dx), t.width), rows = span(y, reach + half_of(dy), t.height);
+  Columns c;
+  c.visible = visible & (light > 0) & columns.inside & rows.inside & gives_light(color, t.dark);
+  const Uints size = (Uints)diameter | ((Uints)light << 16);
+  if (t.form.color == 8) {
+    c.word[0] = (Uints)x;
+    c.word[1] = (Uints)y;
+    c.word[2] = color;
+    c.word[3] = (Uints)now.depth;
+    c.word[4] = size;
+    c.word[5] = t.oriented ? up_vector(t, i, now) : Uints{};
+    c.word[6] = (Uints)dx;
+    c.word[7] = (Uints)dy;
+  } else {
+    const int less = image::kWideBits - t.bits;
+    // What a record does not have goes where its position is, which is written last.
+    c.word[t.form.color / 4] = color;
+    c.word[t.form.depth / 4] = (Uints)now.depth;
+    c.word[t.form.way / 4] = pair_of(rounded(dx, less + 1), rounded(dy, less + 1));
+    c.word[t.form.size / 4] = size;
+    c.word[0] = pair_of(rounded(x, less), rounded(y, less));
+  }
+  const Ints further = columns.last - columns.first, below = rows.last - rows.first;
+  c.many = max_ints(further, below) > 1;
+  c.flags = ((Uints)further << 30 | (Uints)below << 31) & ~(Uints)c.many;
+  c.tile = tile_of(t, columns.first, rows.first);
+  c.across = columns;
+  c.down = rows;
+  if (any(c.visible & c.many)) place_many(t, x, y, c);
+  return c;
+}
+
+// The visible particles n, n + 1, ... that touch many tiles: returns how many they are. Few scenes have any.
+__attribute__((noinline)) std::size_t list_many(image::ManyTiles* to, std::size_t n, const Columns& c, Mask visible) {
+  std::size_t count = 0;
+  const auto corner = [](std::int32_t column, std::int32_t row) {
+    return static_cast<std::uint32_t>(column) | static_cast<std::uint32_t>(row) << 16;
+  };
+  for (std::size_t lane = 0; lane < kLanes; ++lane) {
+    if (visible[lane] == 0) continue;
+    if (c.many[lane] != 0) {
+      to[count++] = {static_cast<std::uint32_t>(n), corner(c.across.first[lane], c.down.first[lane]),
+                     corner(c.across.last[lane], c.down.last[lane])};
+    }
+    ++n;
+  }
+  return count;
+}
+
+MOTES_INLINE void store_velocity(const image::WideTask& t, std::size_t i, const Selected& k, std::uint32_t* to,
+                                 std::size_t stride) {
+  const Floats3 velocity = vector_at(t.velocity, t.velocity_of_all, i);
+  store_selected(to, k, finite_bits(velocity.x));
+  store_selected(to + stride, k, finite_bits(velocity.y));
+  store_selected(to + 2 * stride, k, finite_bits(velocity.z));
+}
+
+image::WideCount project(const image::WideTask& task, std::size_t first, std::size_t last,
+                         const image::WideBatch& batch) {
+  const image::WideTask t = task;  // copies whose members the stores below cannot change
+  const image::WideBatch out = batch;
+  const bool same = t.one_color();
+  const Uints color_of_all = color_vector(t, 0);
+  Ahead ahead(t);
+  if (t.streaks || out.velocity != nullptr) ahead.add(t.velocity);
+  if (!(t.diameter > 0)) ahead.add(t.size);
+  if (t.oriented) ahead.add(t.up);
+  const auto words = static_cast<std::size_t>(t.form.bytes) / 4;
+  const std::size_t in_fours = image::kFour * image::fours_of(words);
+  std::size_t n = 0, several = 0, many = 0;
+  for (std::size_t i = first; i < last; i += kLanes) {
+    ahead.fetch(i);
+    const Columns c = project_vector(t, i, same ? color_of_all : color_vector(t, i));
+    Mask visible = c.visible;
+    if (last - i < kLanes) visible &= first_lanes(last - i);
+    const Selected k(visible);
+    if (k.number() == 0) continue;
+    store_selected(out.tile + n, k, c.tile);
+    several += list_several(out.several + several, n, c.flags, visible, k);
+    if (any(visible & c.many)) many += list_many(out.many + many, n, c, visible);
+    if (out.velocity != nullptr) store_velocity(t, i, k, out.velocity + n, out.stride);
+    std::size_t w = 0;
+    for (; w < in_fours; w += image::kFour) {
+      store_selected(out.words + w * out.stride + image::kFour * n, k, c.word[w], c.word[w + 1], c.word[w + 2],
+                     c.word[w + 3]);
+    }
+    for (; w < words; ++w) store_selected(out.words + w * out.stride + n, k, c.word[w]);
+    n += k.number();
+  }
+  return {n, several, many, same ? color_of_all[0] : 0};
+}
+
+}  // namespace
+
+extern const image::ProjectWideLanes project_wide_lanes = {project};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,76 @@
+// Particles of any size, with streaks and directions, to screen positions: the values shared by plain code and the
+// per-ISA builds.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "image/layout.h"
+#include "image/project/project_lanes.h"
+
+namespace motes::image {
+
+/// Positions are in 1/256 px. Planes as in SeenTask.
+struct WideTask : SeenTask {
+  const float* size; // m
+  float size_of_all;
+  const float* up[3];
+  float up_of_all[3];
+
+  LensLanes then; // the camera when the shutter opened
+  bool streaks;   // the shutter is open for a while
+  float open;     // for how long, s
+
+  float diameter;  // px, of all particles; 0: `size` says
+  bool oriented;   // sprites are squares, turned by `up`
+  RecordForm form; // of the records
+  int columns;     // of tiles
+  int bits;        // of their positions
+};
+
+/// A particle whose bounding box touches more than 2x2 tiles, and the box: column | row << 16 of its first and last
+/// tile.
+struct ManyTiles {
+  std::uint32_t particle, first, last;
+};
+
+/// What a batch has of its words: four of each record behind one another, then the next four. Where three are left the
+/// fourth has no meaning; fewer are in columns.
+inline constexpr std::size_t kFour = 4;
+constexpr std::size_t fours_of(std::size_t words) { return (words + 1) / kFour; }
+
+/// The visible particles, in their order. Each array has room for as many particles as are projected, plus two vectors.
+struct WideBatch {
+  /// Of records without velocity: see fours_of().
+  std::uint32_t* words;
+  std::size_t stride;      // from column to column
+  std::uint16_t* tile;     // number of the first tile touched; of those that touch many, of one of them
+  std::uint32_t* several;  // as in ProjectedBatch, without those that touch many
+  ManyTiles* many;
+  std::uint32_t* velocity;  // bits of three floats, in columns as well; null: not wanted
+};
+
+struct WideCount {
+  std::size_t visible = 0, several = 0, many = 0;
+  std::uint32_t color = 0;  // of all particles, where they have one: as in ProjectedBatch
+};
+
+struct ProjectWideLanes {
+  /// Projects particles first .. last-1 (first: a multiple of 16) and returns how many there are in `out`.
+  WideCount (*project)(const WideTask& task, std::size_t first, std::size_t last, const WideBatch& out);
+};
+
+/// The build that suits this processor.
+const ProjectWideLanes& project_wide_lanes();
+
+}  // namespace motes::image
+
+namespace motes::sse2 {
+extern const image::ProjectWideLanes project_wide_lanes;
+}
+namespace motes::avx2 {
+extern const image::ProjectWideLanes project_wide_lanes;
+}
+namespace motes::avx512 {
+extern const image::ProjectWideLanes project_wide_lanes;
+}

@@ -1,0 +1,286 @@
+#include "image/project/projector.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <stdexcept>
+#include <utility>
+
+#include "base/memory.h"
+#include "image/camera.h"
+#include "image/footprint.h"
+
+namespace motes::image {
+namespace {
+
+// Vectors that are stored whole, and a cache line between the arrays.
+constexpr std::size_t kSlack = 32;
+
+// Particles per batch: its projected columns and its records (some 900 kB) stay in the second-level cache, so that
+// neither sorting nor the many streams of tiles touch main memory. Images of very many tiles need longer batches, or
+// the offsets would outweigh the records. `particle_bytes`: of the columns, and of a record.
+std::size_t batch_size(std::size_t particle_bytes, int tiles) {
+  constexpr std::size_t kBytes = 14 << 16, kWhole = 4096;
+  return std::max(kBytes / particle_bytes / kWhole * kWhole, 16 * static_cast<std::size_t>(tiles));
+}
+
+// Arrays in memory, one behind the other.
+class Columns {
+ public:
+  // `stride`: numbers in each.
+  Columns(Buffer& memory, std::size_t stride, std::size_t most) : stride_(stride) {
+    memory.resize(4 * most * stride);
+    next_ = memory.data();
+  }
+  template <class Number>
+  Number* take(bool wanted = true, std::size_t columns = 1) {
+    if (!wanted) return nullptr;
+    return reinterpret_cast<Number*>(std::exchange(next_, next_ + columns * stride_ * sizeof(Number)));
+  }
+
+ private:
+  std::byte* next_;
+  std::size_t stride_;
+};
+
+ProjectedBatch columns_for(std::size_t stride, bool with_depth, bool with_velocity, Buffer& memory) {
+  Columns all(memory, stride, 8);
+  ProjectedBatch batch{};
+  batch.position = all.take<std::uint32_t>();
+  batch.color = all.take<std::uint32_t>();
+  batch.depth = all.take<std::uint32_t>(with_depth);
+  batch.velocity = all.take<std::uint32_t>(with_velocity, 3);
+  batch.velocity_stride = stride;
+  batch.several = all.take<std::uint32_t>();
+  batch.tile = all.take<std::uint16_t>();
+  return batch;
+}
+
+template <std::size_t kCount>
+void copy(const Vector& from, float (&to)[kCount]) {
+  for (std::size_t i = 0; i < kCount; ++i) to[i] = static_cast<float>(from[i]);
+}
+
+// `unit`: of positions, per pixel.
+LensLanes lens_lanes(const Lens& lens, int unit) {
+  LensLanes lanes{};
+  copy(lens.eye, lanes.eye);
+  copy(lens.right, lanes.right);
+  copy(lens.up, lanes.up);
+  copy(lens.forward, lanes.forward);
+  lanes.scale = static_cast<float>(lens.focal_px * unit);
+  return lanes;
+}
+
+// What both tasks have in common.
+template <class Task>
+Task task_of(const Drawn& particles, const Sprite& sprite, const View& view, int unit) {
+  Task t{};
+  t.now = lens_lanes(lens(view), unit);
+  for (std::size_t i = 0; i < 3; ++i) {
+    t.position[i] = particles.position[i];
+    t.color[i] = particles.color[i];
+    t.color_of_all[i] = particles.color_of_all[i];
+    t.velocity[i] = particles.velocity[i];
+    t.velocity_of_all[i] = particles.velocity_of_all[i];
+  }
+  t.alpha = particles.alpha;
+  t.alpha_of_all = particles.alpha_of_all;
+  t.dark = sprite.blend == Sprite::Blend::add ? 0 : 0xffffffu;
+  t.near = static_cast<float>(view.camera.near);
+  t.width = view.width;
+  t.height = view.height;
+  return t;
+}
+
+ProjectTask fixed_task(const Drawn& particles, const Sprite& sprite, const View& view) {
+  const Grid grid{view.width, view.height};
+  const int unit = 1 << grid.sub_bits();
+  auto t = task_of<ProjectTask>(particles, sprite, view, unit);
+  t.sub_bits = grid.sub_bits();
+  t.columns = grid.columns();
+  t.footprint = footprint_size(sprite, view.height);
+  // Half the image and 12 px, more than half of the largest footprint; below 32768 (see Grid::sub_bits).
+  t.limit_x = static_cast<float>((grid.width + 1) / 2 * unit + 12 * unit);
+  t.limit_y = static_cast<float>((grid.height + 1) / 2 * unit + 12 * unit);
+  return t;
+}
+
+WideTask wide_task(const Drawn& particles, const Sprite& sprite, const View& view, double dt) {
+  auto t = task_of<WideTask>(particles, sprite, view, 1 << kWideBits);
+  t.size = particles.size;
+  t.size_of_all = particles.size_of_all;
+  for (std::size_t i = 0; i < 3; ++i) {
+    t.up[i] = particles.up[i];
+    t.up_of_all[i] = particles.up_of_all[i];
+  }
+  t.then = lens_lanes(lens_at_opening(view), 1 << kWideBits);
+  t.streaks = view.shutter > 0;
+  t.open = static_cast<float>(view.shutter * dt);
+  t.diameter = diameter_of(sprite, view.height);
+  t.oriented = sprite.kind == Sprite::Kind::image;
+  // Half the image and the largest sprite, turned.
+  constexpr int kReach = kMaxDiameter * 182 / 256 + 2;
+  t.limit_x = static_cast<float>(((view.width + 1) / 2 + kReach) << kWideBits);
+  t.limit_y = static_cast<float>(((view.height + 1) / 2 + kReach) << kWideBits);
+  return t;
+}
+
+// Of particles that have more than one colour. Where each has an alpha of its own, the greatest that there is: looking
+// for it costs more than it is worth. Likewise where they add light: records of bright colours have a greater alpha
+// than their particles (share_light).
+std::uint32_t most_alpha(const Drawn& particles, const Sprite& sprite) {
+  const bool own = particles.alpha != nullptr || sprite.blend == Sprite::Blend::add;
+  if (own || !(particles.alpha_of_all < 1)) return 255;
+  return static_cast<std::uint32_t>(std::ceil(255 * std::max(particles.alpha_of_all, 0.0f)));
+}
+
+// All of a message's records have this colour.
+void say_color(std::uint32_t color, RecordsHead& head) {
+  head.color = color;
+  head.most_alpha = color >> 24;
+}
+
+RecordsHead head_of(const Sprite& sprite, const View& view, const Projection& projection) {
+  const Grid grid{view.width, view.height};
+  RecordsHead head;
+  head.system = static_cast<std::uint32_t>(projection.system);
+  const bool point = drawn_as_point(sprite);
+  head.kind = static_cast<std::uint8_t>(point ? Sprite::Kind::point : sprite.kind);
+  head.blend = static_cast<std::uint8_t>(sprite.blend);
+  head.layout = static_cast<std::uint8_t>(layout(sprite, view, projection.any_depth));
+  head.with_velocity = with_velocity(sprite, view);
+  const bool in_order = projection.in_order || in_order_of_depth({&sprite, 1});
+  head.colored = in_order || !may_lack_color(static_cast<Layout>(head.layout)) ? 1 : 0;
+  head.pixels = point ? 1 : sprite.pixels;
+  head.of_height = sprite.of_height;
+  head.softness = sprite.softness;
+  head.picture = sprite.picture;
+  head.width = view.width;
+  head.height = view.height;
+  head.slots = static_cast<std::uint32_t>(grid.tiles());
+  return head;
+}
+
+RecordForm form_of(const RecordsHead& head) { return form(static_cast<Layout>(head.layout), head.colored != 0); }
+
+std::size_t bytes_of(const RecordsHead& head) {
+  return static_cast<std::size_t>(form_of(head).bytes) + (head.with_velocity != 0 ? kVelocityBytes : 0);
+}
+
+}  // namespace
+
+void Projector::project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records,
+                        const Projection& projection) {
+  check(view);
+  check(sprite);
+  for (const float* plane : particles.position) {
+    if (plane == nullptr && particles.count != 0) throw std::invalid_argument("position must have three planes");
+  }
+  slots_ = projection.slots;
+  if (slots_ != nullptr && !slots_->fits(Grid{view.width, view.height}.tiles())) {
+    throw std::invalid_argument("slots must list each tile of the view");
+  }
+  sprite_ = sprite;
+  records.head_ = head_of(sprite, view, projection);
+  records.head_.most_alpha = most_alpha(particles, sprite);
+  records.buffer_.resize(sizeof records.head_);
+  if (!of_fixed_size(static_cast<Layout>(records.head_.layout))) {
+    project_wide(particles, projection, view, records);
+  } else {
+    project_fixed(particles, view, records);
+  }
+  std::memcpy(records.buffer_.data(), &records.head_, sizeof records.head_);
+}
+
+void Projector::project_fixed(const Drawn& particles, const View& view, Records& records) {
+  const Grid grid{view.width, view.height};
+  const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
+  const ProjectTask task = fixed_task(particles, sprite_, view);
+  if (!task.one_color()) records.head_.colored = 1;
+  const std::size_t record_bytes = bytes_of(records.head_);
+  const bool with_depth = records.head_.layout != static_cast<std::uint8_t>(Layout::plain);
+  const bool with_velocity = records.head_.with_velocity != 0, one_color = task.one_color();
+  // Few particles touch several tiles, so that their column counts little.
+  const std::size_t column_bytes = (one_color ? 6 : 10) + (with_depth ? 4 : 0) + (with_velocity ? 12 : 0);
+  const std::size_t step = batch_size(column_bytes + record_bytes, grid.tiles());
+  for (std::size_t first = 0; first < particles.count; first += step) {
+    const std::size_t last = std::min(first + step, particles.count);
+    const std::size_t stride = last - first + kSlack;
+    const ProjectedBatch batch = columns_for(stride, with_depth, with_velocity, projected_);
+    const ProjectedCount number = lanes_->project(task, first, last, batch);
+    if (number.visible == 0) continue;
+    const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
+    count(touched, tiles, record_bytes, records);
+    std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
+    if (one_color) say_color(batch.color[0], records.head_);
+    const Colors colors = !one_color ? Colors::each : records.head_.colored != 0 ? Colors::same : Colors::none;
+    scatter_fixed(batch, colors, number.visible, cursor_.data(), further_.all(), to);
+  }
+}
+
+void Projector::project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records) {
+  const Grid grid{view.width, view.height};
+  const auto tiles = static_cast<std::size_t>(grid.tiles()), columns = static_cast<std::size_t>(grid.columns());
+  WideTask task = wide_task(particles, sprite_, view, projection.dt);
+  if (!task.one_color()) records.head_.colored = 1;
+  const std::size_t record_bytes = bytes_of(records.head_);
+  task.form = form_of(records.head_);
+  task.columns = grid.columns();
+  task.bits = grid.far_bits();
+  const auto words = static_cast<std::size_t>(task.form.bytes) / 4;
+  const std::size_t step = batch_size(4 * words + 2 + record_bytes, grid.tiles());
+  for (std::size_t first = 0; first < particles.count; first += step) {
+    const std::size_t last = std::min(first + step, particles.count);
+    const std::size_t stride = last - first + kSlack;
+    Columns all(projected_, stride, words + 9);
+    WideBatch batch{};
+    batch.words = all.take<std::uint32_t>(true, std::max(words, kFour * fours_of(words)));
+    batch.stride = stride;
+    batch.velocity = all.take<std::uint32_t>(records.head_.with_velocity != 0, 3);
+    batch.several = all.take<std::uint32_t>();
+    batch.many = all.take<ManyTiles>();
+    batch.tile = all.take<std::uint16_t>();
+    const WideCount number = wide_lanes_->project(task, first, last, batch);
+    if (number.visible == 0) continue;
+    const Touched touched{batch.tile, batch.several, number.visible, number.several, columns};
+    count(touched, tiles, record_bytes, records);
+    count_many(batch, number.many, task.form, grid, cursor_.data(), further_);
+    std::byte* to = open_batch(tiles, record_bytes, number.visible, records);
+    if (task.one_color()) say_color(number.color, records.head_);
+    scatter_wide(batch, number.visible, words, cursor_.data(), further_.all(), to);
+  }
+}
+
+// Counts the records of each tile, and asks for the memory of those of the first tiles.
+void Projector::count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records) {
+  cursor_.assign(tiles, 0);
+  const std::size_t at = records.buffer_.size() + 4 * (tiles + 1);
+  records.buffer_.reserve(at + touched.visible * record_bytes);
+  count_tiles(touched, cursor_.data(), further_, records.buffer_.data() + at, record_bytes);
+}
+
+// Makes room for as many records as cursor_ counts, and turns its counts into places. Returns where the first one goes.
+// `asked`: records whose memory has been asked for.
+std::byte* Projector::open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records) {
+  offsets_.resize(tiles + 1);
+  std::uint32_t total = 0;
+  for (std::size_t slot = 0; slot < tiles; ++slot) {
+    const std::size_t tile = slots_ == nullptr ? slot : static_cast<std::size_t>(slots_->tile(static_cast<int>(slot)));
+    offsets_[slot] = total;
+    total += std::exchange(cursor_[tile], total);
+  }
+  offsets_[tiles] = total;
+  const std::size_t offset_bytes = 4 * (tiles + 1);
+  const std::size_t at = records.buffer_.size();
+  records.buffer_.resize(at + offset_bytes + total * record_bytes);
+  std::byte* to = records.buffer_.data() + at;
+  std::memcpy(to, offsets_.data(), offset_bytes);
+  to += offset_bytes;
+  if (total > asked) base::prefetch_for_write(to + asked * record_bytes, (total - asked) * record_bytes);
+  ++records.head_.batches;
+  records.head_.records += total;
+  return to;
+}
+
+}  // namespace motes::image

@@ -1,0 +1,56 @@
+// Particles to records: projects, culls and sorts by tile.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "image/buffer.h"
+#include "image/project/project_lanes.h"
+#include "image/project/project_wide_lanes.h"
+#include "image/project/records.h"
+#include "image/project/sort_tiles.h"
+#include "image/scene.h"
+#include "image/slots.h"
+
+namespace motes::image {
+
+/// What a system's records depend on beside its sprite and the view. Equal on every rank.
+struct Projection {
+  int system = 0;                // its number, for those who draw
+  bool any_depth = false;        // see anything_hides()
+  bool in_order = false;         // see in_order_of_depth()
+  double dt = 0;                 // s per frame: how far a particle moves while the shutter is open
+  const Slots* slots = nullptr;  // null: tiles in their order
+};
+
+/// Keeps its working memory from frame to frame.
+class Projector {
+ public:
+  explicit Projector(const ProjectLanes& lanes = project_lanes(), const ProjectWideLanes& wide = project_wide_lanes())
+      : lanes_(&lanes), wide_lanes_(&wide) {}
+
+  /// Replaces the content of `records` by the records of `particles`, reusing its memory. They have no colours where
+  /// one colour and alpha hold for all particles and nothing needs more. Particles that are not
+  /// finite, nearer than the camera's `near`, outside the image, without light or not wider than 0 are left out. Throws
+  /// std::invalid_argument where view, sprite or slots are not valid, or a position plane is missing.
+  void project(const Drawn& particles, const Sprite& sprite, const View& view, Records& records,
+               const Projection& projection = {});
+
+ private:
+  void project_fixed(const Drawn& particles, const View& view, Records& records);
+  void project_wide(const Drawn& particles, const Projection& projection, const View& view, Records& records);
+  void count(const Touched& touched, std::size_t tiles, std::size_t record_bytes, Records& records);
+  std::byte* open_batch(std::size_t tiles, std::size_t record_bytes, std::size_t asked, Records& records);
+
+  const ProjectLanes* lanes_;
+  const ProjectWideLanes* wide_lanes_;
+  Buffer projected_;
+  FurtherTiles further_;
+  std::vector<std::uint32_t> cursor_;   // by tile: its number of records, then where the next one goes
+  std::vector<std::uint32_t> offsets_;  // by slot
+  Sprite sprite_;
+  const Slots* slots_ = nullptr;  // of the call under way
+};
+
+}  // namespace motes::image

@@ -1,0 +1,121 @@
+// What calculators send to the ranks that draw: the visible particles of one system as screen-space records.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "base/bytes.h"
+#include "image/buffer.h"
+#include "image/grid.h"
+#include "image/layout.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// The head of a message of records. Little-endian, without pointers: a message can be sent, kept or written to a file
+/// as it is. After the head:
+///   batch   offsets u32[slots + 1], then offsets[slots] records: those of slot first_slot + s are offsets[s] ..
+///           offsets[s + 1] - 1
+///   record  see Layout; with_velocity: three floats behind it
+/// A record appears in every tile that its footprint touches. Batches keep the sorting inside the second-level cache;
+/// their order, and the order of records within a slot, has no meaning.
+struct RecordsHead {
+  static constexpr std::uint32_t kMagic = 0x3453544d;  // "MTS4"
+
+  std::uint32_t magic = kMagic;
+  std::uint32_t system = 0;
+  std::uint8_t kind = 0;
+  std::uint8_t blend = 0;
+  std::uint8_t layout = 0;
+  std::uint8_t with_velocity = 0;
+  std::int32_t pixels = 0;
+  float of_height = 0;
+  float softness = 0;
+  meshes::AssetKey picture = 0;
+  std::int32_t width = 0;
+  std::int32_t height = 0;
+  std::uint32_t first_slot = 0;
+  std::uint32_t slots = 0;
+  std::uint32_t batches = 0;
+  std::uint32_t most_alpha = 255;  // no record has more: a bound for sums of light
+  std::uint32_t colored = 1;       // 0: records have no colour, but all the same one
+  std::uint32_t color = 0;         // r | g << 8 | b << 16 | alpha << 24
+  std::uint64_t records = 0;
+};
+static_assert(sizeof(RecordsHead) == 72);
+
+/// A message that a Projector fills. Slots are tiles in the order that was given to it.
+class Records {
+ public:
+  std::span<const std::byte> bytes() const { return {buffer_.data(), buffer_.size()}; }
+  bool empty() const { return buffer_.size() == 0; }
+
+ private:
+  friend class Projector;
+
+  RecordsHead head_;
+  Buffer buffer_;
+};
+
+/// Records in memory owned by someone else, with any alignment.
+class RecordsView {
+ public:
+  struct Batch {
+    const std::byte* offsets;
+    const std::byte* records;
+  };
+  struct Piece {
+    const std::byte* records;
+    std::size_t count;
+  };
+
+  /// Throws std::runtime_error where the bytes are not a whole, consistent message.
+  explicit RecordsView(std::span<const std::byte> bytes);
+
+  const Sprite& sprite() const { return sprite_; }
+  int system() const { return static_cast<int>(head_.system); }
+  const Grid& grid() const { return grid_; }
+  Layout layout() const { return static_cast<Layout>(head_.layout); }
+  bool with_depth() const { return has_depth(layout()); }
+  /// Whether each record has its own colour; else color() holds for all.
+  bool colored() const { return head_.colored != 0; }
+  std::uint32_t color() const { return head_.color; }
+  bool with_velocity() const { return head_.with_velocity != 0; }
+  /// No record has a greater alpha, 0..255.
+  std::uint8_t most_alpha() const { return static_cast<std::uint8_t>(head_.most_alpha); }
+  /// Bytes from one record to the next.
+  std::size_t record_bytes() const {
+    return image::record_bytes(layout(), colored()) + (with_velocity() ? kVelocityBytes : 0);
+  }
+
+  /// Records in all batches; a particle on a tile's edge counts once per tile.
+  std::size_t count() const { return count_; }
+  /// The same in slots first .. end - 1, which must be in the message.
+  std::size_t count(int first, int end) const;
+
+  /// Adds the records in each slot to its number in `counts`, which has one for each slot of the view.
+  void add_counts(std::span<std::uint32_t> counts) const;
+
+  /// Appends a message of slots first .. end - 1 alone. Throws std::invalid_argument where they are not in this one.
+  void append_part(int first, int end, base::Bytes& out) const;
+
+  const std::vector<Batch>& batches() const { return batches_; }
+
+  /// The records in a slot: without an order given to the projector, in the tile of that number. Empty where the
+  /// message is a part that does not have this slot.
+  Piece piece(const Batch& batch, int slot) const;
+
+ private:
+  void check_head() const;
+  Batch take_batch(std::span<const std::byte>& rest);
+
+  RecordsHead head_;
+  Sprite sprite_;
+  Grid grid_;
+  std::size_t count_ = 0;
+  std::vector<Batch> batches_;
+};
+
+}  // namespace motes::image

@@ -1,0 +1,236 @@
+#include "image/raster/brush.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <numbers>
+#include <span>
+#include <tuple>
+
+#include "base/enumerators.h"
+#include "image/camera.h"
+#include "image/daylight.h"
+#include "image/footprint.h"
+
+namespace motes::image {
+namespace {
+
+// The list is in the order of the enumeration.
+constexpr Sprite::Kind kKinds[] = {
+#define MOTES_SPRITE_KIND(kind, Name) Sprite::Kind::kind,
+#include "image/raster/kinds.inc"
+};
+constexpr bool in_order() {
+  for (int i = 0; i < kSpriteKinds; ++i) {
+    if (static_cast<int>(kKinds[i]) != i) return false;
+  }
+  return true;
+}
+static_assert(in_order() && kSpriteKinds == base::enumerators<Sprite::Kind>());
+
+constexpr double kWholeByte = 255;
+
+// Calls `use` for each pixel of each phase: the row in tables, the column, and the distance in pixels from the
+// particle's centre to the pixel's, to the right and down.
+template <class Use>
+void for_each_pixel(int size, int phase_bits, const Use& use) {
+  const int phases = 1 << phase_bits;
+  std::size_t row = 0;
+  for (int py = 0; py < phases; ++py) {
+    for (int px = 0; px < phases; ++px) {
+      for (int r = 0; r < size; ++r, ++row) {
+        for (int c = 0; c < size; ++c) {
+          use(row, static_cast<std::size_t>(c), c + 1 - (px + 0.5) / phases - 0.5 * size,
+              r + 1 - (py + 0.5) / phases - 0.5 * size);
+        }
+      }
+    }
+  }
+}
+
+std::uint8_t to_byte(double value) { return static_cast<std::uint8_t>(value + 0.5); }
+
+std::size_t rows_of(int size, int phase_bits) { return static_cast<std::size_t>(size) << (2 * phase_bits); }
+
+// Covers every pixel whose centre is inside; a point covers the pixel that it
+// is in.
+SurfaceTables flat_surface(bool point, float diameter, const Footprint& f) {
+  SurfaceTables t;
+  t.covered.assign(rows_of(f.size, f.phase_bits), 0);
+  const double radius = 0.5 * diameter;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
+    const bool inside = point ? std::fabs(x) < 0.5 && std::fabs(y) < 0.5 : x * x + y * y < radius * radius;
+    t.covered[row] |= static_cast<std::uint16_t>(inside ? 1u << column : 0u);
+  });
+  return t;
+}
+
+// A pixel of a sphere: what part of it is covered, and what part of its light is seen there.
+struct SpherePixel {
+  double edge, shade;
+};
+
+// `pixels`: all phases, in the order of for_each_pixel. Wherever a sphere is in a pixel, its light is that of
+// Sphere::total().
+void set_weights(std::span<const SpherePixel> pixels, double light, const Footprint& f, SurfaceTables& t) {
+  const auto in_phase = static_cast<std::size_t>(f.size) * static_cast<std::size_t>(f.size);
+  std::vector<double> weights;
+  std::size_t i = 0;
+  for_each_pixel(f.size, f.phase_bits, [&](std::size_t row, std::size_t column, double, double) {
+    const SpherePixel& pixel = pixels[i];
+    if (i % in_phase == 0) {
+      weights.clear();
+      for (const SpherePixel& p : pixels.subspan(i, in_phase)) weights.push_back(p.edge * p.shade);
+      scale_to(weights, kWholeByte * light);
+    }
+    const double weight = weights[i++ % in_phase];
+    for (std::size_t c = 0; c < 3; ++c) {
+      const std::size_t at = row * static_cast<std::size_t>(f.row_bytes) + 3 * column + c;
+      t.weights[at] = to_byte(weight);
+      t.cover[at] = pixel.edge > 0 ? to_byte(std::min(kWholeByte, weight / pixel.shade)) : std::uint8_t{0};
+    }
+  });
+}
+
+SurfaceTables sphere_tables(float diameter, const Footprint& f, const View& view) {
+  const int size = f.size, phase_bits = f.phase_bits, row_bytes = f.row_bytes;
+  SurfaceTables t;
+  const std::size_t rows = rows_of(size, phase_bits);
+  t.weights.assign(rows * static_cast<std::size_t>(row_bytes), 0);
+  t.cover = t.weights;
+  t.covered.assign(rows, 0);
+  const auto surface = static_cast<std::size_t>(surface_row(size));
+  t.shade.assign((rows + 1) * surface, 0);
+  t.bulge.assign((rows + 1) * surface, 0);
+  const Daylight daylight(view);
+  const double radius = 0.5 * diameter;
+  std::vector<SpherePixel> pixels;
+  for_each_pixel(size, phase_bits, [&](std::size_t row, std::size_t column, double x, double y) {
+    const double distance = std::sqrt(x * x + y * y);
+    const double edge = std::clamp(radius - distance + 0.5, 0.0, 1.0);
+    const double shrink = distance < radius ? 1 / radius : 1 / distance; // outside: the direction at the rim
+    const double nx = x * shrink, ny = -y * shrink;
+    const double nz = std::sqrt(std::max(0.0, 1 - nx * nx - ny * ny));
+    const double shade = daylight.shade({nx, ny, nz});
+    pixels.push_back({edge, shade});
+    if (distance >= radius) return;
+    t.covered[row] |= static_cast<std::uint16_t>(1u << column);
+    const std::uint32_t at_least_1 = std::max<std::uint8_t>(1, to_byte(kWholeByte * shade));
+    t.shade[row * surface + column] = at_least_1 << kShadeShift;
+    t.bulge[row * surface + column] = static_cast<float>(nz);
+  });
+  set_weights(pixels, std::numbers::pi * radius * radius * daylight.mean_shade(), f, t);
+  return t;
+}
+
+// A footprint's light beside that of the profile that it samples.
+float gain_at(Sprite::Kind kind, int pixels) {
+  const Footprint& f = footprint({kind, pixels});
+  double sum = 0;
+  for (int i = 0; i < f.size * f.row_bytes; ++i) sum += f.weights[static_cast<std::size_t>(i)];
+  return static_cast<float>(sum / 3 / (kWholeByte * (std::numbers::pi / 12) * f.size * f.size));
+}
+
+auto key(const Sprite& s, Layout layout, bool colored) {
+  return std::tuple(s.kind, s.blend, layout, colored, s.pixels, std::bit_cast<std::uint32_t>(s.of_height),
+                    std::bit_cast<std::uint32_t>(s.softness), s.picture);
+}
+
+}  // namespace
+
+Brush::Brush(const Sprite& sprite, Layout layout, const View& view, bool colored)
+    : sprite_(sprite), layout_(layout), colored_(colored),
+      record_bytes_(image::record_bytes(layout, colored) + (with_velocity(sprite, view) ? kVelocityBytes : 0)),
+      width_(view.width), height_(view.height) {
+  of_fixed_size(layout) ? set_splat(view) : set_wide(view);
+}
+
+void Brush::set_splat(const View& view) {
+  const float diameter = diameter_of(sprite_, height_);
+  const bool point = drawn_as_point(sprite_);
+  const bool sphere = sprite_.kind == Sprite::Kind::sphere && !point;
+  if (!point && sprite_.of_height > 0) own_ = footprint_of(diameter);
+  const Footprint& f = footprint_in_use();
+  splat_.size = f.size;
+  splat_.phase_bits = f.phase_bits;
+  splat_.row_bytes = f.row_bytes;
+  splat_.sub_bits = Grid{width_, height_}.sub_bits();
+  splat_.record_bytes = static_cast<int>(record_bytes_);
+  splat_.form = form();
+  splat_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
+  splat_.radius = static_cast<float>(0.5 * (point ? 2 : diameter) / lens(view).focal_px);
+  if (sphere) {
+    tables_ = sphere_tables(diameter, f, view);
+  } else if (sprite_.blend == Sprite::Blend::opaque) {
+    tables_ = flat_surface(point, diameter, f);
+  }
+}
+
+const Footprint& Brush::footprint_in_use() const {
+  if (own_.size != 0) return own_;
+  Sprite outline = sprite_;
+  if (outline.kind != Sprite::Kind::point) outline.kind = Sprite::Kind::disc;
+  return footprint(outline);
+}
+
+// Pointers are taken here, not kept: a brush may be moved.
+Splat Brush::splat_at(int x, int y) const {
+  Splat s = splat_;
+  const bool own = !tables_.weights.empty();
+  s.weights = own ? tables_.weights.data() : footprint_in_use().weights.data();
+  s.cover = own ? tables_.cover.data() : s.weights;
+  s.covered = tables_.covered.data();
+  s.shade = tables_.shade.empty() ? nullptr : tables_.shade.data();
+  s.bulge = tables_.bulge.empty() ? nullptr : tables_.bulge.data();
+  const int half = 1 << (s.sub_bits - 1);
+  s.origin_x = 2 * half * x - (width_ + 1 - s.size) * half;
+  s.origin_y = 2 * half * y - (height_ + 1 - s.size) * half;
+  return s;
+}
+
+void Brush::set_wide(const View& view) {
+  wide_.record_bytes = static_cast<int>(record_bytes_);
+  wide_.form = form();
+  wide_.bits = Grid{width_, height_}.far_bits();
+  wide_.one_size = wide_.form.way != 0 && wide_.form.color != 8 && diameter_of(sprite_, height_) > 0;
+  wide_.fade = sprite_.softness > 0 ? 1 / sprite_.softness : 0;
+  wide_.radius = static_cast<float>(1 / lens(view).focal_px);
+  for (int pixels = 2; pixels <= kMaxFootprint; ++pixels) wide_.gain[pixels] = gain_at(Sprite::Kind::disc, pixels);
+  if (drawn_as_point(sprite_)) {
+    wide_.gain[2] = gain_at(Sprite::Kind::point, 1);
+    wide_.key_shift = 1;
+  }
+  if (sprite_.kind == Sprite::Kind::sphere) {
+    const Daylight daylight(view);
+    for (std::size_t i = 0; i < 3; ++i) {
+      wide_.toward_sun[i] = static_cast<float>(daylight.toward_sun()[i]);
+      wide_.upward[i] = static_cast<float>(daylight.upward()[i]);
+    }
+    wide_.sun = static_cast<float>(kSun);
+    wide_.low = static_cast<float>(daylight.low());
+    wide_.high = static_cast<float>(daylight.high());
+    wide_.mean_shade = static_cast<float>(daylight.mean_shade());
+  }
+  if (sprite_.kind == Sprite::Kind::image) {
+    const ImageLevels& picture = image_levels(sprite_.picture);
+    wide_.levels = picture.levels().data();
+    wide_.level_count = static_cast<int>(picture.levels().size());
+    wide_.image_cover = static_cast<float>(picture.cover());
+  }
+}
+
+WideSplat Brush::wide_at(const Area& area) const {
+  WideSplat t = wide_;
+  constexpr int kUnitsPerPixel = 1 << kWideBits, kHalf = kUnitsPerPixel / 2;
+  t.origin_x = kUnitsPerPixel * area.x + kHalf - kHalf * width_;
+  t.origin_y = kUnitsPerPixel * area.y + kHalf - kHalf * height_;
+  t.columns = area.width;
+  t.rows = area.height;
+  return t;
+}
+
+std::strong_ordering Brush::operator<=>(const Brush& other) const {
+  return key(sprite_, layout_, colored_) <=> key(other.sprite_, other.layout_, other.colored_);
+}
+
+}  // namespace motes::image

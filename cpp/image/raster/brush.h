@@ -1,0 +1,72 @@
+// How the records of one sprite are drawn: worked out once per frame.
+#pragma once
+
+#include <compare>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "image/footprint.h"
+#include "image/layout.h"
+#include "image/raster/splat_lanes.h"
+#include "image/raster/wide_lanes.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// Tables of a sprite of fixed size that is not a plain footprint: rows as in Footprint.
+struct SurfaceTables {
+  std::vector<std::uint8_t> weights, cover;  // three per pixel
+  std::vector<std::uint16_t> covered;        // bits of a row
+  std::vector<std::uint32_t> shade;          // see Splat; empty: fully lit
+  std::vector<float> bulge;                  // the same; empty: flat
+};
+
+class Brush {
+ public:
+  /// `colored`: records have colours; see form().
+  Brush(const Sprite& sprite, Layout layout, const View& view, bool colored = true);
+
+  const Sprite& sprite() const { return sprite_; }
+  Layout layout() const { return layout_; }
+  bool colored() const { return colored_; }
+  RecordForm form() const { return image::form(layout_, colored_); }
+  bool blends(Sprite::Blend blend) const { return sprite_.blend == blend; }
+  std::size_t record_bytes() const { return record_bytes_; }
+
+  /// For the tile whose first pixel is (x, y).
+  Splat splat_at(int x, int y) const;
+  WideSplat wide_at(const Area& area) const;
+
+  /// Pixels of a footprint in each direction; 0: each record has its own.
+  int footprint_pixels() const { return of_fixed_size(layout_) ? splat_.size : 0; }
+
+  /// Whether its streaks are drawn from stamps: see Stamp.
+  bool has_stamps() const { return wide_.one_size; }
+
+  /// Whether records of both are drawn in the same way.
+  bool same(const Sprite& sprite, Layout layout, bool colored = true) const {
+    return sprite == sprite_ && layout == layout_ && colored == colored_;
+  }
+
+  /// A total order that depends only on what is drawn: the same on every rank.
+  std::strong_ordering operator<=>(const Brush& other) const;
+  bool operator==(const Brush& other) const { return same(other.sprite_, other.layout_, other.colored_); }
+
+ private:
+  void set_splat(const View& view);
+  void set_wide(const View& view);
+  const Footprint& footprint_in_use() const;
+
+  Sprite sprite_;
+  Layout layout_;
+  bool colored_;
+  std::size_t record_bytes_;
+  int width_, height_;
+  Footprint own_; // of a size that no others have
+  SurfaceTables tables_;
+  Splat splat_{};
+  WideSplat wide_{};
+};
+
+}  // namespace motes::image

@@ -1,0 +1,182 @@
+// image: a picture, turned by the particle's `up`.
+#pragma once
+
+#include "image/raster/wide_sprite.h"
+#include "simd/quads.h"
+
+namespace motes::MOTES_ISA {
+
+/// Red, green, blue and alpha at a vector of pixels, as in an ImageLevel.
+struct Texels {
+  Ints channel[4];
+};
+
+struct Image {
+  static constexpr int kPlanes = 4;
+  static constexpr float kNarrow = 8;
+
+  WideSprite s;
+  image::ImageLevel level;
+  float across, down;   // texels per pixel, along its width and its height
+  float width, height;  // px
+  float cover;
+  float least;      // what counts as covered by an opaque particle
+  bool moves;
+  int steps = 1;    // places along the streak that a pixel looks at
+  float finer = 1;  // weights are multiplied by this: those of long streaks would be few, and rounded
+
+  MOTES_INLINE Image(const image::WideSplat& task, const WideSprite& sprite) : s(sprite) {
+    const image::ImageLevel& first = task.levels[0];
+    const int longer = first.width > first.height ? first.width : first.height;
+    float scale = static_cast<float>(longer) / (2 * s.radius);
+    cover = task.image_cover;
+    int number = 0;  // the largest level with at most about one texel per pixel
+    for (; scale > 1.5f && number + 1 < task.level_count; ++number) scale *= 0.5f;
+    level = task.levels[number];
+    across = scale * level.across;
+    down = scale * level.down;
+    width = static_cast<float>(level.width) / across;
+    height = static_cast<float>(level.height) / down;
+    // Smaller levels and sides below a pixel are less opaque than the picture; they must not vanish for that.
+    const float opaque = static_cast<float>(level.most_alpha) / static_cast<float>(first.most_alpha);
+    least = 0.5f * kPixelWeight * opaque * (width < 1 ? width : 1) * (height < 1 ? height : 1);
+    moves = s.half >= 0.5f;
+    if (moves) {
+      const float longest = s.half < reach() ? s.half : reach();
+      steps = 2 * longest < kMostSteps ? 1 + static_cast<int>(2 * longest) : kMostSteps;
+      finer = s.half / longest;
+    }
+  }
+  /// Half of the diagonal of a square, and half a pixel more on each side.
+  MOTES_INLINE float reach() const { return 1.4143f * ((width > height ? width : height) * 0.5f + 0.5f); }
+  MOTES_INLINE float box_x() const { return box(size_of(s.up_y), size_of(s.up_x)); }
+  MOTES_INLINE float box_y() const { return box(size_of(s.up_x), size_of(s.up_y)); }
+
+  MOTES_INLINE float total() const { return 4 * s.radius * s.radius * cover * s.light; }
+  static MOTES_INLINE float greatest() { return kPixelWeight; }
+  /// As large as the picture.
+  MOTES_INLINE float usual_sum() const { return 4 * s.radius * s.radius * cover * kPixelWeight * finer; }
+  static MOTES_INLINE const std::uint16_t* measured(const Patch<4>& p) { return p.cover; }
+
+  MOTES_OUTLINE void weigh(Patch<4>& p) const {
+    const Image own = *this;  // no store to the patch can change it
+    for_each_vector(p, [&](Floats x, Floats y, const InPart& in_part) {
+      const Texels t = own.mean(x - own.s.x, y - own.s.y);
+      const int at = in_part.number(p);
+      store_narrow(p.cover + at, t.channel[3]);
+      store_thirds(p.light + 3 * at, t.channel[0], t.channel[1], t.channel[2]);
+    });
+  }
+
+  /// Where it is at least half opaque, at the most opaque place of its way.
+  MOTES_INLINE Front front(Floats x, Floats y) const {
+    const Texels t = moves ? most_opaque(x, y) : texels(x, y);
+    Front front;
+    const Floats opacity = to_floats(t.channel[3]), alpha = max(opacity, all(least));
+    front.color = Uints{};
+    for (int c = 0; c < 3; ++c) {
+      const Floats own = all(static_cast<float>(s.color >> (8 * c) & 0xffu));
+      front.color |= (Uints)to_ints(min(own * to_floats(t.channel[c]) / alpha, all(255.0f)) + 0.5f) << (8 * c);
+    }
+    front.covered = (opacity >= least) & (opacity > 0.0f);  // a picture without any alpha covers nothing
+    front.shade = all(1.0f);
+    front.nearer = Floats{};
+    return front;
+  }
+
+ private:
+  static constexpr int kMostSteps = 64;
+  static constexpr int kPartBits = 7;  // of a texel, in places between texels
+
+  /// How far the turned picture reaches along one axis, where its sides are that much along it.
+  MOTES_INLINE float box(float of_width, float of_height) const {
+    return of_width * (0.5f * width + 0.5f) + of_height * (0.5f * height + 0.5f);
+  }
+
+  /// The part of the streak on which the picture may reach a pixel, as so many places in steps of one length, px.
+  struct Stretch {
+    Floats first, step;
+  };
+  MOTES_INLINE Stretch stretch(Floats x, Floats y) const {
+    const Floats along = x * s.along_x + y * s.along_y;
+    const Floats begin = clamp(along - reach(), -s.half, s.half), end = clamp(along + reach(), -s.half, s.half);
+    const Floats step = (end - begin) * (1 / static_cast<float>(steps));
+    return {begin + step * 0.5f, step};
+  }
+  MOTES_INLINE Texels texels_at(Floats x, Floats y, const Stretch& at, int i) const {
+    const Floats along = at.first + at.step * static_cast<float>(i);
+    return texels(x - along * s.along_x, y - along * s.along_y);
+  }
+
+  /// Over the streak.
+  MOTES_INLINE Texels mean(Floats x, Floats y) const {
+    if (!moves) return texels(x, y);
+    const Stretch at = stretch(x, y);
+    Texels sum{};
+    for (int i = 0; i < steps; ++i) {
+      const Texels t = texels_at(x, y, at, i);
+      for (int c = 0; c < 4; ++c) sum.channel[c] += t.channel[c];
+    }
+    const Floats part = at.step * (0.5f / s.half * finer);
+    for (Ints& channel : sum.channel) channel = to_ints(to_floats(channel) * part + 0.5f);
+    return sum;
+  }
+
+  MOTES_INLINE Texels most_opaque(Floats x, Floats y) const {
+    const Stretch at = stretch(x, y);
+    Texels most{};
+    for (int i = 0; i < steps; ++i) {
+      const Texels t = texels_at(x, y, at, i);
+      const Mask more = (Mask)(t.channel[3] > most.channel[3]);
+      for (int c = 0; c < 4; ++c) most.channel[c] = select(more, t.channel[c], most.channel[c]);
+    }
+    return most;
+  }
+
+  /// Its edge is as sharp as pixels are, however large its texels, and it has its light wherever it is in a pixel,
+  /// however thin it is.
+  MOTES_INLINE Texels texels(Floats x, Floats y) const {
+    // The picture's x is a quarter turn to the right of `up`.
+    const Floats to_right = y * s.up_x - x * s.up_y, to_below = -(x * s.up_x + y * s.up_y);
+    const auto columns = static_cast<float>(level.width), rows = static_cast<float>(level.height);
+    // From the middle of the frame's first texel.
+    Texels t = between(clamp(to_right * across + (0.5f * columns + 0.5f), 1, columns),
+                       clamp(to_below * down + (0.5f * rows + 0.5f), 1, rows));
+    const Ints part = to_ints(covered(to_right, width) * covered(to_below, height) * 32768.0f + 0.5f);
+    for (Ints& channel : t.channel) channel = channel * part >> 15;
+    return t;
+  }
+
+  /// The part of a pixel, so far from the middle, that is between two edges so far apart, px.
+  static MOTES_INLINE Floats covered(Floats from_middle, float apart) {
+    return clamp(0.5f * apart + 0.5f - max(from_middle, -from_middle), 0, apart < 1 ? apart : 1);
+  }
+
+  /// Between the middles of four texels, by how near they are: weights like those of Patch.
+  MOTES_INLINE Texels between(Floats at_column, Floats at_row) const {
+    constexpr int kOne = 1 << kPartBits;
+    const Ints column = to_ints(at_column * float{kOne}), row = to_ints(at_row * float{kOne});
+    const Ints first_column = min_ints(column >> kPartBits, all_ints(level.width));
+    const Ints first_row = min_ints(row >> kPartBits, all_ints(level.height));
+    const Ints right = column - (first_column << kPartBits), below = row - (first_row << kPartBits);
+    // Weights of the left and right texel: the lower and upper half of each lane.
+    const Ints pair = (kOne - right) | right << 16;
+    const int stride = 4 * (level.width + 2);
+    std::int32_t index[kLanes];
+    store_mask(index, first_row * stride + first_column * 4);
+    Texels sum{};
+    add_row(sum, level.texels, index, pair * (kOne - below));
+    add_row(sum, level.texels + stride, index, pair * below);
+    for (Ints& channel : sum.channel) channel >>= 15;
+    return sum;
+  }
+
+  /// Of each lane two neighbouring texels, which begin at its index: pairs of one of their numbers times the weights.
+  static MOTES_INLINE void add_row(Texels& sum, const std::uint16_t* texels, const std::int32_t (&index)[kLanes],
+                                   Ints weights) {
+    const FourWords pairs = load_pairs([&](std::size_t lane) { return texels + index[lane]; });
+    for (int c = 0; c < 4; ++c) sum.channel[c] += pair_products((Ints)pairs.word[c], weights);
+  }
+};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,185 @@
+// Opaque records of one fixed size: at each pixel the nearest wins. In a crowd most are behind others that have been
+// drawn before them: these are left out.
+#pragma once
+
+#include "image/raster/depth_blocks.h"
+#include "image/raster/pixel_lanes.h"
+#include "image/raster/point_lanes.h"
+#include "image/raster/splat_lanes.h"
+#include "simd/squeeze.h"
+
+namespace motes::MOTES_ISA {
+
+// Some records: where they begin, and which are seen.
+struct Crowd {
+  static constexpr std::size_t kMost = 128;
+
+  alignas(64) std::uint32_t position[kMost], depth[kMost];
+  alignas(64) std::int32_t pixel[kMost], row[kMost];  // from the tile's first pixel, and in tables
+  alignas(64) std::uint32_t seen[kMost + kLanes];     // numbers of records
+};
+
+// Finds those of `count` records that are not behind everything they would meet, as far as is known. Without branches:
+// whether one is seen has nothing to do with whether the next is.
+MOTES_INLINE std::size_t find_seen(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
+                                   std::size_t count, Crowd& crowd) {
+  read_places(s, records, count, crowd.position, crowd.depth);
+  const float radius = s.bulge != nullptr ? s.radius : 0;
+  std::size_t seen = 0;
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Places at = places(s, load_uints(crowd.position + i));
+    Mask chosen = touch(at, s.size) & first_lanes(count - i);
+    if (tile.blocks != nullptr) {
+      const Ints block = image::DepthBlocks::at(at.column, at.row) & chosen;
+      const Floats center = (Floats)load_uints(crowd.depth + i);
+      chosen &= center - center * radius <= gather(tile.blocks + 1, block + block);
+    }
+    store_mask(crowd.pixel + i, at.row * image::kPixelStride + at.column);
+    store_mask(crowd.row + i, at.phase * s.size);
+    seen += squeeze(crowd.seen + seen, lane_numbers() + static_cast<std::uint32_t>(i), chosen);
+  }
+  return seen;
+}
+
+// How one of them looks.
+struct Coat {
+  std::uint32_t color, depth;
+};
+
+// Calls draw(coat, pixel, row) for those that are seen: see Crowd.
+template <class Draw>
+MOTES_INLINE void for_each_seen(const image::TilePlanes& planes, const image::Splat& s, const unsigned char* records,
+                                std::size_t count, const Draw& draw) {
+  const auto bytes = static_cast<std::size_t>(s.record_bytes);
+  Crowd crowd;
+  while (count != 0) {
+    const std::size_t number = count < Crowd::kMost ? count : Crowd::kMost;
+    const std::size_t seen = find_seen(planes, s, records, number, crowd);
+    for (std::size_t k = 0; k < seen; ++k) {
+      const std::size_t i = crowd.seen[k];
+      draw(Coat{color_of(s, records + i * bytes), crowd.depth[i]}, crowd.pixel[i], crowd.row[i]);
+    }
+    records += number * bytes;
+    count -= number;
+  }
+}
+
+// Rows of `kVectors` of kLongs pixels.
+template <int kVectors>
+MOTES_INLINE void draw_flat(const image::Splat& s, const Coat& coat, const std::uint16_t* covered, image::Nearest* to) {
+  const Longs here = all_longs(image::Nearest{coat.depth} << 32 | 0xff000000u | coat.color);
+  for (int row = 0; row < s.size; ++row, to += image::kPixelStride) {
+    for (int j = 0; j < kVectors; ++j) keep_nearest(to + j * kLongs, here, covered[row] >> (j * kLongs));
+  }
+}
+
+template <int kVectors>
+void flat_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
+                  std::size_t count) {
+  const image::Splat s = task;
+  image::Nearest* const surfaces = planes.surfaces;
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_flat<kVectors>(s, coat, s.covered + row, surfaces + pixel);
+  });
+}
+
+#if MOTES_WIDTH == 512
+// Eight pixels of a sphere's row, as half vectors: more of these are computed at once.
+MOTES_INLINE void round_eight(image::Nearest* to, const std::uint32_t* shade, const float* bulge, Uints color,
+                              Floats center, Floats radius, unsigned covered) {
+  const __m256i shades = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(shade));
+  const __m256i surface = _mm256_or_si256(_mm512_castsi512_si256((__m512i)color), shades);
+  const __m256 nearer = _mm256_mul_ps(_mm512_castps512_ps256((__m512)radius), _mm256_loadu_ps(bulge));
+  const __m256 depth =
+      _mm256_max_ps(_mm256_sub_ps(_mm512_castps512_ps256((__m512)center), nearer), _mm256_set1_ps(kLeastDepth));
+  keep_nearest(to, nearest_of((Uints)_mm512_castps256_ps512(depth), (Uints)_mm512_castsi256_si512(surface), 0),
+               covered);
+}
+#endif
+
+// Rows of `kVectors` of kWidth pixels; kHalf: the last one of half as many. `in_tables`: the first row there.
+template <int kVectors, bool kHalf>
+MOTES_INLINE void draw_round(const image::Splat& s, const Coat& coat, std::ptrdiff_t in_tables, image::Nearest* to) {
+  constexpr int kInRow = image::surface_row(kHalf ? kVectors * kWidth - kLongs : kVectors * kWidth);
+  const Uints color = all_uints(coat.color & 0xffffffu);
+  const Floats center = (Floats)all_uints(coat.depth);
+  const Floats radius = center * all(s.radius);
+  const std::uint16_t* covered = s.covered + in_tables;
+  const std::uint32_t* shade = s.shade + in_tables * kInRow;
+  const float* bulge = s.bulge + in_tables * kInRow;
+  for (int row = 0; row < s.size; ++row, to += image::kPixelStride, shade += kInRow, bulge += kInRow) {
+#if MOTES_WIDTH == 512
+    if (kHalf && kVectors == 1) {
+      round_eight(to, shade, bulge, color, center, radius, covered[row]);
+      continue;
+    }
+#endif
+    for (int j = 0; j < kVectors; ++j) {
+      const Uints surface = color | load_uints(shade + j * kWidth);
+      const Uints depth = (Uints)max(center - radius * load(bulge + j * kWidth), all(kLeastDepth));
+      const unsigned bits = static_cast<unsigned>(covered[row]) >> (j * kWidth);
+      keep_nearest(to + j * kWidth, nearest_of(depth, surface, 0), bits);
+      if (!kHalf || j + 1 < kVectors) {
+        keep_nearest(to + j * kWidth + kLongs, nearest_of(depth, surface, 1), bits >> kLongs);
+      }
+    }
+  }
+}
+
+template <int kVectors, bool kHalf>
+void round_records(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
+                   std::size_t count) {
+  const image::Splat s = task;
+  image::Nearest* const surfaces = planes.surfaces;
+  for_each_seen(planes, s, records, count, [&](const Coat& coat, std::ptrdiff_t pixel, std::ptrdiff_t row) {
+    draw_round<kVectors, kHalf>(s, coat, row, surfaces + pixel);
+  });
+}
+
+template <int kVectors>
+void flat_from(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records, std::size_t count) {
+  if constexpr (kVectors * kLongs < image::kMaxFootprint) {
+    if (kVectors * kLongs < s.size) return flat_from<kVectors + 1>(tile, s, records, count);
+  }
+  flat_records<kVectors>(tile, s, records, count);
+}
+
+template <int kVectors>
+void round_from(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records, std::size_t count) {
+  if constexpr (kVectors * kWidth < image::kMaxFootprint) {
+    if (kVectors * kWidth < s.size) return round_from<kVectors + 1>(tile, s, records, count);
+  }
+  if (s.size <= kVectors * kWidth - kLongs) return round_records<kVectors, true>(tile, s, records, count);
+  round_records<kVectors, false>(tile, s, records, count);
+}
+
+inline void opaque_any(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
+                       std::size_t count) {
+  s.bulge != nullptr ? round_from<1>(tile, s, records, count) : flat_from<1>(tile, s, records, count);
+}
+
+MOTES_INLINE Longs greater(Longs a, Longs b) { return a > b ? a : b; }
+
+// See SplatLanes::measure_surfaces.
+inline void measure_surfaces(const image::TilePlanes& tile, int rows, int columns, std::uint32_t* farthest) {
+  constexpr int kBlock = 1 << image::DepthBlocks::kBits, kVectors = kBlock / kLongs;
+  for (int top = 0; top < image::kTile; top += kBlock) {
+    const int bottom = top + kBlock < rows ? top + kBlock : rows;
+    for (int left = 0; left < image::kTile; left += kBlock) {
+      Longs most[kVectors] = {};
+      for (int row = top; row < bottom; ++row) {
+        const image::Nearest* from = tile.surfaces + static_cast<std::ptrdiff_t>(row) * image::kPixelStride + left;
+        for (int j = 0; j < kVectors; ++j) most[j] = greater(most[j], load_longs(from + j * kLongs));
+      }
+      const int inside = columns - left < kBlock ? columns - left : kBlock;
+      std::int64_t greatest = 1;
+      for (int i = 0; i < inside; ++i) {
+        const std::int64_t here = most[i / kLongs][i % kLongs];
+        greatest = here > greatest ? here : greatest;
+      }
+      *farthest++ = static_cast<std::uint32_t>((greatest - 1) >> 32);  // no_surface() is the least behind a depth
+    }
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,53 @@
+// The records of a frame, sorted out by tile.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <span>
+#include <vector>
+
+#include "image/project/records.h"
+#include "image/raster/brush.h"
+#include "image/slots.h"
+
+namespace motes::image {
+
+/// Records of one message for one tile. The order of pieces, and of records in them, has no meaning.
+struct Piece {
+  const Brush* brush;
+  const std::byte* records;  // any alignment
+  std::size_t count;
+  std::uint8_t most_alpha = 255;  // no record has more
+  std::uint32_t color = 0;        // of all records, where the brush has none: r | g << 8 | b << 16 | alpha << 24
+};
+
+/// All messages of a frame, from any number of ranks.
+class Pieces {
+ public:
+  /// Forgets the last frame's messages. `slots`: the order of tiles that they were made with.
+  void begin(const View& view, const Slots& slots = {});
+
+  /// The bytes must not change while pieces of them are in use. Throws std::runtime_error where they are malformed or
+  /// made for a different view.
+  void add(std::span<const std::byte> message);
+
+  /// Replaces the content of `pieces` by those of one tile; returns how many records they have. Pieces are valid until
+  /// the next begin().
+  std::size_t collect(int tile, std::vector<Piece>& pieces) const;
+
+ private:
+  struct Part {
+    RecordsView records;
+    const Brush* brush;
+  };
+
+  const Brush& brush_for(const RecordsView& records);
+
+  View view_;
+  Slots slots_;
+  std::deque<Brush> brushes_;  // a deque: pieces point to brushes
+  std::vector<Part> parts_;
+};
+
+}  // namespace motes::image

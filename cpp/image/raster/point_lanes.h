@@ -1,0 +1,134 @@
+// Points that nothing hides: so little is drawn of each that finding its place costs more, so this is done for a vector
+// of them at once.
+#pragma once
+
+#include "image/layout.h"
+#include "image/raster/pixel_lanes.h"
+#include "image/raster/splat_lanes.h"
+
+namespace motes::MOTES_ISA {
+
+// The pixels that a point touches in each direction, the bytes of a row of their weights, and the vectors of a row.
+inline constexpr int kPointSize = 2, kPointRow = 16;
+inline constexpr int kPointVectors = (3 * kPointSize + kWidth - 1) / kWidth;
+template <bool kColored>
+inline constexpr std::size_t kPointBytes = image::record_bytes(image::Layout::plain, kColored);
+
+#if MOTES_WIDTH == 512
+// Points are two pixels wide: half of a vector, which rarely crosses the border of a cache line.
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  const __m256i color = _mm512_castsi512_si256((__m512i)light.part[0]);
+  for (int row = 0; row < kPointSize; ++row, to += image::kLightStride, weights += kPointRow) {
+    const __m256i weight = _mm256_cvtepu8_epi32(_mm_loadl_epi64(reinterpret_cast<const __m128i*>(weights)));
+    const __m256i before = _mm256_loadu_si256(reinterpret_cast<const __m256i*>(to));
+    __m256i sum = _mm256_add_epi32(before, _mm256_madd_epi16(weight, color));
+    if (kSaturating) sum = _mm256_mask_set1_epi32(sum, _mm256_cmplt_epu32_mask(sum, before), -1);
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), sum);
+  }
+}
+#else
+template <bool kSaturating>
+MOTES_INLINE void add_point(const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  add_rows<kPointVectors, kSaturating>(kPointSize, kPointRow, light, weights, to);
+}
+#endif
+
+// The pixels of the tile in which footprints begin, and their phases: which of the table's footprints they have.
+struct Places {
+  Ints column, row, phase;
+};
+MOTES_INLINE Places places(const image::Splat& s, Uints positions) {
+  const Ints x = ((Ints)(positions << 16) >> 16) - s.origin_x, y = ((Ints)positions >> 16) - s.origin_y;
+  const int up = 4 - s.sub_bits, down = 4 - s.phase_bits;
+  const Ints phase_x = ((Ints)((Uints)x << up) & 15) >> down, phase_y = ((Ints)((Uints)y << up) & 15) >> down;
+  return {x >> s.sub_bits, y >> s.sub_bits, (Ints)((Uints)phase_y << s.phase_bits) | phase_x};
+}
+// Which footprints have a pixel in the tile.
+MOTES_INLINE Mask touch(const Places& at, int size) {
+  return (min_ints(at.column, at.row) > -size) & (max_ints(at.column, at.row) < image::kTile);
+}
+MOTES_INLINE Ints in_light(const Places& at) { return at.row * image::kLightStride + 3 * at.column; }
+
+// The colour of a record, its own or that of all.
+MOTES_INLINE std::uint32_t color_of(const image::Splat& s, const unsigned char* record) {
+  return s.form.color != 0 ? word_at(record + s.form.color) : s.color;
+}
+
+// Positions and depths of records, which have depths. There is room for whole vectors.
+MOTES_INLINE void read_places(const image::Splat& s, const unsigned char* records, std::size_t count,
+                              std::uint32_t* positions, std::uint32_t* depths) {
+  std::size_t i = 0;
+  if (s.record_bytes == 8) {
+    for (; i + kLanes <= count; i += kLanes) {
+      Uints position, depth;
+      split(records + i * 8, position, depth);
+      store_uints(positions + i, position);
+      store_uints(depths + i, depth);
+    }
+  }
+  for (const auto bytes = static_cast<std::size_t>(s.record_bytes); i < count; ++i) {
+    positions[i] = word_at(records + i * bytes);
+    depths[i] = word_at(records + i * bytes + s.form.depth);
+  }
+  for (; i % kLanes != 0; ++i) positions[i] = depths[i] = 0;
+}
+
+// The words of records of points; without colours that word has no meaning.
+struct Points {
+  Uints position, color;
+};
+
+template <bool kColored>
+MOTES_INLINE Points whole_points(const unsigned char* from) {
+  Points p{};
+  if (kColored) {
+    split(from, p.position, p.color);
+  } else {
+    __builtin_memcpy(&p.position, from, sizeof p.position);
+  }
+  return p;
+}
+
+// Of fewer records than a vector has lanes: what is in the others has no meaning.
+template <bool kColored>
+MOTES_INLINE Points some_points(const unsigned char* from, int number) {
+  constexpr std::size_t kBytes = kPointBytes<kColored>;
+#if MOTES_WIDTH == 512
+  Points p{};
+  const std::uint32_t words = (1u << static_cast<int>(kBytes / 4) * number) - 1;
+  const __m512i low = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words), from);
+  if (kColored) {
+    const __m512i high = _mm512_maskz_loadu_epi32(static_cast<__mmask16>(words >> 16), from + kLongs * kBytes);
+    split(low, high, p.position, p.color);
+  } else {
+    p.position = (Uints)low;
+  }
+  return p;
+#else
+  alignas(64) unsigned char padded[kLanes * kBytes] = {};
+  for (int k = 0; k < number; ++k) __builtin_memcpy(padded + k * kBytes, from + k * kBytes, kBytes);
+  return whole_points<kColored>(padded);
+#endif
+}
+
+// Draws the first `number` of a vector of points; false, and nothing is drawn, where some do not belong to this tile.
+template <bool kSaturating, bool kColored>
+MOTES_INLINE bool add_vector(const image::TilePlanes& planes, const image::Splat& s, const Channels& channel,
+                             const Points& p, const unsigned char* records, int number) {
+  const Places at = places(s, p.position);
+  if (any(~touch(at, kPointSize) & first_lanes(static_cast<std::size_t>(number)))) return false;
+  alignas(64) std::int32_t first[kWidth], phase[kWidth];
+  store_mask(first, in_light(at));
+  store_mask(phase, at.phase);
+  const std::uint32_t color = kColored ? word_at(records + 4) : s.color;
+  const bool alike = !kColored || !any((Mask)(p.color != color) & first_lanes(static_cast<std::size_t>(number)));
+  Light light = light_of(channel, color);
+  for (int k = 0; k < number; ++k) {
+    if (!alike) light = light_of(channel, word_at(records + static_cast<std::size_t>(k) * kPointBytes<kColored> + 4));
+    add_point<kSaturating>(light, s.weights + phase[k] * (kPointSize * kPointRow), planes.light + first[k]);
+  }
+  return true;
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,348 @@
+// Streaks of sprites that all have the same size, from stamps: weights that are kept and used again. The places of
+// such streaks are rounded to a quarter of a pixel, their lengths along both axes to whole pixels.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "image/raster/cover_lanes.h"
+#include "image/raster/stamp_fill_lanes.h"
+#include "image/raster/stamps.h"
+#include "simd/quads.h"
+
+namespace motes::MOTES_ISA {
+
+/// A vector of records.
+struct Streaks {
+  Uints position, color, depth, size, way;
+};
+
+/// What is drawn of one record's stamp.
+struct StampPart {
+  int first, left;  // row and column of the tile where its first pair begins
+  int pairs;        // of rows
+  int strips, strip_bytes;
+  int block, column;  // its first block and its pair's column: bytes from the first stamp on
+  int cover;          // where in the Cover it begins
+};
+template <class Number>
+MOTES_INLINE Number begin_of_cover(Number first, Number left) {
+  return image::Cover::kPairStride * ((first + 1) >> 1) + image::Cover::kOddRows * (first & 1) + 2 * left;
+}
+
+/// Which stamps a vector of records need, and where they stand.
+struct StampUses {
+  alignas(64) std::uint32_t color[kWidth], depth[kWidth], size[kWidth], key[kWidth];
+  alignas(64) std::int32_t middle_row[kWidth], middle_column[kWidth], place[kWidth], stamp[kWidth];
+
+  /// What is drawn of those that have a stamp: see StampPart.
+  alignas(64) std::int32_t first[kWidth], left[kWidth], pairs[kWidth], strips[kWidth], strip_bytes[kWidth];
+  alignas(64) std::int32_t block[kWidth], column[kWidth], cover[kWidth];
+  std::uint32_t most;  // the sum of the greatest weights
+  bool simple;         // all have a stamp, and stand within the tile's margin
+  bool narrow;         // all of their stamps are
+
+  MOTES_INLINE StampPart part(int k) const {
+    return {first[k], left[k], pairs[k], strips[k], strip_bytes[k], block[k], column[k], cover[k]};
+  }
+};
+/// What is drawn so far beside a tile does no harm: beyond it is the margin on the next row's other side.
+inline constexpr int kReach = 2 * image::kMargin;
+
+inline constexpr std::uint32_t kNoStamp = 0;  // StampUses::key: of what has too long a way
+
+/// Records of at(lane) and the lanes after it. Those of streaks that have stamps end with their size and way.
+template <class At>
+MOTES_INLINE Streaks read_streaks(const image::WideSplat& task, const At& at) {
+  const image::RecordForm& form = task.form;
+  if (form.color == 0) {
+    const Uints color = all_uints(task.color);
+    const FourWords all = form.depth == 0 ? load_threes(at) : load_fours(at);
+    if (form.depth == 0) return {all.word[0], color, all.word[0], all.word[1], all.word[2]};
+    return {all.word[0], color, all.word[1], all.word[2], all.word[3]};
+  }
+  const FourWords first = load_fours(at);
+  if (form.depth == 0) return {first.word[0], first.word[1], first.word[0], first.word[2], first.word[3]};
+  const FourWords last = load_fours([&](std::size_t lane) { return at(lane) + 4; });
+  return {first.word[0], first.word[1], first.word[2], last.word[2], last.word[3]};
+}
+
+/// The 16 stamps of one way stand beside each other; ways of up to 15 pixels never share a place.
+MOTES_INLINE void find_stamps(const image::WideSplat& task, const Streaks& streaks, StampUses& uses, Mask used) {
+  const auto first_of = [](Ints pair) { return (Ints)((Uints)pair << 16) >> 16; };
+  const int half = 1 << (task.bits - 2), places = image::kWideBits - task.bits;
+  const Ints way = (Ints)streaks.way;
+  Ints across = (first_of(way) + half) >> (task.bits - 1), down = ((way >> 16) + half) >> (task.bits - 1);
+  const Mask known = (max_ints(across, -across) <= kFarthestWay) & (max_ints(down, -down) <= kFarthestWay);
+  // The same streak the other way round, downwards or to the right.
+  const Ints turn = select(down == 0, across, down) >> 31;
+  across = (across ^ turn) - turn;
+  down = (down ^ turn) - turn;
+  const Ints position = (Ints)streaks.position;
+  const Ints x = (Ints)((Uints)first_of(position) << places) - task.origin_x;
+  const Ints y = (Ints)((Uints)(position >> 16) << places) - task.origin_y;
+  const Ints phase = (x >> kPlaceBits & 3) | (Ints)((Uints)(y >> kPlaceBits & 3) << 2);
+  const Ints number = (Ints)((Uints)(down * kWays + across + kFarthestWay) << 4) | phase;
+  const Ints size = (Ints)((streaks.size & 0xffffu) >> task.key_shift << 16);
+  const Ints key = (number | size) & known, place = (number + (size >> 16) * 0x610) & (image::kStamps - 1);
+  const Ints column = x >> image::kWideBits, row = y >> image::kWideBits;
+  store_mask(uses.middle_column, column);
+  store_mask(uses.middle_row, row);
+  store_uints(uses.key, (Uints)key);
+  store_mask(uses.place, place);
+
+  const Ints stamp = place * static_cast<int>(sizeof(image::Stamp));
+  store_mask(uses.stamp, stamp);
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const FourWords head = load_fours([&](std::size_t lane) { return stamps + uses.stamp[lane]; });
+  const Mask has_stamp = ((Ints)head.word[0] == key) & (key != 0);
+  const auto signed_byte = [&](int number) { return (Ints)(head.word[1] << (24 - 8 * number)) >> 24; };
+  const Ints top = row + signed_byte(0), left = column + signed_byte(1), right = column + signed_byte(2);
+  const Ints strips = (Ints)(head.word[1] >> 24), pairs = (Ints)(head.word[2] & 0xffu);
+  uses.most = sum_of((head.word[2] >> 8 & 0xffu) & (Uints)used);
+  uses.narrow = !any(used & (Mask)((head.word[2] & 0xff0000u) == 0u));
+  const Mask inside = (left >= -kReach) & (right <= image::kTile + kReach);
+  uses.simple = !any(used & ~(has_stamp & inside & (strips != 0)));
+  const Ints begin = max_ints(-top, Ints{}) >> 1, end = min_ints(pairs, (task.rows + 1 - top) >> 1);
+  const Ints first = top + 2 * begin;
+  store_mask(uses.first, first);
+  store_mask(uses.left, left);
+  store_mask(uses.pairs, max_ints(end - begin, Ints{}));
+  store_mask(uses.strips, strips);
+  store_mask(uses.strip_bytes, image::Stamp::kBlock * pairs);
+  store_mask(uses.block, stamp + static_cast<int>(offsetof(image::Stamp, weights)) + image::Stamp::kBlock * begin);
+  store_mask(uses.cover, begin_of_cover(first, left));
+  store_mask(uses.column, stamp + static_cast<int>(offsetof(image::Stamp, column)) + begin);
+}
+
+/// The blocks of stamps that are to be drawn, in the order of their records: drawn in one loop, whose length does not
+/// depend on how many rows each streak has.
+struct BlockQueue {
+  /// Those of a vector of records, and what is written behind the last one.
+  static constexpr int kMost = kWidth * image::Stamp::kBlocks + 16;
+
+  int count = 0;
+  bool tested = false;  // some of the records may be hidden
+  bool one_tint = true;
+  bool narrow = false;  // all rows are
+  bool covers = false;  // instead of giving light
+  std::uint32_t most = 0;  // the sum of the greatest weights, where it counts
+  Tint tints[kWidth];   // of the records; if they are equal, the first one counts
+  std::int32_t from[kMost], light[kMost], pixel[kMost], record[kMost];  // pixel, record: where they are asked for
+};
+
+/// Numbers for eight pairs of rows: `from` is that of the first one, were it in column `left`.
+MOTES_INLINE Eight of_pairs(int from, int pair, int column, Eight columns) {
+  constexpr Eight kNumbers = {0, 1, 2, 3, 4, 5, 6, 7};
+  return kNumbers * static_cast<std::uint32_t>(pair) + columns * static_cast<std::uint32_t>(column) +
+         static_cast<std::uint32_t>(from);
+}
+
+/// Adds a part to the `count` blocks that are queued; returns how many there are then. kCovers: for the Cover; light
+/// needs the numbers of its own planes.
+template <bool kCovers>
+MOTES_INLINE int queue_part(BlockQueue& queue, int count, const unsigned char* stamps, const StampPart& part, int k) {
+  const bool all_planes = !kCovers && (queue.tested || !queue.one_tint);
+  int light = part.first * image::kLightStride + 3 * part.left, block = part.block;
+  int pixel = part.first * image::kPixelStride + part.left, cover = part.cover;
+  for (int strip = part.strips; strip != 0; --strip) {
+    int i = 0;
+    do {
+      const Eight columns = load_eight(stamps + part.column + i);
+      const int at = count + i;
+      store_words(queue.from + at, of_pairs(block + i * image::Stamp::kBlock, image::Stamp::kBlock, 0, columns));
+      if (kCovers) {
+        store_words(queue.pixel + at,
+                    of_pairs(cover + i * image::Cover::kPairStride, image::Cover::kPairStride, 2, columns));
+      } else {
+        store_words(queue.light + at,
+                    of_pairs(light + i * 2 * image::kLightStride, 2 * image::kLightStride, 3, columns));
+      }
+      if (all_planes) {
+        store_words(queue.pixel + at,
+                    of_pairs(pixel + i * 2 * image::kPixelStride, 2 * image::kPixelStride, 1, columns));
+        store_words(queue.record + at, eight_of(static_cast<std::uint32_t>(k)));
+      }
+      i += 8;
+    } while (i < part.pairs);
+    count += part.pairs;
+    light += 3 * kStrip;
+    pixel += kStrip;
+    cover += 2 * kStrip;
+    block += part.strip_bytes;
+  }
+  return count;
+}
+MOTES_INLINE void queue_part(BlockQueue& queue, const unsigned char* stamps, const StampPart& part, int k) {
+  queue.count = queue.covers ? queue_part<true>(queue, queue.count, stamps, part, k)
+                             : queue_part<false>(queue, queue.count, stamps, part, k);
+}
+
+MOTES_INLINE void cover_blocks(const image::WideSplat& task, BlockQueue& queue) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  image::Cover& cover = *task.cover;
+  if (cover.most + queue.most > UINT16_MAX) add_up(cover, task.rows);
+  cover.most += queue.most;
+  queue.most = 0;
+  for (int i = 0; i < queue.count; ++i) add_block(cover.weights + queue.pixel[i], stamps + queue.from[i]);
+}
+
+template <bool kOver, bool kSaturating, bool kTest, bool kOneTint, int kUsed = kParts>
+MOTES_INLINE void draw_blocks(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                              const StampUses& uses) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  Tint tint = queue.tints[0];
+  tint.shift = image::kStampShift;  // the compiler knows this one
+  for (int i = 0; i < queue.count; ++i) {
+    const Eight both = load_eight(reinterpret_cast<const std::uint16_t*>(stamps + queue.from[i]));
+    if (!kOneTint) {
+      const Tint& here = queue.tints[queue.record[i]];
+      for (int j = 0; j < (kParts < 3 ? kParts : 3); ++j) tint.part[j] = here.part[j];
+      tint.alpha = here.alpha;
+    }
+    for (int row = 0; row < 2; ++row) {
+      Eight cover = (row == 0 ? both & 0xffu : both >> 8) << image::kStampShift;
+      if (kTest) {
+        const std::uint32_t* walls = tile.depth + queue.pixel[i] + row * image::kPixelStride;
+        cover = cover * seen_of(walls, uses.depth[queue.record[i]], task.fade) >> 12;
+      }
+      const Eight opacity = kOver ? opacity_of(tint, cover) : Eight{};
+      draw_row<1, kOver, kSaturating, kTest, 0, kUsed>(tint, tile.light + queue.light[i] + row * image::kLightStride,
+                                                       opacity, cover, nullptr, Eight{});
+    }
+  }
+}
+
+/// Draws the queue's blocks, which give light.
+template <bool kOver, bool kSaturating>
+void draw_queue(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                const StampUses& uses) {
+  if (queue.tested) {
+    draw_blocks<kOver, kSaturating, true, false>(tile, task, queue, uses);
+  } else if (!queue.one_tint) {
+    draw_blocks<kOver, kSaturating, false, false>(tile, task, queue, uses);
+  } else if (!queue.narrow) {
+    draw_blocks<kOver, kSaturating, false, true>(tile, task, queue, uses);
+  } else {
+    draw_blocks<kOver, kSaturating, false, true, 16 / kWidth>(tile, task, queue, uses);
+  }
+}
+using QueueKernel = void(const image::TilePlanes& tile, const image::WideSplat& task, const BlockQueue& queue,
+                         const StampUses& uses);
+
+/// How streaks are drawn.
+struct StreakKernels {
+  bool over;  // they cover what is behind them
+  QueueKernel* queue;
+};
+
+/// Draws what is queued, and empties the queue.
+MOTES_INLINE void empty(BlockQueue& queue, const image::TilePlanes& tile, const image::WideSplat& task,
+                        const StampUses& uses, const StreakKernels& draw) {
+  queue.covers ? cover_blocks(task, queue) : draw.queue(tile, task, queue, uses);
+  queue.count = 0;
+}
+
+/// The stamp of record k, which stands at the tile's edge or has just been computed. Beside the tile, blocks are left
+/// out: they would come to the other side of it, a row farther.
+MOTES_INLINE void queue_stamp(const image::WideSplat& task, const StampUses& uses, int k, BlockQueue& queue) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  const image::Stamp& stamp = task.stamps[uses.place[k]];
+  const int top = uses.middle_row[k] + stamp.first, left = uses.middle_column[k] + stamp.left;
+  const int begin = top > 0 ? 0 : -top >> 1, below = (task.rows + 1 - top) >> 1;
+  const int end = stamp.pairs < below ? stamp.pairs : below;
+  if (begin >= end) return;
+  queue.most += stamp.most;
+  const int weights = uses.stamp[k] + static_cast<int>(offsetof(image::Stamp, weights));
+  const int columns = uses.stamp[k] + static_cast<int>(offsetof(image::Stamp, column));
+  const auto part_of = [&](int first, int pairs) {
+    return StampPart{top + 2 * first,
+                     left,
+                     pairs,
+                     stamp.strips,
+                     image::Stamp::kBlock * stamp.pairs,
+                     weights + image::Stamp::kBlock * first,
+                     columns + first,
+                     begin_of_cover(top + 2 * first, left)};
+  };
+  if (left >= -kReach && uses.middle_column[k] + stamp.right <= image::kTile + kReach) {
+    return queue_part(queue, stamps, part_of(begin, end - begin), k);
+  }
+  for (int pair = begin; pair < end; ++pair) {
+    StampPart part = part_of(pair, 1);
+    part.strips = 1;
+    for (int strip = 0; strip < stamp.strips;
+         ++strip, part.left += kStrip, part.cover += 2 * kStrip, part.block += part.strip_bytes) {
+      const int column = part.left + stamp.column[pair];
+      if (column > -kStrip && column < task.columns) queue_part(queue, stamps, part, k);
+    }
+  }
+}
+
+/// Draws one record after another: some have no stamp yet, or cannot have one. The order of all stays as it is.
+template <class DrawAlone>
+__attribute__((noinline)) void draw_one_by_one(const image::TilePlanes& tile, const image::WideSplat& task,
+                                               const StampUses& uses, int count, BlockQueue& queue, DiscGroup& g,
+                                               const StreakKernels& draw, const DrawAlone& draw_alone) {
+  for (int k = 0; k < count; ++k) {
+    image::Stamp& stamp = task.stamps[uses.place[k]];
+    if (uses.key[k] != kNoStamp && stamp.key != uses.key[k]) {
+      empty(queue, tile, task, uses, draw);  // it may refer to what is replaced
+      fill(task, uses.key[k], g, stamp);
+    }
+    if (uses.key[k] != kNoStamp && stamp.usable()) {
+      if (!tile.hides || uses.depth[k] <= tile.farthest) queue_stamp(task, uses, k, queue);
+      continue;
+    }
+    empty(queue, tile, task, uses, draw);
+    draw_alone(k);
+  }
+  empty(queue, tile, task, uses, draw);
+}
+
+/// Whether records of this colour are added up first: see Cover.
+MOTES_INLINE bool covers_tile(const image::WideSplat& task, std::uint32_t color, std::uint32_t light) {
+  return task.cover != nullptr && task.cover->color == color && task.cover->light == light;
+}
+
+template <bool kCovers>
+MOTES_INLINE void queue_all(BlockQueue& queue, const image::WideSplat& task, const StampUses& uses, int count) {
+  const auto* stamps = reinterpret_cast<const unsigned char*>(task.stamps);
+  int blocks = 0;
+  for (int k = 0; k < count; ++k) blocks = queue_part<kCovers>(queue, blocks, stamps, uses.part(k), k);
+  queue.count = blocks;
+}
+
+/// Draws `count` records, at most a vector of them; draw_alone(k) those that have no stamp.
+template <class DrawAlone>
+MOTES_INLINE void draw_streaks(const image::TilePlanes& tile, const image::WideSplat& task, const Streaks& streaks,
+                               int count, StampUses& uses, BlockQueue& queue, DiscGroup& g, const Channels& channel,
+                               const StreakKernels& draw, const DrawAlone& draw_alone) {
+  const Mask used = first_lanes(static_cast<std::size_t>(count));
+  find_stamps(task, streaks, uses, used);
+  const Uints color = streaks.color, size = streaks.size;
+  store_uints(uses.color, color);
+  store_uints(uses.size, size);
+  store_uints(uses.depth, streaks.depth);
+  queue.count = 0;
+  queue.one_tint = !any(used & (Mask)((color != color[0]) | (size != size[0])));
+  queue.tested = tile.hides && (task.fade > 0 || any(used & (Mask)(streaks.depth > tile.nearest)));
+  const bool alike = queue.one_tint && !queue.tested;
+  for (int k = 0; k < (alike ? 1 : count); ++k) queue.tints[k] = stamp_tint(channel, uses.color[k], uses.size[k] >> 16);
+  queue.covers = !draw.over && alike && covers_tile(task, uses.color[0], uses.size[0] >> 16);
+  queue.most = 0;
+  if (!uses.simple || queue.tested) {
+    queue.narrow = false;
+    return draw_one_by_one(tile, task, uses, count, queue, g, draw, draw_alone);
+  }
+  if (queue.covers) {
+    queue.most = uses.most;
+    queue_all<true>(queue, task, uses, count);
+  } else {
+    queue.narrow = uses.narrow;
+    queue_all<false>(queue, task, uses, count);
+  }
+  empty(queue, tile, task, uses, draw);
+}
+
+}  // namespace motes::MOTES_ISA

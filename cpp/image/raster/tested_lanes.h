@@ -1,0 +1,112 @@
+// Additive records of one fixed size in a tile where something hides what is behind it. Most records are in front of
+// everything near them, or behind it: only the others are tested pixel by pixel.
+#pragma once
+
+#include "image/raster/depth_blocks.h"
+#include "image/raster/point_lanes.h"
+#include "image/raster/splat_lanes.h"
+
+namespace motes::MOTES_ISA {
+
+// A record that nothing hides.
+template <int kVectors, bool kSaturating>
+MOTES_INLINE void add_open(const image::Splat& s, const Light& light, const std::uint8_t* weights, std::uint32_t* to) {
+  if (kWidth * kVectors < 24 && s.size == 2) return add_point<kSaturating>(light, weights, to);
+  add_rows<kVectors, kSaturating>(s.size, s.row_bytes, light, weights, to);
+}
+
+// Some records, and which of them are drawn how. It is found without branches: the depths of neighbouring records have
+// nothing to do with each other.
+struct Among {
+  static constexpr std::size_t kMost = 128;
+
+  alignas(64) std::uint32_t position[kMost], depth[kMost];
+  // From the tile's first pixel, and in the table of weights.
+  alignas(64) std::int32_t light[kMost], pixel[kMost], weights[kMost];
+  // -1 or 0: nothing hides any of it; something may.
+  alignas(64) std::int32_t is_open[kMost], is_tested[kMost];
+  std::uint8_t open[kMost], tested[kMost];
+  std::size_t opens, testeds;
+};
+
+template <bool kFade>
+MOTES_INLINE void find_among(const image::TilePlanes& tile, const image::Splat& s, std::size_t i, Among& some) {
+  const Places at = places(s, load_uints(some.position + i));
+  const Mask inside = touch(at, s.size);
+  const Ints block = image::DepthBlocks::at(at.column, at.row) & inside;
+  const Pair met = gather_pairs(tile.blocks, block + block);
+  const Floats depth = (Floats)load_uints(some.depth + i);
+  const Mask is_open = kFade ? keeps_all(met.first, depth, s.fade) : (Mask)((Ints)depth <= (Ints)met.first);
+  const Mask is_seen = (Ints)depth <= (Ints)met.second;
+  store_mask(some.light + i, in_light(at));
+  store_mask(some.pixel + i, at.row * image::kPixelStride + at.column);
+  store_mask(some.weights + i, at.phase * (s.size * s.row_bytes));
+  store_mask(some.is_open + i, inside & is_open);
+  store_mask(some.is_tested + i, inside & ~is_open & is_seen);
+}
+
+template <bool kFade>
+MOTES_INLINE void sort_among(const image::TilePlanes& tile, const image::Splat& s, const unsigned char* records,
+                             std::size_t count, Among& some) {
+  read_places(s, records, count, some.position, some.depth);
+  for (std::size_t i = 0; i < count; i += kLanes) find_among<kFade>(tile, s, i, some);
+  std::size_t opens = 0, testeds = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    some.open[opens] = some.tested[testeds] = static_cast<std::uint8_t>(i);
+    opens -= static_cast<std::size_t>(some.is_open[i]);
+    testeds -= static_cast<std::size_t>(some.is_tested[i]);
+  }
+  some.opens = opens;
+  some.testeds = testeds;
+}
+
+// Record `i`, pixel by pixel.
+template <int kVectors, bool kSaturating, bool kFade>
+MOTES_INLINE void add_tested(const image::TilePlanes& tile, const image::Splat& s, const Spread& spreading,
+                             const Light& light, const Among& some, std::size_t i) {
+  const std::uint32_t depth = some.depth[i];
+  const std::uint8_t* weights = s.weights + some.weights[i];
+  std::uint32_t* to = tile.light + some.light[i];
+  const std::uint32_t* wall = tile.depth + some.pixel[i];
+  for (int row = 0; row < s.size; ++row, weights += s.row_bytes) {
+    for (int j = 0; j < kVectors; ++j) {
+      const Uints here = load_spread(spreading, wall, j);
+      Uints more = multiply_short(load_bytes(weights + j * kWidth), light.part[j % 3]);
+      if (kFade) more = more * faded(here, depth, s.fade) >> 12;
+      add<kSaturating>(to + j * kWidth, where_seen(more, here, all_uints(depth)));
+    }
+    to += image::kLightStride;
+    wall += image::kPixelStride;
+  }
+}
+
+template <int kVectors, bool kSaturating, bool kFade>
+void add_among(const image::TilePlanes& planes, const image::Splat& task, const unsigned char* records,
+               std::size_t count) {
+  const image::Splat s = task;
+  const image::TilePlanes tile = planes;
+  const Channels channel = channels();
+  const Spread spreading = spread();
+  const Light of_all = light_of(channel, s.color);
+  const auto bytes = static_cast<std::size_t>(s.record_bytes);
+  const auto light = [&](std::size_t i) {
+    return s.form.color != 0 ? light_of(channel, color_of(s, records + i * bytes)) : of_all;
+  };
+  Among some;
+  while (count != 0) {
+    const std::size_t number = count < Among::kMost ? count : Among::kMost;
+    sort_among<kFade>(tile, s, records, number, some);
+    for (std::size_t k = 0; k < some.opens; ++k) {
+      const std::size_t i = some.open[k];
+      add_open<kVectors, kSaturating>(s, light(i), s.weights + some.weights[i], tile.light + some.light[i]);
+    }
+    for (std::size_t k = 0; k < some.testeds; ++k) {
+      const std::size_t i = some.tested[k];
+      add_tested<kVectors, kSaturating, kFade>(tile, s, spreading, light(i), some, i);
+    }
+    records += number * bytes;
+    count -= number;
+  }
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,364 @@
+// Compiled once for each instruction set: see simd/simd.h for the rules.
+#include "image/raster/wide_lanes.h"
+
+#include "image/all_kinds.h"
+#include "image/grid.h"
+#include "image/raster/depth_blocks.h"
+#include "image/raster/disc_lanes.h"
+#include "image/raster/stamp_lanes.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+using image::kPixelStride;
+using image::TilePlanes;
+using image::WideSplat;
+
+// Half of the longest streaks of narrow sprites, px, all of which is looked at to normalise them: each of their tiles
+// has to. Of longer ones it evens out along their way that they lie between pixels, but for those that stay within
+// fewer than kStraight rows or columns, which are looked at in kSamples places.
+constexpr float kLongest = 512;
+constexpr float kStraight = 12;
+constexpr int kSamples = 32;
+
+MOTES_INLINE image::WideRecord record_of(const WideSplat& task, const unsigned char* bytes) {
+  return image::wide_record(task.form, task.bits, reinterpret_cast<const std::byte*>(bytes), task.color);
+}
+
+MOTES_OUTLINE WideSprite sprite_from(const WideSplat& task, const unsigned char* bytes) {
+  const image::WideRecord r = record_of(task, bytes);
+  constexpr float kUnit = 1.0f / (1 << image::kWideBits);
+  WideSprite s;
+  s.x = static_cast<float>(r.x - task.origin_x) * kUnit;
+  s.y = static_cast<float>(r.y - task.origin_y) * kUnit;
+  s.radius = static_cast<float>(r.size) * (0.5f / (1 << image::kSizeBits));
+  s.half = s.along_y = 0;
+  s.along_x = 1;
+  if (r.dx != 0 || r.dy != 0) {
+    const float dx = static_cast<float>(r.dx) * kUnit, dy = static_cast<float>(r.dy) * kUnit;
+    const float length = __builtin_sqrtf(dx * dx + dy * dy);
+    s.half = 0.5f * length;
+    s.along_x = dx / length;
+    s.along_y = dy / length;
+  }
+  const bool oriented = r.up_x != 0 || r.up_y != 0;
+  s.up_x = oriented ? static_cast<float>(r.up_x) * (1.0f / 32767) : 0;
+  s.up_y = oriented ? static_cast<float>(r.up_y) * (1.0f / 32767) : -1;
+  s.light = static_cast<float>(r.light) * (1.0f / image::kAllLight);
+  __builtin_memcpy(&s.color, r.color, sizeof s.color);
+  s.depth = r.depth;
+  return s;
+}
+
+MOTES_INLINE void read_record(const WideSplat& task, const unsigned char* bytes, DiscGroup& g, int k) {
+  const image::WideRecord r = record_of(task, bytes);
+  g.at_x[k] = r.x;
+  g.at_y[k] = r.y;
+  __builtin_memcpy(g.color + k, r.color, sizeof g.color[k]);
+  g.depth[k] = r.depth;
+  g.size[k] = r.size;
+  g.light[k] = r.light;
+  g.dx[k] = r.dx;
+  g.dy[k] = r.dy;
+}
+
+// The sum of the weights of all rows, and the greatest of them.
+struct Weighed {
+  std::uint64_t sum = 0;
+  int most = 1;
+};
+MOTES_OUTLINE void count(const PatchPart& p, const std::uint16_t* weights, Weighed& all) {
+  Uints sum{};
+  Shorts most{};
+  for (int strip = 0; strip < p.strips; ++strip, weights += p.stride * kStrip) {
+    for (int row = 0; row < p.rows; row += kRowsAtOnce) {
+      Shorts v;
+      __builtin_memcpy(&v, weights + row * kStrip, sizeof v);
+      v = rows_within(v, row, p.rows);
+      sum += pair_sums(v);
+      most = max_shorts(most, v);
+    }
+  }
+  all.sum += sum_of(sum);
+  const int here = greatest_of(most);
+  all.most = here > all.most ? here : all.most;
+}
+
+template <class Kind>
+MOTES_INLINE Weighed count_blocks(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  Weighed all;
+  for (int row = o.first; row <= o.last; row += kPatchRows) {
+    const int last = row + kPatchRows - 1 < o.last ? row + kPatchRows - 1 : o.last;
+    for (int strip = 0; strip < o.strips; strip += kPatchStrips) {
+      const int strips = o.strips - strip < kPatchStrips ? o.strips - strip : kPatchStrips;
+      place_rows(patch, kind.s, o, row, last, strip, strips);
+      kind.weigh(patch);
+      count(patch, Kind::measured(patch), all);
+    }
+  }
+  return all;
+}
+
+// What is narrow may lie between pixels, or not: its light depends on that until it is normalised.
+template <class Kind>
+MOTES_INLINE bool is_narrow(const Kind& kind) {
+  return kind.s.radius < Kind::kNarrow;
+}
+
+// A streak along a row or column: strips of all rows, or rows of all strips, evenly spaced, stand for the rest. Between
+// its ends a sprite leaves the same light everywhere, and with both as much as if that began and ended at once.
+template <class Kind>
+MOTES_INLINE Weighed count_samples(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  const WideSprite& s = kind.s;
+  const bool along_row = size_of(s.along_x) > size_of(s.along_y);
+  Weighed all;
+  for (int i = 0; i < kSamples; ++i) {
+    const float way = s.half * (static_cast<float>(2 * i + 1) / kSamples - 1);
+    if (along_row) {
+      const int strip = static_cast<int>((s.x + way * s.along_x - o.left) / kStrip);
+      place_rows(patch, s, o, o.first, o.last, strip, 1);
+    } else {
+      const int row = floor_of(s.y + way * s.along_y) - kStrip / 2;
+      place_rows(patch, s, o, row, row + kStrip - 1, 0, o.strips);
+    }
+    kind.weigh(patch);
+    count(patch, Kind::measured(patch), all);
+  }
+  const float pixels = 2 * s.half * size_of(along_row ? s.along_x : s.along_y);
+  all.sum = static_cast<std::uint64_t>(static_cast<float>(all.sum) * (pixels / (kSamples * kStrip)));
+  return all;
+}
+
+// What the weights of a sprite that is larger than a part are; nothing where it is what they usually are.
+template <class Kind>
+MOTES_INLINE Weighed count_large(const Kind& kind, const Outline& o, Patch<Kind::kPlanes>& patch) {
+  const WideSprite& s = kind.s;
+  if (!is_narrow(kind)) return {};
+  if (s.half < kLongest) return count_blocks(kind, o, patch);
+  const float slope = size_of(s.along_x) < size_of(s.along_y) ? s.along_x : s.along_y;
+  return 2 * s.half * size_of(slope) < kStraight ? count_samples(kind, o, patch) : Weighed{};
+}
+
+// What a weight of 1 shines: so much that the weights' sum is the sprite's light.
+template <class Kind>
+MOTES_INLINE float unit_of(const Kind& kind, const Weighed& all) {
+  const float unit = kind.total() / (all.sum > 0 ? static_cast<float>(all.sum) : kind.usual_sum());
+  const float most = image::kMostLight / (all.sum > 0 ? static_cast<float>(all.most) : kind.greatest());
+  return unit < most ? unit : most;
+}
+
+// Rows first .. last, which are in the tile.
+MOTES_INLINE void place_in_tile(PatchPart& part, const WideSprite& s, const Outline& o, int first, int last,
+                                int columns) {
+  // Rows that follow a streak are not wide; others all begin at the same column.
+  int from = 0, strips = o.strips;
+  if (o.slope == 0) {
+    const int left = floor_of(o.left) + 1, end = (columns - left + kStrip - 1) / kStrip;
+    from = left < 0 ? -left / kStrip : 0;
+    strips = (o.strips < end ? o.strips : end) - from;
+  }
+  place_rows(part, s, o, first, last, from, strips);
+}
+
+// Computes the weights of what is in the tile, rows first .. last; returns what a weight of 1 shines.
+template <class Kind>
+MOTES_INLINE float weigh(const Kind& kind, const Outline& o, int first, int last, int columns,
+                         Patch<Kind::kPlanes>& patch) {
+  const bool in_one_part = o.last - o.first < kPatchRows && o.strips <= kPatchStrips;
+  if (in_one_part && is_narrow(kind)) {
+    place_rows(patch, kind.s, o, o.first, o.last, 0, o.strips);
+    kind.weigh(patch);
+    Weighed all;
+    count(patch, Kind::measured(patch), all);
+    return unit_of(kind, all);
+  }
+  const float unit = unit_of(kind, count_large(kind, o, patch));
+  place_in_tile(patch, kind.s, o, first, last, columns);
+  kind.weigh(patch);
+  return unit;
+}
+
+// Of something within a box, whether any of it is in the tile.
+MOTES_INLINE bool beside(const WideSplat& task, const WideSprite& s, float box_x) {
+  const float extent = box_x + s.half * size_of(s.along_x);
+  return s.x + extent <= 0 || s.x - extent >= static_cast<float>(task.columns - 1);
+}
+
+// Draws the rows first .. last of a patch: see draw_patch().
+template <int kPlanes>
+using PatchKernel = void(const TilePlanes& tile, const Patch<kPlanes>& patch, const Tint& tint, int first, int last,
+                         int columns, std::uint32_t depth, float fade);
+
+// The inner loops of a blend, which all kinds of sprites share.
+struct Blend {
+  int (*discs)(const TilePlanes& tile, const WideSplat& task, const DiscGroup& g, int i, int count);
+  StreakKernels streaks;
+  // [whether something may hide it]
+  PatchKernel<1>* shining[2];
+  PatchKernel<2>* shaded[2];
+  PatchKernel<4>* colored[2];
+
+  template <int kPlanes>
+  MOTES_INLINE PatchKernel<kPlanes>* patch(bool test) const {
+    if constexpr (kPlanes == 1) return shining[test];
+    if constexpr (kPlanes == 2) return shaded[test];
+    if constexpr (kPlanes == 4) return colored[test];
+  }
+};
+
+template <bool kOver, bool kSaturating>
+constexpr Blend kBlend = {
+    draw_discs<kOver, kSaturating>,
+    {kOver, draw_queue<kOver, kSaturating>},
+    {draw_patch<1, kOver, kSaturating, false>, draw_patch<1, kOver, kSaturating, true>},
+    {draw_patch<2, kOver, kSaturating, false>, draw_patch<2, kOver, kSaturating, true>},
+    {draw_patch<4, kOver, kSaturating, false>, draw_patch<4, kOver, kSaturating, true>},
+};
+
+template <class Kind>
+__attribute__((noinline)) void draw_one(const TilePlanes& tile, const WideSplat& task, const WideSprite& sprite,
+                                        const Channels& channel, const Blend& blend, Patch<Kind::kPlanes>& patch) {
+  if (tile.hides && sprite.depth > tile.farthest) return;
+  const Kind kind(task, sprite);
+  const WideSprite& s = kind.s;
+  const Outline o = outline_of(s, kind.reach(), kind.box_x(), kind.box_y());
+  const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
+  if (first > last || beside(task, s, kind.box_x())) return;
+  const float unit = weigh(kind, o, first, last, task.columns, patch);
+  Tint tint;
+  if (!tint_of(channel, s.color, unit, tint)) return;
+  const bool test = tile.hides && (task.fade > 0 || s.depth > tile.nearest);
+  blend.patch<Kind::kPlanes>(test)(tile, patch, tint, first, last, task.columns, s.depth, task.fade);
+}
+
+// Streaks of sprites of one size: see Stamp. Long ones are drawn alone.
+void draw_stamped(const TilePlanes& planes, const WideSplat& task, const unsigned char* records, std::size_t count,
+                  const Blend& blend) {
+  const TilePlanes tile = planes;
+  const WideSplat t = task;
+  const Channels channel = channels();
+  StampUses uses;
+  BlockQueue queue;
+  DiscGroup g;
+  Patch<1> patch;
+  const auto bytes = static_cast<std::size_t>(t.record_bytes);
+  for (std::size_t i = 0; i < count; i += kLanes, records += kLanes * bytes) {
+    const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
+    const auto record = [&](int k) { return records + static_cast<std::size_t>(k) * bytes; };
+    const Streaks streaks =
+        number == kWidth ? read_streaks(t, [&](std::size_t k) { return records + k * bytes; })
+                         : read_streaks(t, [&](std::size_t k) { return records + (k < count - i ? k : 0) * bytes; });
+    draw_streaks(tile, t, streaks, number, uses, queue, g, channel, blend.streaks,
+                 [&](int k) { draw_one<Disc>(tile, t, sprite_from(t, record(k)), channel, blend, patch); });
+  }
+}
+
+// Discs and points: see DiscGroup. Large ones are drawn alone.
+void draw_groups(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
+                 const Blend& blend) {
+  const Channels channel = channels();
+  DiscGroup g;
+  Patch<1> patch;
+  const auto bytes = static_cast<std::size_t>(task.record_bytes);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const int number = static_cast<int>(count - i < kLanes ? count - i : kLanes);
+    const unsigned char* first = records + i * bytes;
+    for (int k = 0; k < number; ++k) read_record(task, first + static_cast<std::size_t>(k) * bytes, g, k);
+    prepare(g, tile, task, number);
+    weigh(g, number);
+    for (int k = blend.discs(tile, task, g, 0, number); k < number; k = blend.discs(tile, task, g, k + 1, number)) {
+      const WideSprite s = sprite_from(task, first + static_cast<std::size_t>(k) * bytes);
+      draw_one<Disc>(tile, task, s, channel, blend, patch);
+    }
+  }
+}
+
+template <class Kind>
+void draw_all(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count,
+              const Blend& blend) {
+  if constexpr (Kind::kPlanes == 1) {
+    task.one_size ? draw_stamped(tile, task, records, count, blend) : draw_groups(tile, task, records, count, blend);
+  } else {
+    const Channels channel = channels();
+    Patch<Kind::kPlanes> patch;
+    for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+      draw_one<Kind>(tile, task, sprite_from(task, records), channel, blend, patch);
+    }
+  }
+}
+
+template <class Kind>
+void add_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<false, true> : kBlend<false, false>);
+}
+
+template <class Kind>
+void over_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  draw_all<Kind>(tile, task, records, count, task.saturating ? kBlend<true, true> : kBlend<true, false>);
+}
+
+// Where a vector of pixels is covered.
+MOTES_INLINE void keep_vector(const TilePlanes& tile, const PatchPart& part, const InPart& at, unsigned covered,
+                              Longs first, Longs second) {
+  const auto keep = [&](int row, int column, unsigned bits, Longs nearest) {
+    column += part.start[row] + at.strip * kStrip;
+    if (bits == 0 || row >= part.rows || column <= -kStrip || column >= image::kTile) return;
+    keep_nearest(tile.surfaces + static_cast<std::ptrdiff_t>(part.first + row) * kPixelStride + column, nearest, bits);
+  };
+  keep(at.row, at.first, covered & ((1u << kLongs) - 1), first);
+  keep(at.row + kLongs / kStrip, at.first + kLongs % kStrip, covered >> kLongs, second);
+}
+
+// Whether all that the sprite would meet is nearer than its front, as far as is known. `extent_x`: see Outline.
+MOTES_INLINE bool is_hidden(const TilePlanes& tile, const WideSprite& s, float extent_x, int first, int last,
+                            float front) {
+  if (tile.blocks == nullptr) return false;
+  const int begin = floor_of(s.x - extent_x), end = floor_of(s.x + extent_x) + 1;
+  const int left = (begin > 0 ? begin : 0) >> image::DepthBlocks::kBits;
+  const int right = (end < image::kTile ? end : image::kTile - 1) >> image::DepthBlocks::kBits;
+  float farthest = 0;
+  for (int row = first >> image::DepthBlocks::kBits; row <= last >> image::DepthBlocks::kBits; ++row) {
+    for (int column = left; column <= right; ++column) {
+      const int block = image::DepthBlocks::at(column << image::DepthBlocks::kBits, row << image::DepthBlocks::kBits);
+      const float here = tile.blocks[2 * block + 1];
+      farthest = here > farthest ? here : farthest;
+    }
+  }
+  return front > farthest;
+}
+
+template <class Kind>
+void opaque_wide(const TilePlanes& tile, const WideSplat& task, const unsigned char* records, std::size_t count) {
+  PatchPart part;
+  for (std::size_t i = 0; i < count; ++i, records += task.record_bytes) {
+    const Kind kind(task, sprite_from(task, records));
+    const WideSprite& s = kind.s;
+    const Outline o = outline_of(s, s.radius > kind.reach() ? s.radius : kind.reach(), kind.box_x(), kind.box_y());
+    const int first = o.first > 0 ? o.first : 0, last = o.last < task.rows - 1 ? o.last : task.rows - 1;
+    if (first > last || beside(task, s, kind.box_x())) continue;
+    const Floats center = (Floats)all_uints(s.depth);
+    const Floats metres = center * all(task.radius);  // per pixel
+    const float extent_x = kind.box_x() + s.half * size_of(s.along_x);
+    if (is_hidden(tile, s, extent_x, first, last, center[0] - metres[0] * s.radius)) continue;
+    place_in_tile(part, s, o, first, last, task.columns);
+    for_each_vector(part, [&](Floats x, Floats y, const InPart& at) {
+      const Front front = kind.front(x - s.x, y - s.y);
+      const unsigned covered = bits_of(front.covered);
+      if (covered == 0) return;
+      const Uints shade = (Uints)to_ints(clamp(front.shade * 255.0f, 1, 255) + 0.5f);
+      const Uints surface = (front.color & 0xffffffu) | shade << 24;
+      const Uints depth = (Uints)max(center - metres * front.nearer, all(kLeastDepth));
+      keep_vector(tile, part, at, covered, nearest_of(depth, surface, 0), nearest_of(depth, surface, 1));
+    });
+  }
+}
+
+}  // namespace
+
+extern const image::WideLanes wide_lanes = {{
+#define MOTES_SPRITE_KIND(kind, Name) {add_wide<Name>, over_wide<Name>, opaque_wide<Name>},
+#include "image/raster/kinds.inc"
+                                            },
+                                            show_cover};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,126 @@
+// Rays that meet external objects, one vector of them at a time: the values shared by plain code and the per-ISA
+// builds. All coordinates are metres relative to the camera's eye, in the world's directions.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+#include "meshes/mesh_tree.h"
+#include "shapes/shape.h"
+
+namespace motes::image {
+
+/// An object, prepared for rays. What its numbers mean depends on the kind:
+///   plane      unit normal, its distance from the eye
+///   disc       the same, centre, squares of the outer and inner radius
+///   rectangle  the same, and for each side a vector and a number: dot(vector, p) - number is 0..1 inside
+///   triangle   the corners, unit normal
+///   box        low and high corner
+///   sphere     centre, square of the radius, and what the square of the centre's distance has more
+///   cylinder, cone  start of the axis, its unit vector and length, outer and inner radius, middle of the axis
+///   a mesh     the eye in the mesh's coordinates; where it is turned, its axes
+struct CastSolid {
+  shapes::Kind kind;
+  std::uint32_t number;  // of the object in the view
+  const meshes::MeshNode* nodes;  // of a mesh; null: a shape
+  const meshes::MeshTriangle* triangles;
+  float value[14];
+  bool turned;  // of a mesh: its axes are not the world's
+};
+
+struct CastView {
+  const CastSolid* solids;  // nearer ones of equal distance are the first in the list
+  std::size_t count;
+  float right[3], up[3], forward[3];
+  float middle_x, middle_y;  // pixels, from the top left corner
+  float pixel;               // side of a pixel at a view depth of 1 m
+  float near;
+};
+
+/// The first surfaces that rays meet, one value per ray. Arrays have room for one vector more than there are rays.
+struct Surfaces {
+  float* distance;         // view depth, m; FLT_MAX: nothing
+  float* normal[3];        // unit, towards the eye
+  std::uint32_t* surface;  // 1 + 4 * number of the object + face; 0: nothing
+};
+
+/// The number of the object that shows a surface.
+constexpr std::uint32_t object_of(std::uint32_t surface) { return (surface - 1) >> 2; }
+
+struct CastLight {
+  float position[3];
+  float color[3];  // light on a surface that faces it at 1 m
+  const CastSolid* solids;  // what may throw a shadow
+  std::size_t count;
+};
+
+struct Material {
+  float color[3];
+  float emitted;  // how much of the colour shines by itself
+};
+
+struct ShadeView {
+  CastView cast;  // its solids: what may throw a shadow of the sun
+  const CastLight* lights;
+  std::size_t light_count;
+  const Material* materials;  // one per object
+  bool sunny;
+  float sun[3];         // unit vector
+  float background[3];
+  float fog_square;     // square of the distance at which half of the light is fog
+  float grain;          // how far apart a surface and a ray that starts on it may be by rounding alone, m
+};
+
+/// The light of rays, one value per ray, and which of the lights it was that did not reach the surface.
+struct Shades {
+  float* light[3];  // linear RGB
+  std::uint32_t* shadows;
+};
+
+/// The box around surfaces that were met; low > high where there are none.
+struct Reach {
+  float low[3], high[3];
+};
+
+/// Points of the image are given in pixels from its top left corner, as arrays that may be read up to the end of the
+/// last vector.
+struct CastLanes {
+  /// The first surface that each ray meets.
+  void (*cast)(const CastView& view, const float* x, const float* y, std::size_t count, const Surfaces& to);
+
+  /// Extends a box by the surfaces, and finds the bits of depth beyond which a particle is hidden: see Scenery::depth.
+  void (*measure)(const CastView& view, const float* x, const float* y, std::size_t count, const Surfaces& from,
+                  Reach& reach, std::uint32_t* depth);
+
+  /// What light the surfaces send to the eye.
+  void (*shade)(const ShadeView& view, const float* x, const float* y, std::size_t count, const Surfaces& from,
+                const Shades& to);
+
+  /// Moves surfaces met at points (x, y) to other points of the same pixels, on their tangent planes.
+  void (*slide)(const CastView& view, const float* x, const float* y, const float* to_x, const float* to_y,
+                std::size_t count, const Surfaces& surfaces);
+
+  /// Pixels of a tile whose mark differs from that of one of their four neighbours: their numbers, 64 y + x. Rows are
+  /// `stride` marks apart. With normals (else null), also pixels of one mark whose normals differ much. Room for all
+  /// pixels and one vector.
+  std::size_t (*edges)(const std::uint32_t* marks, const float* const* normal, int stride, int width, int height,
+                       std::uint32_t* to);
+
+  /// Light as the scenery stores it: see Scenery::light.
+  void (*store)(const float* const* light, std::size_t count, std::uint32_t* to);
+};
+
+/// The build that suits this processor.
+const CastLanes& cast_lanes();
+
+}  // namespace motes::image
+
+namespace motes::sse2 {
+extern const image::CastLanes cast_lanes;
+}
+namespace motes::avx2 {
+extern const image::CastLanes cast_lanes;
+}
+namespace motes::avx512 {
+extern const image::CastLanes cast_lanes;
+}

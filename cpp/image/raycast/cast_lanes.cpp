@@ -1,0 +1,278 @@
+// Rays to surfaces, and surfaces to the light that they send to the eye.
+#include "image/raycast/cast.h"
+
+#include "image/daylight_parts.h"
+#include "image/grid.h"
+#include "image/project/screen_lanes.h"
+#include "image/raycast/cast_solids.h"
+#include "image/tile_planes.h"
+#include "simd/squeeze.h"
+
+namespace motes::MOTES_ISA {
+namespace {
+
+using image::CastSolid;
+using image::CastView;
+
+// Relative bias: what rests on a surface lies slightly in front of it.
+constexpr float kBiasPixels = 3;  // how far a resting particle's disc reaches below its centre
+constexpr float kLeastBias = 1.0f / 4096;
+constexpr float kMostBias = 1.0f / 50;
+
+// Light on a surface that faces its source.
+constexpr auto kSun = static_cast<float>(image::kSun), kSky = static_cast<float>(image::kSky);
+constexpr auto kBounce = static_cast<float>(image::kBounce), kTint = static_cast<float>(image::kTint);
+
+constexpr float kCrease = 0.85f;  // the cosine of the angle between normals from which on an edge is smoothed
+
+MOTES_INLINE Ints load_ints(const std::uint32_t* from) { return (Ints)load_uints(from); }
+MOTES_INLINE Ints choose(Mask mask, Ints yes, Ints no) { return (mask & yes) | (~mask & no); }
+
+// Directions of the rays through points of the image; one unit of them is one metre of view depth.
+MOTES_INLINE Floats3 directions(const CastView& view, const float* x, const float* y) {
+  const Floats across = (load(x) - view.middle_x) * view.pixel;
+  const Floats upward = (view.middle_y - load(y)) * view.pixel;
+  return all3(view.forward) + all3(view.right) * across + all3(view.up) * upward;
+}
+
+MOTES_INLINE Floats3 load3(const float* const* planes, std::size_t i) {
+  return {load(planes[0] + i), load(planes[1] + i), load(planes[2] + i)};
+}
+MOTES_INLINE void store3(float* const* planes, std::size_t i, Floats3 v) {
+  store(planes[0] + i, v.x);
+  store(planes[1] + i, v.y);
+  store(planes[2] + i, v.z);
+}
+
+void cast(const CastView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& to) {
+  const Floats near = all(view.near);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Rays rays{Floats3{}, directions(view, x + i, y + i)};
+    Floats distance = all(__FLT_MAX__);
+    Floats3 normal{};
+    Ints surface{};
+    for (const CastSolid* solid = view.solids; solid != view.solids + view.count; ++solid) {
+      const Crossing crossing = find<true>(*solid, rays, near, distance);
+      if (!any(crossing.met)) continue;
+      distance = select(crossing.met, crossing.distance, distance);
+      normal = select(crossing.met, unit(towards(normals(*solid, rays, crossing), rays)), normal);
+      const Ints face = solid->nodes == nullptr ? crossing.face : Ints{};
+      surface = choose(crossing.met, face + static_cast<std::int32_t>(1 + 4 * solid->number), surface);
+    }
+    store(to.distance + i, distance);
+    store3(to.normal, i, normal);
+    store_uints(to.surface + i, (Uints)surface);
+  }
+}
+
+MOTES_INLINE float least_of(Floats v) {
+  float least = v[0];
+  for (std::size_t i = 1; i < kLanes; ++i) least = v[i] < least ? v[i] : least;
+  return least;
+}
+
+void measure(const CastView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& from,
+             image::Reach& reach, std::uint32_t* depth) {
+  Floats3 low{all(__FLT_MAX__), all(__FLT_MAX__), all(__FLT_MAX__)}, high = -low;
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Mask seen = (load_ints(from.surface + i) != 0) & first_lanes(count - i);
+    const Floats3 along = directions(view, x + i, y + i);
+    const Floats distance = load(from.distance + i);
+    const Floats3 point = along * distance;
+    low = {min(low.x, select(seen, point.x, low.x)), min(low.y, select(seen, point.y, low.y)),
+           min(low.z, select(seen, point.z, low.z))};
+    high = {max(high.x, select(seen, point.x, high.x)), max(high.y, select(seen, point.y, high.y)),
+            max(high.z, select(seen, point.z, high.z))};
+    if (depth == nullptr) continue;
+    // The steeper the depth changes across neighbouring pixels, the greater the bias.
+    const Floats3 normal = load3(from.normal, i);
+    const Floats across = abs(dot(normal, all3(view.right))) + abs(dot(normal, all3(view.up)));
+    const Floats slope = across * view.pixel / abs(dot(normal, along));
+    const Floats bias = min(kLeastBias + kBiasPixels * slope, all(kMostBias));
+    const Floats hidden = select(seen, distance * (1.0f + bias), all(__builtin_inff()));
+    store_uints(depth + i, (Uints)hidden);
+  }
+  const Floats lows[3] = {low.x, low.y, low.z}, highs[3] = {high.x, high.y, high.z};
+  for (int axis = 0; axis < 3; ++axis) {
+    const float least = least_of(lows[axis]), greatest = -least_of(-highs[axis]);
+    reach.low[axis] = least < reach.low[axis] ? least : reach.low[axis];
+    reach.high[axis] = greatest > reach.high[axis] ? greatest : reach.high[axis];
+  }
+}
+
+// Which rays meet something on their way to a light. Outer surfaces of shapes are convex: one that faces the light is
+// not in the shadow of its own object. (Seen from inside, a box is a room without a ceiling, and a pipe lets light in.)
+Mask in_shadow(const CastSolid* solids, std::size_t count, const Rays& rays, Floats far, Ints object, Mask open) {
+  Mask dark{};
+  for (const CastSolid* solid = solids; solid != solids + count; ++solid) {
+    Mask here = open & ~dark;
+    if (solid->nodes == nullptr) here &= object != static_cast<std::int32_t>(solid->number);
+    if (!any(here)) continue;
+    dark |= here & blocked(*solid, rays, Floats{}, far, here);
+  }
+  return dark;
+}
+
+// The materials of objects, one for each lane; mostly they are all the same.
+MOTES_INLINE void load_materials(const image::Material* materials, Ints object, Mask seen, Floats3& color,
+                                 Floats& emitted) {
+  std::size_t first = 0;
+  while (first + 1 < kLanes && seen[first] == 0) ++first;
+  const Ints one = Ints{} + object[first];
+  if (!any(seen & (object != one))) {
+    const image::Material& material = materials[object[first]];
+    color = all3(material.color);
+    emitted = all(material.emitted);
+    return;
+  }
+  for (std::size_t i = 0; i < kLanes; ++i) {
+    const image::Material& material = materials[seen[i] != 0 ? object[i] : object[first]];
+    color.x[i] = material.color[0];
+    color.y[i] = material.color[1];
+    color.z[i] = material.color[2];
+    emitted[i] = material.emitted;
+  }
+}
+
+// Seen surfaces, and what has been found of the light on them.
+struct Shading {
+  Floats3 point, normal;
+  Floats offset;  // where rays to lights start, so that they do not meet the surface itself
+  Ints object;
+  Mask seen;
+  Floats3 arriving;
+  Ints shadows;
+};
+
+MOTES_INLINE void add_sun(const image::ShadeView& view, Shading& at) {
+  const Floats3 sun = all3(view.sun);
+  const Floats facing = dot(at.normal, sun);
+  const Mask open = at.seen & (facing > 0.0f);
+  if (!any(open)) return;
+  const Rays rays{at.point + at.normal * at.offset, sun};
+  const Mask dark = in_shadow(view.cast.solids, view.cast.count, rays, all(__FLT_MAX__), at.object, open);
+  const Floats light = only(open & ~dark, facing * kSun);
+  at.arriving = at.arriving + Floats3{light, light, light};
+  at.shadows |= dark & 1;
+}
+
+MOTES_INLINE void add_light(const image::CastLight& light, Ints bit, Shading& at) {
+  const Floats3 position = all3(light.position);
+  const Floats3 along = position - at.point;
+  const Floats facing = dot(at.normal, along);
+  const Mask open = at.seen & (facing > 0.0f);
+  if (!any(open)) return;
+  const Floats3 from = at.point + at.normal * at.offset;
+  const Mask dark = in_shadow(light.solids, light.count, {from, position - from}, all(1), at.object, open);
+  const Floats square = max(dot(along, along), all(1e-6f));
+  at.arriving = at.arriving + all3(light.color) * only(open & ~dark, facing / (square * sqrt(square)));
+  at.shadows |= dark & bit;
+}
+
+void shade(const image::ShadeView& view, const float* x, const float* y, std::size_t count, const image::Surfaces& from,
+           const image::Shades& to) {
+  const Floats3 background = all3(view.background);
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Ints surface = load_ints(from.surface + i);
+    Shading at{};
+    at.seen = (surface != 0) & first_lanes(count - i);
+    if (!any(at.seen)) {
+      store3(to.light, i, background);
+      store_uints(to.shadows + i, Uints{});
+      continue;
+    }
+    const Floats3 along = directions(view.cast, x + i, y + i);
+    const Floats distance = only(at.seen, load(from.distance + i));
+    at.point = along * distance;
+    at.normal = load3(from.normal, i);
+    at.offset = distance * 2e-5f + view.grain;
+    at.object = (Ints)(((Uints)surface - 1u) >> 2);
+    const Floats up = 0.5f + 0.5f * at.normal.y;
+    at.arriving = Floats3{kBounce + (kSky - kBounce + kTint * background.x) * up,
+                          kBounce + (kSky - kBounce + kTint * background.y) * up,
+                          kBounce + (kSky - kBounce + kTint * background.z) * up};
+    if (view.sunny) add_sun(view, at);
+    for (std::size_t light = 0; light < view.light_count; ++light) {
+      add_light(view.lights[light], Ints{} + (2 << (light % 30)), at);
+    }
+    Floats3 color;
+    Floats emitted;
+    load_materials(view.materials, at.object, at.seen, color, emitted);
+    const Floats square = min(distance * distance * dot(along, along), all(1e37f));  // infinite on a horizon
+    const Floats fog = square / (square + view.fog_square);
+    const Floats clear = 1.0f - fog;
+    const Floats3 light{color.x * (at.arriving.x + emitted) * clear + background.x * fog,
+                        color.y * (at.arriving.y + emitted) * clear + background.y * fog,
+                        color.z * (at.arriving.z + emitted) * clear + background.z * fog};
+    store3(to.light, i, select(at.seen, light, background));
+    store_uints(to.shadows + i, (Uints)at.shadows);
+  }
+}
+
+void slide(const CastView& view, const float* x, const float* y, const float* to_x, const float* to_y,
+           std::size_t count, const image::Surfaces& surfaces) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Floats before = load(surfaces.distance + i);
+    const Floats3 normal = load3(surfaces.normal, i);
+    const Floats height = before * dot(normal, directions(view, x + i, y + i));
+    const Floats after = height / dot(normal, directions(view, to_x + i, to_y + i));
+    // Beyond that the plane is seen almost from its edge.
+    const Mask good = (after > before * 0.8f) & (after < before * 1.25f);
+    store(surfaces.distance + i, select(good, after, before));
+  }
+}
+
+// Whether a mark, or else a normal, differs from that of the pixel `step` further on.
+MOTES_INLINE Mask edge_towards(const std::uint32_t* marks, const float* const* normal, std::ptrdiff_t at,
+                               std::ptrdiff_t step) {
+  const Uints here = load_uints(marks + at);
+  Mask edge = (Mask)(here != load_uints(marks + at + step));
+  if (normal != nullptr) {
+    Floats cosine{};
+    for (int axis = 0; axis < 3; ++axis) cosine += load(normal[axis] + at) * load(normal[axis] + at + step);
+    edge |= (Mask)(here != 0) & (cosine < kCrease);
+  }
+  return edge;
+}
+
+std::size_t edges(const std::uint32_t* marks, const float* const* normal, int stride, int width, int height,
+                  std::uint32_t* to) {
+  std::size_t count = 0;
+  Uints lane;
+  for (std::size_t i = 0; i < kLanes; ++i) lane[i] = static_cast<std::uint32_t>(i);
+  for (int y = 0; y < height; ++y) {
+    for (int x = 0; x < width; x += static_cast<int>(kLanes)) {
+      const std::ptrdiff_t at = static_cast<std::ptrdiff_t>(y) * stride + x;
+      const Mask edge = (edge_towards(marks, normal, at, -1) | edge_towards(marks, normal, at, 1) |
+                         edge_towards(marks, normal, at, -stride) | edge_towards(marks, normal, at, stride)) &
+                        first_lanes(static_cast<std::size_t>(width - x));
+      if (!any(edge)) continue;
+      count += squeeze(to + count, lane + static_cast<std::uint32_t>(image::kTile * y + x), edge);
+    }
+  }
+  return count;
+}
+
+// A sum may have more bits than a signed number: its upper and lower half are found alone, both without error.
+MOTES_INLINE Uints to_sums(Floats light) {
+  const Floats sums = min(light * static_cast<float>(image::kUnit) + 0.5f, all(image::kMostScenery));
+  const Ints high = to_ints(sums * 0x1p-16f);
+  return (Uints)high << 16 | (Uints)to_ints(sums - to_floats(high) * 0x1p16f);
+}
+
+void store_light(const float* const* light, std::size_t count, std::uint32_t* to) {
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    std::uint32_t part[3][kLanes];
+    for (int c = 0; c < 3; ++c) store_uints(part[c], to_sums(load(light[c] + i)));
+    const std::size_t here = count - i < kLanes ? count - i : kLanes;
+    for (std::size_t lane = 0; lane < here; ++lane) {
+      for (std::size_t c = 0; c < 3; ++c) to[3 * (i + lane) + c] = part[c][lane];
+    }
+  }
+}
+
+}  // namespace
+
+extern const image::CastLanes cast_lanes = {cast, measure, shade, slide, edges, store_light};
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,239 @@
+#include "image/raycast/cast_scene.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "base/vectors.h"
+
+namespace motes::image {
+namespace {
+
+using shapes::Kind;
+
+constexpr double kFogReach = 5;  // in distances from camera to look_at: where half of the light is fog
+
+void put(const Vector& v, float* to) {
+  for (std::size_t i = 0; i < 3; ++i) to[i] = static_cast<float>(v[i]);
+}
+
+float square(float x) { return x * x; }
+
+void put_plane(const Vector& point, const Vector& normal, float* to) {
+  put(normal, to);
+  to[3] = static_cast<float>(dot(point, normal));
+}
+
+// The part of a rectangle's side that a point's offset from the origin covers, as a vector and a number.
+void put_side(const Vector& origin, const Vector& side, float* to) {
+  put(side, to);
+  to[3] = static_cast<float>(dot(origin, side));
+}
+
+void prepare_rectangle(const Vector& origin, const Vector& u, const Vector& v, float* to) {
+  const Vector normal = cross(u, v);
+  const double area = dot(normal, normal);
+  put_plane(origin, unit(normal), to);
+  put_side(origin, cross(v, normal) * (1 / area), to + 4);
+  put_side(origin, cross(normal, u) * (1 / area), to + 8);
+}
+
+void prepare_shell(const shapes::Shape& s, const Vector& eye, float* to) {
+  const Vector start = vector_at(s, 0) - eye, whole = vector_at(s, 3) - vector_at(s, 0);
+  put(start, to);
+  put(unit(whole), to + 3);
+  to[6] = static_cast<float>(length(whole));
+  to[7] = s.number[6];
+  to[8] = s.number[7];
+  put(start + whole * 0.5, to + 9);
+}
+
+// See CastSolid.
+void prepare_shape(const shapes::Shape& s, const Vector& eye, float* to) {
+  const Vector first = vector_at(s, 0) - eye;
+  switch (s.kind) {
+    case Kind::plane: return put_plane(first, unit(vector_at(s, 3)), to);
+    case Kind::disc:
+      put_plane(first, unit(vector_at(s, 3)), to);
+      put(first, to + 4);
+      to[7] = square(s.number[6]);
+      to[8] = square(s.number[7]);
+      return;
+    case Kind::rectangle: return prepare_rectangle(first, vector_at(s, 3), vector_at(s, 6), to);
+    case Kind::triangle: {
+      const Vector second = vector_at(s, 3) - eye, third = vector_at(s, 6) - eye;
+      put(first, to);
+      put(second, to + 3);
+      put(third, to + 6);
+      return put(unit(cross(second - first, third - first)), to + 9);
+    }
+    case Kind::box: return put(first, to), put(vector_at(s, 3) - eye, to + 3);
+    case Kind::sphere:
+      put(first, to);
+      to[3] = square(s.number[3]);
+      to[4] = static_cast<float>(dot(first, first) - double{s.number[3]} * s.number[3]);
+      return;
+    case Kind::cylinder:
+    case Kind::cone: return prepare_shell(s, eye, to);
+    // Refused by check_solid().
+    case Kind::point:
+    case Kind::line:
+    case Kind::blob:
+    case Kind::united:
+    case Kind::mesh: break;
+  }
+}
+
+// Where a mesh is: its origin and its axes.
+struct Placement {
+  Vector position{};
+  std::array<Vector, 3> axis{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+
+  Vector into(const Vector& v) const { return {dot(v, axis[0]), dot(v, axis[1]), dot(v, axis[2])}; }
+  Vector out_of(const Vector& v) const { return axis[0] * v[0] + axis[1] * v[1] + axis[2] * v[2]; }
+};
+
+Placement placement_of(const shapes::Shape& s) {
+  if (s.kind != Kind::mesh) return {};
+  const double w = s.number[3], i = s.number[4], j = s.number[5], k = s.number[6];
+  const double scale = 2 / (w * w + i * i + j * j + k * k);
+  return {vector_at(s, 0),
+          {{{1 - scale * (j * j + k * k), scale * (i * j + k * w), scale * (i * k - j * w)},
+            {scale * (i * j - k * w), 1 - scale * (i * i + k * k), scale * (j * k + i * w)},
+            {scale * (i * k + j * w), scale * (j * k - i * w), 1 - scale * (i * i + j * j)}}}};
+}
+
+// Returns the ball around the mesh, in the world's coordinates.
+Ball prepare_mesh(const Placement& placement, const meshes::MeshTree& tree, const Vector& eye, CastSolid& to) {
+  to.nodes = tree.nodes.data();
+  to.triangles = tree.triangles.data();
+  to.turned = placement.axis != Placement{}.axis;
+  put(placement.into(eye - placement.position), to.value);
+  for (std::size_t i = 0; i < 3; ++i) put(placement.axis[i], to.value + 3 + 3 * i);
+  return {placement.position + placement.out_of(tree.ball.center), tree.ball.radius};
+}
+
+Ball ball_around(const Reach& reach) {
+  Vector low{}, high{};
+  for (std::size_t i = 0; i < 3; ++i) low[i] = reach.low[i], high[i] = reach.high[i];
+  // Samples within a pixel may lie a little outside.
+  return {(low + high) * 0.5, length(high - low) * 0.51 + 1e-6};
+}
+
+// Whether a ball may be touched by rays from another ball to a point: which direction they have, and how far they go.
+bool in_between(const Ball& ball, const Ball& from, const Vector& direction, double far) {
+  const double room = ball.radius + from.radius;
+  if (!(room < kInfinity)) return true;
+  const Vector offset = ball.center - from.center;
+  const double along = std::clamp(dot(offset, direction), 0.0, far);
+  const Vector aside = offset - direction * along;
+  return dot(aside, aside) <= room * room;
+}
+
+}  // namespace
+
+CastScene::CastScene(const View& view)
+    : view_(view), lens_(lens(view)), sunny_(length(view.sun) > 0), sun_(sunny_ ? unit(view.sun) : Vector{0, 1, 0}) {
+  for (std::size_t i = 0; i < view.objects.size(); ++i) add(view.objects[i], static_cast<std::uint32_t>(i));
+  put(lens_.right, cast_.right);
+  put(lens_.up, cast_.up);
+  put(lens_.forward, cast_.forward);
+  cast_.middle_x = 0.5f * static_cast<float>(view.width);
+  cast_.middle_y = 0.5f * static_cast<float>(view.height);
+  cast_.pixel = static_cast<float>(1 / lens_.focal_px);
+  cast_.near = static_cast<float>(view.camera.near);
+
+  shade_.cast = cast_;
+  shade_.materials = materials_.data();
+  put(sun_, shade_.sun);
+  std::copy(view.background.begin(), view.background.end(), shade_.background);
+  const double reach = kFogReach * length(view.camera.look_at - view.camera.position);
+  shade_.fog_square = static_cast<float>(reach * reach);
+  for (const double x : lens_.eye) shade_.grain = std::max(shade_.grain, static_cast<float>(std::fabs(x) * 1e-6));
+  before_lights_.resize(view.lights.size());
+  for (const Light& light : view.lights) {
+    CastLight prepared{};
+    put(light.position - lens_.eye, prepared.position);
+    for (std::size_t c = 0; c < 3; ++c) prepared.color[c] = light.color[c] * light.power;
+    lights_.push_back(prepared);
+  }
+}
+
+void CastScene::add(const Solid& solid, std::uint32_t number) {
+  materials_.push_back({{solid.color[0], solid.color[1], solid.color[2]}, solid.light});
+  CastSolid prepared{};
+  prepared.number = number;
+  Ball ball{};
+  if (solid.mesh != 0) {
+    const auto tree = meshes::tree_of(solid.mesh);
+    if (tree->nodes.empty()) return;
+    trees_.push_back(tree);
+    ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);
+  } else {
+    prepared.kind = solid.shape.kind;
+    prepare_shape(solid.shape, lens_.eye, prepared.value);
+    ball = bounds(solid.shape);
+  }
+  ball.center = ball.center - lens_.eye;
+  solids_.push_back(prepared);
+  balls_.push_back(ball);
+  bounds_.push_back(bounds_on_screen(ball));
+}
+
+CastScene::Bounds CastScene::bounds_on_screen(const Ball& ball) const {
+  constexpr Bounds kEverywhere{-kInfinity, kInfinity, kInfinity, -kInfinity};
+  constexpr Bounds kNowhere{kInfinity, -kInfinity, -kInfinity, kInfinity};
+  if (ball.radius == kInfinity) return kEverywhere;
+  // A little more than needed: anything left out by mistake would be a hole in the picture.
+  const double radius = ball.radius * (1 + 1e-5) + length(ball.center) * 1e-6;
+  const double depth = dot(ball.center, lens_.forward);
+  const double nearest = depth - radius, farthest = depth + radius;
+  if (farthest <= view_.camera.near) return kNowhere;
+  if (nearest <= view_.camera.near) return kEverywhere;
+  // x / z over the cube around the ball.
+  const auto least = [&](double x) { return x / (x > 0 ? farthest : nearest); };
+  const auto greatest = [&](double x) { return x / (x > 0 ? nearest : farthest); };
+  const double x = dot(ball.center, lens_.right), y = dot(ball.center, lens_.up);
+  return {least(x - radius), greatest(y + radius), greatest(x + radius), least(y - radius)};
+}
+
+const CastView& CastScene::aim(double left, double top, double right, double bottom) {
+  const Bounds part{across(left), upward(top), across(right), upward(bottom)};
+  seen_.clear();
+  for (std::size_t i = 0; i < solids_.size(); ++i) {
+    const Bounds& b = bounds_[i];
+    if (b.left <= part.right && b.right >= part.left && b.bottom <= part.top && b.top >= part.bottom) {
+      seen_.push_back(solids_[i]);
+    }
+  }
+  cast_.solids = seen_.data();
+  cast_.count = seen_.size();
+  return cast_;
+}
+
+// Objects that emit light throw no shadow: a light may stand in a lamp.
+const ShadeView& CastScene::light(const Reach& reach) {
+  const Ball ball = ball_around(reach);
+  const auto collect = [&](const Vector& direction, double far, std::vector<CastSolid>& to) {
+    to.clear();
+    for (std::size_t i = 0; i < solids_.size(); ++i) {
+      if (materials_[solids_[i].number].emitted > 0) continue;
+      if (in_between(balls_[i], ball, direction, far)) to.push_back(solids_[i]);
+    }
+  };
+  if (sunny_) collect(sun_, kInfinity, before_sun_);
+  shade_.sunny = sunny_;
+  shade_.cast.solids = before_sun_.data();
+  shade_.cast.count = before_sun_.size();
+  for (std::size_t i = 0; i < lights_.size(); ++i) {
+    const Vector way = view_.lights[i].position - lens_.eye - ball.center;
+    const double far = length(way);
+    collect(far > 0 ? way * (1 / far) : way, far, before_lights_[i]);
+    lights_[i].solids = before_lights_[i].data();
+    lights_[i].count = before_lights_[i].size();
+  }
+  shade_.lights = lights_.data();
+  shade_.light_count = lights_.size();
+  return shade_;
+}
+
+}  // namespace motes::image

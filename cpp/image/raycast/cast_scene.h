@@ -1,0 +1,55 @@
+// The objects and lights of a view, prepared for rays, and which of them matter for a part of the image.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "image/camera.h"
+#include "image/raycast/cast.h"
+#include "image/scene.h"
+#include "image/solids.h"
+
+namespace motes::image {
+
+class CastScene {
+ public:
+  /// Throws std::invalid_argument where a mesh is not kept in this process.
+  explicit CastScene(const View& view);
+
+  /// For rays through a part of the image, in pixels from its top left corner: only what may be visible there. Valid
+  /// until the next call.
+  const CastView& aim(double left, double top, double right, double bottom);
+
+  /// For surfaces within `reach`: only what may throw a shadow on them. Valid until the next call.
+  const ShadeView& light(const Reach& reach);
+
+ private:
+  // Bounds of an object on the screen, as tangents of the angles of view.
+  struct Bounds {
+    double left, top, right, bottom;
+  };
+
+  void add(const Solid& solid, std::uint32_t number);
+  Bounds bounds_on_screen(const Ball& ball) const;
+  double across(double x) const { return (x - 0.5 * view_.width) / lens_.focal_px; }
+  double upward(double y) const { return (0.5 * view_.height - y) / lens_.focal_px; }
+
+  View view_;
+  Lens lens_;
+  std::vector<CastSolid> solids_;
+  std::vector<Ball> balls_;  // relative to the eye, as everything below
+  std::vector<Bounds> bounds_;
+  std::vector<std::shared_ptr<const meshes::MeshTree>> trees_;  // keeps them alive
+  std::vector<Material> materials_;                     // one per object
+  bool sunny_;
+  Vector sun_;
+
+  // What aim() and light() selected.
+  CastView cast_{};
+  ShadeView shade_{};
+  std::vector<CastSolid> seen_, before_sun_;
+  std::vector<CastLight> lights_;
+  std::vector<std::vector<CastSolid>> before_lights_;
+};
+
+}  // namespace motes::image

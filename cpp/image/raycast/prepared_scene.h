@@ -1,0 +1,43 @@
+// What all tiles of a frame share: the view, its scenery and its tone curve.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "image/grid.h"
+#include "image/raycast/scenery.h"
+#include "image/scene.h"
+
+namespace motes::image {
+
+/// A view made ready to be painted. It does not change while tiles are painted, so several tile painters may share it.
+/// Usage: prepare for each frame, then render the tiles that this rank paints.
+class PreparedScene {
+ public:
+  /// Throws std::invalid_argument where the view is not valid.
+  void prepare(const View& view, std::size_t workers = 1);
+
+  /// Renders the scenery of a tile where that has not been done yet; different workers may do so at the same time.
+  void render(int tile, std::size_t worker = 0) { scenery_.render(tile, worker); }
+  void render_all(threads::Pool& pool = threads::alone()) { scenery_.render_all(pool); }
+
+  /// Changes whenever a tile without particles looks different than before.
+  std::uint64_t version() const { return version_; }
+
+  const View& view() const { return view_; }
+  const Grid& grid() const { return grid_; }
+  const Scenery& scenery() const { return scenery_; }
+  /// See tone_table().
+  const std::vector<std::uint8_t>& tone() const { return tone_; }
+  bool prepared() const { return prepared_; }
+
+ private:
+  bool prepared_ = false;
+  std::uint64_t version_ = 0;
+  View view_;
+  Grid grid_;
+  Scenery scenery_;
+  std::vector<std::uint8_t> tone_;
+};
+
+}  // namespace motes::image

@@ -1,0 +1,91 @@
+#include "image/raycast/scenery.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <string>
+
+#include "image/camera.h"
+#include "image/tile_planes.h"
+
+namespace motes::image {
+namespace {
+
+std::uint32_t to_sum(float linear) {
+  return static_cast<std::uint32_t>(std::min(linear * static_cast<float>(kUnit) + 0.5f, kMostScenery));
+}
+
+// Whether rays from the camera meet the same surfaces in both views.
+bool same_forms(const View& a, const View& b) {
+  const auto same = [](const Solid& x, const Solid& y) { return x.mesh == y.mesh && x.shape == y.shape; };
+  return a.width == b.width && a.height == b.height && a.camera == b.camera && a.smooth == b.smooth &&
+         std::equal(a.objects.begin(), a.objects.end(), b.objects.begin(), b.objects.end(), same);
+}
+
+// Whether the surfaces have the same light, too.
+bool same_light(const View& a, const View& b) {
+  return a.background == b.background && a.objects == b.objects && a.sun == b.sun && a.lights == b.lights;
+}
+
+}  // namespace
+
+void Scenery::prepare(const View& view, std::size_t workers) {
+  check(view);
+  while (workers_.size() < workers) workers_.push_back({TileCaster(*lanes_), nullptr, 0});
+  const bool forms = version_ != 0 && same_forms(view, view_);
+  if (forms && same_light(view, view_)) return;
+  auto scene = std::make_unique<CastScene>(view);  // may throw: nothing has changed yet
+  if (!forms) ++forms_;
+  ++version_;
+  workers_[0].scene = std::move(scene);
+  workers_[0].version = version_;
+  view_ = view;
+  grid_ = {view.width, view.height};
+  for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);
+  tiles_.resize(index(grid_.tiles()));
+}
+
+void Scenery::render(int number, std::size_t worker) {
+  if (number < 0 || number >= grid_.tiles()) throw std::invalid_argument("no tile " + std::to_string(number));
+  if (rendered(number)) return;
+  Worker& by = workers_.at(worker);
+  if (by.version != version_) {
+    by.scene = std::make_unique<CastScene>(view_);
+    by.version = version_;
+  }
+  Tile& tile = tiles_[index(number)];
+  TilePart part{number % grid_.columns() * kTile, number / grid_.columns() * kTile, 0, 0};
+  part.width = std::min(kTile, grid_.width - part.left);
+  part.height = std::min(kTile, grid_.height - part.top);
+  if (tile.forms != forms_) trace(tile, part, by);
+  if (tile.occupied) {
+    tile.light.resize(index(3 * kTile * kTile));
+    by.caster.shade(*by.scene, part, view_.smooth, tile.surfaces, tile.light.data());
+    tile.brightest = 0;
+    for (int y = 0; y < part.height; ++y) {
+      const std::uint32_t* row = tile.light.data() + 3 * kTile * y;
+      tile.brightest = std::max(tile.brightest, *std::max_element(row, row + 3 * part.width));
+    }
+  }
+  tile.version = version_;
+}
+
+void Scenery::render_all(threads::Pool& pool) {
+  pool.run(tiles_.size(), [&](std::size_t tile, std::size_t worker) { render(static_cast<int>(tile), worker); });
+}
+
+void Scenery::trace(Tile& tile, const TilePart& part, Worker& by) const {
+  tile.depth.resize(index(kTile * kTile));
+  tile.occupied = by.caster.trace(*by.scene, part, view_.smooth, tile.surfaces, tile.depth.data());
+  tile.forms = forms_;
+  tile.nearest = kNothing;
+  tile.farthest = 0;
+  for (int y = 0; tile.occupied && y < part.height; ++y) {
+    const std::uint32_t* row = tile.depth.data() + y * kTile;
+    for (int x = 0; x < part.width; ++x) {
+      tile.nearest = std::min(tile.nearest, row[x]);
+      tile.farthest = std::max(tile.farthest, row[x]);
+    }
+  }
+}
+
+}  // namespace motes::image

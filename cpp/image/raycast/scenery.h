@@ -1,0 +1,109 @@
+// The picture without particles: background and external objects (paper 3.2.4), as light and depth for each pixel.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "image/buffer.h"
+#include "image/grid.h"
+#include "image/raycast/tile_caster.h"
+#include "image/scene.h"
+#include "threads/pool.h"
+
+namespace motes::image {
+
+/// Ray-cast objects, lit by the sun, a hemisphere of sky and the view's lights, with shadows and anti-aliased edges;
+/// far away they fade into the background. A pure function of the view, independent of its exposure; each tile of it is
+/// computed alone, so that a rank renders only the tiles that it draws.
+///
+/// What the camera's rays meet is kept while the camera and the objects' forms stay the same: then lights, colours and
+/// the background may change without new rays from the camera.
+///
+/// Usage: prepare, render, then the getters, for tiles that were rendered; and again for the next frame. Several
+/// workers may render different tiles at the same time.
+class Scenery {
+ public:
+  /// The depth of a pixel where there is no object: the bits of infinity.
+  static constexpr std::uint32_t kNothing = 0x7f800000;
+
+  explicit Scenery(const CastLanes& lanes = cast_lanes()) : lanes_(&lanes) {}
+
+  /// Selects the view. Tiles stay rendered where the view's scenery is the same as before. Throws
+  /// std::invalid_argument where the view is not valid.
+  void prepare(const View& view, std::size_t workers = 1);
+
+  /// Renders the tile where that has not been done yet. Throws std::invalid_argument where there is no such tile.
+  void render(int tile, std::size_t worker = 0);
+  void render_all(threads::Pool& pool = threads::alone());
+
+  /// Changes whenever the scenery does: what was made from a tile with an equal version is still right.
+  std::uint64_t version() const { return version_; }
+  bool rendered(int tile) const { return tiles_[index(tile)].version == version_; }
+
+  /// False: no object is visible in this tile, its pixels are background.
+  bool occupied(int tile) const { return tiles_[index(tile)].occupied; }
+
+  /// The least and greatest depth in an occupied tile.
+  std::uint32_t nearest(int tile) const { return tiles_[index(tile)].nearest; }
+  std::uint32_t farthest(int tile) const { return tiles_[index(tile)].farthest; }
+
+  /// Sums of light: three numbers per pixel, from (x, y) to the end of its tile's row. The next row is 3 * kTile
+  /// numbers further on. Only in occupied tiles.
+  const std::uint32_t* light(int x, int y) const { return tile_of(x, y).light.data() + 3 * within(x, y); }
+  const std::array<std::uint32_t, 3>& background() const { return background_; }
+  /// The greatest of a tile's sums.
+  std::uint32_t brightest(int tile) const {
+    return occupied(tile) ? tiles_[index(tile)].brightest : *std::max_element(background_.begin(), background_.end());
+  }
+
+  /// Float bits of the view depth beyond which a particle is hidden: the depth of the surface plus a small bias, so
+  /// that particles resting on a surface are fully visible. The next row is kTile numbers further on. Only in occupied
+  /// tiles.
+  const std::uint32_t* depth(int x, int y) const { return tile_of(x, y).depth.data() + within(x, y); }
+  /// The depth of the surface itself, m, from (x, y) to the end of its tile's row; FLT_MAX where there is none. Only in
+  /// occupied tiles.
+  const float* surface_depth(int x, int y) const {
+    return tile_of(x, y).surfaces.depths(x & (kTile - 1), y & (kTile - 1));
+  }
+
+ private:
+  struct Tile {
+    std::uint64_t forms = 0;    // the version of what the rays met
+    std::uint64_t version = 0;  // of the light
+    bool occupied = false;
+    std::uint32_t nearest = kNothing;
+    std::uint32_t farthest = 0;
+    TileSurfaces surfaces;
+    std::uint32_t brightest = 0;
+    BufferOf<std::uint32_t> light;  // kTile rows of 3 * kTile numbers
+    BufferOf<std::uint32_t> depth;  // kTile rows of kTile numbers
+  };
+
+  static std::size_t index(int i) { return static_cast<std::size_t>(i); }
+  static std::size_t within(int x, int y) { return index((y & (kTile - 1)) * kTile + (x & (kTile - 1))); }
+  const Tile& tile_of(int x, int y) const {
+    return tiles_[index((y >> kTileBits) * grid_.columns() + (x >> kTileBits))];
+  }
+  // Working memory of a worker. What of a scene matters for a tile is selected in the scene: each has its own.
+  struct Worker {
+    TileCaster caster;
+    std::unique_ptr<CastScene> scene;
+    std::uint64_t version = 0;
+  };
+
+  void trace(Tile& tile, const TilePart& part, Worker& by) const;
+
+  View view_;
+  Grid grid_;
+  std::uint64_t forms_ = 0;
+  std::uint64_t version_ = 0;
+  std::array<std::uint32_t, 3> background_{};
+  const CastLanes* lanes_;
+  std::vector<Worker> workers_;
+  std::vector<Tile> tiles_;
+};
+
+}  // namespace motes::image

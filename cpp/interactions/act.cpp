@@ -1,0 +1,411 @@
+#include "interactions/act.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "interactions/overlap.h"
+#include "particles/blocks.h"
+#include "simd/float_mode.h"
+
+namespace motes::interactions {
+
+namespace {
+
+using actions::Action;
+using actions::Kind;
+using particles::Store;
+
+constexpr double kGravity = 9.81;  // m/s2: what slow and sleeping particles are measured by
+
+bool collides(const Action& action) { return action.kind == Kind::collide; }
+bool touches(const Action& action) { return action.kind == Kind::contact; }
+bool flows(const Action& action) { return action.kind == Kind::fluid; }
+
+// Where a particle will be at the end of the step; at most `farthest` away from where it is. The same for a copy as for
+// the particle itself.
+struct Ahead {
+  float dt;
+  float farthest;
+
+  void of(const float (&x)[3], const float (&v)[3], float (&at)[3]) const {
+    float way[3];
+    for (int c = 0; c < 3; ++c) way[c] = v[c] * dt;
+    const float length2 = way[0] * way[0] + way[1] * way[1] + way[2] * way[2];
+    if (length2 > farthest * farthest) {
+      const float part = farthest / std::sqrt(length2);
+      for (float& w : way) w *= part;
+    }
+    for (int c = 0; c < 3; ++c) at[c] = x[c] + way[c];
+  }
+};
+
+class Meeting {
+ public:
+  Meeting(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+          threads::Pool& pool)
+      : action_(action), extent_(extent), dt_(dt), sides_(sides), scratch_(scratch), pool_(pool),
+        count_(sides[1].store == nullptr ? 1 : 2), reach_(reach_of(action, extent)) {}
+
+  Seen act() {
+    for (std::size_t s = 0; s < count_; ++s) gather(s);
+    Seen seen;
+    if (clears()) {
+      for (std::size_t s = 0; s < count_; ++s) seen.dropped[s] = in_the_way(s);
+      for (std::size_t s = 0; s < count_; ++s) set_newborn_apart(s);
+    }
+    for (std::size_t s = 0; s < count_; ++s) {
+      run(s, seen);
+      seen.most_in_a_cell = std::max(seen.most_in_a_cell, scratch_.party[s].cells.most_in_a_cell());
+    }
+    if (sides_[0].last && has_radius(action_)) seen.overlap_99 = overlap_99(spheres(0), spheres(count_ - 1));
+    for (std::size_t s = 0; s < count_; ++s) apply(s);
+    return seen;
+  }
+
+  Seen act_on_pairs(const PairProcedure& procedure) {
+    gather(0);
+    const float* column[6];
+    for (std::size_t c = 0; c < 6; ++c) column[c] = scratch_.party[0].column[c].data();
+    const PairList list = pairs_within(reach_, scratch_.party[0].cells, crowds_[0], column, sides_[0].chosen);
+    const std::vector<float> changes = procedure(list);
+    float* const v[3] = {sides_[0].store->writable_plane(particles::velocity, 0),
+                         sides_[0].store->writable_plane(particles::velocity, 1),
+                         sides_[0].store->writable_plane(particles::velocity, 2)};
+    for (std::size_t k = 0; k < changes.size() / 3; ++k) {
+      for (std::size_t c = 0; c < 3; ++c) v[c][list.own[k]] += changes[3 * k + c];
+    }
+    return {list.size(), scratch_.party[0].cells.most_in_a_cell()};
+  }
+
+ private:
+  static std::size_t padded(std::size_t count) { return count + 2 * particles::kPadding; }
+
+  void gather(std::size_t s) {
+    const std::vector<Component> read = read_by(action_);
+    const std::vector<Column> columns = columns_of(action_, sides_[s]);
+    Scratch::Party& party = scratch_.party[s];
+    Crowd& crowd = crowds_[s];
+    crowd.own = sides_[s].store->size();
+    crowd.own_ids = sides_[s].store->ids();
+    if (sides_[s].copies != nullptr) {
+      crowd.copies = sides_[s].copies->ids.size();
+      crowd.copied_ids = sides_[s].copies->ids.data();
+    }
+    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = columns[c];
+    now_[s] = crowd;
+    if (looks_ahead(action_)) look_ahead(columns, party, crowd);
+    party.cells.sort(crowd, static_cast<double>(reach_) * (1 + kMargin), pool_);
+    for (std::size_t c = 0; c < 3; ++c) arrange(s, at_x + static_cast<int>(c), crowd.at[c]);
+    for (std::size_t number = 3; number < read.size(); ++number) {
+      if (const int to = place_of(read[number]); to >= 0) arrange(s, to, columns[number]);
+      if (read[number].attribute == particles::size && radii()) arrange_radii(s, columns[number]);
+      if (read[number].attribute == particles::mass && masses()) arrange_masses(s, columns[number]);
+      if (read[number].attribute == particles::mass && flows(action_)) arrange_positive(s, mass, columns[number]);
+    }
+  }
+
+  // Where a law looks for what it reads as it is; -1: it needs something made of it.
+  int place_of(Component read) const {
+    switch (read.attribute) {
+      case particles::velocity: return value_x + read.component;
+      case particles::rotational_velocity: return (touches(action_) ? spin_x : value_x) + read.component;
+      case particles::contacts: return contacts;
+      default: return -1;
+    }
+  }
+
+  void arrange(std::size_t s, int to, const Column& column) {
+    Scratch::Party& party = scratch_.party[s];
+    std::vector<float>& values = party.column[to];
+    values.resize(padded(crowds_[s].size()));
+    party.cells.arrange(crowds_[s], column, values.data(), pool_);
+  }
+
+  // What is not above 0 counts as 0.
+  void arrange_positive(std::size_t s, int to, const Column& column) {
+    arrange(s, to, column);
+    std::vector<float>& values = scratch_.party[s].column[to];
+    for (std::size_t i = 0; i < crowds_[s].size(); ++i) values[i] = values[i] > 0 ? values[i] : 0.0f;
+  }
+
+  void look_ahead(const std::vector<Column>& columns, Scratch::Party& party, Crowd& crowd) {
+    const Ahead ahead{dt_, step_limit(reach_)};
+    for (std::size_t c = 0; c < 3; ++c) {
+      party.at[c].resize(crowd.own);
+      party.copied_at[c].resize(crowd.copies);
+    }
+    const auto look = [&](std::size_t i, bool own, std::vector<float>(&to)[3]) {
+      float values[6];
+      for (std::size_t c = 0; c < 6; ++c) values[c] = columns[c].of(own ? i : i + crowd.own, crowd.own);
+      float at[3];
+      ahead.of({values[0], values[1], values[2]}, {values[3], values[4], values[5]}, at);
+      for (int c = 0; c < 3; ++c) to[c][i] = at[c];
+    };
+    threads::over_ranges(pool_, crowd.own, kRange, [&](std::size_t first, std::size_t last) {
+      const simd::FloatMode mode;
+      for (std::size_t i = first; i < last; ++i) look(i, true, party.at);
+    });
+    for (std::size_t i = 0; i < crowd.copies; ++i) look(i, false, party.copied_at);
+    for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = {party.at[c].data(), party.copied_at[c].data(), 0};
+  }
+
+  bool radii() const {
+    if (touches(action_)) return true;
+    return collides(action_) &&
+           (given_radius(action_, false) == 0 || (count_ == 2 && given_radius(action_, true) == 0));
+  }
+  bool clears() const { return collides(action_) && action_.numbers[5] > 0; }
+
+  Spheres spheres(std::size_t s) const {
+    const Scratch::Party& party = scratch_.party[s];
+    return {&party.cells, &now_[s], radii() ? party.column[radius].data() : nullptr, given_radius(action_, s == 1)};
+  }
+
+  float radius_at(std::size_t s, std::size_t place) const {
+    return radii() ? scratch_.party[s].column[radius][place] : given_radius(action_, s == 1);
+  }
+
+  // Newborn particles that overlap others by more than the given part of their radius. Of two newborn ones, that of the
+  // higher id is in the way, or of the second system.
+  std::vector<std::uint32_t> in_the_way(std::size_t s) const {
+    const std::size_t other = count_ == 2 ? 1 - s : s;
+    const CellsView own = scratch_.party[s].cells.view(crowds_[s].own);
+    const CellsView others = scratch_.party[other].cells.view(crowds_[other].own);
+    const auto is_newborn = [&](std::size_t side, std::uint64_t id) { return id >= sides_[side].newborn_from; };
+    std::vector<std::uint32_t> found;
+    const std::vector<Row>& rows = scratch_.party[s].cells.rows();
+    for (std::size_t r = 0; r + 1 < rows.size(); ++r) {
+      for (std::uint32_t i = rows[r].first; i < rows[r + 1].first; ++i) {
+        const std::uint32_t index = own.order[i];
+        if (index >= crowds_[s].own || !is_newborn(s, crowds_[s].id(index))) continue;
+        bool hit = false;
+        for (const Row* row : rows_around(scratch_.party[other].cells, rows[r].x, rows[r].y)) {
+          each_near(others, *row, own.z[i], [&](std::uint32_t j) {
+            const std::uint64_t id = crowds_[other].id(others.order[j]);
+            const bool yields = !is_newborn(other, id) || (count_ == 2 ? s == 1 : id < crowds_[s].id(index));
+            hit = hit || (yields && (count_ == 2 || i != j) && overlaps(s, i, other, j));
+          });
+        }
+        if (hit) found.push_back(index);
+      }
+    }
+    std::sort(found.begin(), found.end());
+    return found;
+  }
+
+  bool overlaps(std::size_t s, std::size_t i, std::size_t other, std::size_t j) const {
+    const auto& own = scratch_.party[s].column;
+    const auto& theirs = scratch_.party[other].column;
+    float r2 = 0;
+    for (std::size_t c = 0; c < 3; ++c) {
+      const float d = theirs[c][j] - own[c][i];
+      r2 += d * d;
+    }
+    const float least = radius_at(s, i) * (1 - static_cast<float>(action_.numbers[5])) + radius_at(other, j);
+    return least > 0 && r2 < least * least;
+  }
+
+  // Those that meet for the first time push nobody: whether they stay is settled when all of them are known.
+  void set_newborn_apart(std::size_t s) {
+    const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
+    for (std::size_t k = 0; k < order.size(); ++k) {
+      if (crowds_[s].id(order[k]) >= sides_[s].newborn_from) {
+        scratch_.party[s].column[at_x][k] = std::numeric_limits<float>::quiet_NaN();
+      }
+    }
+  }
+
+  bool masses() const { return touches(action_) || (collides(action_) && extent_.masses > 0); }
+
+  void arrange_radii(std::size_t s, const Column& widths) {
+    const float given = given_radius(action_, s == 1);
+    const Crowd& crowd = crowds_[s];
+    std::vector<float>& values = scratch_.party[s].column[radius];
+    if (given > 0) {
+      values.assign(padded(crowd.size()), given);
+      return;
+    }
+    arrange(s, radius, widths);
+    for (std::size_t i = 0; i < crowd.size(); ++i) values[i] = values[i] > 0 ? 0.5f * values[i] : 0.0f;
+  }
+
+  // A particle whose mass is 0 or NaN is pushed away by the other alone; springs, which it would not withstand, it
+  // does not touch.
+  void arrange_masses(std::size_t s, const Column& all_masses) {
+    arrange(s, inverse_mass, all_masses);
+    std::vector<float>& values = scratch_.party[s].column[inverse_mass];
+    for (std::size_t i = 0; i < crowds_[s].size(); ++i) {
+      const bool heavy = values[i] > 1e-12f;
+      if (!heavy && touches(action_)) scratch_.party[s].column[radius][i] = 0;
+      values[i] = heavy ? 1 / values[i] : 1e12f;
+    }
+  }
+
+  Terms terms(int side) const {
+    Terms t;
+    t.reach = reach_;
+    t.side = side;
+    if (flows(action_)) {
+      // Some friction of its own lets a liquid come to rest. More than takes all of a difference in a step would swing.
+      const float all_at_once = reach_ * reach_ / dt_;
+      t.step = dt_;
+      t.rest_density = static_cast<float>(action_.numbers[0]);
+      t.viscosity = 10 * std::min(static_cast<float>(action_.numbers[1]) + all_at_once / 4000, all_at_once / 24);
+      t.cohesion = static_cast<float>(action_.numbers[3]);
+    } else if (touches(action_)) {
+      t.step = dt_;
+      t.restitution = static_cast<float>(action_.numbers[1]);
+      t.friction = static_cast<float>(action_.numbers[2]);
+      t.stiffness = static_cast<float>(action_.numbers[3]);
+      t.rolling_friction = static_cast<float>(action_.numbers[4]);
+      t.now = sides_[0].now;
+    } else if (collides(action_)) {
+      const double sleep = action_.numbers[3] < 0 ? 2.5 * kGravity * static_cast<double>(dt_) : action_.numbers[3];
+      t.step = dt_;
+      t.restitution = static_cast<float>(action_.numbers[1]);
+      t.friction = static_cast<float>(action_.numbers[2]);
+      t.slow = t.restitution > 0 ? static_cast<float>(2 * kGravity * static_cast<double>(dt_))
+                                 : std::numeric_limits<float>::infinity();
+      t.sleep2 = static_cast<float>(sleep * sleep);
+    } else {
+      t.strength = static_cast<float>(action_.numbers[0]) * dt_;
+      t.epsilon = static_cast<float>(action_.numbers[1]);
+    }
+    return t;
+  }
+
+  // What those of one side hear of those whom they see: of their own, or of the other side.
+  void run(std::size_t s, Seen& seen) {
+    if (flows(action_)) {
+      run(s, kernels().find_pressure, crowds_[s].size(), seen);
+      scratch_.party[s].column[pressure].swap(scratch_.party[s].out[0]);
+    }
+    run(s, kernel_of(), crowds_[s].own, seen);
+  }
+
+  // `target_count`: who has an index below is a target.
+  void run(std::size_t s, void (*kernel)(const Task&), std::size_t target_count, Seen& seen) {
+    Scratch::Party& party = scratch_.party[s];
+    const std::size_t other = count_ == 2 ? 1 - s : s;
+    const float* columns[2][party_columns];
+    for (std::size_t p = 0; p < count_; ++p) {
+      for (std::size_t c = 0; c < party_columns; ++c) columns[p][c] = scratch_.party[p].column[c].data();
+    }
+    float* out[party_results];
+    for (std::size_t c = 0; c < results(); ++c) {
+      party.out[c].resize(padded(crowds_[s].size()));
+      out[c] = party.out[c].data();
+    }
+    const Party targets{party.cells.view(target_count), columns[s], &crowds_[s]};
+    const Party sources{scratch_.party[other].cells.view(crowds_[other].own), columns[other], &crowds_[other]};
+    const std::vector<std::size_t> cuts = parts_of(party.cells);
+    std::vector<Sight> sights(cuts.size() - 1);
+    particles::Touches* const remembered = touches(action_) ? sides_[s].store->writable_touches() : nullptr;
+    const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
+    pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
+      const simd::FloatMode mode;
+      const int side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
+      kernel({targets, sources, terms(side), out, remembered, chosen, cuts[part], cuts[part + 1], &sights[part]});
+    });
+    for (const Sight& sight : sights) {
+      seen.pairs += sight.pairs;
+      seen.softened = seen.softened || sight.softened;
+    }
+  }
+
+  // Rows of about as many particles each, several per thread.
+  std::vector<std::size_t> parts_of(const Cells& cells) const {
+    const std::vector<interactions::Row>& rows = cells.rows();
+    const std::size_t most = pool_.threads() == 1 ? cells.size() : pool_.items(4096);
+    std::vector<std::size_t> cuts{0};
+    for (std::size_t r = 1; r + 1 < rows.size(); ++r) {
+      if (rows[r].first - rows[cuts.back()].first >= most) cuts.push_back(r);
+    }
+    cuts.push_back(rows.size() - 1);
+    return cuts;
+  }
+
+  void (*kernel_of() const)(const Task&) {
+    const Kernels& all = kernels();
+    if (touches(action_)) return all.contact;
+    if (flows(action_)) return all.fluid;
+    if (collides(action_)) return all.collide[radii() ? 1 : 0][masses() ? 1 : 0];
+    return action_.kind == Kind::gravitate ? all.gravitate : all.match;
+  }
+
+  std::size_t results() const { return touches(action_) ? 7 : collides(action_) ? 4 : 3; }
+
+  // The planes that the results go to, in their order.
+  void find_planes(Store& store, float* (&to)[party_results]) const {
+    const bool spins = action_.kind == Kind::match_rotational_velocity;
+    for (int c = 0; c < 3; ++c) {
+      to[c] = store.writable_plane(spins ? particles::rotational_velocity : particles::velocity, c);
+    }
+    if (results() > 3) to[3] = store.writable_plane(particles::contacts, 0);
+    for (int c = 0; c < 3 && results() > 4; ++c) to[4 + c] = store.writable_plane(particles::rotational_velocity, c);
+  }
+
+  void apply(std::size_t s) {
+    float* to[party_results];
+    find_planes(*sides_[s].store, to);
+    const std::size_t added = action_.kind == Kind::gravitate ? 3 : 0;  // the first ones come on top of what is there
+    const std::vector<std::uint32_t>& order = scratch_.party[s].cells.order();
+    const std::vector<std::uint8_t>* chosen = sides_[s].chosen;
+    const std::vector<std::uint8_t>* adds_to = sides_[s].adds_to;
+    threads::over_ranges(pool_, order.size(), kRange, [&](std::size_t first, std::size_t last) {
+      for (std::size_t k = first; k < last; ++k) {
+        const std::uint32_t i = order[k];
+        if (i >= crowds_[s].own || (chosen != nullptr && (*chosen)[i] == 0)) continue;
+        for (std::size_t c = 0; c < results(); ++c) {
+          const bool adds = c < added || (c == 3 && sides_[s].adds && (adds_to == nullptr || (*adds_to)[i] != 0));
+          const float out = scratch_.party[s].out[c][k];
+          to[c][i] = adds ? to[c][i] + out : out;
+        }
+      }
+    });
+  }
+
+  const Action& action_;
+  const Extent& extent_;
+  float dt_;
+  const Side (&sides_)[2];
+  Scratch& scratch_;
+  threads::Pool& pool_;
+  std::size_t count_;
+  float reach_;
+  Crowd crowds_[2];
+  Crowd now_[2];  // the same where they are before the step
+};
+
+}  // namespace
+
+std::vector<Column> columns_of(const Action& action, const Side& side) {
+  std::vector<Column> columns;
+  for (const Component c : read_by(action)) {
+    Column column;
+    column.own = side.store->plane(c.attribute, c.component);
+    column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
+    if (side.copies != nullptr && !side.copies->ids.empty())
+      column.copies = side.copies->columns[columns.size()].data();
+    columns.push_back(column);
+  }
+  return columns;
+}
+
+Seen act_on_pairs(const Action& action, const Side& side, const PairProcedure& procedure, Scratch& scratch,
+                  threads::Pool& pool) {
+  if (!(reach_of(action, {}) > 0)) return {};
+  const simd::FloatMode mode;
+  const Side sides[2] = {side, {}};
+  const Extent extent;
+  return Meeting(action, extent, 0, sides, scratch, pool).act_on_pairs(procedure);
+}
+
+Seen act(const Action& action, const Extent& extent, float dt, const Side (&sides)[2], Scratch& scratch,
+         threads::Pool& pool) {
+  if (!(reach_of(action, extent) > 0)) return {};
+  return Meeting(action, extent, dt, sides, scratch, pool).act();
+}
+
+}  // namespace motes::interactions

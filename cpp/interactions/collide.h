@@ -1,0 +1,121 @@
+// collide: spheres push each other apart so that they will not overlap at the end of the step, with Coulomb friction
+// (position-based dynamics with one iteration, as an action on velocities: Mueller et al. 2007, "Position based
+// dynamics"). Each pair is seen from both of its ends with opposite signs, so momentum is kept. A pile is stiff but
+// stable because each push is divided by the contacts that its busier end had in the last step.
+#pragma once
+
+#include "interactions/parting.h"
+#include "interactions/sweep.h"
+
+namespace motes::MOTES_ISA {
+
+/// kRadii: particles have radii of their own. kMasses: and masses.
+template <bool kRadii, bool kMasses>
+struct Collision {
+  Floats reach2, reach, per_step, friction, restitution, slow, sleep2;
+
+  /// The push of a pair whose distance is `d` and unit vector from target to source is `n`; `apart`: the source's
+  /// velocity seen from the target. Returns the change of the target's velocity.
+  MOTES_INLINE Floats3 push(Floats reach_of_pair, Floats d, Floats3 n, Floats3 apart) const {
+    const Floats along = dot(apart, n);
+    Floats out = (reach_of_pair - d) * per_step;
+    out = max(out, only(along < -slow, -(restitution * along)));
+    const Floats3 slide = apart - n * along;
+    const Floats speed = sqrt(dot(slide, slide));
+    const Floats stop = min(speed, friction * out) / (speed + 1e-30f);
+    return slide * stop - n * out;
+  }
+
+  struct Sums {
+    Floats3 at, velocity, sum{};
+    Floats busy, own_radius, own_inverse;
+    Ints touching{}, zeros{};
+
+    MOTES_INLINE Sums(const Collision&, const Task& task, std::uint32_t i, std::uint32_t)
+        : at(load_column(task.targets.column, interactions::at_x, i)),
+          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          busy(load(task.targets.column[interactions::contacts] + i)) {
+      if (kRadii) own_radius = load(task.targets.column[interactions::radius] + i);
+      if (kMasses) own_inverse = load(task.targets.column[interactions::inverse_mass] + i);
+    }
+
+    MOTES_INLINE void add(const Collision& law, const Task& task, std::uint32_t j) {
+      const float* const* column = task.sources.column;
+      const Floats3 r = seen_from(at, column, j);
+      const Floats r2 = dot(r, r);
+      const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
+      const Floats reach2 = kRadii ? reach * reach : law.reach2;
+      const Mask near = r2 < reach2;
+      if (!any(near)) return;
+      zeros -= near & (r2 <= 0.0f);
+      const Mask seen = near & (r2 > 0.0f);
+      const Floats d = sqrt(r2);
+      const Floats3 change =
+          law.push(reach, d, r * (1.0f / d), value_seen_from(velocity, column, j)) * share(column, j);
+      sum = sum + only(seen, change);
+      touching -= seen;
+    }
+
+    /// The target's part of a push: by mass, and as stable as the busier of both allows.
+    MOTES_INLINE Floats share(const float* const* column, std::uint32_t j) const {
+      const Floats contacts = max(busy, all(column[interactions::contacts][j]));
+      const Floats part = min(all(1.0f), 2.0f / max(contacts, all(1.0f)));
+      if (!kMasses) return part * 0.5f;
+      const Floats both = own_inverse + column[interactions::inverse_mass][j];
+      return part * (own_inverse / max(both, all(1e-30f)));
+    }
+
+    MOTES_INLINE void finish(const Collision& law, const Task& task, const Around& around, std::uint32_t i,
+                             std::uint32_t last) {
+      Ints self{};  // a particle of some width sees itself
+      const Floats own_reach = kRadii ? own_radius + own_radius : law.reach;
+      if (task.terms.side == 0) self -= own_reach * own_reach > 0.0f;
+      if (any(zeros > self)) part_equals(law, task, around, i, last);
+      const Floats3 now = velocity + sum;
+      const Floats count = to_floats(touching);
+      const Mask sleeps = (touching > 1) & (dot(now, now) < law.sleep2);
+      const Floats3 kept = only(~sleeps, now);
+      store_lanes3(task.out, i, kept, last - i);
+      store_lanes(task.out[3] + i, count, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, touching, i, last);
+    }
+
+    /// Those at the same place as others: after all other contacts, in the same order.
+    __attribute__((noinline)) void part_equals(const Collision& law, const Task& task, const Around& around,
+                                               std::uint32_t i, std::uint32_t last) {
+      const CellsView& targets = task.targets.cells;
+      const CellsView& sources = task.sources.cells;
+      for (std::uint32_t lane = 0; lane < last - i; ++lane) {
+        const std::uint64_t own = id_of(task.targets, i + lane);
+        Mask here{};
+        here[lane] = -1;
+        for (int n = 0; n < around.count; ++n) {
+          const std::int32_t z = targets.z[i + lane];
+          const std::uint32_t to = first_at(sources, *around.rows[n], z + 2);
+          for (std::uint32_t j = first_at(sources, *around.rows[n], z - 1); j < to; ++j) {
+            const std::uint64_t other = id_of(task.sources, j);
+            const Floats3 r = seen_from(at, task.sources.column, j);
+            const Floats r2 = dot(r, r);
+            if (r2[lane] > 0 || (task.terms.side == 0 && own == other)) continue;
+            const float* const* column = task.sources.column;
+            const Floats reach = kRadii ? own_radius + column[interactions::radius][j] : law.reach;
+            if (!(r2[lane] < reach[lane] * reach[lane])) continue;
+            const Floats3 change = law.push(reach, Floats{}, all3(parting(own, other, task.terms.side)),
+                                            value_seen_from(velocity, column, j));
+            sum = sum + only(here, change * share(column, j));
+            touching -= here;
+          }
+        }
+      }
+    }
+  };
+};
+
+template <bool kRadii, bool kMasses>
+void collide(const Task& task) {
+  const interactions::Terms& t = task.terms;
+  sweep(task, Collision<kRadii, kMasses>{all(t.reach * t.reach), all(t.reach), all(1.0f / t.step), all(t.friction),
+                                         all(1.0f + t.restitution), all(t.slow), all(t.sleep2)});
+}
+
+}  // namespace motes::MOTES_ISA

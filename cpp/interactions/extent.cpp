@@ -1,0 +1,141 @@
+#include "interactions/extent.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "simd/float_mode.h"
+
+namespace motes::interactions {
+
+namespace {
+
+using actions::Action;
+using actions::Kind;
+using particles::Store;
+
+template <class Work>
+void each_range(std::size_t count, threads::Pool& pool, std::vector<float>& most, const Work& work) {
+  const std::size_t range = pool.items(kRange);
+  most.assign((count + range - 1) / range, 0);
+  pool.run(most.size(), [&](std::size_t part, std::size_t) {
+    const simd::FloatMode mode;
+    work(part * range, std::min(count, (part + 1) * range), most[part]);
+  });
+}
+
+float largest(const std::vector<float>& values) {
+  float most = 0;
+  for (const float value : values) most = std::max(most, value);
+  return most;
+}
+
+// How far particles get in the step, along an axis, if nothing stops them. Nobody sees a particle at NaN.
+float displacement_of(const Store& store, float dt, threads::Pool& pool) {
+  std::vector<float> most;
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& far) {
+    for (int c = 0; c < 3; ++c) {
+      const float* x = store.plane(particles::position, c);
+      const float* v = store.plane(particles::velocity, c);
+      const float same_x = store.uniform_value(particles::position)[static_cast<std::size_t>(c)];
+      const float same_v = store.uniform_value(particles::velocity)[static_cast<std::size_t>(c)];
+      for (std::size_t i = first; i < last; ++i) {
+        const float from = x != nullptr ? x[i] : same_x;
+        const float way = std::abs((from + (v != nullptr ? v[i] : same_v) * dt) - from);
+        if (way > far) far = way;
+      }
+    }
+  });
+  return largest(most);
+}
+
+float radius_of(const Store& store, threads::Pool& pool) {
+  const float* size = store.plane(particles::size, 0);
+  if (size == nullptr) return store.size() == 0 ? 0 : std::max(0.0f, 0.5f * store.uniform_value(particles::size)[0]);
+  std::vector<float> most;
+  each_range(store.size(), pool, most, [&](std::size_t first, std::size_t last, float& wide) {
+    for (std::size_t i = first; i < last; ++i) {
+      if (0.5f * size[i] > wide) wide = 0.5f * size[i];
+    }
+  });
+  return largest(most);
+}
+
+bool has_masses(const Store& store) {
+  return store.size() > 0 && (!store.uniform(particles::mass) || store.uniform_value(particles::mass)[0] != 1);
+}
+
+}  // namespace
+
+bool has_radius(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::contact; }
+
+bool looks_ahead(const Action& action) { return action.kind == Kind::collide || action.kind == Kind::fluid; }
+
+float given_radius(const Action& action, bool second) { return static_cast<float>(action.numbers[second ? 4 : 0]); }
+
+std::vector<Component> read_by(const Action& action) {
+  std::vector<Component> all;
+  const auto add = [&](int attribute, int width) {
+    for (int c = 0; c < width; ++c) all.push_back({attribute, c});
+  };
+  add(particles::position, 3);
+  switch (action.kind) {
+    case Kind::match_velocity: add(particles::velocity, 3); break;
+    case Kind::match_rotational_velocity: add(particles::rotational_velocity, 3); break;
+    case Kind::collide:
+      add(particles::velocity, 3);
+      add(particles::contacts, 1);
+      add(particles::size, 1);
+      add(particles::mass, 1);
+      break;
+    case Kind::contact:
+      add(particles::velocity, 3);
+      add(particles::rotational_velocity, 3);
+      add(particles::size, 1);
+      add(particles::mass, 1);
+      break;
+    case Kind::fluid:
+      add(particles::velocity, 3);
+      add(particles::mass, 1);
+      break;
+    case Kind::pairs: add(particles::velocity, 3); break;
+    case Kind::tie:
+      add(particles::velocity, 3);
+      add(particles::mass, 1);
+      add(particles::torn, 1);
+      break;
+    default: break;
+  }
+  return all;
+}
+
+Extent extent_of(const Action& action, const Store& store, float dt, bool second, threads::Pool& pool) {
+  Extent extent;
+  const simd::FloatMode mode;
+  if (has_radius(action)) {
+    const float given = given_radius(action, second);
+    (second ? extent.other_radius : extent.radius) = given > 0 ? given : radius_of(store, pool);
+  }
+  if (looks_ahead(action)) extent.displacement = displacement_of(store, dt, pool);
+  if (action.kind == Kind::collide) extent.masses = has_masses(store) ? 1.0f : 0.0f;
+  return extent;
+}
+
+float reach_of(const Action& action, const Extent& extent) {
+  if (action.kind == Kind::tie) return extent.radius + 2 * extent.displacement;
+  if (action.kind == Kind::pairs) return static_cast<float>(action.numbers[0]);
+  if (!has_radius(action)) return static_cast<float>(action.numbers[2]);
+  return extent.radius + (action.other >= 0 ? extent.other_radius : extent.radius);
+}
+
+double range_of(const Action& action, const Extent& extent) {
+  const double reach = static_cast<double>(reach_of(action, extent));
+  if (action.kind == Kind::tie) return reach * (1 + 1e-5) + 4 * static_cast<double>(extent.rounding);
+  if (!looks_ahead(action)) return reach * (1 + 4 * kMargin);
+  const double step =
+      std::min(static_cast<double>(extent.displacement), static_cast<double>(step_limit(reach_of(action, extent))));
+  // In a fluid those that are seen must have seen their own neighbours.
+  const double seen = action.kind == Kind::fluid ? 2 * reach : reach;
+  return (seen + 2 * (step + static_cast<double>(extent.rounding))) * (1 + 4 * kMargin);
+}
+
+}  // namespace motes::interactions

@@ -1,0 +1,166 @@
+// fluid: particles of a liquid keep their density (Macklin and Mueller 2013, "Position based fluids", one iteration, as
+// an action on velocities). Each looks at the density where it will be at the end of the step: first all find how hard
+// they must push for it not to be above the rest density, then each adds up the pushes of its neighbours and its own.
+// A particle that is too dense already is relieved slowly (Baumgarte 1972): at once, it would fly apart with what the
+// error weighs, and never come to rest. Kernels of density and of its slope are those of Mueller et al. (2003).
+#pragma once
+
+#include "interactions/parting.h"
+#include "interactions/sweep.h"
+
+namespace motes::MOTES_ISA {
+
+/// How a particle's mass is spread around it, as far as `radius`.
+struct Spread {
+  Floats per_radius;  // 1/m
+  Floats high, steep;
+
+  explicit Spread(float radius)
+      : per_radius(all(1 / radius)), high(all(1.5666815f / (radius * radius * radius))),
+        steep(all(14.323945f / (radius * radius * radius * radius))) {}
+
+  /// Its share at a distance whose square is q2 radii, 1/m3.
+  MOTES_INLINE Floats share(Floats q2) const {
+    const Floats left = 1.0f - q2;
+    return high * left * left * left;
+  }
+  /// How fast that falls off at a distance of q radii, 1/m4.
+  MOTES_INLINE Floats slope(Floats q) const {
+    const Floats left = 1.0f - q;
+    return steep * left * left;
+  }
+};
+
+/// A source seen from the targets, as far as a fluid is concerned.
+struct Neighbour {
+  Floats q2, q;  // distance in radii
+  Floats3 normal;
+  Mask seen, other;  // within the radius; and not the target itself
+
+  MOTES_INLINE Neighbour(const Task& task, const Floats3& at, const Spread& spread, std::uint32_t first,
+                         std::uint32_t j) {
+    const Floats3 r = seen_from(at, task.sources.column, j);
+    const Floats r2 = dot(r, r);
+    q2 = r2 * (spread.per_radius * spread.per_radius);
+    seen = q2 < 1.0f;
+    other = seen;
+    if (!any(seen)) return;
+    const Floats d = sqrt(r2);
+    q = d * spread.per_radius;
+    normal = r * (1.0f / d);
+    const Mask here = seen & (r2 <= 0.0f);
+    if (any(here)) part(task, here, first, j);
+  }
+
+  // Those at the same place: a target sees itself, and is parted from others.
+  __attribute__((noinline)) void part(const Task& task, Mask here, std::uint32_t first, std::uint32_t j) {
+    for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
+      if (here[lane] == 0 || first + lane >= count_of(task.targets)) continue;
+      if (first + lane == j) other[lane] = 0;
+      set_lane(normal, lane, parting(id_of(task.targets, first + lane), id_of(task.sources, j), 0));
+    }
+  }
+};
+
+/// How hard each must push, the multiplier of its constraint: out.
+struct Pressure {
+  Spread spread;
+  Floats step, per_density;
+
+  static constexpr float kRelieved = 0.05f;  // of a density that is too high already
+
+  struct Sums {
+    std::uint32_t first;
+    Floats3 at, velocity, slope{};
+    Floats mass, density{}, slopes2{};
+    Floats parts{};  // kg/(m3 s): how fast the density falls
+
+    MOTES_INLINE Sums(const Pressure&, const Task& task, std::uint32_t i, std::uint32_t)
+        : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
+          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          mass(load(task.targets.column[interactions::mass] + i)) {}
+
+    MOTES_INLINE void add(const Pressure& law, const Task& task, std::uint32_t j) {
+      const Neighbour n(task, at, law.spread, first, j);
+      if (!any(n.seen)) return;
+      const float of = task.sources.column[interactions::mass][j];
+      density = density + only(n.seen, law.spread.share(n.q2) * of);
+      const Floats steep = law.spread.slope(n.q);
+      slope = slope + only(n.other, n.normal * (steep * of));
+      slopes2 = slopes2 + only(n.other, steep * steep * of);
+      const float* const* column = task.sources.column;
+      parts = parts + only(n.other, dot(value_seen_from(velocity, column, j), n.normal) * steep * of);
+    }
+
+    MOTES_INLINE void finish(const Pressure& law, const Task& task, const Around&, std::uint32_t i,
+                             std::uint32_t last) const {
+      const Floats then = density * law.per_density - 1.0f;
+      const Floats now = then + parts * law.per_density * law.step;
+      const Floats above = max(then - (1.0f - kRelieved) * max(now, Floats{}), Floats{});
+      const Floats gives = (dot(slope, slope) / max(mass, all(1e-30f)) + slopes2) * (law.per_density * law.per_density);
+      store_lanes(task.out[0] + i, above / max(gives, all(1e-30f)), last - i);
+    }
+  };
+};
+
+/// The velocity that a particle has then: out.
+struct Fluid {
+  Spread spread;
+  Floats step, per_density, viscosity, cohesion;
+
+  struct Sums {
+    std::uint32_t first;
+    Floats3 at, velocity, push{}, drag{};
+    Floats mass, pressure;
+    Ints pairs{};
+
+    MOTES_INLINE Sums(const Fluid&, const Task& task, std::uint32_t i, std::uint32_t)
+        : first(i), at(load_column(task.targets.column, interactions::at_x, i)),
+          velocity(load_column(task.targets.column, interactions::value_x, i)),
+          mass(load(task.targets.column[interactions::mass] + i)),
+          pressure(load(task.targets.column[interactions::pressure] + i)) {}
+
+    MOTES_INLINE void add(const Fluid& law, const Task& task, std::uint32_t j) {
+      const Neighbour n(task, at, law.spread, first, j);
+      if (!any(n.other)) return;
+      const float* const* column = task.sources.column;
+      const float of = column[interactions::mass][j];
+      const Floats steep = law.spread.slope(n.q);
+      const Floats both = pressure * (of / max(mass, all(1e-30f))) + column[interactions::pressure][j];
+      push = push - only(n.other, n.normal * (steep * both));
+      const Floats rubs = law.viscosity * dot(value_seen_from(velocity, column, j), n.normal) * steep *
+                          law.spread.per_radius / (n.q + 0.1f);
+      drag = drag + only(n.other, n.normal * ((rubs + law.cohesion * pull(law, n.q)) * of));
+      pairs -= n.other;
+    }
+
+    /// Draws those at more than half the radius to each other, and keeps nearer ones apart (Akinci et al. 2013,
+    /// "Versatile surface tension and adhesion for SPH fluids").
+    static MOTES_INLINE Floats pull(const Fluid& law, Floats q) {
+      const Floats left = 1.0f - q;
+      const Floats bump = left * left * left * (q * q * q);
+      return law.spread.high * 6.5015f * select(q > 0.5f, bump, 2.0f * bump - 1.0f / 64);
+    }
+
+    MOTES_INLINE void finish(const Fluid& law, const Task& task, const Around&, std::uint32_t i,
+                             std::uint32_t last) const {
+      const Floats3 by_push = push * (law.per_density / law.step);
+      const Floats3 by_drag = drag * (law.per_density * law.step);
+      const Floats3 now = velocity + only(mass > 0.0f, by_push + by_drag);
+      store_lanes3(task.out, i, now, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
+    }
+  };
+};
+
+inline void find_pressure(const Task& task) {
+  const interactions::Terms& t = task.terms;
+  sweep(task, Pressure{Spread(t.reach), all(t.step), all(1 / t.rest_density)});
+}
+
+inline void fluid(const Task& task) {
+  const interactions::Terms& t = task.terms;
+  sweep(task, Fluid{Spread(t.reach), all(t.step), all(1 / t.rest_density), all(t.viscosity), all(t.cohesion)});
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,48 @@
+// match_velocity, match_rotational_velocity: each takes on what those within reach have, by magnitude / (r^2 + epsilon)
+// (McAllister 2000, MatchVelocity). His sums are unstable where a particle's weights come to more than 2 in a step:
+// here they count for at most 1.
+#pragma once
+
+#include "interactions/sweep.h"
+
+namespace motes::MOTES_ISA {
+
+struct Matching {
+  Floats reach2, strength, epsilon;
+
+  struct Sums {
+    Floats3 at, value, sum{};
+    Floats weight{};
+    Ints pairs{};
+
+    MOTES_INLINE Sums(const Matching&, const Task& task, std::uint32_t i, std::uint32_t)
+        : at(load_column(task.targets.column, interactions::at_x, i)),
+          value(load_column(task.targets.column, interactions::value_x, i)) {}
+
+    MOTES_INLINE void add(const Matching& law, const Task& task, std::uint32_t j) {
+      const float* const* column = task.sources.column;
+      const Floats3 r = seen_from(at, column, j);
+      const Floats r2 = dot(r, r);
+      const Mask seen = (r2 < law.reach2) & (r2 > 0.0f);
+      const Floats w = only(seen, law.strength / (r2 + law.epsilon));
+      sum = sum + only(seen, value_seen_from(value, column, j) * w);
+      weight = weight + w;
+      pairs -= seen;
+    }
+
+    MOTES_INLINE void finish(const Matching&, const Task& task, const Around&, std::uint32_t i,
+                             std::uint32_t last) const {
+      const Floats part = 1.0f / max(weight, all(1.0f));
+      const Floats3 now = value + sum * part;
+      store_lanes3(task.out, i, now, last - i);
+      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
+    }
+  };
+};
+
+inline void match(const Task& task) {
+  const interactions::Terms& terms = task.terms;
+  sweep(task, Matching{all(terms.reach * terms.reach), all(terms.strength), all(terms.epsilon)});
+}
+
+}  // namespace motes::MOTES_ISA

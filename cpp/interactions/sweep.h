@@ -1,0 +1,160 @@
+// How kernels walk through the cells: targets in lanes, their sources one after another in the order (cell, id).
+//
+// A vector takes targets that follow each other in a row of cells, and all sources in the nine rows around it that any
+// of them may see. What is out of a lane's reach adds +0 to a sum that began with +0, so neither the width of the
+// vector nor who shares it shows in the bits.
+#pragma once
+
+#include "interactions/kernels.h"
+#include "simd/floats3.h"
+
+namespace motes::MOTES_ISA {
+
+using interactions::CellsView;
+using interactions::Row;
+using interactions::Task;
+
+MOTES_INLINE bool before(const Row& row, std::int32_t x, std::int32_t y) {
+  return row.x < x || (row.x == x && row.y < y);
+}
+
+/// The first row that is not before (x, y); `hint`: one that is before it, or 0.
+inline std::size_t row_from(const CellsView& cells, std::size_t hint, std::int32_t x, std::int32_t y) {
+  // The next target row is near the last one: steps that double, then halving.
+  std::size_t low = hint;
+  std::size_t step = 1;
+  while (low + step < cells.row_count && before(cells.rows[low + step], x, y)) {
+    low += step;
+    step *= 2;
+  }
+  std::size_t high = low + step < cells.row_count ? low + step : cells.row_count;
+  while (low < high) {
+    const std::size_t middle = low + (high - low) / 2;
+    if (before(cells.rows[middle], x, y)) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+/// The first particle of the row whose cell is not below z.
+MOTES_INLINE std::uint32_t first_at(const CellsView& cells, const Row& row, std::int32_t z) {
+  if (z <= row.z_low) return row.first;
+  const std::uint32_t end = (&row)[1].first;
+  if (z > row.z_high) return end;
+  if (row.table >= 0) return cells.table[row.table + (z - row.z_low)];
+  std::uint32_t low = row.first;
+  std::uint32_t high = end;
+  while (low < high) {
+    const std::uint32_t middle = low + (high - low) / 2;
+    if (cells.z[middle] < z) {
+      low = middle + 1;
+    } else {
+      high = middle;
+    }
+  }
+  return low;
+}
+
+/// The rows that particles of a row can see, ascending.
+struct Around {
+  const Row* rows[9];
+  int count = 0;
+};
+
+/// Finds them for target rows in ascending order.
+struct Cursor {
+  std::size_t at[3] = {0, 0, 0};
+
+  MOTES_INLINE Around around(const CellsView& sources, std::int32_t x, std::int32_t y) {
+    Around found;
+    for (int dx = 0; dx < 3; ++dx) {
+      at[dx] = row_from(sources, at[dx], x + dx - 1, y - 1);
+      for (std::size_t r = at[dx]; r < sources.row_count && r < at[dx] + 3; ++r) {
+        const Row& row = sources.rows[r];
+        if (row.x != x + dx - 1 || row.y > y + 1) break;
+        found.rows[found.count++] = &row;
+      }
+    }
+    return found;
+  }
+};
+
+/// How many particles a party has, copies included.
+MOTES_INLINE std::size_t count_of(const interactions::Party& party) { return party.crowd->own + party.crowd->copies; }
+
+MOTES_INLINE bool any_own(const CellsView& cells, std::uint32_t first, std::uint32_t last) {
+  for (std::uint32_t k = first; k < last; ++k) {
+    if (cells.order[k] < cells.own) return true;
+  }
+  return false;
+}
+
+/// Stores lanes of a vector that belong to targets, and no others: the next ones may be another thread's.
+MOTES_INLINE void store_lanes(float* to, Floats v, std::uint32_t lanes) {
+  if (lanes == kLanes) return store(to, v);
+  for (std::uint32_t k = 0; k < lanes; ++k) to[k] = v[k];
+}
+
+/// The same of three planes.
+MOTES_INLINE void store_lanes3(float* const* to, std::uint32_t i, const Floats3& v, std::uint32_t lanes) {
+  store_lanes(to[0] + i, v.x, lanes);
+  store_lanes(to[1] + i, v.y, lanes);
+  store_lanes(to[2] + i, v.z, lanes);
+}
+
+/// Runs a law over the task's rows. A law has a type Sums, which is made for the targets first .. last - 1, at most a
+/// vector of them, and has add(source) and finish(around, first, last).
+template <class Law>
+MOTES_INLINE void sweep(const Task& task, const Law& law) {
+  const CellsView& targets = task.targets.cells;
+  const CellsView& sources = task.sources.cells;
+  Cursor cursor;
+  for (std::size_t r = task.first_row; r < task.last_row; ++r) {
+    const Row& row = targets.rows[r];
+    const std::uint32_t end = targets.rows[r + 1].first;
+    bool found = false;
+    Around around;
+    for (std::uint32_t i = row.first; i < end; i += kLanes) {
+      const std::uint32_t last = i + kLanes < end ? i + static_cast<std::uint32_t>(kLanes) : end;
+      if (!any_own(targets, i, last)) continue;
+      if (!found) around = cursor.around(sources, row.x, row.y);
+      found = true;
+      typename Law::Sums sums(law, task, i, last);
+      const std::int32_t low = targets.z[i] - 1;
+      const std::int32_t high = targets.z[last - 1] + 1;
+      for (int n = 0; n < around.count; ++n) {
+        const std::uint32_t to = first_at(sources, *around.rows[n], high + 1);
+        for (std::uint32_t j = first_at(sources, *around.rows[n], low); j < to; ++j) sums.add(law, task, j);
+      }
+      sums.finish(law, task, around, i, last);
+    }
+  }
+}
+
+/// Where a source is, seen from the targets.
+MOTES_INLINE Floats3 seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
+  return {column[interactions::at_x][j] - targets.x, column[interactions::at_y][j] - targets.y,
+          column[interactions::at_z][j] - targets.z};
+}
+/// How a source's value differs from those of the targets.
+MOTES_INLINE Floats3 value_seen_from(const Floats3& targets, const float* const* column, std::uint32_t j) {
+  return {column[interactions::value_x][j] - targets.x, column[interactions::value_y][j] - targets.y,
+          column[interactions::value_z][j] - targets.z};
+}
+MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uint32_t i) {
+  return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};
+}
+
+/// Sums what was counted for this rank's own targets: beside copies they may stand in one vector.
+MOTES_INLINE std::uint64_t sum_own(const CellsView& targets, Ints counts, std::uint32_t i, std::uint32_t last) {
+  std::uint64_t sum = 0;
+  for (std::uint32_t k = i; k < last; ++k) {
+    sum += targets.order[k] < targets.own ? static_cast<std::uint64_t>(counts[k - i]) : 0;
+  }
+  return sum;
+}
+
+}  // namespace motes::MOTES_ISA

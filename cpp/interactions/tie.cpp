@@ -1,0 +1,275 @@
+#include "interactions/tie.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+#include <string>
+
+#include "simd/float_mode.h"
+
+namespace motes::interactions {
+
+namespace {
+
+using particles::Store;
+
+constexpr float kRelaxation = 1.8f;  // of the average of a particle's corrections, where that is stable
+// A step x + v dt that is corrected by the part q of what is wrong, and a velocity that follows from it, swing up where
+// q > 4/3.
+constexpr float kStable = 1.3f;
+constexpr float kInf = std::numeric_limits<float>::infinity();
+
+struct Terms {
+  float dt;
+  std::array<float, 3> compliance;  // m/N over dt^2, by kind
+  float kept;  // part of the velocity among tied ones that damping leaves
+  float break_at;
+  bool tethers;
+};
+
+Terms terms_of(const actions::Action& action, float dt) {
+  Terms terms;
+  terms.dt = dt;
+  for (std::size_t k = 0; k < 3; ++k) terms.compliance[k] = static_cast<float>(action.numbers[k]) / (dt * dt);
+  terms.kept = 1 / (1 + static_cast<float>(action.numbers[3]) * dt);
+  terms.break_at = static_cast<float>(action.numbers[4]);
+  terms.tethers = action.numbers[5] != 0;
+  return terms;
+}
+
+// The sum of n n^T over directions n: how much of a deviation the ties of a particle take back together. Where they all
+// point the same way, as in a rope, that is more than where they share the work, as in a cloth.
+struct Spread {
+  float xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
+
+  void add(const std::array<float, 3>& d, float weight) {
+    xx += weight * d[0] * d[0];
+    yy += weight * d[1] * d[1];
+    zz += weight * d[2] * d[2];
+    xy += weight * d[0] * d[1];
+    xz += weight * d[0] * d[2];
+    yz += weight * d[1] * d[2];
+  }
+
+  // Not less than the largest eigenvalue.
+  float most() const {
+    const float x = xx + std::abs(xy) + std::abs(xz);
+    const float y = yy + std::abs(xy) + std::abs(yz);
+    const float z = zz + std::abs(xz) + std::abs(yz);
+    return std::max({x, y, z});
+  }
+};
+
+float length(const std::array<float, 3>& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+float distance2(const float (&a)[3], const float (&b)[3]) {
+  float sum = 0;
+  for (std::size_t c = 0; c < 3; ++c) sum += (a[c] - b[c]) * (a[c] - b[c]);
+  return sum;
+}
+
+class Tying {
+ public:
+  Tying(const actions::Action& action, const Bonds& bonds, float dt, const Side& side, const std::vector<float>& pins,
+        Knots& knots, threads::Pool& pool)
+      : bonds_(bonds), terms_(terms_of(action, dt)), side_(side), pins_(pins), knots_(knots), pool_(pool),
+        columns_(columns_of(action, side)), own_(side.store->size()),
+        count_(own_ + (side.copies == nullptr ? 0 : side.copies->ids.size())) {}
+
+  std::uint64_t run() {
+    note_knots();
+    return act();
+  }
+
+ private:
+  std::uint64_t id(std::size_t i) const { return i < own_ ? side_.store->ids()[i] : side_.copies->ids[i - own_]; }
+
+  void note_knots() {
+    if (knots_.knots.size() != bonds_.rows()) knots_ = {std::vector<Knots::Knot>(bonds_.rows()), 0};
+    if (++knots_.meeting == 0) knots_ = {std::vector<Knots::Knot>(bonds_.rows()), 1};
+    rows_.resize(own_);
+    threads::over_ranges(pool_, count_, kRange, [&](std::size_t first, std::size_t last) {
+      const simd::FloatMode mode;
+      for (std::size_t i = first; i < last; ++i) {
+        const std::uint32_t row = bonds_.row_of(id(i));
+        if (i < own_) rows_[i] = row;
+        if (row != Bonds::kNone) note(row, i);
+      }
+    });
+  }
+
+  void note(std::uint32_t row, std::size_t i) {
+    Knots::Knot& knot = knots_.knots[row];
+    const bool pinned = bonds_.pin(row) != Bonds::kNone;
+    for (std::size_t c = 0; c < 3; ++c) {
+      knot.place[c] = columns_[c].of(i, own_);
+      knot.velocity[c] = pinned ? 0 : columns_[3 + c].of(i, own_);
+      knot.at[c] = knot.place[c] + knot.velocity[c] * terms_.dt;
+    }
+    const float mass = columns_[6].of(i, own_);
+    knot.inverse = pinned ? 0 : mass > 1e-12f ? 1 / mass : 1e12f;
+    knot.torn = static_cast<std::uint32_t>(columns_[7].of(i, own_));
+    knot.seen = knots_.meeting;
+  }
+
+  std::uint64_t act() {
+    Store& store = *side_.store;
+    float* const v[3] = {store.writable_plane(particles::velocity, 0), store.writable_plane(particles::velocity, 1),
+                         store.writable_plane(particles::velocity, 2)};
+    float* const torn = terms_.break_at < kInf ? store.writable_plane(particles::torn, 0) : nullptr;
+    std::vector<Held> held((own_ + pool_.items(kRange) - 1) / pool_.items(kRange));
+    threads::over_ranges(pool_, own_, kRange, [&](std::size_t first, std::size_t last) {
+      const simd::FloatMode mode;
+      for (std::size_t i = first; i < last; ++i) {
+        if (rows_[i] == Bonds::kNone) continue;
+        std::uint32_t tears = 0;
+        const std::array<float, 3> now = pull(rows_[i], i, held[first / pool_.items(kRange)], tears);
+        if (tears != 0) torn[i] = static_cast<float>(knots_.knots[rows_[i]].torn | tears);
+        if (side_.chosen != nullptr && (*side_.chosen)[i] == 0) continue;
+        for (std::size_t c = 0; c < 3; ++c) v[c][i] = now[c];
+      }
+    });
+    Held all;
+    for (const Held& some : held) {
+      all.ties += some.ties;
+      all.longest2 = std::max(all.longest2, some.longest2);
+    }
+    knots_.longest = std::sqrt(all.longest2);
+    return all.ties;
+  }
+
+  struct Held {
+    std::uint64_t ties = 0;
+    float longest2 = 0;  // m2
+  };
+
+  // The velocity that its ties give a particle. Both ends of a tie compute its length from the same numbers, so both
+  // find it torn.
+  std::array<float, 3> pull(std::uint32_t row, std::size_t i, Held& held, std::uint32_t& tears) const {
+    const Knots::Knot& own = knots_.knots[row];
+    std::array<float, 3> sum{};
+    std::array<float, 3> drift{};
+    Spread spread;
+    float count = 0;
+    const std::size_t first = bonds_.first(row);
+    for (std::size_t b = first; b < bonds_.first(row + 1); ++b) {
+      const Bond& bond = bonds_.bond(b);
+      const Knots::Knot& other = knots_.knots[bond.partner];
+      const bool may_tear = b - first < kTearing;
+      if (other.seen != knots_.meeting) continue;  // it is dead, or not yet born
+      held.longest2 = std::max(held.longest2, distance2(own.place, other.place));
+      if (may_tear && (own.torn >> (b - first) & 1u) != 0) continue;
+      const std::array<float, 3> d = {own.at[0] - other.at[0], own.at[1] - other.at[1], own.at[2] - other.at[2]};
+      const float r = length(d);
+      if (may_tear && r > terms_.break_at * bond.length) {
+        tears |= 1u << (b - first);
+        continue;
+      }
+      const float weights = own.inverse + other.inverse + terms_.compliance[static_cast<std::size_t>(bond.kind)];
+      if (r > 0 && weights > 0) {
+        const float part = -own.inverse * (r - bond.length) / (weights * r);
+        for (std::size_t c = 0; c < 3; ++c) sum[c] += d[c] * part;
+        const float both = other.inverse == 0 ? 1.0f : 2.0f;  // a partner that moves too doubles what is wrong
+        spread.add(d, both * own.inverse / (weights * r * r));
+      }
+      for (std::size_t c = 0; c < 3; ++c) drift[c] += other.velocity[c];
+      count += 1;
+    }
+    held.ties += static_cast<std::uint64_t>(count);
+    if (own.inverse == 0) return {};
+    std::array<float, 3> at = {own.at[0], own.at[1], own.at[2]};
+    if (count > 0) {
+      // Damping is drawn off relative to the neighbours: it slows no fall.
+      const float lost = (1 - terms_.kept) * terms_.dt;
+      const float relaxed = std::min(kRelaxation / count, kStable / std::max(spread.most(), 1e-20f));
+      for (std::size_t c = 0; c < 3; ++c) {
+        at[c] += sum[c] * relaxed + (drift[c] / count - own.velocity[c]) * lost;
+      }
+    }
+    if (terms_.tethers) hold(row, at);
+    std::array<float, 3> now{};
+    for (std::size_t c = 0; c < 3; ++c) now[c] = (at[c] - columns_[c].of(i, own_)) / terms_.dt;
+    return now;
+  }
+
+  // Nobody is farther from a pinned particle than along the ties.
+  void hold(std::uint32_t row, std::array<float, 3>& at) const {
+    for (std::size_t t = bonds_.first_tether(row); t < bonds_.first_tether(row + 1); ++t) {
+      const Tether& tether = bonds_.tether(t);
+      const float* pin = &pins_[3 * static_cast<std::size_t>(tether.pin)];
+      const std::array<float, 3> d = {at[0] - pin[0], at[1] - pin[1], at[2] - pin[2]};
+      const float r = length(d);
+      if (!(r > tether.length) || !(r < kInf)) continue;
+      for (std::size_t c = 0; c < 3; ++c) at[c] = pin[c] + d[c] * (tether.length / r);
+    }
+  }
+
+  static constexpr std::size_t kRange = std::size_t{1} << 12;
+
+  const Bonds& bonds_;
+  Terms terms_;
+  const Side& side_;
+  const std::vector<float>& pins_;
+  Knots& knots_;
+  threads::Pool& pool_;
+  std::vector<Column> columns_;
+  std::size_t own_, count_;
+  std::vector<std::uint32_t> rows_;
+};
+
+}  // namespace
+
+void check(const actions::Action& action) {
+  const std::shared_ptr<const Bonds> known = bonds(action.ties);
+  if (action.numbers[4] >= static_cast<double>(kInf) || known->most() <= kTearing) return;
+  throw std::invalid_argument("break_at must be infinite where a particle has more than " + std::to_string(kTearing) +
+                              " ties, one has " + std::to_string(known->most()));
+}
+
+void check_together(const actions::Action& one, const actions::Action& other) {
+  const double break_at = std::min(one.numbers[4], other.numbers[4]);
+  if (one.ties == other.ties || break_at >= static_cast<double>(kInf)) return;
+  const std::optional<std::uint64_t> both = shared_particle(one.ties, other.ties);
+  if (!both) return;
+  throw std::invalid_argument("break_at must be infinite where two Ties of a list tie the same particle, as both tie " +
+                              std::to_string(*both) + " (one Ties of all these pairs can tear), got " +
+                              std::to_string(break_at));
+}
+
+std::vector<float> pins_of(const Bonds& bonds, const Store& store) {
+  std::vector<float> pins(3 * bonds.pins(), -kInf);
+  for (std::size_t i = 0; bonds.pins() > 0 && i < store.size(); ++i) {
+    const std::uint32_t row = bonds.row_of(store.ids()[i]);
+    if (row == Bonds::kNone || bonds.pin(row) == Bonds::kNone) continue;
+    for (int c = 0; c < 3; ++c) {
+      pins[3 * bonds.pin(row) + static_cast<std::size_t>(c)] = store.value(particles::position, c, i);
+    }
+  }
+  return pins;
+}
+
+Stretch stretch_of(const Bonds& bonds, const Knots& knots, const Store& store) {
+  Stretch stretch{knots.longest, 0};
+  float farthest2 = 0;
+  for (std::size_t i = 0; i < store.size(); ++i) {
+    const std::uint32_t row = bonds.row_of(store.ids()[i]);
+    if (row == Bonds::kNone) continue;
+    float now[3];
+    for (int c = 0; c < 3; ++c) now[c] = store.value(particles::position, c, i);
+    if (std::isnan(now[0] + now[1] + now[2])) continue;  // nobody sees it
+    const bool met = row < knots.knots.size() && knots.meeting > 0 && knots.knots[row].seen == knots.meeting;
+    const float way2 = met ? distance2(now, knots.knots[row].place) : kInf;
+    farthest2 = way2 <= farthest2 ? farthest2 : way2 < kInf ? way2 : kInf;  // it was at NaN: infinite
+  }
+  stretch.way = std::sqrt(farthest2);
+  return stretch;
+}
+
+std::uint64_t tie(const actions::Action& action, const Bonds& bonds, float dt, const Side& side,
+                  const std::vector<float>& pins, Knots& knots, threads::Pool& pool) {
+  return Tying(action, bonds, dt, side, pins, knots, pool).run();
+}
+
+}  // namespace motes::interactions

@@ -1,0 +1,215 @@
+#include "interactions/ties.h"
+
+#include <algorithm>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+#include <tuple>
+
+#include "base/fields.h"
+
+namespace motes::interactions {
+
+namespace {
+
+constexpr float kLongest = 1e9f;  // m
+
+[[noreturn]] void refuse(const std::string& argument, const std::string& allowed, const std::string& got) {
+  throw std::invalid_argument(argument + " must be " + allowed + ", got " + got);
+}
+
+void check_ends(const Ties& ties) {
+  const std::size_t count = ties.ends.size() / 2;
+  if (ties.ends.size() % 2 != 0) refuse("pairs", "two ids for each tie", std::to_string(ties.ends.size()) + " ids");
+  if (ties.lengths.size() != count) {
+    refuse("lengths", "one per tie, " + std::to_string(count), std::to_string(ties.lengths.size()));
+  }
+  if (ties.kinds.size() != count) {
+    refuse("kinds", "one per tie, " + std::to_string(count), std::to_string(ties.kinds.size()));
+  }
+  std::vector<std::pair<std::uint64_t, std::uint64_t>> pairs;
+  for (std::size_t i = 0; i < count; ++i) {
+    const std::string at = "[" + std::to_string(i) + "]";
+    if (ties.ends[2 * i] == ties.ends[2 * i + 1]) {
+      refuse("pairs" + at, "two different ids", std::to_string(ties.ends[2 * i]) + " twice");
+    }
+    if (!(ties.lengths[i] >= 0 && ties.lengths[i] <= kLongest)) {
+      refuse("lengths" + at, "0..1e9 m", std::to_string(ties.lengths[i]));
+    }
+    if (ties.kinds[i] > 2) refuse("kinds" + at, "0 (stretch), 1 (shear) or 2 (bend)", std::to_string(ties.kinds[i]));
+    pairs.emplace_back(std::minmax(ties.ends[2 * i], ties.ends[2 * i + 1]));
+  }
+  std::sort(pairs.begin(), pairs.end());
+  const auto twice = std::adjacent_find(pairs.begin(), pairs.end());
+  if (twice != pairs.end()) {
+    refuse("pairs", "different from each other",
+           std::to_string(twice->first) + " and " + std::to_string(twice->second) + " twice");
+  }
+}
+
+void check_tethers(const Ties& ties) {
+  if (ties.pins.size() != ties.tethered.size() || ties.tethers.size() != ties.tethered.size()) {
+    refuse("tethers", "as many as there are tethered particles", std::to_string(ties.tethers.size()));
+  }
+  for (std::size_t i = 0; i < ties.pins.size(); ++i) {
+    if (ties.pins[i] >= ties.pinned.size()) refuse("pins", "indices of pinned particles", std::to_string(ties.pins[i]));
+    if (!(ties.tethers[i] >= 0 && ties.tethers[i] <= kLongest)) {
+      refuse("tethers", "0..1e9 m", std::to_string(ties.tethers[i]));
+    }
+  }
+}
+
+// SplitMix64's finaliser over the bytes (Steele, Lea, Flood 2014).
+TiesKey fingerprint(const Ties& ties) {
+  base::Bytes bytes;
+  base::write_fields(ties, bytes);
+  std::uint64_t hash = 0x9e3779b97f4a7c15u + bytes.size();
+  for (std::size_t at = 0; at < bytes.size(); at += 8) {
+    std::uint64_t word = 0;
+    std::memcpy(&word, bytes.data() + at, std::min<std::size_t>(8, bytes.size() - at));
+    hash = (hash ^ word) * 0xbf58476d1ce4e5b9u;
+    hash = (hash ^ (hash >> 27)) * 0x94d049bb133111ebu;
+    hash ^= hash >> 31;
+  }
+  return hash == 0 ? 1 : hash;
+}
+
+struct Kept {
+  std::shared_ptr<const Ties> ties;
+  std::shared_ptr<const Bonds> bonds;
+};
+
+std::mutex& lock() {
+  static std::mutex mutex;
+  return mutex;
+}
+
+std::map<TiesKey, Kept>& all() {
+  static std::map<TiesKey, Kept> kept;
+  return kept;
+}
+
+Kept get(TiesKey key) {
+  const std::scoped_lock held(lock());
+  const auto found = all().find(key);
+  if (found == all().end()) throw std::invalid_argument("no ties have the key " + std::to_string(key));
+  return found->second;
+}
+
+// By two keys, the lower one first: lists that have both ask in every frame.
+std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>>& shared() {
+  static std::map<std::pair<TiesKey, TiesKey>, std::optional<std::uint64_t>> found;
+  return found;
+}
+
+std::optional<std::uint64_t> lowest_tied_by_both(const Bonds& a, const Bonds& b) {
+  const auto has_bonds = [](const Bonds& bonds, std::size_t row) { return bonds.first(row) < bonds.first(row + 1); };
+  for (std::size_t i = 0, j = 0; i < a.rows() && j < b.rows();) {
+    if (a.id(i) == b.id(j) && has_bonds(a, i) && has_bonds(b, j)) return a.id(i);
+    const bool next_of_a = a.id(i) <= b.id(j), next_of_b = b.id(j) <= a.id(i);
+    i += next_of_a ? 1 : 0;
+    j += next_of_b ? 1 : 0;
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+void check(const Ties& ties) {
+  check_ends(ties);
+  check_tethers(ties);
+}
+
+Bonds::Bonds(const Ties& ties) : pins_(ties.pinned.size()) {
+  ids_ = ties.ends;
+  ids_.insert(ids_.end(), ties.pinned.begin(), ties.pinned.end());
+  ids_.insert(ids_.end(), ties.tethered.begin(), ties.tethered.end());
+  std::sort(ids_.begin(), ids_.end());
+  ids_.erase(std::unique(ids_.begin(), ids_.end()), ids_.end());
+  std::vector<std::pair<std::uint32_t, Bond>> bonds;
+  for (std::size_t i = 0; i < ties.lengths.size(); ++i) {
+    const std::uint32_t a = row_of(ties.ends[2 * i]);
+    const std::uint32_t b = row_of(ties.ends[2 * i + 1]);
+    const auto kind = static_cast<TieKind>(ties.kinds[i]);
+    bonds.push_back({a, {b, ties.lengths[i], kind}});
+    bonds.push_back({b, {a, ties.lengths[i], kind}});
+  }
+  std::sort(bonds.begin(), bonds.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.partner) < std::tie(b.first, b.second.partner);
+  });
+  first_.assign(ids_.size() + 1, 0);
+  for (const auto& [row, bond] : bonds) ++first_[row + 1], bonds_.push_back(bond);
+  first_tether_.assign(ids_.size() + 1, 0);
+  std::vector<std::pair<std::uint32_t, Tether>> tethers;
+  for (std::size_t i = 0; i < ties.tethered.size(); ++i) {
+    tethers.push_back({row_of(ties.tethered[i]), {ties.pins[i], ties.tethers[i]}});
+  }
+  std::sort(tethers.begin(), tethers.end(), [](const auto& a, const auto& b) {
+    return std::tie(a.first, a.second.pin) < std::tie(b.first, b.second.pin);
+  });
+  for (const auto& [row, tether] : tethers) ++first_tether_[row + 1], tethers_.push_back(tether);
+  for (std::size_t row = 0; row < ids_.size(); ++row) {
+    most_ = std::max<std::size_t>(most_, first_[row + 1]);
+    first_[row + 1] += first_[row];
+    first_tether_[row + 1] += first_tether_[row];
+  }
+  pin_.assign(ids_.size(), kNone);
+  for (std::size_t p = 0; p < ties.pinned.size(); ++p) pin_[row_of(ties.pinned[p])] = static_cast<std::uint32_t>(p);
+}
+
+std::uint32_t Bonds::row_of(std::uint64_t id) const {
+  if (ids_.empty() || id < ids_.front() || id > ids_.back()) return kNone;
+  const std::uint64_t ahead = id - ids_.front();  // ids of one cloth follow each other
+  if (ids_.back() - ids_.front() + 1 == ids_.size()) return static_cast<std::uint32_t>(ahead);
+  const auto found = std::lower_bound(ids_.begin(), ids_.end(), id);
+  return *found == id ? static_cast<std::uint32_t>(found - ids_.begin()) : kNone;
+}
+
+TiesKey keep(Ties ties) {
+  check(ties);
+  const TiesKey key = fingerprint(ties);
+  const std::scoped_lock held(lock());
+  Kept& kept = all()[key];
+  if (kept.ties == nullptr) {
+    kept.bonds = std::make_shared<const Bonds>(ties);
+    kept.ties = std::make_shared<const Ties>(std::move(ties));
+  } else if (!(*kept.ties == ties)) {
+    throw std::runtime_error("two different sets of ties have the same key: change one of them");
+  }
+  return key;
+}
+
+std::optional<std::uint64_t> shared_particle(TiesKey one, TiesKey other) {
+  const std::pair<TiesKey, TiesKey> both = std::minmax(one, other);
+  {
+    const std::scoped_lock held(lock());
+    const auto found = shared().find(both);
+    if (found != shared().end()) return found->second;
+  }
+  const std::optional<std::uint64_t> lowest = lowest_tied_by_both(*bonds(one), *bonds(other));
+  const std::scoped_lock held(lock());
+  return shared()[both] = lowest;
+}
+
+std::shared_ptr<const Ties> ties(TiesKey key) { return get(key).ties; }
+std::shared_ptr<const Bonds> bonds(TiesKey key) { return get(key).bonds; }
+
+void write_ties(const std::set<TiesKey>& keys, base::Bytes& out) {
+  out.put(static_cast<std::uint32_t>(keys.size()));
+  for (const TiesKey key : keys) base::write_fields(*ties(key), out);
+}
+
+void read_ties(base::Reader& in) {
+  for (auto left = in.get<std::uint32_t>(); left > 0; --left) {
+    Ties read;
+    base::read_fields(in, read);
+    try {
+      keep(std::move(read));
+    } catch (const std::invalid_argument& error) {
+      throw std::runtime_error(std::string("ties in the file: ") + error.what());
+    }
+  }
+}
+
+}  // namespace motes::interactions

@@ -1,0 +1,136 @@
+#include "jsonl/table.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cstring>
+#include <utility>
+
+#include "jsonl/kept_rows.h"
+
+namespace motes::jsonl {
+namespace {
+
+template <class... Arguments>
+void append(std::string& text, Arguments... arguments) {
+  char digits[32];
+  const auto [end, error] = std::to_chars(digits, digits + sizeof digits, arguments...);
+  text.append(digits, error == std::errc() ? end : digits);
+}
+
+}  // namespace
+
+void Row::start(const char* name) {
+  text_ += text_.size() == 1 ? "\"" : ",\"";
+  text_ += name;
+  text_ += "\":";
+}
+
+Row& Row::field(const char* name, const std::string& value) {
+  start(name);
+  text_ += '"';
+  for (const char c : value) {
+    if (c == '"' || c == '\\') text_ += '\\';
+    if (static_cast<unsigned char>(c) >= 0x20) {
+      text_ += c;
+    } else {
+      constexpr const char* kHex = "0123456789abcdef";
+      text_ += "\\u00";
+      text_ += kHex[static_cast<unsigned char>(c) >> 4];
+      text_ += kHex[static_cast<unsigned char>(c) & 15];
+    }
+  }
+  text_ += '"';
+  return *this;
+}
+
+Row& Row::field(const char* name, std::uint64_t value) {
+  start(name);
+  append(text_, value);
+  return *this;
+}
+
+Row& Row::field(const char* name, std::int64_t value) {
+  start(name);
+  append(text_, value);
+  return *this;
+}
+
+Row& Row::field(const char* name, double value) {
+  if (!std::isfinite(value)) return null(name);
+  start(name);
+  append(text_, value, std::chars_format::general, 9);
+  return *this;
+}
+
+Row& Row::field(const char* name, float value) {
+  if (!std::isfinite(value)) return null(name);
+  start(name);
+  append(text_, value);
+  return *this;
+}
+
+Row& Row::null(const char* name) {
+  start(name);
+  text_ += "null";
+  return *this;
+}
+
+void sync_directory_of(const std::string& path) {
+  const std::size_t name = path.rfind('/');
+  const int directory =
+      ::open(name == std::string::npos ? "." : path.substr(0, name + 1).c_str(), O_RDONLY | O_CLOEXEC);
+  if (directory < 0) return;
+  ::fsync(directory);
+  ::close(directory);
+}
+
+Table::Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame)
+    : path_(std::move(path)), line_bytes_(line_bytes) {
+  if (first_frame > 0) keep_rows_before(first_frame, path_, line_bytes);
+  const int anew = first_frame > 0 ? 0 : O_TRUNC;
+  file_ = ::open(path_.c_str(), O_CREAT | O_WRONLY | anew | O_APPEND | O_NOFOLLOW | O_CLOEXEC, 0644);
+  if (file_ < 0) throw LogError("log: cannot write " + path_ + ": " + std::strerror(errno));
+}
+
+Table::~Table() {
+  if (file_ >= 0) ::close(file_);
+}
+
+Table::Table(Table&& other) noexcept { *this = std::move(other); }
+
+Table& Table::operator=(Table&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(lines_, other.lines_);
+  std::swap(line_bytes_, other.line_bytes_);
+  std::swap(file_, other.file_);
+  return *this;
+}
+
+void Table::add(const Row& row) {
+  std::string line = row.done();
+  // Only very long names of systems or hosts make it longer than one unit; such a line may cross a page.
+  const std::size_t padded = (line.size() + 1 + line_bytes_ - 1) / line_bytes_ * line_bytes_;
+  line.resize(padded - 1, ' ');
+  lines_ += line;
+  lines_ += '\n';
+}
+
+void Table::write() {
+  if (lines_.empty()) return;
+  const ssize_t written = ::write(file_, lines_.data(), lines_.size());
+  const bool whole = written == static_cast<ssize_t>(lines_.size());
+  lines_.clear();
+  if (!whole) throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
+}
+
+void Table::sync() {
+  write();
+  if (file_ >= 0 && fsync(file_) != 0 && errno != EINVAL && errno != EROFS) {  // not a file of a disk
+    throw LogError("log: cannot write to " + path_ + ": " + std::strerror(errno));
+  }
+}
+
+}  // namespace motes::jsonl

@@ -1,0 +1,63 @@
+// A table of JSON lines on disk: flat objects, one schema per file.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+
+namespace motes::jsonl {
+
+/// The log cannot be written, or an earlier run's cannot be gone on with; the text names the file.
+class LogError : public std::runtime_error {
+ public:
+  using std::runtime_error::runtime_error;
+};
+
+/// Brings the names of files in the directory of `path` to the disk, where the file system can do that.
+void sync_directory_of(const std::string& path);
+
+/// A JSON object of flat scalars, built field by field. Numbers that are not finite become null.
+class Row {
+ public:
+  Row& field(const char* name, const std::string& value);
+  Row& field(const char* name, std::uint64_t value);
+  Row& field(const char* name, std::int64_t value);
+  Row& field(const char* name, int value) { return field(name, static_cast<std::int64_t>(value)); }
+  Row& field(const char* name, double value);
+  Row& field(const char* name, float value);  // the shortest text that gives these bits again: several times faster
+  Row& null(const char* name);
+  std::string done() const { return text_ + "}"; }
+
+ private:
+  void start(const char* name);
+  std::string text_ = "{";
+};
+
+/// All lines have the same length, a power of two, so that no line crosses a page: the system writes page by page, and
+/// the log of a killed run is readable to its last complete line. Lines that belong together go in one write.
+class Table {
+ public:
+  Table() = default;
+  /// Makes an empty file; with `first_frame` above 0, goes on behind the rows that an earlier run wrote of the frames
+  /// before it (kept_rows.h). Throws LogError where it cannot.
+  Table(std::string path, std::size_t line_bytes, std::uint64_t first_frame = 0);
+  ~Table();
+  Table(Table&& other) noexcept;
+  Table& operator=(Table&& other) noexcept;
+
+  void add(const Row& row);
+  /// Throws LogError where the disk does not accept it, as sync().
+  void write();
+  /// Waits until all that was written is on the disk.
+  void sync();
+
+ private:
+  std::string path_;
+  std::string lines_;
+  std::size_t line_bytes_ = 0;
+  int file_ = -1;
+};
+
+}  // namespace motes::jsonl

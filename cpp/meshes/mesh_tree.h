@@ -1,0 +1,42 @@
+// The triangles of a mesh in a tree of boxes, in which rays find them.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "base/vectors.h"
+#include "meshes/assets.h"
+
+namespace motes::meshes {
+
+struct MeshNode {
+  float low[3];
+  std::uint32_t first;  // of the triangles of a leaf; elsewhere of the two children
+  float high[3];
+  std::uint32_t count;  // of the triangles of a leaf; 0 elsewhere
+};
+
+struct MeshTriangle {
+  float corner[3][3];  // m
+  float normal[3];     // unit
+};
+
+/// The deepest tree that is built: what a ray needs to remember.
+inline constexpr int kMaxMeshDepth = 60;
+
+/// Nodes and triangles depend on the mesh alone. A child's box lies within its parent's. Triangles without an area are
+/// left out: they are invisible.
+struct MeshTree {
+  std::vector<MeshNode> nodes;  // the first is the root
+  std::vector<MeshTriangle> triangles;
+  std::vector<std::uint32_t> origin;  // of each triangle: its number in the mesh
+  Ball ball;
+};
+
+MeshTree build_tree(const Mesh& mesh);
+
+/// The tree of a kept mesh, built once. Thread-safe. Throws std::invalid_argument where there is no such mesh.
+std::shared_ptr<const MeshTree> tree_of(AssetKey mesh);
+
+}  // namespace motes::meshes

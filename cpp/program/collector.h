@@ -1,0 +1,87 @@
+// Who of a range's particles goes: the dead, and those that left the region.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+
+#include "actions/kernels.h"
+#include "particles/store.h"
+#include "program/program.h"
+
+namespace motes::program {
+
+/// Brings particles that are to be removed to the front of a range.
+class Front {
+ public:
+  Front(const particles::Store& store, std::size_t first) : swapper_(store), next_(static_cast<std::uint32_t>(first)) {}
+
+  /// The dead and those that left, from these places of the lists on: none of them in both.
+  void gather(Outcome& outcome, std::size_t dead, std::size_t left) {
+    while (dead < outcome.dead.size() || left < outcome.left.size()) {
+      const bool dies =
+          left == outcome.left.size() || (dead < outcome.dead.size() && outcome.dead[dead] < outcome.left[left]);
+      std::uint32_t& particle = dies ? outcome.dead[dead++] : outcome.left[left++];
+      // In ascending order: who stands at the front stays, or is this one.
+      if (particle != next_) swapper_.swap(particle, next_);
+      particle = next_++;
+    }
+  }
+
+ private:
+  particles::Store::Swapper swapper_;
+  std::uint32_t next_;
+};
+
+/// Collects blocks of a range in order. Mostly nobody goes: what is read for each block stands together.
+class Collector {
+ public:
+  /// Positions without planes are not looked at.
+  Collector(const particles::Store& store, const Region& region, Outcome& outcome)
+      : collect_(actions::kernels().collect), outcome_(outcome) {
+    for (const Slice& slice : region.slices()) {
+      const float* x = store.plane(particles::position, slice.axis);
+      if (x == nullptr) continue;
+      bands_[size_++] = {x, slice.low, slice.high};
+    }
+  }
+
+  /// From now on, those who go are brought to the front of a range, which begins at particle `first`.
+  void gather(const particles::Store& store, std::size_t first) { front_.emplace(store, first); }
+
+  /// Where a block's dead are marked: at first, and again behind collect(), none is.
+  std::uint32_t* dead() { return marks_.data(); }
+
+  /// Adds those of a block, which begins at particle `at`, to the outcome. Blocks come in ascending order.
+  void collect(const actions::Block& block, std::size_t at) {
+    for (std::size_t k = 0; k < size_; ++k) bands_[k].x += at - at_;
+    at_ = at;
+    std::size_t dead = 0, left = 0;
+    collect_(block, bands_.data(), size_, static_cast<std::uint32_t>(at), dead_.data(), dead, left_.data(), left);
+    if (dead + left != 0) add(dead, left);
+    marks_.fill(0);
+  }
+
+ private:
+  void add(std::size_t dead, std::size_t left) {
+    const std::size_t dead_before = outcome_.dead.size(), left_before = outcome_.left.size();
+    outcome_.dead.insert(outcome_.dead.end(), dead_.data(), dead_.data() + dead);
+    outcome_.left.insert(outcome_.left.end(), left_.data(), left_.data() + left);
+    if (front_) front_->gather(outcome_, dead_before, left_before);
+  }
+
+  std::array<std::uint32_t, particles::kBlockWords> marks_{};
+  std::size_t size_ = 0;
+  std::size_t at_ = 0;  // the particle that the bands' planes begin at
+  std::array<actions::Band, 3> bands_{};
+  decltype(actions::Kernels::collect) collect_;
+  Outcome& outcome_;
+  std::optional<Front> front_;
+
+  // Room for one more block's indices; the kernel says how many it used.
+  using Block = std::array<std::uint32_t, particles::kBlock + particles::kPadding>;
+  Block dead_, left_;
+};
+
+}  // namespace motes::program

@@ -1,0 +1,301 @@
+#include "program/program.h"
+
+#include <algorithm>
+#include <array>
+#include <cstring>
+#include <optional>
+
+#include "particles/schema.h"
+#include "particles/streams.h"
+#include "program/collector.h"
+#include "program/fetch_ahead.h"
+#include "program/planes.h"
+#include "simd/float_mode.h"
+#include "simd/isa.h"
+
+namespace motes::program {
+namespace {
+
+using particles::kBlock;
+using particles::kShortBlock;
+using particles::Store;
+
+constexpr std::uint64_t kTurning = 1u << particles::up | 1u << particles::rotational_velocity;
+
+// Whether a particle of this store may spin: it already does, or an action of the list will make it.
+bool turns(const Store& store, const std::vector<actions::Action>& list) {
+  const std::array<float, 3> spin = store.uniform_value(particles::rotational_velocity);
+  if (!store.uniform(particles::rotational_velocity) || spin[0] != 0 || spin[1] != 0 || spin[2] != 0) return true;
+  return std::any_of(list.begin(), list.end(), [&](const actions::Action& action) {
+    return (actions::writes(action, store.schema()) >> particles::rotational_velocity & 1u) != 0;
+  });
+}
+
+// The keys of draws are kept from block to block, for this many sub-steps.
+constexpr std::size_t kKeptSteps = 64;
+
+int last_of(const Span& span) { return span.last > 0 ? span.last : span.substeps; }
+
+std::size_t substeps_of(const Span& span) { return static_cast<std::size_t>(std::max(last_of(span) - span.first, 1)); }
+
+bool draws_any(const std::vector<actions::Action>& list) {
+  return std::any_of(list.begin(), list.end(), [](const actions::Action& a) { return actions::facts(a.kind).draws; });
+}
+
+std::size_t kept_steps(const Span& span) {
+  return std::min(kKeptSteps, static_cast<std::size_t>(std::max(span.substeps, 1)));
+}
+
+// Without spin, move leaves the orientations unchanged and they take no memory.
+std::uint64_t untouched(const actions::Action& action, bool turns) {
+  return action.kind == actions::Kind::move && (action.numbers[0] == 0 || !turns) ? kTurning : 0;
+}
+
+void append(std::vector<std::uint32_t>& to, const std::vector<std::uint32_t>& more) {
+  to.insert(to.end(), more.begin(), more.end());
+}
+
+// A range holds so many particles: whole blocks, long enough that starting one costs nothing; the last ones are
+// shorter, so that threads end together.
+constexpr std::size_t kFullRange = 1024 * kShortBlock, kLastRange = 16 * kShortBlock;
+constexpr std::size_t kAlone = 64 * kShortBlock;  // fewer are not worth waking threads for
+constexpr std::size_t kWhole = 64;  // whole vectors: kernels write whole ones
+
+// Starting an action costs as much as a dozen particles. Where the next block is fetched ahead, long lists win more by
+// longer blocks than the processor's guesses are worth.
+constexpr std::size_t kLongList = 8;
+std::size_t block_for(std::size_t actions, bool fetched) {
+  return fetched && actions > kLongList ? kBlock : kShortBlock;
+}
+
+// Calls work(first, last, outcome) for ranges of the particles, and puts the outcomes together in order.
+template <class Work>
+void share(threads::Pool& pool, std::size_t begin, std::size_t end, Outcome& outcome, const Work& work) {
+  const std::size_t count = end - begin;
+  if (pool.threads() == 1 || count < pool.items(kAlone)) {
+    for (std::size_t first = begin; first < end; first += kFullRange) {
+      work(first, std::min(first + kFullRange, end), outcome);
+      pool.pause();
+    }
+    return;
+  }
+  const std::vector<std::size_t> starts = threads::falling_ranges(pool, count, kFullRange, kLastRange, kWhole);
+  std::vector<Outcome> outcomes(starts.size() - 1);
+  pool.run(outcomes.size(), [&](std::size_t part, std::size_t) {
+    Outcome here;  // not among the others yet: threads would wait for each other's cache lines
+    here.wants_hits = outcome.wants_hits;
+    here.gathers = outcome.gathers;
+    work(begin + starts[part], begin + starts[part + 1], here);
+    outcomes[part] = std::move(here);
+  });
+  for (const Outcome& part : outcomes) {
+    append(outcome.dead, part.dead);
+    append(outcome.left, part.left);
+    append(outcome.hits, part.hits);
+  }
+}
+
+// Tables are kept as long as the process lives.
+void bind_table(const actions::Table& table, actions::Parameters& parameters) {
+  parameters.table = table.values.data();
+  std::copy(table.size.begin(), table.size.end(), parameters.table_size);
+}
+
+std::vector<int> components_of(std::uint64_t attributes, const particles::Schema& schema) {
+  std::vector<int> components;
+  for (int a = 0; a < schema.size(); ++a) {
+    for (int c = 0; (attributes >> a & 1u) != 0 && c < schema[a].width; ++c) {
+      components.push_back(schema[a].first_component + c);
+    }
+  }
+  return components;
+}
+
+}  // namespace
+
+double time_of(const Span& span, int substep) {
+  return (static_cast<double>(span.frame) + static_cast<double>(substep) / span.substeps) * span.dt;
+}
+
+Program::Program(std::vector<actions::Action> list, std::uint32_t place) : list_(std::move(list)), place_(place) {}
+
+std::vector<Program::Operation> Program::bind(const Store& store, bool turns, float* scratch) const {
+  std::vector<Operation> operations(list_.size());
+  for (std::size_t i = 0; i < list_.size(); ++i) {
+    const actions::Action& action = list_[i];
+    Operation& operation = operations[i];
+    operation.kernel = actions::kernels().action[static_cast<std::size_t>(action.kind)];
+    actions::Parameters& p = operation.parameters;
+    const bool few = action.numbers.size() <= operation.numbers.size();
+    if (few) std::copy(action.numbers.begin(), action.numbers.end(), operation.numbers.begin());
+    p.number = few ? operation.numbers.data() : action.numbers.data();
+    p.numbers = static_cast<int>(action.numbers.size());
+    p.shape = action.shapes.data();
+    p.flag = turns && action.kind == actions::Kind::move && action.numbers[0] != 0;
+    p.scratch = scratch;
+    if (action.table != 0) bind_table(*actions::table(action.table), p);
+    if (action.target >= 0) {
+      p.target = store.schema()[action.target].first_component;
+      p.width = store.schema()[action.target].width;
+    }
+    for (std::size_t v = 0; v < action.values.size() && v < 3; ++v) {
+      p.code[v] = action.values[v].data();
+      p.length[v] = action.values[v].size();
+    }
+    if (!action.where.empty()) {
+      operation.where = &action.where;
+      const std::uint64_t writes = actions::writes(action, store.schema()) & ~untouched(action, turns);
+      operation.written = components_of(writes, store.schema());
+    }
+  }
+  return operations;
+}
+
+void Program::run(Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
+                  const Region& region, Outcome& outcome, threads::Pool& pool) const {
+  if (list_.empty() || begin >= store.size()) return;
+  const Pass pass = prepare(store, entry, span, key, region);
+  share(pool, begin, store.size(), outcome,
+        [&](std::size_t first, std::size_t last, Outcome& of_range) { run_range(pass, first, last, of_range); });
+}
+
+// Allocates what the list writes to; from then on parts may run at the same time.
+Program::Pass Program::prepare(Store& store, std::size_t entry, const Span& span, particles::Key key,
+                               const Region& region) const {
+  const bool spins = turns(store, list_);
+  std::uint64_t reads = 0;
+  std::uint64_t writes = 0;
+  bool conditional = false;
+  for (const actions::Action& action : list_) {
+    conditional |= !action.where.empty();
+    reads |= actions::reads(action, store.schema()) & ~untouched(action, spins);
+    reads |= actions::named(action, store.schema());  // by an expression, whatever the kernel does
+    writes |= actions::writes(action, store.schema()) & ~untouched(action, spins);
+  }
+  for (int a = 0; a < store.schema().size(); ++a) {
+    if ((writes >> a & 1u) != 0) store.writable_plane(a, 0);
+  }
+  return {store, span, region, steps_of(entry, span, key), spins, conditional, reads | writes};
+}
+
+void Program::run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const {
+  const simd::FloatMode mode;
+  static thread_local std::array<float, actions::kScratch> scratch;  // kept: a range is soon done
+  const std::vector<Operation> operations = bind(pass.store, pass.spins, scratch.data());
+  Planes planes(pass.store, pass.touched);
+  std::vector<particles::DrawKeys> draws(operations.size() * kept_steps(pass.span));
+  std::array<std::int32_t, kBlock + particles::kPadding> hit{};
+  const bool fetched = simd::fetches_ahead();
+  const std::size_t size = block_for(operations.size(), fetched);
+  std::optional<FetchAhead> ahead;
+  if (fetched && last - first > size) {
+    ahead.emplace(pass.store, pass.touched, draws_any(list_), operations.size() * substeps_of(pass.span), size);
+  }
+  Collector collector(pass.store, pass.region, outcome);
+  if (outcome.gathers) collector.gather(pass.store, first);
+  const particles::Ids ids = pass.store.ids();
+  const bool wants_hits = outcome.wants_hits;
+  for (std::size_t at = first; at < last; at += size) {
+    const std::size_t count = std::min(size, last - at);
+    if (ahead) ahead->aim(at + size, last);
+    const actions::Block block{count, planes.at(at), ids.from(at), collector.dead(), wants_hits ? hit.data() : nullptr};
+    run_block(pass, operations, block, draws, ahead ? &*ahead : nullptr);
+    collector.collect(block, at);
+    for (std::size_t i = 0; wants_hits && i < count; ++i) {
+      if (hit[i] != 0) outcome.hits.push_back(static_cast<std::uint32_t>(at + i));
+    }
+    if (wants_hits) hit.fill(0);
+  }
+}
+
+// Made once for a run: for each block of particles it would take as long as an action.
+std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& span, particles::Key key) const {
+  const simd::FloatMode mode;
+  const float dt = static_cast<float>(span.dt / span.substeps);
+  const auto substeps = static_cast<float>(span.substeps);
+  const auto before = static_cast<std::uint32_t>(span.frame * static_cast<std::uint64_t>(span.substeps));
+  std::vector<Substep> steps;
+  steps.reserve(substeps_of(span));
+  for (int substep = span.first; substep < last_of(span); ++substep) {
+    const actions::Step step{.dt = dt,
+                             .step = before + static_cast<std::uint32_t>(substep),
+                             .stream = particles::action + place_,
+                             .key = key,
+                             .time = time_of(span, substep),
+                             .start = static_cast<float>(substep) / substeps,
+                             .end = static_cast<float>(substep + 1) / substeps};
+    steps.push_back({step, substep == span.first ? entry : 0, static_cast<std::size_t>(substep) % kKeptSteps});
+  }
+  return steps;
+}
+
+void Program::run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                        std::vector<particles::DrawKeys>& draws, FetchAhead* ahead) {
+  for (const Substep& substep : pass.steps) {
+    actions::Step now = substep.step;
+    particles::DrawKeys* keys = draws.data() + substep.kept * operations.size();
+    for (std::size_t o = substep.entry; o < operations.size(); ++o) {
+      const Operation& operation = operations[o];
+      if (ahead != nullptr) ahead->fetch();
+      now.stream = substep.step.stream + static_cast<std::uint32_t>(o);
+      now.draws = keys + o;
+      if (pass.conditional && operation.where != nullptr) {
+        run_where(operation, block, now);
+      } else {
+        operation.kernel(operation.parameters, block, now);
+      }
+    }
+  }
+}
+
+// The action runs on the whole block; its writes are undone where the condition does not hold.
+void Program::run_where(const Operation& operation, const actions::Block& block, const actions::Step& step) {
+  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> mask;
+  static thread_local std::array<std::int32_t, kBlock + particles::kPadding> hit;
+  std::array<std::uint32_t, particles::kBlockWords> dead;
+  static thread_local std::vector<float> before;
+  const actions::Parameters& p = operation.parameters;
+  actions::kernels().evaluate(operation.where->data(), operation.where->size(), p.shape, block,
+                              static_cast<float>(step.time), p.scratch);
+  std::memcpy(mask.data(), p.scratch, block.count * sizeof(float));
+  std::copy_n(block.dead, dead.size(), dead.begin());
+  if (block.hit != nullptr) std::memcpy(hit.data(), block.hit, block.count * sizeof(std::int32_t));
+  before.resize(operation.written.size() * kBlock);
+  for (std::size_t w = 0; w < operation.written.size(); ++w) {
+    std::memcpy(before.data() + w * kBlock, block.component[operation.written[w]], block.count * sizeof(float));
+  }
+  operation.kernel(p, block, step);
+  for (std::size_t i = 0; i < block.count; ++i) {
+    if (mask[i] == 0) block.dead[i / 32] &= dead[i / 32] | ~(1u << i % 32);
+  }
+  for (std::size_t i = 0; block.hit != nullptr && i < block.count; ++i) {
+    block.hit[i] = hit[i] | (block.hit[i] & mask[i]);
+  }
+  for (std::size_t w = 0; w < operation.written.size(); ++w) {
+    float* plane = block.component[operation.written[w]];
+    const float* saved = before.data() + w * kBlock;
+    for (std::size_t i = 0; i < block.count; ++i) plane[i] = mask[i] != 0 ? plane[i] : saved[i];
+  }
+}
+
+void Program::find_leavers(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+                           threads::Pool& pool) {
+  if (region.slices().empty() || begin >= store.size()) return;
+  share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
+    Collector collector(store, region, of_range);
+    for (std::size_t at = first; at < last; at += kBlock) {
+      collector.collect({std::min(kBlock, last - at), nullptr, {}, collector.dead()}, at);
+    }
+  });
+}
+
+void tidy(Outcome& outcome) {
+  for (std::vector<std::uint32_t>* list : {&outcome.dead, &outcome.left, &outcome.hits}) {
+    std::sort(list->begin(), list->end());
+    list->erase(std::unique(list->begin(), list->end()), list->end());
+  }
+  std::erase_if(outcome.left,
+                [&](std::uint32_t p) { return std::binary_search(outcome.dead.begin(), outcome.dead.end(), p); });
+}
+
+}  // namespace motes::program

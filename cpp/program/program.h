@@ -1,0 +1,136 @@
+// A recorded list of actions, compiled: one pass over blocks that stay in the first-level cache.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <span>
+#include <vector>
+
+#include "actions/action.h"
+#include "actions/kernels.h"
+#include "particles/store.h"
+#include "threads/pool.h"
+
+namespace motes::program {
+
+/// The time that a run of the program covers: sub-steps `first`.. `substeps` - 1 of a frame.
+struct Span {
+  std::uint64_t frame = 0;
+  int substeps = 1;
+  double dt = 0;  // seconds per frame
+  int first = 0;
+  int last = 0;  // one past the last sub-step; 0: all
+};
+
+/// When a sub-step starts, in seconds of the animation.
+double time_of(const Span& span, int substep);
+
+/// A slice of space: low <= x < high along the axis (0..2).
+struct Slice {
+  int axis = 0;
+  float low = -std::numeric_limits<float>::infinity();
+  float high = std::numeric_limits<float>::infinity();
+};
+
+/// The part of space whose particles stay: what is in all of its slices, one per axis at most. Without any: everything.
+class Region {
+ public:
+  Region() = default;
+  Region(const Slice& slice) : slices_{slice}, count_(1) {}  // NOLINT(google-explicit-constructor): a slice is a region
+
+  void limit(const Slice& slice) { slices_.at(count_++) = slice; }
+  std::span<const Slice> slices() const { return {slices_.data(), count_}; }
+
+ private:
+  std::array<Slice, 3> slices_{};
+  std::size_t count_ = 0;
+};
+
+/// Indices of particles, ascending.
+struct Outcome {
+  std::vector<std::uint32_t> dead;
+  std::vector<std::uint32_t> left;
+  std::vector<std::uint32_t> hits;  // bounced at least once; kept only where `wants_hits`
+  bool wants_hits = false;
+  /// Whether a list may change the order of particles: then each range's dead, and those that left, come to stand at
+  /// its front. They are moved while they are in the caches, and removed together later.
+  bool gathers = false;
+
+  void clear() {
+    dead.clear();
+    left.clear();
+    hits.clear();
+    gathers = false;
+  }
+};
+
+/// Several passes may find the same particle dead; the dead do not leave. All lists become ascending again.
+void tidy(Outcome& outcome);
+
+class FetchAhead;
+
+class Program {
+ public:
+  /// `place`: the position of the first action in the frame's list (random streams are keyed by it).
+  explicit Program(std::vector<actions::Action> list, std::uint32_t place = 0);
+
+  /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
+  /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
+  /// list does nothing; it does not even look for leavers. The threads of the pool share the particles.
+  void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
+           const Region& region, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
+
+  std::size_t size() const { return list_.size(); }
+
+  /// Adds the particles outside the region to outcome.left.
+  static void find_leavers(const particles::Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+                           threads::Pool& pool = threads::alone());
+
+ private:
+  // What most actions are called with stands in one cache line. A step streams through the second-level cache, which
+  // does not see what the first level still hits, and takes such lines from both: every line that each block needs is
+  // missed once in a while, and twenty of them cost more than any action.
+  struct alignas(64) Operation {
+    Operation() = default;
+    Operation(const Operation&) = delete;  // the parameters point to the numbers
+    Operation& operator=(const Operation&) = delete;
+
+    std::array<double, 4> numbers{};  // the action's, where they are so few
+    actions::Kernel kernel = nullptr;
+    actions::Parameters parameters{};
+    const actions::Expression* where = nullptr;  // null: everywhere
+    std::vector<int> written;  // components, where there is a condition
+  };
+
+  // A sub-step, as its actions see it: `stream` is that of the list's first action.
+  struct Substep {
+    actions::Step step;
+    std::size_t entry;  // into the list
+    std::size_t kept;  // where the keys of its draws are
+  };
+
+  // What a run is about, the same for all of its parts.
+  struct Pass {
+    particles::Store& store;
+    const Span& span;
+    const Region& region;
+    std::vector<Substep> steps;
+    bool spins, conditional;  // whether particles may spin; whether any action has a condition
+    std::uint64_t touched;  // attributes
+  };
+
+  Pass prepare(particles::Store& store, std::size_t entry, const Span& span, particles::Key key,
+               const Region& region) const;
+  void run_range(const Pass& pass, std::size_t first, std::size_t last, Outcome& outcome) const;
+  std::vector<Substep> steps_of(std::size_t entry, const Span& span, particles::Key key) const;
+  static void run_block(const Pass& pass, const std::vector<Operation>& operations, const actions::Block& block,
+                        std::vector<particles::DrawKeys>& draws, FetchAhead* ahead);
+  std::vector<Operation> bind(const particles::Store& store, bool turns, float* scratch) const;
+  static void run_where(const Operation& operation, const actions::Block& block, const actions::Step& step);
+
+  std::vector<actions::Action> list_;
+  std::uint32_t place_;
+};
+
+}  // namespace motes::program

@@ -1,0 +1,18 @@
+// Which particles fulfil a condition, where a whole store is searched: callbacks, sort, the parents of children.
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "actions/expression.h"
+#include "particles/store.h"
+#include "shapes/shape.h"
+
+namespace motes::program {
+
+/// Ascending indices of the particles begin.. for which `where` holds at a time of the animation, seconds; an empty
+/// `where` holds for all. Changes nothing.
+std::vector<std::uint32_t> select(const actions::Expression& where, const std::vector<shapes::Shape>& shapes,
+                                  double time, particles::Store& store, std::size_t begin = 0);
+
+}  // namespace motes::program

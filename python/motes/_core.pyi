@@ -314,7 +314,7 @@ class PartFile:
 class Engine:
     def __init__(
         self,
-        comm: int,
+        comm: int | None,
         roles: tuple[int, int, collections.abc.Sequence[int]],
         facts: dict[str, typing.Any],
         while_waiting: collections.abc.Callable[..., typing.Any],
@@ -439,6 +439,11 @@ def disaster(seed: int) -> dict[str, typing.Any]:
 
 def end_process_after(seconds: float, code: int) -> None: ...
 def end_with_code(code: int) -> None: ...
+def forget_mpi() -> bool:
+    """
+    In a process that a rank forked off: keep it from ending MPI; False where the MPI has no way.
+    """
+
 def forget_stop_signal() -> None: ...
 def give_left(
     coordinates: numpy.typing.ArrayLike, wanted: int, low: float, high: float

@@ -9,6 +9,7 @@ from typing import NamedTuple
 from .. import environment
 from ..errors import MotesError
 from .output import tell
+from .rank_process import is_child
 
 __all__ = ["Launcher", "check_alone", "launcher_of"]
 
@@ -74,6 +75,8 @@ def check_alone() -> None:
 
     `MOTES_ALONE=1` lets each process run by itself.
     """
+    if is_child():
+        return
     from mpi4py import MPI
 
     if environment.alone() or MPI.COMM_WORLD.size > 1:

@@ -21,6 +21,7 @@ from ..errors import ArgumentError, MotesError
 from . import losses
 from .hosts import check_names, reachable
 from .output import tell
+from .presence import started_by
 from .supervisor import supervise
 
 __all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
@@ -120,7 +121,7 @@ def command(
         _check_survival(mpirun.version)
         argv += ["--with-ft", "ulfm"]
     if mpirun.version.family == "Open MPI":
-        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
+        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile, options)
     elif hosts is not None:
         argv += ["-hosts", hosts]
     elif hostfile is not None:
@@ -150,6 +151,7 @@ def run(
     if restarts < 0:
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
+    rank = started_by(python, is_rank=program[0] != "-m")  # such a module may start the script in a process
     alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
@@ -157,7 +159,7 @@ def run(
     def compose() -> list[str]:
         if alone:
             return python
-        return command(ranks, python, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+        return command(ranks, rank, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
 
     argv = compose()
     _leave_mpi()
@@ -215,7 +217,17 @@ def most_ranks() -> int:
     return max(64, min(memory // _RANK_BYTES, numbers // 2))
 
 
-def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: str | None) -> list[str]:
+_BINDING_POLICY = "_binding_policy"  # how the parameters end that say it, of Open MPI 4 and 5
+_PLACING = re.compile(
+    rf"-?-(bind-to|cpu-set|cpu-list|rankfile|rf)\b|.*\b(pe|pe-list|rankfile)\b|.*{_BINDING_POLICY}$",
+    re.IGNORECASE,
+)
+"""What of mpirun's options binds ranks to processors, or says which they get."""
+
+
+def _open_mpi_flags(
+    ranks: int, version: Version, hosts: str | None, hostfile: str | None, options: Sequence[str]
+) -> list[str]:
     flags = []
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
@@ -235,10 +247,14 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
         slots = os.cpu_count() or 1
         flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
         is_one_host = True
+    bound = any(map(_PLACING.match, options)) or any(name.endswith(_BINDING_POLICY) for name in os.environ)
+    if not is_one_host and not bound:
+        # mpirun would bind each rank to one core, and refuse more ranks than cores.
+        flags += ["--bind-to", "none"]
     if slots is not None and ranks > slots:
         # Waiting ranks give their core to those that work.
         flags += ["--mca", "mpi_yield_when_idle", "1"]
-        if not is_one_host:
+        if not is_one_host and not any(text.lstrip("-") == "map-by" for text in options):
             # "node" deals the ranks out; without it all that do not fit land on the first host.
             if version.parts >= (5,):
                 flags += ["--map-by", "node:OVERSUBSCRIBE"]

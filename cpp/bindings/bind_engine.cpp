@@ -91,7 +91,8 @@ std::unique_ptr<Engine> make_engine(std::optional<int> comm, const std::tuple<in
       make_watch(std::move(while_waiting), std::move(describe), warn_s, limit_s, std::move(life), std::move(warn));
   frame::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
-  auto communicator = std::make_unique<comm::Communicator>(comm ? comm::make_mpi(*comm) : comm::make_alone(), std::move(watch));
+  auto communicator =
+      std::make_unique<comm::Communicator>(comm ? comm::make_mpi(*comm) : comm::make_alone(), std::move(watch));
   roles::check(cast, communicator->size());
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(settings));
 }

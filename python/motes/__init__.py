@@ -182,7 +182,7 @@ if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name'
             # Modules say `from . import _core`, which asks here first: the core binds to the MPI library that
             # mpi4py has loaded.
             _start_mpi()
-            return importlib.import_module("._core", __name__)
+            return importlib.import_module("._core", __name__)  # loaded by now
         if name == "__version__":
             from importlib.metadata import version
 
@@ -213,11 +213,11 @@ def _near(name: str) -> str:
 
 def _start_mpi() -> None:
     """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
-    from ._run import presence
+    from ._run import loading, presence
 
     presence.waits_for_mpi()
-    from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
-
+    loading.load_mpi()
+    loading.load_core()
     from ._run import ending
 
     ending.install()

@@ -49,8 +49,8 @@ class Usage:
         """Raise MotesError where another process or thread has the world, also between its calls."""
         if self.inherited:
             raise MotesError(
-                f"{call} in a process that was forked off: this world is its parent's, and so are its messages; "
-                "make a new World there, or read what it needs before the fork"
+                f"{call} in a process that was forked off: this world is its parent's; make "
+                "a new World there, or read what it needs before the fork"
             )
         if self._owner is not None and self._owner is not threading.current_thread():
             raise MotesError(

@@ -1,9 +1,10 @@
 """Notices ranks that end before MPI has started: the others would wait in MPI_Init for ever.
 
-mpirun ends the job for a rank that failed before MPI_Init, but not for one that ended with exit code 0, nor with
-`--survive` for any. So `motes run` starts each rank through a shell, which becomes the rank and leaves a watcher
-behind. The watcher hears from the rank through a pipe, and tells `motes run` by lines on standard error, from
-any host: that the rank waits for MPI, that it has it, that it is gone. It ends once the rank has MPI.
+mpirun ends the job for a rank that failed before MPI_Init, but not for one that ended with exit code 0, nor
+with `--survive` for any. So `motes run` starts each rank through a shell, which becomes the rank and leaves
+a watcher behind. The watcher hears from the rank through a pipe, and tells `motes run` by lines on standard
+error, from any host: that the rank waits for MPI, that it has it, that it is gone. It ends once the rank
+has MPI.
 """
 
 from __future__ import annotations

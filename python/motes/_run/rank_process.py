@@ -1,12 +1,14 @@
 """Which process is the rank that the launcher's environment variables describe.
 
-A launcher tells a process by environment variables which rank it is, and whatever that process starts inherits
-them: a helper script, a pool of workers, their own children. Only one process is the rank. The others must not
-start MPI in its name: they run as without a launcher, and a world there is a world of one rank.
+A launcher tells a process by environment variables which rank it is, and whatever that process starts
+inherits them: a helper script, a pool of workers, their own children. Only one process is the rank. The
+others must not start MPI in its name: they run as without a launcher, and a world there is a world of one
+rank.
 
-The rank leaves its process number in the environment for its children: `motes run` does so before Python starts,
-other launchers' ranks at `import motes`. A child that was started earlier looks for a process above it that has
-loaded an MPI library (Linux). A wrapper (`mpirun time python script.py`) has loaded none: its child is the rank.
+The rank leaves its process number in the environment for its children: `motes run` does so before Python
+starts, other launchers' ranks at `import motes`. A child that was started earlier looks for a process above
+it that has loaded an MPI library (Linux). A wrapper (`mpirun time python script.py`) has loaded none: its
+child is the rank.
 """
 
 from __future__ import annotations
@@ -16,7 +18,7 @@ import os
 import sys
 from collections.abc import Mapping
 
-__all__ = ["LAUNCHED", "MARK", "became_fork", "hide", "is_child", "is_fork", "settle"]
+__all__ = ["LAUNCHED", "MARK", "became_fork", "hide", "hide_pmi", "is_child", "is_fork", "settle"]
 
 MARK = "MOTES_RANK_PROCESS"
 """The variable with the rank's process number and the variables below, as the rank had them."""
@@ -75,6 +77,11 @@ def hide() -> None:
     """
     _remove(_ADDRESSES)
     os.environ[MARK] = f"{os.getpid()} {_job(os.environ)}"
+
+
+def hide_pmi() -> None:
+    """Take the variables of a launcher that the MPI library does not know out of the environment."""
+    _remove(("PMI_", "MPI_LOCAL"))
 
 
 def is_child() -> bool:

@@ -20,6 +20,7 @@ from .. import environment
 from ..errors import ArgumentError, MotesError
 from . import losses
 from .hosts import check_names, reachable
+from .loading import paths, problem_of_mpi
 from .output import tell
 from .presence import started_by
 from .supervisor import supervise
@@ -59,13 +60,15 @@ class Mpirun(NamedTuple):
 
 
 def library() -> Version:
-    """Tell which MPI library mpi4py loads, without starting MPI."""
+    """Tell which MPI library mpi4py loads, without starting MPI. Raises MotesError where it loads none."""
     if "mpi4py.MPI" not in sys.modules:
         import mpi4py
 
         mpi4py.rc.initialize = mpi4py.rc.finalize = False
-    from mpi4py import MPI
-
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise MotesError(problem_of_mpi(error)) from None
     return _version(MPI.Get_library_version())
 
 
@@ -86,7 +89,7 @@ def find_mpirun() -> Mpirun:
         if mpirun.version.fits(wanted):
             return mpirun
     others = ", ".join(f"{mpirun.path} ({mpirun.version})" for mpirun in found) or "none at all"
-    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}")
+    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
 
 
 def command(

@@ -75,9 +75,9 @@ def test_a_job_that_a_rank_starts_has_ranks():
 
 
 def settled(folder: Path, **variables: str) -> list[str]:
-    """Return what a process and one that it starts make of these variables: ranks, or children."""
-    shows = "print(settle(), is_child(), flush=True)"
-    child = "if len(sys.argv) < 2: os.system(f'{sys.executable} {__file__} -')"
+    """Return what a process, its child and its grandchild make of these variables: whether they are ranks."""
+    shows = "print(settle(), flush=True)"
+    child = "if len(sys.argv) < 3: os.system(f'{sys.executable} {__file__} - ' + ' '.join(sys.argv[1:]))"
     (folder / "script.py").write_text(f"{Path(rank_process.__file__).read_text()}\n{shows}\n{child}\n")
     env = {**os.environ, **variables}
     argv = [sys.executable, str(folder / "script.py")]
@@ -93,8 +93,8 @@ def settled(folder: Path, **variables: str) -> list[str]:
     ],
 )
 def test_a_rank_leaves_its_number_to_what_it_starts(tmp_path, variables):
-    assert settled(tmp_path, **variables) == ["True False", "False True"]
+    assert settled(tmp_path, **variables) == ["True", "False", "False"]
 
 
 def test_without_a_launcher_nobody_is_a_rank(tmp_path):
-    assert settled(tmp_path) == ["False False", "False False"]
+    assert settled(tmp_path) == ["False"] * 3

@@ -40,6 +40,7 @@ __all__: list[str] = [
     "disaster",
     "end_process_after",
     "end_with_code",
+    "forget_mpi",
     "forget_stop_signal",
     "give_left",
     "give_right",

@@ -38,11 +38,11 @@ watch() {
     echo "*** motes: of rank $rank: $word"
     [ "$word" = waits ] || exit
   done
-  for again in 1 2 3 4 5 6 7 8 9 10; do
+  for pause in 0.01 0.02 0.05 0.1 0.2 0.5; do
     state=Z
     if kill -0 $$; then state=; read -r state </proc/$$/stat; fi
     case $state in Z | *") Z "* | *") X "*) echo "*** motes: of rank $rank: ended"; exit ;; esac
-    sleep 0.1
+    sleep $pause
   done
 }
 (watch <"$folder/pipe" 2>/dev/null >&3 3>&- &) 3>&2

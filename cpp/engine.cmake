@@ -136,6 +136,7 @@ foreach(isa IN LISTS MOTES_BUILT_ISAS)
 endforeach()
 
 add_library(motes_engine STATIC
+  comm/alone.cpp
   comm/clock.cpp
   comm/communicator.cpp
   comm/last_words.cpp

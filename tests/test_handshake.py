@@ -150,11 +150,13 @@ def test_launchers_are_known_by_what_they_set_in_each_process(environment, told)
 STEP = "import motes\nwith motes.World(seed=1, progress='off') as w: w.step()\nprint('ran')\n"
 
 
-def test_ranks_that_do_not_see_each_other_are_refused():
-    result = on_ranks(1, STEP, env={"PMI_SIZE": "4", "PMI_RANK": "2"}, timeout=30)
+def test_ranks_that_do_not_see_each_other_are_refused_by_one_of_them():
+    result = on_ranks(1, STEP, env={"PMI_SIZE": "4", "PMI_RANK": "0"}, timeout=30)
     assert result.code == 1
-    assert result.out == ""
-    for part in ("PMI_SIZE=4, PMI_RANK=2", "MPI here sees only this one", "motes run -n N", "MOTES_ALONE=1"):
+    assert result.out == "" and "Traceback" not in result.err
+    other = on_ranks(1, STEP, env={"PMI_SIZE": "4", "PMI_RANK": "2"}, timeout=30)
+    assert (other.code, other.out, other.err) == (1, "", "")
+    for part in ("PMI_SIZE=4, PMI_RANK=0", "MPI here sees only this one", "motes run -n N", "MOTES_ALONE=1"):
         assert part in result.err
     assert on_ranks(1, STEP, env={"PMI_SIZE": "4", "MOTES_ALONE": "1"}, timeout=30).out == "ran\n"
     assert (

@@ -51,12 +51,15 @@ def hosts(tmp_path_factory):
         yield up
 
 
-def run(hosts: Hosts, wish: str, script: Path, *arguments: object, watch: Any = None) -> Result:
+def run(
+    hosts: Hosts, wish: str, script: Path, *arguments: object, survive: bool = False, watch: Any = None
+) -> Result:
     """Start `motes run` on the first host; `wish` has the form a:2,b:2,c."""
     at = dict(zip("abc", hosts.names, strict=True))
     where = ",".join(at[name[0]] + name[1:] for name in wish.split(","))
     ranks = sum(int(name[2:] or 1) for name in wish.split(","))
-    argv = [sys.executable, "-m", "motes", "run", "-n", ranks, "--hosts", where, "--", *hosts.options()]
+    argv = [sys.executable, "-m", "motes", "run", "-n", ranks, "--hosts", where]
+    argv += [*["--survive"] * survive, "--", *hosts.options()]
     line = shlex.join(str(word) for word in (*argv, script, *arguments))  # as a shell gets it from ssh
     return command([hosts.agent, hosts.names[0], line], timeout=120, watch=watch)
 
@@ -113,3 +116,17 @@ def test_a_lost_host_ends_the_run(hosts, scene, tmp_path):
     # A rank notices and ends the job; or Open MPI 5 ends the other ranks and returns 0 (test_launch.py).
     assert ended.code != 0, ended.text
     assert not motes.open_run(tmp_path / "log").finished
+
+
+@pytest.mark.parametrize("survive", [False, True])
+def test_a_rank_of_another_host_that_ends_before_mpi_ends_the_job(hosts, tmp_path, survive):
+    script = tmp_path / "script.py"
+    script.write_text(
+        "import os, sys\n"
+        "if os.environ['OMPI_COMM_WORLD_RANK'] == '2': sys.exit(0)\n"
+        "import motes\n"
+        "with motes.World(seed=1, progress='off') as world: world.step()\n"
+    )
+    ended = run(hosts, "a,b,c", script, survive=survive)
+    assert ended.code == 1, ended.text
+    assert "rank 2 ended before MPI had started" in ended.err.splitlines()[-1], ended.text

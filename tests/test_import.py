@@ -13,9 +13,10 @@ import pytest
 from handmade import moving_spot
 
 import motes
+from motes._run import rank_process
 
 PACKAGE = Path(motes.__file__).parent
-LAUNCHERS = motes._LAUNCHED
+LAUNCHERS = rank_process.LAUNCHED
 SHOW = "; import sys, json; print(json.dumps(sorted(sys.modules)))"
 COSTLY = {"mpi4py.MPI", "motes._core", "numpy", "pandas", "matplotlib", "argparse"}
 SELDOM = {

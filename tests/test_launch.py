@@ -115,6 +115,7 @@ def two_cores(monkeypatch):
 
 
 YIELD = "--mca mpi_yield_when_idle 1"
+UNBOUND = "--bind-to none"
 
 
 @pytest.mark.parametrize(
@@ -122,24 +123,52 @@ YIELD = "--mca mpi_yield_when_idle 1"
     [
         (FIVE, 2, {}, "--oversubscribe"),
         (FIVE, 3, {}, f"--oversubscribe {YIELD}"),
-        (FIVE, 3, {"hosts": "a,b:2"}, "--host a:1,b:2"),
-        (FIVE, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {YIELD} --map-by node:OVERSUBSCRIBE"),
-        (FOUR, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {YIELD} --map-by node --oversubscribe"),
+        (FIVE, 3, {"hosts": "a,b:2"}, f"--host a:1,b:2 {UNBOUND}"),
+        (FIVE, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {UNBOUND} {YIELD} --map-by node:OVERSUBSCRIBE"),
+        (FOUR, 4, {"hosts": "a,b:2"}, f"--host a:1,b:2 {UNBOUND} {YIELD} --map-by node --oversubscribe"),
         (HYDRA, 4, {"hosts": "a,b:2"}, "-hosts a,b:2"),
         (HYDRA, 4, {}, ""),
     ],
 )
 def test_flags(two_cores, mpirun, ranks, place, flags):
-    argv = starting.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--bind-to", "none"], **place)
-    assert argv == [mpirun.path, "-n", str(ranks), *flags.split(), "--bind-to", "none", "python", "x.py"]
+    argv = starting.command(ranks, ["python", "x.py"], mpirun=mpirun, options=["--quiet"], **place)
+    assert argv == [mpirun.path, "-n", str(ranks), *flags.split(), "--quiet", "python", "x.py"]
+
+
+@pytest.mark.parametrize(
+    ("options", "variables"),
+    [
+        ("--bind-to core", {}),
+        ("-bind-to core", {}),
+        ("--map-by ppr:2:node:PE=2", {}),
+        ("--cpu-set 0,1", {}),
+        ("--rankfile ranks", {}),
+        ("--prtemca hwloc_default_binding_policy core", {}),
+        ("", {"PRTE_MCA_hwloc_default_binding_policy": "core"}),
+        ("", {"OMPI_MCA_hwloc_base_binding_policy": "core"}),
+    ],
+)
+def test_who_asks_for_a_binding_gets_it(two_cores, monkeypatch, options, variables):
+    for name, value in variables.items():
+        monkeypatch.setenv(name, value)
+    argv = starting.command(5, [], mpirun=FIVE, hosts="a,b:2", options=options.split())
+    assert "none" not in argv and argv.count("--map-by") == 1
+
+
+def test_ranks_on_several_hosts_are_not_bound():
+    """More ranks than cores have their places there, too."""
+    script = "import motes, os; print(motes.World(seed=1).size, len(os.sched_getaffinity(0)), flush=True)"
+    ranks = (os.cpu_count() or 1) + 1
+    ended = motes("run", "-n", str(ranks), "--hosts", f"localhost:{ranks}", "-c", script)
+    assert ended.stdout.splitlines() == [f"{ranks} {len(os.sched_getaffinity(0))}"] * ranks, ended.stderr
 
 
 @pytest.mark.parametrize(
     ("lines", "flags"),
     [
-        ("a slots=2\nb slots = 2 # fast\n\n", ""),
-        ("a slots=1\nb slots=1\n", f"{YIELD} --map-by node:OVERSUBSCRIBE"),
-        ("a\nb slots=1\n", ""),
+        ("a slots=2\nb slots = 2 # fast\n\n", UNBOUND),
+        ("a slots=1\nb slots=1\n", f"{UNBOUND} {YIELD} --map-by node:OVERSUBSCRIBE"),
+        ("a\nb slots=1\n", UNBOUND),
     ],
 )
 def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
@@ -149,14 +178,16 @@ def test_flags_of_a_hostfile(two_cores, tmp_path, lines, flags):
     assert argv[3:] == ["--hostfile", str(hosts), *flags.split()]
 
 
-@pytest.mark.parametrize(("ranks", "flags"), [(6, ""), (7, f"{YIELD} --map-by node:OVERSUBSCRIBE")])
+@pytest.mark.parametrize(
+    ("ranks", "flags"), [(6, UNBOUND), (7, f"{UNBOUND} {YIELD} --map-by node:OVERSUBSCRIBE")]
+)
 def test_a_scheduler_knows_the_places(two_cores, monkeypatch, tmp_path, ranks, flags):
     with monkeypatch.context() as slurm:
         slurm.setenv("SLURM_JOB_ID", "7")
         slurm.setenv("SLURM_NTASKS", "6")
         assert starting.command(ranks, [], mpirun=FIVE)[3:] == flags.split()
         argv = starting.command(2, [], mpirun=FIVE, hosts="a,b")
-        assert argv[3:] == ["--host", "a:1,b:1"], "what is asked for counts"
+        assert argv[3:] == ["--host", "a:1,b:1", *UNBOUND.split()], "what is asked for counts"
     (tmp_path / "nodes").write_text("a\na\na\nb\nb\nb\n")
     monkeypatch.setenv("PBS_NODEFILE", str(tmp_path / "nodes"))
     assert starting.command(ranks, [], mpirun=FIVE)[3:] == flags.split()

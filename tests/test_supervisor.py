@@ -120,7 +120,7 @@ def test_the_failing_ranks_message_comes_last():
 
 
 def test_what_only_the_launcher_says_is_shown():
-    result = mpirun(2, "import os; os.kill(os.getpid(), 9)", timeout=30)
+    result = mpirun(2, "import motes, os; os.kill(os.getpid(), 9)", timeout=30)
     assert result.code == 137, result.text
     assert "exited on\nsignal 9" in result.err, result.text
     assert result.trailer in result.err

@@ -1,5 +1,6 @@
 #include "base/enumerators.h"
 #include "bindings/bindings.h"
+#include "comm/alone.h"
 #include "comm/environment.h"
 #include "comm/mpi_transport.h"
 #include "comm/stop_signals.h"
@@ -80,7 +81,7 @@ engine::Settings make_settings(const py::dict& facts) {
   return settings;
 }
 
-std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::vector<int>>& roles,
+std::unique_ptr<Engine> make_engine(std::optional<int> comm, const std::tuple<int, int, std::vector<int>>& roles,
                                     const py::dict& facts, py::function while_waiting, py::function describe,
                                     double warn_s, std::optional<double> limit_s, std::optional<py::function> life,
                                     std::optional<py::function> warn) {
@@ -90,7 +91,8 @@ std::unique_ptr<Engine> make_engine(int comm, const std::tuple<int, int, std::ve
       make_watch(std::move(while_waiting), std::move(describe), warn_s, limit_s, std::move(life), std::move(warn));
   engine::Settings settings = make_settings(facts);
   const py::gil_scoped_release release;
-  auto communicator = std::make_unique<comm::Communicator>(comm::make_mpi(comm), std::move(watch));
+  auto communicator =
+      std::make_unique<comm::Communicator>(comm ? comm::make_mpi(*comm) : comm::make_alone(), std::move(watch));
   roles::check(cast, communicator->size());
   return std::make_unique<Engine>(std::move(communicator), std::move(cast), std::move(settings));
 }
@@ -333,6 +335,8 @@ void bind_facts(py::module_& m) {
   });
   m.def("take_rows", &take_rows, py::arg("rows"), py::arg("order"), py::arg("into"));
   m.def("mpi_version", &comm::library_version);
+  m.def("forget_mpi", &comm::forget_mpi,
+        "In a process that a rank forked off: keep it from ending MPI; False where the MPI has no way.");
   m.def("mpi_can_survive", &comm::mpi_can_survive,
         "Whether the core was built for an MPI that lets the others go on when a rank is lost.");
 }

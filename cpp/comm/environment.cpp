@@ -1,12 +1,18 @@
 #include "comm/environment.h"
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
 
 #include "comm/clock.h"
 #include "comm/mpi_calls.h"
+
+#ifdef OPEN_MPI
+// Open MPI's own record of how far it is, from its first call to MPI_Finalize's end.
+extern "C" __attribute__((weak)) std::int32_t ompi_mpi_state;
+#endif
 
 namespace motes::comm {
 namespace {
@@ -50,6 +56,18 @@ void Environment::abort(int code) const {
   // A simulator's ranks are threads of one process, whose exit code MPI_Abort would leave at 0.
   if (!simulated()) MPI_Abort(MPI_COMM_WORLD, code);
   std::_Exit(code);
+}
+
+bool forget_mpi() {
+#ifdef OPEN_MPI
+  constexpr std::int32_t kFinalized = 5;  // OMPI_MPI_STATE_FINALIZE_COMPLETED, since Open MPI 3
+  if (&ompi_mpi_state == nullptr) return false;
+  ompi_mpi_state = kFinalized;
+  int ended = 0;
+  return MPI_Finalized(&ended) == MPI_SUCCESS && ended != 0;
+#else
+  return false;
+#endif
 }
 
 std::string library_version() {

@@ -9,6 +9,10 @@ namespace motes::comm {
 /// Name and version of the MPI library in use.
 std::string library_version();
 
+/// Lets this process, which a rank has forked off, count MPI as ended: at its exit nothing may call MPI_Finalize, which
+/// would talk to the other ranks in its parent's name. False where the MPI offers no way.
+bool forget_mpi();
+
 /// MPI from its start to its end: one per program.
 class Environment {
  public:

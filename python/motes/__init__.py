@@ -3,7 +3,7 @@
 A script issues the same calls on every rank; the engine gives each rank its role. See `World`.
 
 `import motes` is quick and starts nothing: each name is loaded when it is first used, and MPI starts with the
-first name that needs the compiled core. Only in a process that a launcher started does MPI start at once,
+first name that needs the compiled core. Only in a rank that a launcher started does MPI start at once,
 so that a script that fails on its first line ends the job instead of leaving the other ranks waiting.
 """
 
@@ -14,6 +14,7 @@ import os
 from typing import TYPE_CHECKING, Any
 
 from ._run import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
+from ._run import rank_process as _rank_process
 
 if TYPE_CHECKING:
     from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
@@ -172,12 +173,6 @@ __all__ = [
     "time",
 ]
 
-_LAUNCHED = (
-    *("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"),
-    *("MV2_COMM_WORLD_RANK", "FLUX_TASK_RANK", "JSM_NAMESPACE_RANK", "PALS_RANKID"),
-)
-"""Environment variables that reveal an MPI launcher: each sets one of them in the processes it starts."""
-
 
 if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name's type
 
@@ -187,7 +182,7 @@ if not TYPE_CHECKING:  # a checker reads the imports above, and knows each name'
             # Modules say `from . import _core`, which asks here first: the core binds to the MPI library that
             # mpi4py has loaded.
             _start_mpi()
-            return importlib.import_module("._core", __name__)
+            return importlib.import_module("._core", __name__)  # loaded by now
         if name == "__version__":
             from importlib.metadata import version
 
@@ -218,12 +213,16 @@ def _near(name: str) -> str:
 
 def _start_mpi() -> None:
     """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
-    from mpi4py import MPI  # noqa: F401  (loads the MPI library, too)
+    from ._run import loading, presence
 
+    presence.waits_for_mpi()
+    loading.load_mpi()
+    loading.load_core()
     from ._run import ending
 
     ending.install()
+    presence.has_mpi()
 
 
-if any(name in os.environ for name in _LAUNCHED):
+if _rank_process.settle():
     _start_mpi()

@@ -40,6 +40,7 @@ __all__: list[str] = [
     "disaster",
     "end_process_after",
     "end_with_code",
+    "forget_mpi",
     "forget_stop_signal",
     "give_left",
     "give_right",
@@ -314,7 +315,7 @@ class PartFile:
 class Engine:
     def __init__(
         self,
-        comm: int,
+        comm: int | None,
         roles: tuple[int, int, collections.abc.Sequence[int]],
         facts: dict[str, typing.Any],
         while_waiting: collections.abc.Callable[..., typing.Any],
@@ -439,6 +440,11 @@ def disaster(seed: int) -> dict[str, typing.Any]:
 
 def end_process_after(seconds: float, code: int) -> None: ...
 def end_with_code(code: int) -> None: ...
+def forget_mpi() -> bool:
+    """
+    In a process that a rank forked off: keep it from ending MPI; False where the MPI has no way.
+    """
+
 def forget_stop_signal() -> None: ...
 def give_left(
     coordinates: numpy.typing.ArrayLike, wanted: int, low: float, high: float

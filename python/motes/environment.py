@@ -266,6 +266,20 @@ TABLE = {
             default_text="nothing is noted",
         ),
         Variable(
+            "MOTES_RANK_PROCESS",
+            "set by `motes run` and by each rank: which process is the rank, for those that it starts",
+            "a process number, and the launcher's variables",
+            str,
+            default_text="a process that a launcher describes is the rank",
+        ),
+        Variable(
+            "MOTES_RANK_PIPE",
+            "set by `motes run`: where a rank tells that MPI has started in it",
+            "a file descriptor",
+            str,
+            default_text="nothing is told",
+        ),
+        Variable(
             "MOTES_FRESH",
             "1: start anew where there are checkpoints, and remove them",
             "0 or 1",

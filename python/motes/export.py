@@ -129,6 +129,8 @@ class Export:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the export. When the block failed, what is whole so far remains."""
+        if self._world is not None and self._world._usage.inherited:  # a fork: the files are its parent's
+            return
         if kind is None:
             self.close()
         else:

@@ -63,6 +63,7 @@ class Movie:
         self.preset = arguments.choice("preset", preset, _PRESETS)
         # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
         _extras.require_av("Movie")
+        self._process = os.getpid()
         self.frames = 0
         """Those of the film that this process writes."""
         self.place = continuing.place_of(self.path)
@@ -163,6 +164,8 @@ class Movie:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the movie, or keep the partial one when the block failed."""
+        if os.getpid() != self._process:  # a fork: the film is its parent's
+            return
         if kind is None or issubclass(kind, Stopped):
             self.close()
         else:

@@ -6,6 +6,7 @@ the engine holds, so the engine must not hold the world, which would never be co
 
 from __future__ import annotations
 
+import os
 import threading
 import weakref
 from collections.abc import Callable, Iterator
@@ -21,11 +22,12 @@ __all__ = ["Usage", "Weakly", "Describing"]
 class Usage:
     """Lets one call at a time use the engine; every other call raises at once and says why."""
 
-    __slots__ = ("_call", "_callback", "_lock", "_owner", "_thread")
+    __slots__ = ("_call", "_callback", "_lock", "_owner", "_process", "_thread")
 
     def __init__(self) -> None:
         """Start with no call in progress."""
         self._lock = threading.Lock()
+        self._process = os.getpid()
         self._call = ""
         self._thread = 0
         self._callback: str | None = None
@@ -44,12 +46,22 @@ class Usage:
         self._lock.release()
 
     def check(self, call: str) -> None:
-        """Raise MotesError where the world is in the hands of another thread, also between its calls."""
+        """Raise MotesError where another process or thread has the world, also between its calls."""
+        if self.inherited:
+            raise MotesError(
+                f"{call} in a process that was forked off: this world is its parent's; make "
+                "a new World there, or read what it needs before the fork"
+            )
         if self._owner is not None and self._owner is not threading.current_thread():
             raise MotesError(
                 f"{call} while motes.show runs this world's loop in a thread, which alone may use it: "
                 "call wait() or stop() of what motes.show returned first"
             )
+
+    @property
+    def inherited(self) -> bool:
+        """Whether the world was made by a process of which this one is a fork."""
+        return os.getpid() != self._process
 
     def give_to(self, owner: threading.Thread | None) -> None:
         """Let only this thread use the engine from now on; None: any, one at a time.

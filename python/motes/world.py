@@ -301,6 +301,10 @@ class World(Looping, Facts, Settings):
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the run. Collective; after an exception the whole job ends."""
+        if self._usage.inherited:  # a fork has nothing to end but itself
+            if error is not None:
+                ending.end_fork(error)
+            return
         self._usage.check("close()")
         well = False
         try:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _core, arguments
+from ._run import alone, rank_process
 from .balance import BALANCERS, Balancer, Static
 from .errors import ArgumentError
 from .rendering import Renderer
@@ -86,6 +87,10 @@ def balancer(value: Any, axes: str) -> Balancer:
 
 def communicator(comm: Any) -> MPI.Intracomm:
     """Return `comm`, or that of all ranks for None."""
+    if rank_process.is_fork():
+        if comm is not None:
+            raise ArgumentError("comm", comm, "None in a forked process, where MPI does not work")
+        return alone.communicator()
     from mpi4py import MPI
 
     if comm is None:

@@ -23,18 +23,16 @@ from typing import NoReturn
 
 from .. import _core
 from ..errors import place
-from . import attendance, losses
+from . import attendance, losses, rank_process
 from .process import OpenRun, process
 from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
 
-__all__ = ["end_left", "install", "report_lost", "stop_job"]
+__all__ = ["end_fork", "end_left", "install", "report_lost", "stop_job"]
 
 ABORT_LIMIT_S = 2.0  # how long MPI_Abort may take before the watchdog ends the process
 TEARDOWN_S = 0.1  # an abort ends its peers within this time; a process that is gone without one was lost
 
 _installed = False
-_home = os.getpid()
-"""The process of this rank; those that it forks off are none of the job's."""
 _ending = threading.Lock()
 _previous_hook = sys.excepthook
 _previous_thread_hook = threading.excepthook
@@ -44,14 +42,20 @@ _PR_SET_PDEATHSIG = 1
 
 def install() -> None:
     """Take over the ways out of the script; called once, after mpi4py.MPI is imported."""
-    global _home, _installed, _previous_hook, _previous_thread_hook
+    global _installed, _previous_hook, _previous_thread_hook
     from mpi4py import MPI
 
     if _installed or not MPI.Is_initialized() or MPI.Is_finalized():
         return
     _installed = True
-    _home = os.getpid()
+    if rank_process.is_fork():  # motes was imported there first
+        atexit.register(_on_exit_of_fork)
+        return
+    os.register_at_fork(after_in_child=_become_fork)
     process.rank, process.size = MPI.COMM_WORLD.rank, MPI.COMM_WORLD.size
+    process.job = os.environ.get("PMIX_NAMESPACE", "")
+    if process.size > 1:
+        rank_process.hide()
     if not faulthandler.is_enabled() and sys.__stderr__ is not None:
         with contextlib.suppress(OSError, ValueError, AttributeError):  # a notebook's stderr is no file
             faulthandler.enable(sys.__stderr__)
@@ -77,6 +81,45 @@ def _end_with_parent() -> None:
         os._exit(1)
 
 
+# --- processes that this rank forks off
+
+
+def _become_fork() -> None:
+    """Leave the job, in a process that this rank has just forked off: it has one rank, and no run is open."""
+    rank_process.became_fork()
+    if process.entered:  # a crash was to be named as the rank's
+        _core.name_crashes("")
+        _core.set_place(f"a process that {place(process.rank)} has forked off")
+    _core.forget_stop_signal()
+    process.forget()
+    if sys.excepthook is _on_exception:
+        sys.excepthook = _previous_hook
+    if threading.excepthook is _on_thread_exception:
+        threading.excepthook = _previous_thread_hook
+    atexit.unregister(_on_exit)
+    atexit.register(_on_exit_of_fork)
+
+
+def _on_exit_of_fork() -> None:
+    """Keep mpi4py from ending MPI in the name of the rank that forked this process off."""
+    if not _core.forget_mpi():
+        end_fork(None)
+
+
+def end_fork(error: BaseException | None) -> NoReturn:
+    """End a process that a rank has forked off, as Python would: the run goes on without a word of it."""
+    with contextlib.suppress(BaseException):
+        if error is not None and not isinstance(error, SystemExit):
+            traceback.print_exception(error)
+        elif isinstance(error, SystemExit) and error.code is not None and not isinstance(error.code, int):
+            print(error.code, file=sys.stderr)
+        for stream in (sys.stdout, sys.stderr):
+            with contextlib.suppress(Exception):
+                stream.flush()
+    code = None if error is None else error.code if isinstance(error, SystemExit) else 1
+    os._exit(0 if code is None else code & 0xFF if isinstance(code, int) else 1)
+
+
 # --- the ways out
 
 
@@ -85,8 +128,6 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
 
     Returns only where there is one rank.
     """
-    if os.getpid() != _home:
-        _end_child(error)
     if process.size == 1:
         return
     free_reserve()
@@ -96,20 +137,6 @@ def stop_job(error: BaseException, run: OpenRun | None = None) -> None:
         headline = f"{process.describe(run)}: called sys.exit({shown}) in the middle of the run"
         _end(headline, body, _exit_code(error))
     _end(_headline(error, run), body, _exit_code(error), speaker=_speaker(error, run))
-
-
-def _end_child(error: BaseException) -> NoReturn:
-    """End a process that a rank has forked off, as Python would: the run goes on without a word of it."""
-    with contextlib.suppress(BaseException):
-        if not isinstance(error, SystemExit):
-            traceback.print_exception(error)
-        elif error.code is not None and not isinstance(error.code, int):
-            print(error.code, file=sys.stderr)
-        for stream in (sys.stdout, sys.stderr):
-            with contextlib.suppress(Exception):
-                stream.flush()
-    code = error.code if isinstance(error, SystemExit) else 1
-    os._exit(0 if code is None else code & 0xFF if isinstance(code, int) else 1)
 
 
 def end_left(rank: int | None, *, lost: bool = False) -> NoReturn:
@@ -129,16 +156,13 @@ def report_lost(rank: int, role: str, frame: int | None) -> NoReturn:
 
 
 def _on_exception(kind: type[BaseException], error: BaseException, trace: TracebackType | None) -> None:
-    if os.getpid() != _home:
-        _previous_hook(kind, error, trace)
-        return
     free_reserve()
     body = "".join(traceback.format_exception(kind, error, trace))
     _end(_headline(error), body, _exit_code(error), speaker=_speaker(error), error=error)
 
 
 def _on_thread_exception(args: threading.ExceptHookArgs) -> None:
-    if args.exc_value is None or issubclass(args.exc_type, SystemExit) or os.getpid() != _home:
+    if args.exc_value is None or issubclass(args.exc_type, SystemExit):
         _previous_thread_hook(args)  # a thread may end itself by sys.exit
         return
     free_reserve()
@@ -151,7 +175,7 @@ def _on_exit() -> None:
     """Last act of a rank whose script ended without an error, before MPI_Finalize."""
     from mpi4py import MPI
 
-    if MPI.Is_finalized() or os.getpid() != _home:
+    if MPI.Is_finalized():
         return
     if process.running:
         _end(f"{process.describe()}: the script left in the middle of the run", "", 1)

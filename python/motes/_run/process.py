@@ -61,6 +61,8 @@ class Process:
     rank: int = 0
     """In COMM_WORLD, as `size`."""
     size: int = 1
+    job: str = ""
+    """The launcher's name of the job, where it gave one."""
     survives: bool = False
     """The launcher lets the other ranks go on when one is lost (`motes run --survive`)."""
     runs: list[OpenRun] = field(default_factory=list)
@@ -84,6 +86,11 @@ class Process:
         """Note that a run has ended. The other open runs stay open."""
         if run in self.runs:
             self.runs.remove(run)
+
+    def forget(self) -> None:
+        """Start again, in a process that a rank has forked off."""
+        self.rank, self.size, self.survives = 0, 1, False
+        self.runs, self.entered, self.stopped = [], 0, 0
 
     def describe(self, run: OpenRun | None = None) -> str:
         """Name this rank, by the given run or the last that was opened: "rank 2 (calculator 0), frame 7"."""

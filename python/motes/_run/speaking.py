@@ -55,7 +55,7 @@ def mark() -> str | None:
     None without a launcher. It is in the launcher's own directory, which lasts until the job ends, and so
     does the claim, even if a rank finds the speaker dead.
     """
-    directory = os.environ.get("PMIX_SERVER_TMPDIR")
+    directory = os.environ.get("PMIX_SERVER_TMPDIR")  # not in what a rank starts, which speaks for itself
     return None if directory is None else os.path.join(directory, f"motes-speaker-{_key(_job())}")
 
 
@@ -95,7 +95,7 @@ def print_report(headline: str, body: str) -> None:
 
 
 def _job() -> str:
-    return os.environ.get("PMIX_NAMESPACE") or str(os.getppid())
+    return process.job or os.environ.get("PMIX_NAMESPACE") or str(os.getppid())
 
 
 def _key(job: str) -> str:

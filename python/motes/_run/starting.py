@@ -20,7 +20,9 @@ from .. import environment
 from ..errors import ArgumentError, MotesError
 from . import losses
 from .hosts import check_names, reachable
+from .loading import paths, problem_of_mpi
 from .output import tell
+from .presence import started_by
 from .supervisor import supervise
 
 __all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
@@ -58,13 +60,15 @@ class Mpirun(NamedTuple):
 
 
 def library() -> Version:
-    """Tell which MPI library mpi4py loads, without starting MPI."""
+    """Tell which MPI library mpi4py loads, without starting MPI. Raises MotesError where it loads none."""
     if "mpi4py.MPI" not in sys.modules:
         import mpi4py
 
         mpi4py.rc.initialize = mpi4py.rc.finalize = False
-    from mpi4py import MPI
-
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise MotesError(problem_of_mpi(error)) from None
     return _version(MPI.Get_library_version())
 
 
@@ -85,7 +89,7 @@ def find_mpirun() -> Mpirun:
         if mpirun.version.fits(wanted):
             return mpirun
     others = ", ".join(f"{mpirun.path} ({mpirun.version})" for mpirun in found) or "none at all"
-    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}")
+    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
 
 
 def command(
@@ -120,7 +124,7 @@ def command(
         _check_survival(mpirun.version)
         argv += ["--with-ft", "ulfm"]
     if mpirun.version.family == "Open MPI":
-        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile)
+        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile, options)
     elif hosts is not None:
         argv += ["-hosts", hosts]
     elif hostfile is not None:
@@ -150,6 +154,7 @@ def run(
     if restarts < 0:
         raise ArgumentError("restarts", restarts, "an integer >= 0")
     python = [sys.executable, *program]
+    rank = started_by(python, is_rank=program[0] != "-m")  # such a module may start the script in a process
     alone = ranks == 1 and not hosts and not hostfile and not options
     if survive:
         _check_survival()
@@ -157,7 +162,7 @@ def run(
     def compose() -> list[str]:
         if alone:
             return python
-        return command(ranks, python, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+        return command(ranks, rank, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
 
     argv = compose()
     _leave_mpi()
@@ -215,7 +220,17 @@ def most_ranks() -> int:
     return max(64, min(memory // _RANK_BYTES, numbers // 2))
 
 
-def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: str | None) -> list[str]:
+_BINDING_POLICY = "_binding_policy"  # how the parameters end that say it, of Open MPI 4 and 5
+_PLACING = re.compile(
+    rf"-?-(bind-to|cpu-set|cpu-list|rankfile|rf)\b|.*\b(pe|pe-list|rankfile)\b|.*{_BINDING_POLICY}$",
+    re.IGNORECASE,
+)
+"""What of mpirun's options binds ranks to processors, or says which they get."""
+
+
+def _open_mpi_flags(
+    ranks: int, version: Version, hosts: str | None, hostfile: str | None, options: Sequence[str]
+) -> list[str]:
     flags = []
     is_one_host = False
     if hasattr(os, "geteuid") and os.geteuid() == 0:
@@ -235,10 +250,14 @@ def _open_mpi_flags(ranks: int, version: Version, hosts: str | None, hostfile: s
         slots = os.cpu_count() or 1
         flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
         is_one_host = True
+    bound = any(map(_PLACING.match, options)) or any(name.endswith(_BINDING_POLICY) for name in os.environ)
+    if not is_one_host and not bound:
+        # mpirun would bind each rank to one core, and refuse more ranks than cores.
+        flags += ["--bind-to", "none"]
     if slots is not None and ranks > slots:
         # Waiting ranks give their core to those that work.
         flags += ["--mca", "mpi_yield_when_idle", "1"]
-        if not is_one_host:
+        if not is_one_host and not any(text.lstrip("-") == "map-by" for text in options):
             # "node" deals the ranks out; without it all that do not fit land on the first host.
             if version.parts >= (5,):
                 flags += ["--map-by", "node:OVERSUBSCRIBE"]

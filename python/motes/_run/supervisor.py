@@ -23,6 +23,7 @@ from typing import NamedTuple, Self
 from . import open_worlds
 from .losses import END
 from .output import tell, write_all
+from .presence import Presence
 
 __all__ = ["Ended", "Relay", "start_of_child", "supervise"]
 
@@ -73,7 +74,7 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
             if reader is None or not reader.is_alive():
                 process.stderr.close()
         left = open_worlds.left_open(folder)
-    relay.close(failed=code != 0 or relay.code is not None)
+    relay.close(failed=code != 0 or relay.code is not None or relay.presence.hopeless)
     if code == 0 and relay.code is None and left:
         tell(
             f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
@@ -83,6 +84,8 @@ def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -
     code = code if code >= 0 else 128 - code
     if relay.code is not None:  # a rank ended the job, by way of this process
         code = relay.code
+    elif relay.presence.hopeless:
+        code = 1
     if code != 0 and signals.insisted:
         code = 128 + signals.insisted
     if code != 0 and relay.message:
@@ -205,6 +208,7 @@ class Relay:
         self.code: int | None = None
         """The exit code of a rank that ended the job (`losses.end_job`)."""
         self._end = end
+        self.presence = Presence(end)
         self.own: list[bytes] = []
         """The launcher's messages, in lines."""
         self._write = write
@@ -218,7 +222,8 @@ class Relay:
     @property
     def message(self) -> str:
         """What the first failing rank printed, in one line."""
-        return (self._report or self._error).decode(errors="replace").strip()
+        report, error = (text.decode(errors="replace").strip() for text in (self._report, self._error))
+        return report or self.presence.sentence(error, b"".join(self.own)) or error
 
     def run(self, file: int) -> None:
         """Read a file descriptor to its end."""
@@ -247,6 +252,7 @@ class Relay:
         """Pass on what is held back. Name the file with the launcher's messages, if it has any."""
         self._take(self._rest)
         self._give_up_holding()
+        self.presence.close()
         if not self.own or (self._stopped and not self.message):  # then the run says why it ended
             return
         if not failed or not self.message:  # nothing else says what happened
@@ -259,6 +265,8 @@ class Relay:
                 tell(f"motes run: mpirun's own messages: {path}")
 
     def _take(self, line: bytes) -> None:
+        if self.presence.take(line):
+            return
         if end := self._END.search(line):
             if self.code is None:
                 self.code = int(end[1])

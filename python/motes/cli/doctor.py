@@ -139,8 +139,8 @@ def _mpi(report: Report) -> None:
     """Look for the launcher and start two ranks."""
     try:
         report.figures["mpi_library"] = str(starting.library())
-    except (ImportError, RuntimeError) as error:
-        report.problems.append(f"mpi4py finds no MPI library: {error}")
+    except MotesError as error:
+        report.problems.append(str(error))
         return
     try:
         mpirun = starting.find_mpirun()

@@ -1,0 +1,144 @@
+"""Which process is the rank that the launcher's environment variables describe.
+
+A launcher tells a process by environment variables which rank it is, and whatever that process starts
+inherits them: a helper script, a pool of workers, their own children. Only one process is the rank. The
+others must not start MPI in its name: they run as without a launcher, and a world there is a world of one
+rank.
+
+The rank leaves its process number in the environment for its children: `motes run` does so before Python
+starts, other launchers' ranks at `import motes`. A child that was started earlier looks for a process above
+it that has loaded an MPI library (Linux). A wrapper (`mpirun time python script.py`) has loaded none: its
+child is the rank.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import sys
+from collections.abc import Mapping
+
+__all__ = ["LAUNCHED", "MARK", "became_fork", "hide", "hide_pmi", "is_child", "is_fork", "settle"]
+
+MARK = "MOTES_RANK_PROCESS"
+"""The variable with the rank's process number and the variables below, as the rank had them."""
+
+_JOB = ("PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK", "SLURM_STEP_ID", "SLURM_PROCID")
+"""What tells ranks and jobs apart: a rank may start a job of its own, whose processes are ranks again."""
+
+LAUNCHED = (
+    *("OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMI_RANK", "PMI_SIZE", "MPI_LOCALNRANKS"),
+    *("MV2_COMM_WORLD_RANK", "FLUX_TASK_RANK", "JSM_NAMESPACE_RANK", "PALS_RANKID"),
+)
+"""Environment variables that reveal an MPI launcher: each sets one of them in the processes it starts."""
+
+_CONNECTIONS = ("PMIX_", "PMI_", "MPI_LOCAL", "OMPI_MCA_orte_", "OMPI_MCA_ess_", "OMPI_MCA_pmix_")
+"""How the variables begin by which an MPI library finds its launcher, and takes itself for a rank."""
+
+_PARAMETERS = "PMIX_MCA_"
+_ADDRESSES = ("PMIX_NAMESPACE", "PMIX_SERVER_URI", "PMI_FD", "PMI_PORT")
+"""How those of them begin that MPI does not go without, and that scripts hardly read."""
+
+_OF_THE_RUN = (
+    *("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_OPEN_WORLDS"),
+    *("MOTES_RANK_PIPE", "MOTES_STEERING"),
+)
+"""What `motes run` and its options say of the rank's own run."""
+
+_child = False
+_fork = False
+
+
+def settle() -> bool:
+    """Decide, at `import motes`, whether this process is a rank, and so whether MPI is to start at once.
+
+    Where it is a rank's child, hides the launcher from MPI.
+    """
+    if not any(name in os.environ for name in LAUNCHED):
+        return False
+    job = _job(os.environ)
+    pid, _, marked = os.environ.get(MARK, "").partition(" ")
+    below = marked == job and pid != str(os.getpid())
+    ranks = _ranks_of_mpi()
+    if marked != job or (below and ranks > 1):  # the one that was marked may be a wrapper
+        below = _below_a_rank()
+    if below:
+        _become_child(fork=ranks > 1)
+        return False
+    os.environ[MARK] = f"{os.getpid()} {job}"
+    return True
+
+
+def hide() -> None:
+    """Take the launcher's address out of the environment, once MPI has started in this rank.
+
+    So a child that starts MPI without motes does so alone, too: a second process of the same rank would write
+    into the shared memory of the others.
+    """
+    _remove(_ADDRESSES)
+    os.environ[MARK] = f"{os.getpid()} {_job(os.environ)}"
+
+
+def hide_pmi() -> None:
+    """Take the variables of a launcher that the MPI library does not know out of the environment."""
+    _remove(("PMI_", "MPI_LOCAL"))
+
+
+def is_child() -> bool:
+    """Tell whether a rank has started this process, directly or not: then it is alone."""
+    return _child
+
+
+def is_fork() -> bool:
+    """Tell whether this process was forked off while MPI was running: it cannot use MPI at all."""
+    return _fork
+
+
+def became_fork() -> None:
+    """Note, in a new process, that it was forked off while MPI was running."""
+    _become_child(fork=True)
+
+
+def _become_child(*, fork: bool) -> None:
+    global _child, _fork
+    _child, _fork = True, _fork or fork
+    _remove(_CONNECTIONS + _OF_THE_RUN)
+    os.environ[MARK] = f"0 {_job(os.environ)}"  # what this one starts is no rank either
+
+
+def _remove(beginnings: tuple[str, ...]) -> None:
+    for name in list(os.environ):
+        if name.startswith(beginnings) and not name.startswith(_PARAMETERS):
+            del os.environ[name]
+
+
+def _job(variables: Mapping[str, str]) -> str:
+    return " ".join(variables.get(name, "") for name in _JOB)
+
+
+def _ranks_of_mpi() -> int:
+    """Return how many ranks MPI knows of in this process; 0 where it has not started."""
+    module = sys.modules.get("mpi4py.MPI")
+    if module is None or not module.Is_initialized() or module.Is_finalized():
+        return 0
+    return int(module.COMM_WORLD.size)
+
+
+def _below_a_rank() -> bool:
+    """Tell whether a process above this one, with the same variables, has loaded an MPI library (Linux)."""
+    names = [name for name in (*_JOB, *LAUNCHED, "OMPI_COMM_WORLD_RANK") if name in os.environ]
+    with contextlib.suppress(OSError, ValueError, IndexError):
+        above = os.getppid()
+        while above > 1:
+            theirs = _facts(above, "environ").split("\0")
+            if any(f"{name}={os.environ[name]}" not in theirs for name in names):
+                return False  # the launcher, or what started it
+            if "/libmpi" in _facts(above, "maps"):
+                return True
+            above = int(_facts(above, "stat").rpartition(")")[2].split()[1])
+    return False
+
+
+def _facts(process: int, what: str) -> str:
+    with open(f"/proc/{process}/{what}", errors="replace") as file:
+        return file.read()

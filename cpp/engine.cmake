@@ -88,6 +88,7 @@ add_library(motes_pure STATIC
   recording/record.cpp
   recording/scene.cpp
   recording/select.cpp
+  recording/source_total.cpp
   recording/spawn.cpp
   recording/sums.cpp
   roles/cast.cpp

@@ -70,7 +70,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   p.rank.watch.begin(p.rank.talk.frame, p.script.in_frame(), p.rank.talk.comm().waited_s());
   for (const auto& system : p.script.systems) {
     system->groups.clear();
-    if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
+    if (p.script.in_frame()) system->count_births(run.dt, run.substeps);
   }
   if (p.script.in_frame()) ask_for_oldest(p.script);
   if (p.script.steered()) {

@@ -89,6 +89,7 @@ add_library(motes_pure STATIC
   recording/record.cpp
   recording/scene.cpp
   program/select.cpp
+  recording/source_total.cpp
   recording/spawn.cpp
   program/sums.cpp
   roles/cast.cpp

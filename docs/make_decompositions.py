@@ -67,7 +67,7 @@ def figures_of(run: Run, first: int, scale: float) -> dict[str, float]:
     shares = load.groupby(["frame", "rank"])["n_end"].sum().unstack()
     meetings = max(float(load.groupby("frame")["meetings"].max().fillna(0).mean()), 1.0)
     particles = float(shares.sum(axis=1).mean())
-    moved = float(frames["exchanged_bytes"].sum() + load["copied_bytes"].fillna(0).sum())
+    moved = float(frames["exchanged_bytes"].sum())
     return {
         "calculators": shares.shape[1],
         "bytes": scale * moved / count,

@@ -370,10 +370,10 @@ def test_a_manifest_says_when_it_has_changed(tmp_path):
             continue
         assert read == manifest_of().with_kept({"configured": {}})  # white space
     for other in (1, 3):
-        text = text.replace(b'"version": 4', b'"version": %d' % other)
+        text = text.replace(b'"version": 5', b'"version": %d' % other)
         with pytest.raises(CheckpointError, match=f"version {other}"):
             Manifest.from_bytes(text, tmp_path)
-        text = text.replace(b'"version": %d' % other, b'"version": 4')
+        text = text.replace(b'"version": %d' % other, b'"version": 5')
 
 
 def test_a_directory_belongs_to_one_run(tmp_path):

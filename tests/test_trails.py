@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from fractions import Fraction
 from typing import Any
 
 import numpy as np
@@ -41,6 +43,33 @@ def test_particles_leave_children_as_their_age_passes_multiples(dt: float, subst
         np.testing.assert_allclose(x, speed * 0.5 * np.arange(1, 7), atol=speed * dt / 2 + 1e-4)
     counts = np.diff([0, *born])
     assert set(counts.tolist()) <= {0, 2}
+
+
+@pytest.mark.parametrize(
+    "every", [Fraction(3, 2), Fraction(5, 2), Fraction(7, 2), Fraction(12), Fraction(5, 4)]
+)
+@pytest.mark.parametrize(
+    ("dt", "substeps"),
+    [(Fraction(1, 24), 1), (Fraction(1, 24), 3), (Fraction(1, 10), 1), (Fraction(1, 30), 1)],
+)
+def test_trails_leave_children_at_each_multiple_once(every: Fraction, dt: Fraction, substeps: int) -> None:
+    """Also where ages are half way between two frames at each other multiple; `every` counts frames here."""
+    world = motes.World(seed=1, dt=float(dt), substeps=substeps, progress="off")
+    s, left = world.system("s"), world.system("left")
+    frames = []
+    with world:
+        s.vertex((0, 0, 0))
+        for frame in world.frames(120):
+            s.move()
+            s.trail(left, float(every * dt))
+            world.step()
+            frames += [frame] * (left.born - len(frames))
+    half = Fraction(1, 2)
+    assert frames == [
+        frame
+        for frame in range(120)
+        if math.floor((frame + 1 + half) / every) > math.floor((frame + 1 - half) / every)
+    ]
 
 
 def test_short_times_leave_one_child_in_each_frame():

@@ -59,12 +59,15 @@ std::vector<recording::Given> given(const State& state) {
 }
 
 Birth source(const shapes::Shape& shape, double rate, bool jitter, const State& state,
-             const std::optional<shapes::Shape>& before, std::vector<std::uint64_t> counts) {
+             const std::optional<shapes::Shape>& before, std::vector<double> until, double scale,
+             std::uint64_t source) {
   Birth birth;
   birth.kind = Birth::Kind::source;
   birth.shape = shape;
   birth.rate = rate;
-  birth.counts = std::move(counts);
+  birth.until = std::move(until);
+  birth.scale = scale;
+  birth.source = source;
   if (before) birth.before = {*before};
   birth.jitter = jitter;
   birth.state = given(state);
@@ -198,7 +201,8 @@ void bind_recording(py::module_& m) {
       .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")
       .def_static("source", &source, py::arg("shape"), py::arg("rate"), py::arg("jitter"), py::arg("state"),
-                  py::arg("before") = std::nullopt, py::arg("counts") = std::vector<std::uint64_t>{})
+                  py::arg("before") = std::nullopt, py::arg("until") = std::vector<double>{}, py::arg("scale") = 0.0,
+                  py::arg("source") = std::uint64_t{0})
       .def_static("burst", &burst, py::arg("shape"), py::arg("count"), py::arg("state"))
       .def_static("emit", &emit, py::arg("count"), py::arg("columns"), py::arg("state"));
   py::class_<recording::Spawn>(m, "Spawn")

@@ -12,7 +12,7 @@ class Alone final : public Transport {
   bool entered() override { return true; }
   void send(int, Phase, std::shared_ptr<const Message>) override { throw CommError("there is no other rank"); }
   void await(int, Phase, int) override {}
-  std::optional<particles::Bytes> receive(int, Phase) override { return std::nullopt; }
+  std::optional<base::Bytes> receive(int, Phase) override { return std::nullopt; }
   std::optional<int> unsent() override { return std::nullopt; }
   bool finished() override { return true; }
   void pause(int, double) override {}

@@ -221,12 +221,9 @@ void judge(Rank& rank, const Script& script, Manager& manager, Round& round) {
   pass_on(rank, round, std::move(judgement), gathered.staying);
   if (round.verdict.failure.failed()) return;
   // Nobody waits for the rest.
-  std::uint64_t dropped = 0;
-  for (const auto& system : script.systems) dropped += system->counts.dropped;
   std::vector<Strain> strains;
   for (const SystemReport& system : gathered.report.systems) strains.push_back(system.strain);
-  manager.judged.push_back(
-      {std::move(gathered.report.tail), loads_of(rank, round, gathered), dropped, std::move(strains)});
+  manager.judged.push_back({std::move(gathered.report.tail), loads_of(rank, round, gathered), std::move(strains)});
   if (balances(rank, script)) note_loads(rank, script, manager, round, manager.judged.back().loads);
   if (compare_alone(rank, script, round)) note_decisions(rank, script, manager, gathered.report.decisions);
 }
@@ -269,7 +266,7 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
     note_children(script, manager, [&](std::size_t into, int calculator, std::uint64_t count) {
       manager.account.note_children(into, calculator, count);
     });
-    manager.account.close_row(rank.talk.cast(), rank.settings.log.digest);
+    manager.account.close_row(script, rank.talk.cast(), rank.settings.log.digest);
   }
   manager.judged.clear();
 }

@@ -95,7 +95,7 @@ std::pair<std::uint64_t, std::uint64_t> Engine::next_birth(int index) {
   catch_up();
   const Settings& settings = parts_->rank.settings;
   const System& system = *parts_->script.systems[static_cast<std::size_t>(index)];
-  return system.next_birth(frame(), settings.dt, settings.substeps);
+  return system.next_birth(settings.dt, settings.substeps);
 }
 
 std::optional<Seen> Engine::try_read(int index) {

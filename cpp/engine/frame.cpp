@@ -70,7 +70,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   p.rank.watch.begin(p.rank.talk.frame, p.script.in_frame(), p.rank.talk.comm().waited_s());
   for (const auto& system : p.script.systems) {
     system->groups.clear();
-    if (p.script.in_frame()) system->count_births(p.rank.talk.frame, run.dt, run.substeps);
+    if (p.script.in_frame()) system->count_births(run.dt, run.substeps);
   }
   if (p.script.in_frame()) ask_for_oldest(p.script);
   if (p.script.steered()) {
@@ -87,7 +87,7 @@ void note_tails(const Script& script, Calculator& calculator) {
   const PhaseTimes& times = calculator.tail.times;
   for (std::size_t i = 0; i < densities.size(); ++i) {
     CalculatorTail tail;
-    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent;
+    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent + calculator.populations[i]->sight.bytes;
     tail.particles = densities[i].particles;
     std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
     tail.exchange_s = static_cast<float>(times.exchange);
@@ -106,7 +106,10 @@ void end(Parts& p) {
   tail.frame = talk.frame;
   tail.times = p.rank.watch.last();
   tail.drawings = drawings_of(std::move(p.painter.drawing), talk.rank(), talk.calculates());
-  for (const auto& here : p.calculator.populations) tail.exchanged_bytes += here->tally.bytes_sent;
+  for (const auto& here : p.calculator.populations) {
+    tail.exchanged_bytes += here->tally.bytes_sent + here->sight.bytes;
+    tail.moved += here->sight.moved_out;
+  }
   p.calculator.tails.clear();
   if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);
   talk.work("spans", [&] { p.rank.watch.write_spans(); });

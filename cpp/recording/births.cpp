@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <stdexcept>
 
@@ -13,6 +12,7 @@ using actions::Distribution;
 using particles::Store;
 
 constexpr double kMostAtOnce = 4.0e9;
+constexpr double kMostAtAll = 1e300;  // so that sums stay finite
 
 void check_attribute(int attribute, const particles::Schema& schema) {
   if (attribute >= 0 && attribute < schema.size()) return;
@@ -111,13 +111,17 @@ void spread_along(const shapes::Shape& before, particles::Key key, const Moment&
                             {moment.dt, 0, particles::birth_jitter, key, 0, &draws});
 }
 
-// The number of particles that a source has emitted until time t. rate * t is rounded, and so are t and the step whose
-// multiple it is: a product that is an integer up to this rounding counts as that integer.
-double emitted_until(double rate, double t) {
-  constexpr double kRounding = 8 * std::numeric_limits<double>::epsilon();
-  const double exact = rate * t;
-  const double whole = std::nearbyint(exact);
-  return std::fabs(exact - whole) <= kRounding * exact ? whole : std::floor(exact);
+// A rate that changes within the frame, as its integral.
+void check_until(const Birth& birth) {
+  const auto refuse = [](const std::string& what) { throw std::invalid_argument("rate must be " + what); };
+  const auto wrong = [](double value) { return !(value >= 0 && value <= kMostAtAll); };
+  if (wrong(birth.scale) || std::any_of(birth.until.begin(), birth.until.end(), wrong)) {
+    refuse("of an integral in 0..1e300");
+  }
+  const auto too_many = [](double before, double after) { return after - before > kMostAtOnce; };
+  if (std::adjacent_find(birth.until.begin(), birth.until.end(), too_many) != birth.until.end()) {
+    refuse("at most 4000000000 particles per step");
+  }
 }
 
 }  // namespace
@@ -131,12 +135,9 @@ void check(const Birth& birth, const particles::Schema& schema) {
   if (birth.kind == Birth::Kind::source && !(birth.rate >= 0 && birth.rate <= 1e12)) {
     throw std::invalid_argument("rate must be 0..1e12 particles per second, got " + std::to_string(birth.rate));
   }
-  const auto too_many = [](std::uint64_t count) { return static_cast<double>(count) > kMostAtOnce; };
-  if (std::any_of(birth.counts.begin(), birth.counts.end(), too_many)) {
-    throw std::invalid_argument("rate must be at most 4000000000 particles per step");
-  }
+  check_until(birth);
   check_way(birth);
-  if (too_many(birth.amount)) {
+  if (static_cast<double>(birth.amount) > kMostAtOnce) {
     throw std::invalid_argument("count must be 0..4000000000, got " + std::to_string(birth.amount));
   }
   for (const Given& given : birth.state) check_distribution(given, schema);
@@ -169,13 +170,6 @@ std::vector<std::uint64_t> meshes_of(const Birth& birth) {
   for (const shapes::Shape& shape : birth.before) add(shape);
   for (const Given& given : birth.state) add(given.distribution.shape);
   return keys;
-}
-
-std::uint64_t births_between(const Birth& birth, double from, double to, int substep) {
-  if (birth.kind != Birth::Kind::source) return birth.amount;
-  const auto step = static_cast<std::size_t>(substep);
-  if (!birth.counts.empty()) return step < birth.counts.size() ? birth.counts[step] : 0;
-  return static_cast<std::uint64_t>(emitted_until(birth.rate, to) - emitted_until(birth.rate, from));
 }
 
 Store make(const Birth& birth, const particles::Schema& schema, particles::Key key, std::uint64_t first_id,

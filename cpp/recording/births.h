@@ -1,4 +1,4 @@
-// Births as the script recorded them (paper 3.2.1), and how many particles they create.
+// Births as the script recorded them (paper 3.2.1), and the particles that they create.
 #pragma once
 
 #include <cstdint>
@@ -46,10 +46,14 @@ struct Birth {
   shapes::Shape shape;           // source, burst: where
   std::vector<shapes::Shape> before;  // source: where the shape was when the frame began; none: it does not move
   double rate = 0;               // source: particles per second
-  std::vector<std::uint64_t> counts;  // source: particles of each sub-step, where they follow from no constant rate
-  std::uint64_t amount = 0;      // burst, emit: particles
-  bool jitter = false;           // source: spread over the step
-  std::vector<Given> state;      // the source state (API: System.configure) when the call was recorded
+  // source, where the rate changes within the frame: particles since some fixed time, at the start of the frame and at
+  // the end of each sub-step; its rate is then 0
+  std::vector<double> until;
+  double scale = 0;  // source: particles; what these were rounded like, where that is more than they are
+  std::uint64_t source = 0;  // source: tells a system's sources apart (recording/source_total.h)
+  std::uint64_t amount = 0;  // burst, emit: particles
+  bool jitter = false;  // source: spread over the step
+  std::vector<Given> state;  // the source state (API: System.configure) when the call was recorded
   std::vector<Emitted> columns;  // emit: the arrays, each of `amount` particles
 
   bool operator==(const Birth&) const = default;
@@ -57,8 +61,8 @@ struct Birth {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Birth& birth) {
-  visit(birth.kind, birth.shape, birth.before, birth.rate, birth.counts, birth.amount, birth.jitter, birth.state,
-        birth.columns);
+  visit(birth.kind, birth.shape, birth.before, birth.rate, birth.until, birth.scale, birth.source, birth.amount,
+        birth.jitter, birth.state, birth.columns);
 }
 
 /// The (sub)step in which particles are born.
@@ -68,7 +72,7 @@ struct Moment {
       : dt(seconds), start(static_cast<float>(substep) / static_cast<float>(substeps)),
         end(static_cast<float>(substep + 1) / static_cast<float>(substeps)) {}
 
-  float dt;                  // its length, seconds
+  float dt;  // its length, seconds
   float start = 0, end = 1;  // which part of the frame it is: for shapes that move
 
   bool operator==(const Moment&) const = default;
@@ -87,11 +91,6 @@ void check(const Birth& birth, const particles::Schema& schema);
 
 /// The meshes that its shapes are made of.
 std::vector<std::uint64_t> meshes_of(const Birth& birth);
-
-/// How many particles the call creates in the step from time `from` to time `to` (seconds since the run's start): a
-/// source floor(rate to) - floor(rate from), where a product that is an integer up to rounding counts as that integer,
-/// or as many as it says of this sub-step; a burst, vertex or emit the number that it was given.
-std::uint64_t births_between(const Birth& birth, double from, double to, int substep = 0);
 
 /// Creates particles first_id .. first_id + count - 1 of the call: they depend only on the arguments, so any rank may
 /// create them. moment: of the step, for jitter and shapes that move. keeps_copies: the system uses the *_b attributes,

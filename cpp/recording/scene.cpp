@@ -38,7 +38,7 @@ Record sample() {
   birth.state = {{particles::velocity, {}}};
   birth.columns = {{particles::position, {0, 0, 0}}};
   birth.before = {{}};
-  birth.counts = {0};
+  birth.until = {0};
   const actions::Action action{actions::Kind::set, {0}, {both}, step, 0, {step}};
   Spawn spawn;
   spawn.state = birth.state;

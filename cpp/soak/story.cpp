@@ -107,7 +107,7 @@ void record(engine::Engine& engine, const Story& story, std::uint64_t frame) {
   spawn.into = 1;
   spawn.on = recording::Spawn::On::collision;
   spawn.count = 2;
-  engine.record(0, falling(30));
+  engine.record(0, falling(30 + 0.45 * static_cast<double>(frame % 3)));  // fractions of particles go on, too
   if (story.reads && frame % 2 == 0) engine.digest();
   engine.record(0, spawn);
   engine.record(0, Action{Kind::gravity, {0, -9.81, 0}, {}});

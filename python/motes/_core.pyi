@@ -151,7 +151,9 @@ class Birth:
         jitter: bool,
         state: collections.abc.Sequence[tuple[int, Distribution]],
         before: Shape | None = None,
-        counts: collections.abc.Sequence[int] = [],
+        until: collections.abc.Sequence[float] = [],
+        scale: float = 0.0,
+        source: int = 0,
     ) -> Birth: ...
 
 class Spawn:

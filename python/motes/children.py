@@ -9,7 +9,7 @@ from ._run import script_lines
 from .actions.base import Where
 from .conditions import Columns, as_condition, condition_of
 from .errors import ArgumentError
-from .expressions import column
+from .expressions import column, floor
 from .values import says_near_names
 
 if TYPE_CHECKING:
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
 __all__ = ["Children"]
 
 EVENTS = ("birth", "death", "collision", "frame")
+ROUNDING = 2**-10  # of a trail's interval: what passes as one frame ends and the next begins passes once
 
 
 class Children:
@@ -59,8 +60,8 @@ class Children:
         once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
         """
         every = arguments.number("every", every, low=1e-6, high=1e6)
-        dt = self.world.dt
-        passing = (column("age") + dt / 2) % every < dt
+        passed, half = column("age") / every + ROUNDING, self.world.dt / 2 / every
+        passing = floor(passed + half) > floor(passed - half)
         chosen = passing if where is None else passing & as_condition("where", where)
         self._spawn("trail", into, "frame", count, inherit_velocity, chosen)
 

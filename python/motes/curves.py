@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_right
+from itertools import pairwise
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -13,10 +14,9 @@ from . import arguments
 from .errors import ArgumentError
 from .values import Moving, Value, value
 
-__all__ = ["Curve", "Number", "Vector", "emitted", "moving_part"]
+__all__ = ["Curve", "Number", "Vector", "integrals", "moving_part"]
 
 MOST_AT_ONCE = 4_000_000_000
-ROUNDING = 8 * 2.0**-52
 Key = float | tuple[float, float, float]
 
 
@@ -119,26 +119,22 @@ def _number(given: ArrayLike) -> Key:
     return arguments.triple("keys", given)
 
 
-def emitted(rate: Curve, frame: int, dt: float, substeps: int) -> list[int]:
-    """Return how many particles a source of this rate emits in each sub-step of a frame.
+def integrals(rate: Curve, frame: int, dt: float, substeps: int) -> tuple[list[float], float]:
+    """Return the integral of a rate until a frame's start and until the end of each sub-step, in particles.
 
-    With I the integral of the rate from 0 on, floor(I(end)) - floor(I(start)); an integral that is a whole
-    number up to rounding counts as that number, as for constant rates.
+    They count from 0 s or from the first key, whichever is earlier, so none is negative. The second value
+    is the number that they are rounded like: times are rounded, too, so where a rate sets in late the
+    integral is small, but no more exact than one that began at 0 s.
     """
-    if any(isinstance(v, tuple) or not 0 <= v <= 1e12 for _, v in rate.keys):
+    numbers = [v for _, v in rate.keys if isinstance(v, float) and 0 <= v <= 1e12]
+    if len(numbers) < len(rate.keys):
         raise ArgumentError("rate", rate, "particles per second, in 0..1e12, at all times")
+    begin = min(0.0, rate.times[0])
     ends = [(frame + substep / substeps) * dt for substep in range(substeps + 1)]
-    until = [_whole(rate.integral(0, end), rate.integral(min(0.0, rate.times[0]), end)) for end in ends]
-    counts = [max(0, b - a) for a, b in zip(until[:-1], until[1:], strict=True)]
-    if max(counts) > MOST_AT_ONCE:
+    until = [max(0.0, rate.integral(begin, end)) for end in ends]
+    if max(after - before for before, after in pairwise(until)) > MOST_AT_ONCE:
         raise ArgumentError("rate", rate, f"at most {MOST_AT_ONCE} particles in a step")
-    return counts
-
-
-def _whole(integral: float, size: float) -> int:
-    """Return the whole part; `size`: of the sums that it is the difference of."""
-    near = round(integral)
-    return near if abs(integral - near) <= ROUNDING * max(size, integral) else math.floor(integral)
+    return until, max(numbers) * (ends[-1] - begin)
 
 
 def moving_part(given: Any) -> tuple[float, ...]:

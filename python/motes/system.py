@@ -17,7 +17,7 @@ from .actions.base import Where
 from .actions.recorder import Recorder
 from .children import Children
 from .conditions import condition_of
-from .curves import Curve, emitted, moving_part
+from .curves import Curve, integrals, moving_part
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
 from .fabrics import Fabrics
@@ -142,10 +142,20 @@ class System(Recorder, Children, Fabrics, Sums):
         rate: float | Curve,
         jitter: bool = False,
         moving_from: Shape | ArrayLike | None = None,
+        *,
+        key: str | int | None = None,
     ) -> None:
-        """Emit `rate` particles per second in `shape`: frame k emits floor(rate t(k+1)) - floor(rate t(k)).
+        """Emit `rate` particles per second in `shape`.
 
-        A rate that is a curve is integrated: with I its integral since 0, floor(I(t(k+1))) - floor(I(t(k))).
+        The rate may be another one in each frame, and a curve is integrated: at each frame's end the source
+        has emitted floor(S) particles, where S is the sum of rate times `dt` over the frames that called it.
+        No fraction is lost, also while the rate is 0 or the source is not called. With sub-steps, this holds
+        at the end of each.
+
+        `key` says which source this is, so whose fraction goes on: a text or an integer. Calls of a system
+        with the same key are the same source. Without one, it is the line of the script that calls; of
+        several calls of a line (or key) in a frame, the first one, the second one and so on are sources of
+        their own. Where emitters of a loop come and go, give each a key.
 
         `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it.
 
@@ -158,14 +168,15 @@ class System(Recorder, Children, Fabrics, Sums):
         before = None if moving_from is None else as_shape("moving_from", moving_from)
         if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
             raise ArgumentError("moving_from", before, f"a {type(where).__name__}, as shape is, and no Union")
-        world, counts, given = self.world, [], 0.0
+        world, given, until, scale = self.world, 0.0, list[float](), 0.0
         if isinstance(rate, Curve):
-            counts = emitted(rate, world.frame, world.dt, world._settings.substeps)
+            until, scale = integrals(rate, world.frame, world.dt, world._settings.substeps)
         else:
             given = arguments.number("rate", rate, low=0, high=1e12)
         flag = arguments.flag("jitter", jitter)
         start = None if before is None else before.core
-        birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, counts)
+        number = script_lines.number_of(script_lines.running_line(1) if key is None else _key(key))
+        birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, until, scale, number)
         self._record_birth("source", birth)
 
     @says_near_names
@@ -477,6 +488,13 @@ class System(Recorder, Children, Fabrics, Sums):
     def __repr__(self) -> str:
         """Show name and size."""
         return f"<System {self.name!r}, {self.count} particles>"
+
+
+def _key(given: str | int) -> str:
+    """Return a text for what a script calls a source by; no line of a script is written like it."""
+    if isinstance(given, bool) or not isinstance(given, (str, int, np.integer)):
+        raise ArgumentError("key", given, "a text or an integer")
+    return repr(given if isinstance(given, str) else int(given))
 
 
 def _name_of(function: object) -> str:

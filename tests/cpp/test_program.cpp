@@ -250,25 +250,6 @@ TEST(program_of_nothing_does_nothing) {
   CHECK(outcome.dead.empty() && outcome.left.empty());
 }
 
-TEST(births_between_sum_up) {
-  Birth source;
-  source.kind = Birth::Kind::source;
-  for (const double rate : {0.0, 0.3, 23.7, 24.0, 1000.0 / 3, 1e9}) {
-    source.rate = rate;
-    const double dt = 1.0 / 24;
-    std::uint64_t sum = 0;
-    for (int frame = 0; frame < 240; ++frame) {
-      const std::uint64_t here = births_between(source, frame * dt, (frame + 1) * dt);
-      CHECK(std::fabs(static_cast<double>(here) - rate * dt) <= 1);
-      sum += here;
-    }
-    CHECK(sum == static_cast<std::uint64_t>(std::floor(rate * (240 * dt))));
-  }
-  Birth burst;
-  burst.amount = 9;
-  CHECK(births_between(burst, 0, 1) == 9 && births_between(burst, 5, 5) == 9);
-}
-
 TEST(births_depend_on_their_numbers_alone) {
   Birth birth;
   birth.shape = ball(2);
@@ -341,17 +322,17 @@ TEST(system_counts_births_and_drops_those_above_the_capacity) {
   source.kind = Birth::Kind::source;
   source.rate = 100;
   system.list = {gravity(), burst, move(), source};
-  system.count_births(0, 0.1, 2);
+  system.count_births(0.1, 2);
   const std::vector<engine::BirthGroup> groups = system.groups;
   CHECK(groups.size() == 3);
   CHECK(groups[0].entry == 1 && groups[0].substep == 0 && groups[0].first_id == 0 && groups[0].count == 10);
   CHECK(groups[1].entry == 2 && groups[1].substep == 0 && groups[1].first_id == 10 && groups[1].count == 5);
   CHECK(groups[2].entry == 2 && groups[2].substep == 1 && groups[2].first_id == 15 && groups[2].count == 5);
   system.mark_run();
-  system.count_births(0, 0.1, 2);
+  system.count_births(0.1, 2);
   CHECK(!system.pending() && system.groups.empty());
   system.list.emplace_back(burst);
-  system.count_births(0, 0.1, 2);
+  system.count_births(0.1, 2);
   CHECK(system.groups.front().count == 5 && system.counts.dropped == 5 && system.counts.born == 25);
 }
 

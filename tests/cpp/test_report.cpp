@@ -34,6 +34,7 @@ Report rich_report() {
   report.tail.frame = 6;
   report.tail.times.act = 0.125;
   report.tail.exchanged_bytes = 100;
+  report.tail.moved = 7;
   report.tail.drawings.tiles = {{3, {10, 20}, 7, 0.5f}};
   report.tail.image_sha256 = "abc";
   return report;
@@ -51,6 +52,7 @@ Report plain_report(std::uint64_t particles, std::uint64_t oldest, std::vector<s
   report.tail.valid = true;
   report.tail.times.act = static_cast<double>(particles);
   report.tail.exchanged_bytes = particles;
+  report.tail.moved = particles;
   report.tail.children.resize(1);
   report.tail.children[0].second = 2 * particles;
   report.tail.drawings.records = 3 * particles;
@@ -100,7 +102,7 @@ TEST(report_survives_its_bytes) {
   CHECK(other.systems[0].events.size() == 1 && other.systems[0].events[0][1].id == 7);
   CHECK(other.flows.size() == 2 && other.flows[1].to == 2 && other.flows[1].count == 7);
   CHECK(other.tail.valid && other.tail.frame == 6 && other.tail.times.act == 0.125);
-  CHECK(other.tail.exchanged_bytes == 100 && other.tail.image_sha256 == "abc");
+  CHECK(other.tail.exchanged_bytes == 100 && other.tail.moved == 7 && other.tail.image_sha256 == "abc");
   CHECK(other.tail.drawings.tiles.size() == 1 &&
         other.tail.drawings.tiles[0].counts == report.tail.drawings.tiles[0].counts);
   CHECK(other.tail.drawings.tiles[0].rank == 7 && other.tail.drawings.tiles[0].seconds == 0.5f);
@@ -120,7 +122,7 @@ TEST(joined_reports_are_sums) {
   std::vector<std::uint64_t> parents;
   for (const recording::Event& event : all.systems[0].events[0]) parents.push_back(event.id);
   CHECK(parents == std::vector<std::uint64_t>({1, 4, 6, 9, 12}));
-  CHECK(all.tail.times.act == 10 && all.tail.exchanged_bytes == 13);
+  CHECK(all.tail.times.act == 10 && all.tail.exchanged_bytes == 13 && all.tail.moved == 13);
   CHECK(all.tail.children.size() == 1 && all.tail.children[0].second == 2 * 13);
   const Drawings& drawings = all.tail.drawings;
   CHECK(drawings.records == 3 * 13 && drawings.sent == 4 * 13 && drawings.bytes == 5 * 13);

@@ -99,7 +99,8 @@ void run(const Record& record) {
       if (const auto* action = std::get_if<actions::Action>(&item)) actions.push_back(*action);
       const auto* birth = std::get_if<Birth>(&item);
       if (birth == nullptr) continue;
-      const std::uint64_t count = std::min<std::uint64_t>(births_between(*birth, 0, record.dt), 40);
+      recording::SourceTotal total;
+      const std::uint64_t count = std::min<std::uint64_t>(births_in_step(*birth, record.dt, 0, 1, &total), 40);
       const particles::Store newborn = make(*birth, schema, key, 0, count, static_cast<float>(record.dt), true);
       CHECK(newborn.size() == count);
       CHECK(count == 0 || newborn.plane(particles::position, 0) != nullptr);

@@ -52,7 +52,7 @@ void set_dead_aside(const Rank& rank, Population& here) {
 
 void run_and_arrange(Rank& rank, Script& script, const Calculator& calculator, std::size_t index) {
   System& system = *script.systems[index];
-  system.count_births(rank.talk.frame, rank.settings.dt, rank.settings.substeps);
+  system.count_births(rank.settings.dt, rank.settings.substeps);
   fit(rank, script, index);
   if (!rank.talk.calculates()) return;
   Population& here = *calculator.populations[index];
@@ -86,6 +86,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
   System& system = *script.systems[index];
   Population& here = *calculator.populations[index];
   const Counts counts = system.counts;
+  const std::vector<recording::SourceTotal> sources = system.sources;
   const domains::Domains domains = system.domains;
   const bool waits_for_fit = system.waits_for_fit;
   const BirthHistory history = system.history;
@@ -100,6 +101,7 @@ void run_preview(Rank& rank, Script& script, const Calculator& calculator, std::
     here.outcome = outcome;
     here.tally = tally;
     system.counts = counts;
+    system.sources = sources;
     script.divide(index, domains);
     for (const std::size_t i : script.sharing(index)) script.systems[i]->waits_for_fit = waits_for_fit;
     system.history = history;

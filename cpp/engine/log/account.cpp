@@ -36,7 +36,6 @@ void Account::note_round(const Script& script, const Round& round, const Judged&
     row_.frame = script.record.frame;
     row_.time = static_cast<double>(script.record.frame + 1) * script.record.dt;
     row_.load.reserve(script.systems.size() * cast.calculators.size());
-    row_.dropped = judged.dropped;
   }
   for (std::size_t i = round.first; i < round.last; ++i) {
     row_.particles += round.verdict.alive[i];
@@ -77,8 +76,9 @@ void Account::note_children(std::size_t system, int calculator, std::uint64_t co
   row_.particles += count;
 }
 
-void Account::close_row(const roles::Cast& cast, bool digest) {
+void Account::close_row(const Script& script, const roles::Cast& cast, bool digest) {
   note_imbalance(cast);
+  for (const auto& system : script.systems) row_.dropped += system->counts.dropped;
   row_.systems = row_.digests.size();
   if (!digest) row_.digests.clear();
   open_row_ = std::exchange(row_, {});
@@ -102,6 +102,7 @@ void Account::note_tail(const Tail& tail) {
   if (row.has_tail) {
     row.times = tail.times;
     row.image_sha256 = tail.image_sha256;
+    row.exchanged += tail.moved;
     row.exchanged_bytes = tail.exchanged_bytes;
     note_drawings(tail.drawings, row);
     for (std::size_t i = 0; i < row.digests.size() && i < tail.children.size(); ++i) row.digests[i] += tail.children[i];
@@ -120,6 +121,8 @@ void Account::note_tails(const std::vector<CalculatorTail>& tails, const roles::
     const auto place = static_cast<std::size_t>(tree.row_of(static_cast<int>(i % calculators)));
     const CalculatorTail& of = tails[place * row.systems + i / calculators];
     LoadRow& load = row.load[i];
+    load.tally.sent += of.sight.moved_out;
+    load.tally.received += of.sight.moved_in;
     load.tally.bytes_sent = of.bytes_sent;
     load.density.particles = of.particles;
     std::copy(std::begin(of.quantiles), std::end(of.quantiles), load.density.quantiles);

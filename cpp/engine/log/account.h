@@ -28,8 +28,8 @@ class Account {
                   const roles::Tree& tree);
   /// Children that a calculator gets at the frame's end.
   void note_children(std::size_t system, int calculator, std::uint64_t count);
-  /// All rounds are judged: the row is complete, but for what ranks tell later.
-  void close_row(const roles::Cast& cast, bool digest);
+  /// All rounds are judged and children have their numbers: the row is complete, but for what ranks tell later.
+  void close_row(const Script& script, const roles::Cast& cast, bool digest);
 
   /// What ranks did after their last report: the last row is known now, but for what its calculators tell the log.
   void note_tail(const Tail& tail);

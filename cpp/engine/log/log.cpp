@@ -47,16 +47,14 @@ jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string&
   const Tally& tally = load.tally;
   row.field("n_start", tally.at_start).field("n_end", load.n_end);
   row.field("created", tally.created + load.children).field("killed", tally.killed);
-  const Sight& sight = load.sight;
-  row.field("sent", tally.sent + sight.moved_out).field("received", tally.received + sight.moved_in);
-  row.field("bytes_sent", tally.bytes_sent + sight.bytes);
+  row.field("sent", tally.sent).field("received", tally.received).field("bytes_sent", tally.bytes_sent);
   row.field("t_compute_s", seconds(tally.compute_s)).field("t_rescaled_s", seconds(load.rescaled_s));
   row.field("t_exchange_s", seconds(load.exchange_s))
       .field("t_wait_s", seconds(load.wait_s))
       .field("t_image_s", seconds(load.image_s));
   put_domain(load, row);
   row.field("speed", static_cast<float>(load.speed));
-  if (sight.meetings > 0) {
+  if (const Sight& sight = load.sight; sight.meetings > 0) {
     row.field("meetings", std::uint64_t{sight.meetings}).field("pairs", sight.pairs).field("copies", sight.copies);
     row.field("copied_bytes", sight.bytes).field("most_in_a_cell", std::uint64_t{sight.most_in_a_cell});
     row.field("overlap_99", sight.overlap_99).field("hops", std::uint64_t{sight.hops});

@@ -71,7 +71,8 @@ SharedState shared_state(const Parts& parts) {
   for (const auto& system : script.systems) {
     const recording::SystemDefinition& definition = system->definition;
     state.systems.push_back({definition.name, definition.capacity, definition.attributes, system->counts,
-                             system->keeps_copies, system->history, definition.axes, system->domains.tree()});
+                             system->sources, system->keeps_copies, system->history, definition.axes,
+                             system->domains.tree()});
   }
   if (parts.rank.talk.manages()) {
     for (const Balancing& system : parts.manager.systems) state.manager.evaluations.push_back(system.evaluations);
@@ -142,6 +143,7 @@ void restore_state(Parts& parts, const SharedState& state, const std::vector<Sam
     System& system = *script.systems[i];
     const SharedSystem& then = state.systems[i];
     system.counts = then.counts;
+    system.sources = then.sources;
     system.keeps_copies = then.keeps_copies;
     system.history = then.history;
     if (system.definition.domains_of < 0 && then.counts.born > 0) {

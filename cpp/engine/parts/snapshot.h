@@ -21,6 +21,7 @@ struct SharedSystem {
   std::uint64_t capacity = 0;
   std::vector<recording::UserAttribute> attributes;
   Counts counts;
+  std::vector<recording::SourceTotal> sources;
   bool keeps_copies = false;
   BirthHistory history;
   domains::Axes axes;
@@ -29,8 +30,8 @@ struct SharedSystem {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, SharedSystem& system) {
-  visit(system.name, system.capacity, system.attributes, system.counts, system.keeps_copies, system.history,
-        system.axes, system.cuts);
+  visit(system.name, system.capacity, system.attributes, system.counts, system.sources, system.keeps_copies,
+        system.history, system.axes, system.cuts);
 }
 
 /// What the manager alone knows, and goes on with where it is still there: balancing in its turn, no warning twice.

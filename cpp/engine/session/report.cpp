@@ -74,6 +74,7 @@ void join(Tail& into, Tail&& other) {
   }
   join(into.times, other.times);
   into.exchanged_bytes += other.exchanged_bytes;
+  into.moved += other.moved;
   into.children.resize(std::max(into.children.size(), other.children.size()));
   for (std::size_t i = 0; i < other.children.size(); ++i) into.children[i] += other.children[i];
   join(into.drawings, std::move(other.drawings));

@@ -230,7 +230,8 @@ struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
-  std::uint64_t exchanged_bytes = 0;
+  std::uint64_t exchanged_bytes = 0;  // also in meetings
+  std::uint64_t moved = 0;           // particles that changed their calculator in meetings
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   Drawings drawings;
   std::string image_sha256;
@@ -238,12 +239,13 @@ struct Tail {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Tail& tail) {
-  visit(tail.valid, tail.frame, tail.times, tail.exchanged_bytes, tail.children, tail.drawings, tail.image_sha256);
+  visit(tail.valid, tail.frame, tail.times, tail.exchanged_bytes, tail.moved, tail.children, tail.drawings,
+        tail.image_sha256);
 }
 
 /// One system on one calculator: what only the log needs, and no earlier than a turn later.
 struct CalculatorTail {
-  std::uint64_t bytes_sent = 0;  // exchange
+  std::uint64_t bytes_sent = 0;  // exchange and meetings
   std::uint64_t particles = 0;   // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;

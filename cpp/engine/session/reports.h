@@ -36,7 +36,6 @@ struct Loads {
 struct Judged {
   Tail tail;
   Loads loads;
-  std::uint64_t dropped = 0;  // births so far in this frame
   std::vector<Strain> strains;  // of the round's systems
 };
 

@@ -28,6 +28,14 @@ std::vector<std::uint32_t> by_id(const Store& store) {
   return order;
 }
 
+// Rates may change from frame to frame, and what particles are does not depend on them.
+Birth without_rate(Birth birth) {
+  birth.rate = birth.scale = 0;
+  birth.until.clear();
+  birth.source = 0;
+  return birth;
+}
+
 // The *_b values of particle `from` of newborn ones for particle `to` of the living.
 void copy_over(const Store& newborn, std::size_t from, Store& living, std::size_t to) {
   for (const auto& [copy, original] : particles::kCopies) {
@@ -53,12 +61,8 @@ std::uint64_t BirthHistory::number_of(const Birth& birth, const Moment& moment) 
 }
 
 void BirthHistory::add(const Birth& birth, std::uint64_t first_id, std::uint64_t count, const Moment& moment) {
-  if (!birth.counts.empty()) {  // they change from frame to frame, and what particles are does not depend on them
-    Birth same = birth;
-    same.counts.clear();
-    return add(same, first_id, count, moment);
-  }
-  const std::uint64_t call = number_of(birth, moment);
+  const bool emits = birth.kind == Birth::Kind::source;
+  const std::uint64_t call = emits ? number_of(without_rate(birth), moment) : number_of(birth, moment);
   if (!stretches_.empty()) {
     Stretch& last = stretches_.back();
     if (last.call == call && last.first_id + last.count == first_id) {

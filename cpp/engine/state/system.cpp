@@ -21,17 +21,16 @@ System::System(recording::SystemDefinition given, std::uint64_t seed, std::uint3
   waits_for_fit = space.kind == domains::Space::Kind::fit && !definition.axes.by_id();
 }
 
-void System::count_births(std::uint64_t frame, double dt, int substeps) {
+void System::count_births(double dt, int substeps) {
   groups.clear();
+  const std::vector<recording::SourceTotal*> totals = recording::totals_of(list, sources);
   for (int substep = 0; substep < substeps; ++substep) {
-    const double from = (static_cast<double>(frame) + static_cast<double>(substep) / substeps) * dt;
-    const double to = (static_cast<double>(frame) + static_cast<double>(substep + 1) / substeps) * dt;
     std::size_t entry = 0;
     for (std::size_t i = run_items; i < list.size(); ++i) {
       if (std::holds_alternative<actions::Action>(list[i])) ++entry;
       const auto* birth = std::get_if<Birth>(&list[i]);
       if (birth == nullptr || (substep > 0 && birth->kind != Birth::Kind::source)) continue;
-      const std::uint64_t wanted = recording::births_between(*birth, from, to, substep);
+      const std::uint64_t wanted = recording::births_in_step(*birth, dt, substep, substeps, totals[i]);
       const std::uint64_t taken = counts.alive_at_start + counts.born - counts.born_at_start;
       const std::uint64_t room = room_of(taken);
       const std::uint64_t count = std::min(wanted, room);
@@ -45,15 +44,15 @@ void System::count_births(std::uint64_t frame, double dt, int substeps) {
   }
 }
 
-std::pair<std::uint64_t, std::uint64_t> System::next_birth(std::uint64_t frame, double dt, int substeps) const {
-  const double from = static_cast<double>(frame) * dt;
-  const double to = (static_cast<double>(frame) + 1.0 / substeps) * dt;
+std::pair<std::uint64_t, std::uint64_t> System::next_birth(double dt, int substeps) const {
+  std::vector<recording::SourceTotal> after = sources;
+  const std::vector<recording::SourceTotal*> totals = recording::totals_of(list, after);
   std::uint64_t born = 0;
   std::uint64_t room = room_of(counts.alive_at_start + counts.born - counts.born_at_start);
   for (std::size_t i = run_items; i < list.size(); ++i) {
     const auto* birth = std::get_if<Birth>(&list[i]);
     if (birth == nullptr) continue;
-    const std::uint64_t count = std::min(recording::births_between(*birth, from, to), room);
+    const std::uint64_t count = std::min(recording::births_in_step(*birth, dt, 0, substeps, totals[i]), room);
     born += count;
     room -= count;
   }

@@ -14,6 +14,7 @@
 #include "particles/schema.h"
 #include "program/program.h"
 #include "recording/record.h"
+#include "recording/source_total.h"
 
 namespace motes::engine {
 
@@ -56,10 +57,10 @@ class System {
 
   /// Counts the births of the items recorded since the last run and numbers them: in time order, then list order.
   /// Births beyond the capacity are dropped and counted. The result stands in `groups`, in the order of ids.
-  void count_births(std::uint64_t frame, double dt, int substeps);
+  void count_births(double dt, int substeps);
 
   /// The id of the first particle that a burst or emit would make here, and how many the capacity has room for then.
-  std::pair<std::uint64_t, std::uint64_t> next_birth(std::uint64_t frame, double dt, int substeps) const;
+  std::pair<std::uint64_t, std::uint64_t> next_birth(double dt, int substeps) const;
 
   /// Makes `count` of a group's particles, from its number `first` on.
   particles::Store make(const BirthGroup& group, std::uint64_t first, std::uint64_t count, double dt,
@@ -102,6 +103,7 @@ class System {
   BirthHistory history;  // until copies are kept
   bool asks_oldest = false;  // the history has grown: reports say which ids still live
   Counts counts;
+  std::vector<recording::SourceTotal> sources;  // what each was asked for so far
   particles::Digest digest;  // of all particles, as last agreed
 
   std::vector<recording::Item> list;  // this frame's

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import os
 import re
 import site
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
+from functools import lru_cache
 from itertools import islice, pairwise
 from pathlib import Path
 from types import CodeType
@@ -15,7 +17,7 @@ from typing import TypeAlias
 
 from ..errors import RankError
 
-__all__ = ["Line", "located", "rank_error", "running_line"]
+__all__ = ["Line", "located", "number_of", "rank_error", "running_line"]
 
 _PACKAGE = str(Path(__file__).resolve().parents[1])
 _LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
@@ -113,6 +115,13 @@ def running_line(depth: int) -> Line:
         else:
             frame = frame.f_back
     return frame.f_code, frame.f_lasti
+
+
+@lru_cache(maxsize=4096)
+def number_of(place: Line | str) -> int:
+    """Return 64 bits that stand for a line of the script, or for a text: the same ones in each process."""
+    text = (place if isinstance(place, str) else _shown(place)).encode(errors="surrogatepass")
+    return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")
 
 
 def _shown(line: Line) -> str:

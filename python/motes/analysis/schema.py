@@ -59,9 +59,9 @@ FRAMES = Table(
         + """
         time float s time in the animation at the frame's end
         particles int - particles of all systems after the exchange
-        exchanged int - particles that went to another calculator
-        exchanged_bytes int B what they weighed in messages
-        dropped int - births above the capacity, since the start
+        exchanged int - particles that went to another calculator, in meetings too: the sum of sent
+        exchanged_bytes int B what these, and copies for meetings, weighed in messages: the sum of bytes_sent
+        dropped int - births above the capacity, children included, since the start
         imbalance float - slowest calculator's compute seconds over their mean; 1 is perfect
         slowest_rank int - that calculator's rank
         t_frame_s float s wall-clock time of the frame, the script's own part included
@@ -98,7 +98,7 @@ LOAD = Table(
         killed int - removed
         sent int - went to another calculator
         received int - came from another calculator
-        bytes_sent int B what was sent weighed
+        bytes_sent int B what was sent weighed, copies for meetings included
         t_compute_s float s from the first action to the last, by the run's clock
         t_rescaled_s float s the same in proportion to the particles after the exchange (paper 3.2.4)
         t_exchange_s float s exchange, its waits included; of the rank, the same in each system's row

@@ -4,9 +4,9 @@
 #include <random>
 #include <vector>
 
+#include "base/fields.h"
 #include "check.h"
 #include "engine/state/system.h"
-#include "base/fields.h"
 #include "recording/source_total.h"
 
 namespace motes::test_source_total {

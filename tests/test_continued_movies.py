@@ -223,6 +223,7 @@ def test_another_rank_takes_a_film_over(tmp_path):
         other.write(Frame(k, 0.0, None, home=0, rank=1))
         if k == 25:
             other._secure()
+            other._note_secured()
     lost = Movie(tmp_path / "lost.mp4")
     for frame in moving(30):
         lost.write(frame)

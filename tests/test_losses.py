@@ -186,6 +186,19 @@ with motes.World(roles="shared"):
     assert report.endswith("MotesError: rank 2 is lost: its process was killed or has crashed"), result.text
 
 
+def test_a_job_whose_ranks_all_die_where_a_world_starts_has_failed(tmp_path):
+    script = """
+import os
+import motes
+from motes._run import handshake
+handshake._exchange_cards = lambda *_: os.kill(os.getpid(), 9)
+with motes.World(roles="shared"):
+    pass
+"""
+    result = survive(2, script, tmp_path)
+    assert result.code != 0, result.text
+
+
 def test_a_loss_is_survived_only_where_it_was_asked_for(losing_program):
     result = command(starting.command(4, [str(losing_program), "receive", "2", "0.2"]), timeout=60)
     assert result.code == 137, result.text

@@ -1,4 +1,4 @@
-"""Rooms of the C++ core: each folder includes only those below it, fits on a screen, and keeps MPI and pybind11 out."""
+"""Rooms of the C++ core: each folder includes only those below it, and keeps MPI and pybind11 out."""
 
 from __future__ import annotations
 

@@ -185,6 +185,26 @@ void on_orders(Engine& engine, py::function call) {
   });
 }
 
+void secure(Engine& engine, std::optional<py::function> first) {
+  std::function<void()> films;
+  if (first) {
+    films = [script = held(std::move(*first))] {
+      const py::gil_scoped_acquire gil;
+      (*script)();
+    };
+  }
+  released([&] { engine.secure(films); });
+}
+
+std::vector<py::bytes> tell(Engine& engine, py::function say) {
+  const auto said = [script = held(std::move(say))] {
+    const py::gil_scoped_acquire gil;
+    return (*script)().cast<std::string>();
+  };
+  const std::vector<std::string> texts = released([&] { return engine.tell(said); });
+  return {texts.begin(), texts.end()};
+}
+
 py::object gather(Engine& engine, int system, bool to_all) {
   const auto store = released([&] { return engine.gather(system, to_all); });
   if (!store) return py::none();
@@ -330,6 +350,10 @@ void bind_facts(py::module_& m) {
   m.def("check_roles", [](const std::tuple<int, int, std::vector<int>>& roles, int size) {
     roles::check({std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}, size);
   });
+  m.def("cast_left", [](const std::tuple<int, int, std::vector<int>>& roles, const std::vector<int>& survivors) {
+    const roles::Cast cast = roles::cast_left({std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}, survivors);
+    return std::make_tuple(cast.manager, cast.image_generator, cast.calculators);
+  });
   m.def("describe_role", [](const std::tuple<int, int, std::vector<int>>& roles, int rank) {
     return roles::Cast{std::get<0>(roles), std::get<1>(roles), std::get<2>(roles)}.describe(rank);
   });
@@ -360,7 +384,8 @@ void bind_engine(py::module_& m) {
       .def("set_sprite", [](Engine& e, int system, const image::Sprite& sprite) { e.system(system).sprite = sprite; })
       .def("start", &Engine::start, Release())
       .def("finish", &Engine::finish, Release())
-      .def("secure", &Engine::secure, Release())
+      .def("secure", &secure, py::arg("first") = py::none())
+      .def("tell", &tell, py::arg("say"))
       .def("run_frame", &Engine::run_frame, py::arg("view"), py::arg("argument") = "", Release())
       .def("redraw", &Engine::redraw, py::arg("view"), py::arg("argument") = "", Release())
       .def("on_orders", &on_orders)

@@ -66,8 +66,13 @@ class Engine {
   void finish();
   /// Collective, between two frames: returns where no rank has failed in the frames so far, also not behind the point
   /// at which all agreed on the last one; with the log's rows of all of them on the disk, which otherwise lag up to two
-  /// frames behind.
-  void secure();
+  /// frames behind. Each rank first does `first`, which brings to the disk what it writes beside the log. Where ranks
+  /// are lost meanwhile, those that are left do it again before they return.
+  void secure(const std::function<void()>& first = {});
+
+  /// Collective, between two frames: what each rank says, by rank, on every rank. `say` is asked again where ranks are
+  /// lost meanwhile, also on a rank that has heard the answers before: these must not depend on which time it was.
+  std::vector<std::string> tell(const std::function<std::string()>& say);
 
   /// Collective. Ends the frame; with a view it has a picture. All ranks agree on `argument`.
   void run_frame(const std::optional<image::View>& view, const std::string& argument = "");
@@ -75,7 +80,7 @@ class Engine {
   void redraw(const image::View& view, const std::string& argument = "");
 
   /// Image generator: what viewers ask for, as text; asked once in each frame, and in hear_orders().
-  void on_orders(std::function<std::string()> orders) { parts_->rank.settings.orders = std::move(orders); }
+  void on_orders(std::function<std::string()> orders);
   /// What it said in the last frame or hear_orders(), the same on all ranks.
   const std::string& orders() const { return parts_->rank.talk.orders; }
   /// Collective, between two frames. Brings orders and signals to all ranks, as a frame does.
@@ -103,7 +108,8 @@ class Engine {
   /// that cannot be, it throws Unrecoverable, the same on all of them. To be called behind start(), on all ranks, where
   /// the communicator survives losses.
   void survive_losses(std::uint64_t every, Bystander bystander);
-  /// Collective, behind restore_rows() on all ranks: copies from here on.
+  /// Collective, behind restore_rows() on all ranks: copies from here on. Throws RankLost where a rank is lost before
+  /// all have theirs.
   void copy_restored();
   /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.talk.unsaved_from = frame; }
@@ -172,13 +178,14 @@ class Engine {
     std::vector<std::unique_ptr<System>> systems;
     std::function<void(const Call&)> callback;
     std::uint64_t unsaved_from = UINT64_MAX;
-    int stop = 0;
+    Announced announced;
     std::string refusal;
   };
 
   void start_now();
   void finish_now();
-  void secure_now();
+  void secure_now(const std::function<void()>& first);
+  std::vector<std::string> tell_now(const std::function<std::string()>& say);
   void run_frame_now(const std::optional<image::View>& view, const std::string& argument);
   void redraw_now(const image::View& view, const std::string& argument);
   void hear_orders_now(const std::string& argument);
@@ -219,7 +226,7 @@ class Engine {
   bool wrote_ = false;  // the script wrote to particles in the frame under way
   bool recovering_ = false;
   std::unique_ptr<Interrupted> interrupted_;
-  std::optional<int> stop_heard_;  // by ranks that have made the call under way before
+  std::optional<Announced> announced_;  // by ranks that have made the call under way before
   Loss loss_;
   double zero_ = 0;  // of timelines
 };

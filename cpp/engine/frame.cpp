@@ -14,6 +14,7 @@
 #include "engine/births/create.h"
 #include "engine/births/spawn.h"
 #include "engine/engine.h"
+#include "engine/session/tell_all.h"
 #include "engine/state/histories.h"
 #include "engine/sums/sums.h"
 
@@ -130,6 +131,15 @@ void ask_all(Parts& p, Verb verb, const std::string& argument) {
   take_tails(p.rank, p.manager);
 }
 
+struct RankText {
+  std::string text;
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, RankText& said) {
+  visit(said.text);
+}
+
 // Rounds and conversations depend on these: ranks that differ must hear of it before they get stuck.
 std::string shared_settings(const Settings& run) {
   std::string shared(base::name_of(run.combine));
@@ -209,13 +219,23 @@ void Engine::start_now() {
   rank.talk.work("spans", [&] { rank.watch.keep_spans(log.directory, rank.talk.rank(), zero_, first); });
 }
 
-void Engine::secure_now() {
+void Engine::secure_now(const std::function<void()>& first) {
+  if (first) parts_->rank.talk.work("movie", first);
   ask_all(*parts_, Verb::start, "log's rows");  // brings the last frame's tails, so its row is complete
   if (parts_->rank.settings.log.directory.empty()) return;
   if (parts_->rank.talk.manages()) {
     parts_->rank.talk.work("log", [&] { parts_->manager.account.secure_rows(); });
   }
   ask_all(*parts_, Verb::start, "log on the disk");  // all know now whether it is
+}
+
+std::vector<std::string> Engine::tell_now(const std::function<std::string()>& say) {
+  RankText own;
+  parts_->rank.talk.work("checkpoint", [&] { own.text = say(); });
+  ask_all(*parts_, Verb::start, "what each rank says");  // who cannot say it ends the run for all
+  std::vector<std::string> texts;
+  for (RankText& said : tell_all(parts_->rank, parts_->rank.talk.stamp(), own)) texts.push_back(std::move(said.text));
+  return texts;
 }
 
 void Engine::finish_now() {

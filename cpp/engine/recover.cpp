@@ -75,6 +75,7 @@ Settings settings_of(Settings settings, const Loss& loss) {
     }
   }
   settings.log.hosts = std::move(hosts);
+  settings.log.openings.push_back(opening_of(settings.log));
   settings.log.lost = listed(loss.lost) + "; " + std::to_string(loss.survivors.size()) + " go on";
   try {
     if (settings.policy) settings.policy->check(loss.now.calculators.size());
@@ -132,8 +133,11 @@ auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) 
   const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
   const auto ended = [&] {
     last_ = {last_.count + 1, frame, std::move(again), before_, lengths()};
-    if (stop_heard_ && frame) parts_->rank.talk.stop = *stop_heard_;
-    stop_heard_.reset();
+    if (announced_) {
+      parts_->rank.talk.stop = announced_->stop;
+      parts_->rank.talk.orders = announced_->orders;
+    }
+    announced_.reset();
   };
   for (bool lost = false;;) {
     try {
@@ -159,8 +163,12 @@ void Engine::finish() {
   surviving([&] { finish_now(); }, false);
 }
 
-void Engine::secure() {
-  surviving([&] { secure_now(); }, false, [this] { secure_now(); });
+void Engine::secure(const std::function<void()>& first) {
+  surviving([&] { secure_now(first); }, false, [this, first] { secure_now(first); });
+}
+
+std::vector<std::string> Engine::tell(const std::function<std::string()>& say) {
+  return surviving([&] { return tell_now(say); }, false, [this, say] { tell_now(say); });
 }
 
 void Engine::run_frame(const std::optional<image::View>& view, const std::string& argument) {
@@ -171,9 +179,15 @@ void Engine::redraw(const image::View& view, const std::string& argument) {
   surviving([&] { redraw_now(view, argument); }, false, [this, view, argument] { redraw_now(view, argument); });
 }
 
-// Not made again: what viewers asked for is no longer known when their rank is lost.
+// While frames run again nobody is asked: what viewers say then is for the frame behind.
+void Engine::on_orders(std::function<std::string()> orders) {
+  parts_->rank.settings.orders = [this, asked = std::move(orders)] {
+    return recovering_ || announced_ ? std::string() : asked();
+  };
+}
+
 void Engine::hear_orders(const std::string& argument) {
-  surviving([&] { hear_orders_now(argument); }, false);
+  surviving([&] { hear_orders_now(argument); }, false, [this, argument] { hear_orders_now(argument); });
 }
 
 std::vector<particles::Digest> Engine::digest() {
@@ -201,7 +215,7 @@ void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
 }
 
 void Engine::copy_restored() {
-  if (copies_.on()) copies_.make(*parts_, true, false);
+  if (copies_.on()) copies_.make(*parts_, true, true);  // there is nothing else to go back to
 }
 
 std::vector<std::size_t> Engine::lengths() const {
@@ -242,7 +256,7 @@ void Engine::regroup() {
     interrupted_->systems = std::move(parts_->script.systems);
     if (frame() > frame_before_) bring_lists_back();
     interrupted_->callback = std::move(parts_->calculator.callback);
-    interrupted_->stop = then.talk.stop;
+    interrupted_->announced = {then.talk.stop, then.talk.orders};
   }
   const std::uint64_t unsaved_from = then.talk.unsaved_from;
   Settings settings = settings_of(then.settings, loss_);
@@ -274,7 +288,7 @@ Standing Engine::standing() const {
   Standing own;
   own.call = last_.count;
   own.frame = frame_before_;
-  own.stop = last_.frame ? interrupted_->stop : 0;
+  own.announced = interrupted_->announced;
   own.unsaved_from = interrupted_->unsaved_from;
   own.wrote = wrote_;
   own.repeatable = last_.count == 0 || last_.frame || last_.again;
@@ -334,11 +348,12 @@ void Engine::run_again(const WayBack& way, bool ahead) {
     done = last_.after;
   }
   record_items(done, before_);
-  stop_heard_.reset();
-  if (ahead && last_.frame) {
-    parts_->rank.talk.stop = interrupted_->stop;
-  } else if (!ahead && way.anyone_ahead) {
-    stop_heard_ = way.stop;
+  announced_.reset();
+  if (ahead) {
+    parts_->rank.talk.stop = interrupted_->announced.stop;
+    parts_->rank.talk.orders = interrupted_->announced.orders;
+  } else if (way.anyone_ahead) {
+    announced_ = way.announced;
   }
 }
 

@@ -11,6 +11,7 @@ namespace motes::soak {
 namespace {
 
 using Death = comm::Simulation::Death;
+constexpr std::string_view kUnstarted = "before the first frame";  // there nobody can go on without a rank
 
 // To whom nothing happens; played once per story.
 const Film& model_of(const Story& story) {
@@ -23,6 +24,7 @@ const Film& model_of(const Story& story) {
 std::string_view compared(const Film& film, const Film& model) {
   if (film.particles != model.particles) return "particles differ from those of an undisturbed run";
   if (film.pictures != model.pictures) return "pictures differ from those of an undisturbed run";
+  if (film.reel != model.reel) return "the film differs from that of an undisturbed run";
   return "";
 }
 
@@ -36,22 +38,32 @@ Death random_death(Random& random, int ranks, std::uint64_t points) {
   }
 }
 
-void lose_ranks(Random& random, const Story& story, const Way& way, Disaster& disaster) {
-  Accidents accidents;
-  accidents.order = random.next();
+// At any moment of the run that it would be without them.
+void draw_deaths(Random& random, const Story& story, const Way& way, std::size_t deaths, bool saves,
+                 Accidents& accidents) {
   Film quiet;
-  const std::uint64_t points = play(story, way, accidents, quiet).points / static_cast<std::uint64_t>(way.ranks) + 1;
-  const std::size_t deaths = 1 + (random.below(2) == 0 ? random.below(3) : 0);
+  Disk disk;
+  const Played played = play(story, way, accidents, quiet, saves ? &disk : nullptr);
+  const std::uint64_t points = played.points / static_cast<std::uint64_t>(way.ranks) + 1;
   for (std::size_t i = 0; i < deaths; ++i) accidents.deaths.push_back(random_death(random, way.ranks, points));
   const bool at_once = deaths > 1 && random.below(2) == 0;
   if (at_once) accidents.deaths[1].point = accidents.deaths[0].point;
+}
+
+void lose_ranks(Random& random, const Story& story, const Way& way, Disaster& disaster) {
+  Accidents accidents;
+  accidents.order = random.next();
+  Disk disk;
+  Disk* const saves = random.below(2) == 0 ? &disk : nullptr;
+  const std::size_t deaths = 1 + (random.below(2) == 0 ? random.below(3) : 0);
+  draw_deaths(random, story, way, deaths, saves != nullptr, accidents);
   Film film;
-  const Played played = play(story, way, accidents, film);
+  const Played played = play(story, way, accidents, film, saves);
   disaster.died = static_cast<int>(played.dead.size());
   disaster.survived = static_cast<int>(played.losses);
   disaster.told = !played.end.empty();
   disaster.broken = played.broken;
-  const bool before = played.end.starts_with("before the first frame");
+  const bool before = played.end.starts_with(kUnstarted);
   if (disaster.told && !before && deaths == 1) disaster.broken = "the loss of one rank ended the run: " + played.end;
   if (!disaster.broken.empty() || disaster.told || disaster.died == way.ranks) return;
   disaster.broken = compared(film, model_of(story));
@@ -78,10 +90,18 @@ void kill_jobs(Random& random, const Story& story, Way way, Disaster& disaster) 
   for (;;) {
     Accidents accidents;
     accidents.order = random.next();
-    if (disaster.died < 3) accidents.killed_at = random.below(kFrames + 4);
+    if (disaster.died < 3) {
+      // Ranks may be lost on the way: what the others save then is whole, too.
+      if (way.ranks > 1 && random.below(2) == 0) draw_deaths(random, story, way, 1, true, accidents);
+      accidents.killed_at = random.below(kFrames + 4);
+    }
     const Played played = play(story, way, accidents, film, &disk);
     disaster.broken = played.broken;
-    if (played.end != "killed") break;
+    if (!played.end.empty() && played.end != "killed" && !played.end.starts_with(kUnstarted)) {
+      disaster.broken = "the loss of one rank ended the run: " + played.end;
+    }
+    if (played.end.empty() && static_cast<int>(played.dead.size()) < way.ranks) break;
+    if (!disaster.broken.empty()) return;
     ++disaster.died;
     ++disaster.survived;
     damage(random, disk);

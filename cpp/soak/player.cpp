@@ -14,6 +14,7 @@ namespace {
 
 constexpr std::uint64_t kCopiesEvery = 4;
 constexpr std::uint64_t kSaveEvery = 3;
+constexpr std::size_t kSegment = 3;  // pictures that go to the film's file together
 
 // The end of the whole job at once.
 struct Killed : std::exception {};
@@ -36,7 +37,7 @@ Saved copied(const Saved& saved) {
     copy.put_raw(from.data(), from.size());
     return copy;
   };
-  Saved copy{saved.calculators, bytes(saved.shared), {}};
+  Saved copy{saved.calculators, bytes(saved.shared), {}, saved.reel};
   for (const auto& [calculator, file] : saved.parts) copy.parts[calculator] = bytes(file);
   return copy;
 }
@@ -61,18 +62,29 @@ class Player {
     define(engine_, way_);
     engine_.start();
     if (engine_.talk().comm().survives()) engine_.survive_losses(kCopiesEvery, bystander());
+    engine_.on_orders([this] { return std::to_string(engine_.talk().rank()) + ":" + std::to_string(++asked_); });
     if (from_ != nullptr) restore(*from_);
+    written_ = from_ == nullptr ? 0 : from_->reel;
     saved_ = engine_.frame();
     while (engine_.frame() < kFrames) one_frame();
+    if (disk_ != nullptr) save();
+    close_film();
     engine_.finish();
+    for (const auto& [frame, orders] : orders_) note(played_.orders, frame, orders);
     played_.losses = std::max(played_.losses, engine_.losses());
   }
 
  private:
   engine::Bystander bystander() {
     engine::Bystander bystander;
-    bystander.unsaved_from = [this](const engine::Loss&) { return first_unsaved(); };
-    bystander.redrawn = [this](std::uint64_t frame, const image::View&) { note_picture(frame); };
+    bystander.unsaved_from = [this](const engine::Loss&) { return take_over(); };
+    bystander.redrawn = [this](std::uint64_t frame, const image::View&) {
+      const std::string picture = note_picture(frame);
+      if (again_.empty() || again_.front() != frame) return;
+      again_.erase(again_.begin());
+      shoot(frame, picture);
+      if (again_.empty() && closed_) flush();
+    };
     return bystander;
   }
 
@@ -81,47 +93,95 @@ class Player {
     if (disk_ != nullptr && frame > saved_ && frame % kSaveEvery == 0) save();
     record(engine_, story_, frame);
     if (frame == accidents_.killed_at && engine_.talk().manages()) throw Killed();
+    if (engine_.talk().draws()) engine_.set_unsaved_from(queue_.empty() ? UINT64_MAX : queue_.front().first);
     engine_.run_frame(view(story_, way_, frame));
-    ran_ = frame + 1;
-    if (story_.pictures && engine_.talk().draws()) note_picture(frame);
+    orders_[frame] = engine_.orders();
+    if (story_.pictures) {
+      if (engine_.talk().draws()) shoot(frame, note_picture(frame));
+      ++written_;
+      unsecured_.push_back(frame);
+    }
     const std::string digest = particles::combine(engine_.digest()).text();
     note(film_.particles, frame, digest + " " + std::to_string(engine_.system(1).counts.dropped));
   }
 
   void note(std::map<std::uint64_t, std::string>& lines, std::uint64_t frame, const std::string& line) {
     const auto [place, fresh] = lines.emplace(frame, line);
-    if (!fresh && place->second != line) played_.broken = "frame " + std::to_string(frame) + " came out twice";
+    if (!fresh && place->second != line)
+      played_.broken = "frame " + std::to_string(frame) + " came out twice: " + place->second + " and " + line;
   }
 
-  void note_picture(std::uint64_t frame) {
-    note(film_.pictures, frame, base::picture_sha256(kWidth, kHeight, engine_.painter().take_pixels()));
+  std::string note_picture(std::uint64_t frame) {
+    std::string picture = base::picture_sha256(kWidth, kHeight, engine_.painter().take_pixels());
+    note(film_.pictures, frame, picture);
+    return picture;
   }
 
-  // What the ranks that died have drawn is in files, but for the last pictures.
-  std::uint64_t first_unsaved() const {
-    std::uint64_t frame = 0;
-    while (film_.pictures.contains(frame)) ++frame;
-    return story_.pictures && frame < ran_ ? frame : UINT64_MAX;
+  // --- the film, as the script's side keeps it (python/motes/movie.py)
+
+  // Pictures wait on the rank that draws, and go to the file some at a time.
+  void shoot(std::uint64_t frame, const std::string& picture) {
+    queue_.emplace_back(frame, picture);
+    if ((film_.reel.size() + queue_.size()) % kSegment == 0) flush();
   }
 
-  // As checkpoints are: each calculator its part, then a manifest, which one rank writes when all are there.
+  void flush() {
+    for (auto& [frame, picture] : queue_) film_.reel.push_back(std::move(picture));
+    queue_.clear();
+  }
+
+  void close_film() {
+    closed_ = true;
+    flush();
+  }
+
+  // What the ranks that died have drawn is in the file, but for the last pictures.
+  std::uint64_t take_over() {
+    const std::size_t behind = written_ - unsecured_.size();
+    const std::size_t held = std::min(film_.reel.size(), written_);
+    if (held < behind) throw std::runtime_error("the film lacks pictures that were said to be in its file");
+    film_.reel.resize(held);
+    queue_.clear();
+    again_.assign(unsecured_.begin() + static_cast<std::ptrdiff_t>(held - behind), unsecured_.end());
+    return again_.empty() ? UINT64_MAX : again_.front();
+  }
+
+  // --- checkpoints (python/motes/_checkpoint/saving.py)
+
+  // Each calculator writes its part; then a manifest, which one rank writes when all are there. Again where ranks were
+  // lost before all knew that it is whole.
   void save() {
     const std::uint64_t frame = saved_ = engine_.frame();
-    Saved& saved = played_.drafts[frame];
-    if (engine_.talk().calculates()) {
-      base::Bytes planes;
-      snapshots::Description description = engine_.copy_part(planes);
-      base::Bytes file = snapshots::head(description, planes.view());
-      file.put_raw(planes.data(), planes.size());
-      saved.parts[engine_.talk().calculator()] = std::move(file);
+    while (whole_ != frame) {
+      engine_.secure([this] { flush(); });
+      unsecured_.clear();
+      const std::uint32_t losses = engine_.losses();
+      Saved& saved = played_.drafts[{frame, losses}];
+      if (engine_.talk().calculates()) saved.parts[engine_.talk().calculator()] = part();
+      const std::vector<std::string> parts =
+          engine_.tell([&] { return std::string(engine_.losses() == losses ? "part" : ""); });
+      const bool all = std::count(parts.begin(), parts.end(), "part") == static_cast<std::ptrdiff_t>(parts.size());
+      if (all && engine_.losses() == losses && engine_.talk().manages()) finish(frame, saved);
+      const std::vector<std::string> told = engine_.tell([&] { return std::string(whole_ == frame ? "whole" : ""); });
+      if (std::count(told.begin(), told.end(), "whole") > 0) whole_ = frame;
     }
-    engine_.secure();
-    engine_.digest();
-    if (!engine_.talk().manages()) return;
+  }
+
+  base::Bytes part() {
+    base::Bytes planes;
+    snapshots::Description description = engine_.copy_part(planes);
+    base::Bytes file = snapshots::head(description, planes.view());
+    file.put_raw(planes.data(), planes.size());
+    return file;
+  }
+
+  void finish(std::uint64_t frame, Saved& saved) {
     saved.shared = engine_.shared_state();
     saved.calculators = static_cast<std::uint32_t>(engine_.talk().calculators());
+    saved.reel = written_;
     disk_->checkpoints[frame] = std::move(saved);
     while (disk_->checkpoints.size() > 2) disk_->checkpoints.erase(disk_->checkpoints.begin());
+    whole_ = frame;
   }
 
   // Each calculator takes its share of all parts.
@@ -154,8 +214,16 @@ class Player {
   const Saved* from_;
   Played& played_;
   engine::Engine engine_;
-  std::uint64_t ran_ = 0;    // frames of which it has the outcome
-  std::uint64_t saved_ = 0;  // the frame of the last checkpoint
+  std::uint64_t saved_ = 0;           // the frame of the last checkpoint,
+  std::uint64_t whole_ = UINT64_MAX;  // and of the last of which this rank knows that it is whole
+  std::map<std::uint64_t, std::string> orders_;  // what this rank heard in each frame
+  int asked_ = 0;                     // how often, what viewers want
+
+  std::size_t written_ = 0;                                     // pictures of the film, the same on every rank
+  std::vector<std::uint64_t> unsecured_;                        // the last of these, which may not be in its file
+  std::vector<std::uint64_t> again_;                            // frames that a rank that died was to write
+  std::vector<std::pair<std::uint64_t, std::string>> queue_;  // here, and not in the file yet
+  bool closed_ = false;                                         // the film
 };
 
 }  // namespace
@@ -168,6 +236,7 @@ Played play(const Story& story, const Way& way, const Accidents& accidents, Film
   simulation.deaths = accidents.deaths;
   std::optional<Saved> from;  // on a disk that goes on changing
   if (const Saved* found = disk == nullptr ? nullptr : newest(*disk)) from = copied(*found);
+  film.reel.resize(from ? from->reel : 0);
   Played played;
   try {
     const comm::SimulatedRun run = comm::simulate(simulation, [&](comm::SimulatedRank& self) {

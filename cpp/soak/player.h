@@ -5,6 +5,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "comm/simulated_ranks.h"
@@ -15,6 +16,7 @@ namespace motes::soak {
 /// What comes out: a line per frame, from any of the ranks.
 struct Film {
   std::map<std::uint64_t, std::string> particles, pictures;
+  std::vector<std::string> reel;  // pictures that are in the film's file: these are not lost with a rank
 };
 
 /// What is on the disk, whatever happens to the ranks.
@@ -22,6 +24,7 @@ struct Saved {
   std::uint32_t calculators = 0;
   base::Bytes shared;
   std::map<int, base::Bytes> parts;  // files, by calculator
+  std::size_t reel = 0;                   // pictures in the film
 };
 
 struct Disk {
@@ -34,7 +37,8 @@ struct Played {
   std::vector<int> dead;
   std::string end;                 // how it ended before its end, or empty
   std::string broken;              // which promise was not kept, or empty
-  std::map<std::uint64_t, Saved> drafts;  // of checkpoints that are being written
+  std::map<std::pair<std::uint64_t, std::uint32_t>, Saved> drafts;  // checkpoints under way, by frame and losses
+  std::map<std::uint64_t, std::string> orders;  // what all that came to the end heard in each frame
 };
 
 /// What happens.

@@ -69,7 +69,7 @@ class Movie:
         self.place = continuing.place_of(self.path)
         """The same for every run and rank that writes this film."""
         self._written: int | None = None  # before the first frame
-        self._unsecured = array("q")  # the world's number of each frame since `_secure`, or _NO_FRAME
+        self._unsecured = array("q")  # the world's number of each frame since `_note_secured`, or _NO_FRAME
         self._again: deque[int] = deque()  # frames that a lost rank was to write
         self._film: GrowingFilm | None = None
         self._shape: tuple[int, ...] | None = None
@@ -185,7 +185,7 @@ class Movie:
         """Wait until all frames so far are on the disk; returns their number. The main thread calls it.
 
         The film can be continued behind them: a segment ends here. On ranks that write no file it returns
-        what they have counted.
+        what they have counted; `_note_secured` follows where all ranks know that it is so.
         """
         self._raise_error()
         if self._thread is not None and not self._closed:
@@ -195,8 +195,11 @@ class Movie:
                 while not mark.wait(_LOOK_S) and self._thread.is_alive():
                     busy.look()
             self._raise_error()
-        del self._unsecured[:]
         return self.written
+
+    def _note_secured(self) -> None:
+        """All frames so far are on the disk, as the rank that writes them has told all others."""
+        del self._unsecured[:]
 
     def _continue_at(self, count: int) -> None:
         """Go on behind the first `count` frames that an earlier process left, before the first `write`.
@@ -262,6 +265,11 @@ class Movie:
             self._finish()
         finally:
             self._end()
+
+    def _close_for_lost(self) -> None:
+        """Give the film its name: the rank that wrote it is gone, and its frames are on the disk."""
+        self._end()
+        self._take_over()
 
     # --- the background thread
 

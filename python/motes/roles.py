@@ -43,19 +43,25 @@ class Roles:
             arguments.number("speeds", speed, low=MIN_SPEED, high=1)
 
 
-def cast(roles: Any, size: int) -> Core:
-    """Turn World's `roles` into manager, image generator and calculators among `size` ranks."""
+def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
+    """Turn World's `roles`, which are for `size` ranks, into manager, image generator and calculators.
+
+    `ranks`: which of them are there, ascending; the result names them by their place in this list.
+    """
     if isinstance(roles, Roles):
         chosen = (roles.manager, roles.image_generator, list(roles.calculators))
         _core.check_roles(chosen, size)
-        return chosen
+        return chosen if len(ranks) == size else _core.cast_left(chosen, list(ranks))
     if not isinstance(roles, str) or roles not in ("auto", "shared"):
         raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
-    return _core.cast(roles, size)
+    return _core.cast(roles, len(ranks))
 
 
-def speeds(roles: Any, size: int) -> dict[int, float]:
-    """Return the ranks that are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`."""
+def speeds(roles: Any, ranks: Sequence[int], size: int) -> dict[int, float]:
+    """Return which ranks are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`.
+
+    Both are for `size` ranks, of which `ranks` are there; the result names them by their place in this list.
+    """
     given = environment.read("MOTES_SPEEDS")
     if given is None and isinstance(roles, Roles):
         chosen = {int(rank): float(speed) for rank, speed in roles.speeds.items()}
@@ -65,4 +71,4 @@ def speeds(roles: Any, size: int) -> dict[int, float]:
         if rank >= size:
             name = "speeds" if given is None else "MOTES_SPEEDS"
             raise ArgumentError(name, chosen, f"for ranks 0..{size - 1}")
-    return chosen
+    return {now: chosen[then] for now, then in enumerate(ranks) if then in chosen}

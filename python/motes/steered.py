@@ -145,15 +145,24 @@ class Steered(Facts):
         if self._recording is not None and not self._recording.full:
             return
         self._live = self._live or settings.live is not None
+        if settings.live is not None and settings.log is None and self.rank == self._cast[0]:
+            tell("motes: what viewers do is not kept: the run has no log")
+        self._take_part(settings, engine)
+
+    def _take_part(self, settings: RunSettings, engine: _core.Engine) -> None:
+        """Record what viewers do, or serve them, where that is this rank's part."""
         earlier = settings.continued_from > 0 and os.path.exists(os.path.join(settings.log or "", NAME))
         wanted = self._live or settings.steering is not None or earlier
         self._writes_steering = wanted and settings.log is not None and self.rank == self._cast[0]
-        if settings.live is not None and settings.log is None and self.rank == self._cast[0]:
-            tell("motes: what viewers do is not kept: the run has no log")
         if self._live and self.rank == self._cast[1]:
             if self._viewing is None:
                 self._serve(settings.live)
             engine.on_orders(Weakly(self._take_orders))
+
+    def _serve_again(self) -> None:
+        """Ranks were lost: what they did for viewers is done by those that have their roles now."""
+        if self._engine is not None and (self._recording is None or self._recording.full):
+            self._take_part(self._settings, self._engine)
 
     def _serve(self, live: Live | None, **about: Any) -> Viewing:
         """Serve viewers from now on; `about` is said of the run beside what it says itself."""

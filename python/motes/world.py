@@ -118,14 +118,17 @@ class World(Looping, Facts, Settings):
         notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
         a row. `comm`: an mpi4py communicator.
         """
-        self._comm = checks.communicator(comm)
+        self._given = (comm, roles)
+        joined, ranks, of = checks.ranks_of(comm)
+        cast = _roles.cast(roles, ranks, of)
+        self._take_ranks(joined, cast)
         self._settings = RunSettings(
             seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
             dt=arguments.number("dt", dt, low=1e-9, high=1e9),
             substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
             axis=checks.axis(axis),
             space=checks.interval(space),
-            roles=_roles.cast(roles, self._comm.size),
+            roles=cast,
             balancer=checks.balancer(balancer, checks.axis(axis)),
             combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
             births=environment.births(births),
@@ -135,7 +138,7 @@ class World(Looping, Facts, Settings):
             digest=arguments.flag("digest", digest),
             log=checks.directory(log),
             spans=checks.spans(spans, log=log),
-            speeds=_roles.speeds(roles, self._comm.size),
+            speeds=_roles.speeds(roles, ranks, of),
             stall_s=environment.stall_s(),
             checkpoint=checkpoint_of(checkpoint),
             on_loss=arguments.choice("on_loss", on_loss, ("stop", "recover")),
@@ -144,8 +147,7 @@ class World(Looping, Facts, Settings):
         )
         if self._settings.live is not None:
             _extras.require_live()
-        self._cast = self._settings.roles
-        self._describe = Describing(self._cast)
+        self._describe = Describing(cast)
         self.renderer = renderer
         self._progress_way = check_progress(progress)
         self._progress_in_cell = progress == LINES and environment.read("MOTES_PROGRESS") is None
@@ -232,7 +234,8 @@ class World(Looping, Facts, Settings):
             raise MotesError("a world runs once; make a new one")
         stopping.check_stopped()
         try:
-            recovering.check(self._settings.on_loss, self._comm.size)
+            self._join_those_left()
+            recovering.check(self._settings.on_loss, self.size)
             self._run_state = handshake.begin(self._comm)
             self._start(self._run_state)
         except BaseException as error:
@@ -240,6 +243,16 @@ class World(Looping, Facts, Settings):
             self._leave(well=False)
             raise
         return self
+
+    def _join_those_left(self) -> None:
+        """Take the ranks that are there now: an earlier world may have lost some since this one was made."""
+        comm, roles = self._given
+        joined, ranks, of = checks.ranks_of(comm)
+        if joined != self._comm:
+            cast = _roles.cast(roles, ranks, of)
+            self._take_ranks(joined, cast)
+            self._describe.cast = cast
+            self._settings = self._settings._replace(roles=cast, speeds=_roles.speeds(roles, ranks, of))
 
     def _start(self, run: OpenRun) -> None:
         if not stopping.interactive():
@@ -318,6 +331,8 @@ class World(Looping, Facts, Settings):
                 self._course.save_now(self.frame, self._systems)
             engine = self._begin("the end of the world")
             try:
+                if self._recovery is not None:
+                    self._recovery.secure_films(engine)
                 engine.finish()
             finally:
                 self._usage.end()

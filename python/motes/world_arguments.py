@@ -11,6 +11,7 @@ import numpy as np
 
 from . import _core, arguments
 from ._run import alone, rank_process
+from ._run.process import process
 from .balance import BALANCERS, Balancer, Static
 from .errors import ArgumentError
 from .rendering import Renderer
@@ -25,10 +26,10 @@ __all__ = [
     "axes_bits",
     "axis",
     "balancer",
-    "communicator",
     "directory",
     "interval",
     "leader",
+    "ranks_of",
     "renderer",
     "spans",
     "sprite",
@@ -85,19 +86,26 @@ def balancer(value: Any, axes: str) -> Balancer:
     return value
 
 
-def communicator(comm: Any) -> MPI.Intracomm:
-    """Return `comm`, or that of all ranks for None."""
+def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
+    """Return `comm`, its ranks, and of how many ranks these are.
+
+    For None it is that of all ranks; once some were lost, that of those that are left.
+    """
     if rank_process.is_fork():
         if comm is not None:
             raise ArgumentError("comm", comm, "None in a forked process, where MPI does not work")
-        return alone.communicator()
+        return alone.communicator(), range(1), 1
     from mpi4py import MPI
 
+    if comm is None and process.left is not None:
+        left = process.left
+        ranks = left.Get_group().Translate_ranks(None, MPI.COMM_WORLD.Get_group())
+        return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
     if comm is None:
-        return MPI.COMM_WORLD
+        comm = MPI.COMM_WORLD
     if not isinstance(comm, MPI.Intracomm):
         raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
-    return comm
+    return comm, range(comm.size), comm.size
 
 
 def directory(log: Any) -> str | None:

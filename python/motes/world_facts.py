@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from ._run import script_lines
 from ._run.settings import RunSettings
+from .roles import Core
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -22,21 +22,27 @@ class Facts:
     """The part of `World` that never communicates."""
 
     _comm: MPI.Intracomm
+    _rank: int  # kept: a communicator may be gone when the script asks
+    _size: int
     _settings: RunSettings
-    _cast: tuple[int, int, Sequence[int]]
+    _cast: Core
     _engine: _core.Engine | None
     _course: Course | None
     _systems: list[System]
 
+    def _take_ranks(self, comm: MPI.Intracomm, cast: Core) -> None:
+        """These are the world's ranks from here on, in these roles."""
+        self._comm, self._rank, self._size, self._cast = comm, comm.rank, comm.size, cast
+
     @property
     def rank(self) -> int:
         """This process among the world's ranks."""
-        return self._comm.rank
+        return self._rank
 
     @property
     def size(self) -> int:
         """How many ranks the world has."""
-        return self._comm.size
+        return self._size
 
     @property
     def role(self) -> set[str]:

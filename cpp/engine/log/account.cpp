@@ -18,15 +18,24 @@ void note_drawings(const Drawings& drawing, FrameRow& row) {
 
 }  // namespace
 
+Opening opening_of(const Logging& logging) {
+  const std::uint64_t first = logging.continued_from;
+  if (!logging.lost.empty()) return {"recovered", first, logging.lost};
+  if (first == 0) return {"start", 0, ""};
+  const std::size_t ranks = logging.hosts.size();
+  return {"continued", first,
+          "from the checkpoint of frame " + std::to_string(first) + " on " + std::to_string(ranks) +
+              (ranks == 1 ? " rank" : " ranks")};
+}
+
 void Account::open_log(const Logging& logging) {
   const std::uint64_t first = logging.continued_from;
   log_ = std::make_unique<Log>(logging.directory, logging.hosts, first);
-  if (!logging.lost.empty()) return log_->event("recovered", first, logging.lost);
-  if (first == 0) return log_->event("start", 0, "");
-  const std::size_t ranks = logging.hosts.size();
-  log_->event("continued", first,
-              "from the checkpoint of frame " + std::to_string(first) + " on " + std::to_string(ranks) +
-                  (ranks == 1 ? " rank" : " ranks"));
+  for (const Opening& earlier : logging.openings) {  // those that went with the rows of frames from here on
+    if (earlier.frame >= first) log_->event(earlier.kind, first, earlier.text);
+  }
+  const Opening opening = opening_of(logging);
+  log_->event(opening.kind, opening.frame, opening.text);
 }
 
 void Account::note_round(const Script& script, const Round& round, const Judged& judged, const roles::Cast& cast,

@@ -16,6 +16,9 @@
 
 namespace motes::engine {
 
+/// How the run begins whose log this is: anew, behind a checkpoint, or behind a loss of ranks.
+Opening opening_of(const Logging& logging);
+
 class Account {
  public:
   /// Makes the log's directory and tables, or goes on with those of an earlier run, and says so in an event. Throws

@@ -62,8 +62,10 @@ WayBack way_back(const std::vector<Standing>& standings) {
   way.frame = last.frame;
   for (const Standing& standing : standings) {
     if (!standing.refusal.empty()) refuse(way, standing.refusal);
-    way.anyone_ahead = way.anyone_ahead || standing.call > way.call;
-    if (standing.call > way.call) way.stop = std::max(way.stop, static_cast<int>(standing.stop));
+    if (standing.call > way.call) {
+      way.anyone_ahead = true;
+      way.announced = standing.announced;  // the same on all of them
+    }
     way.unsaved_from = std::min(way.unsaved_from, standing.unsaved_from);
   }
   const std::vector<Holding>& known = standings.front().holdings;

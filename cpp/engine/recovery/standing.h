@@ -22,11 +22,22 @@ constexpr void fields(Visitor& visit, Holding& holding) {
   visit(holding.of, holding.parts, holding.own, holding.other);
 }
 
+/// What a call has brought to all ranks besides its outcome.
+struct Announced {
+  std::int32_t stop = 0;  // the signal after which all stop, or 0
+  std::string orders;     // what viewers asked for
+};
+
+template <class Visitor>
+constexpr void fields(Visitor& visit, Announced& announced) {
+  visit(announced.stop, announced.orders);
+}
+
 /// What a rank tells the others.
 struct Standing {
   std::uint64_t call = 0;          // the number of the collective call that was interrupted: others may be one ahead
   std::uint64_t frame = 0;         // where that call stands
-  std::int32_t stop = 0;           // the signal that it heard of in the call before
+  Announced announced;                     // in the call before
   std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture it needs again
   std::vector<Holding> holdings;
   std::vector<std::uint64_t> needs_script;  // frames that have run, and cannot be run again from their lists
@@ -37,8 +48,8 @@ struct Standing {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Standing& standing) {
-  visit(standing.call, standing.frame, standing.stop, standing.unsaved_from, standing.holdings, standing.needs_script,
-        standing.wrote, standing.repeatable, standing.refusal);
+  visit(standing.call, standing.frame, standing.announced, standing.unsaved_from, standing.holdings,
+        standing.needs_script, standing.wrote, standing.repeatable, standing.refusal);
 }
 
 /// What all ranks do.
@@ -46,7 +57,7 @@ struct WayBack {
   std::uint64_t call = 0;   // to be made again; ranks that were ahead of it have made it before
   std::uint64_t frame = 0;  // where it stands
   bool anyone_ahead = false;  // some rank has made it before
-  int stop = 0;             // the signal that a rank heard of in it
+  Announced announced;              // what these ranks heard in it
   CopiesOf from;            // the generation from which the world is made again
   std::uint64_t unsaved_from = UINT64_MAX;
   std::vector<int> holders;  // the rank that has each calculator's particles; none where there were no particles yet

@@ -17,6 +17,13 @@ namespace motes::engine {
 enum class Births : std::uint8_t { manager, calculators };
 
 /// What the run writes about itself.
+/// How a run, or a part of it, began, as the log's table of events says it.
+struct Opening {
+  std::string kind;
+  std::uint64_t frame = 0;
+  std::string text;
+};
+
 struct Logging {
   std::string directory;           // empty: no log
   std::vector<std::string> hosts;  // one per rank
@@ -25,6 +32,7 @@ struct Logging {
   std::uint64_t continued_from =
       0;  // the first frame of a run that goes on after another one, in its log; 0: a new run
   std::string lost;  // how it came that the run goes on without some ranks; empty: after a checkpoint
+  std::vector<Opening> openings;  // before that
 };
 
 struct Settings {

@@ -8,17 +8,18 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._run.continuing import continued
+from .._run.losses import taken_over
 from .._run.output import tell
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
 from ..errors import CheckpointError
-from . import same_script
+from . import folder, same_script
 from .finding import Found
 from .kept import data_of
 from .manifest import Manifest
 from .restoring import restore
-from .saving import Roles, Saver
+from .saving import Saver
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -47,7 +48,6 @@ class Course:
         self._found = found
         self._engine = engine
         self._steering = steering
-        self._secure = secure
         self.skipped = 0
         """Frames before the one to go on from that the script has asked for."""
         self.waiting = found.frame > 0
@@ -62,9 +62,10 @@ class Course:
             settings.checkpoint,
             settings.stall_s,
             lambda: process.describe(run),
+            secure,
         )
-        self._saver.last = found.frame or None
         if self.waiting:
+            self._saver.go_on_from(found.frame)
             draws = run.comm.rank == settings.roles[1]
             assert found.manifest is not None
             continued.begin(found.frame, found.manifest.movies, draws=draws)
@@ -121,7 +122,7 @@ class Course:
         if self.waiting:
             self.go_on(systems)
         elif self._saver.due(frame):
-            self._saver.begin(self._manifest(frame, systems))
+            self._saver.begin(frame, lambda: self._manifest(frame, systems))
         else:
             self._saver.look()
 
@@ -129,13 +130,18 @@ class Course:
         """Write a checkpoint of this frame, and wait until it is whole. Collective."""
         if self.waiting:
             return
-        if frame > 0 and frame != self._saver.last:
-            self._saver.begin(self._manifest(frame, systems))
-        self._saver.finish()
+        if frame > 0:
+            self._saver.save(frame, lambda: self._manifest(frame, systems))
 
-    def go_on_with(self, comm: MPI.Intracomm, roles: Roles) -> None:
-        """Go on with those that are left, in new roles; the checkpoint under way is given up."""
-        self._saver.go_on_with(comm, roles)
+    def go_on_with(self, comm: MPI.Intracomm, settings: RunSettings) -> None:
+        """Go on with those that are left, in new roles; the checkpoint under way is given up.
+
+        Raises ArgumentError where this rank manages now and another run has taken the directory.
+        """
+        self._settings = settings
+        self._saver.go_on_with(comm, settings.roles)
+        if self._saver.manages and self._found.lock is None:
+            self._found.lock = taken_over(lambda: folder.Lock(self._found.directory))
 
     def end(self) -> None:
         """Let another run have the directory, and another world its own past."""
@@ -146,7 +152,6 @@ class Course:
     def _manifest(self, frame: int, systems: Sequence[System]) -> Manifest:
         settings = self._settings
         assert settings.seed is not None
-        self._secure()
         manifest = Manifest(
             frame=frame,
             time_s=frame * settings.dt,

@@ -37,12 +37,16 @@ MANIFEST = "manifest.json"
 WORLD = "world.bin"
 _LOCK = ".lock"
 _WHOLE = re.compile(r"frame-(\d{6,19})")
-_BEGUN = re.compile(r"frame-\d{6,19}\.tmp")
+_BEGUN = re.compile(r"frame-\d{6,19}(-\d+)?\.tmp")
 
 
-def begun(directory: Path, frame: int) -> Path:
-    """Return the folder into which the parts of a checkpoint go until it is whole."""
-    return directory / f"frame-{frame:06}.tmp"
+def begun(directory: Path, frame: int, losses: int = 0) -> Path:
+    """Return the folder into which the parts of a checkpoint go until it is whole.
+
+    `losses`: how often ranks were lost. Parts of before are another division of the particles: one that is
+    still being written must not come between those of now.
+    """
+    return directory / f"frame-{frame:06}{f'-{losses}' if losses else ''}.tmp"
 
 
 def make_begun(place: Path) -> None:
@@ -67,9 +71,9 @@ def whole(directory: Path) -> list[tuple[int, Path]]:
     return sorted(found, reverse=True)
 
 
-def finish(folder: Path) -> Path:
+def finish(folder: Path, frame: int) -> Path:
     """Give a checkpoint whose files are all on disk its name."""
-    target = folder.with_suffix("")
+    target = folder.with_name(f"frame-{frame:06}")
     files.sync(folder)
     if target.exists():  # of the same frame: a damaged one, or another run's
         shutil.rmtree(target)

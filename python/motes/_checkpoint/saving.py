@@ -14,10 +14,10 @@ from typing import TYPE_CHECKING
 from .. import _core
 from .._io import files
 from .._run.busy import Busy
-from .._run.collectives import wait_for
 from .._run.continuing import frames_of_movies, open_movies
-from .._run.losses import unless_lost
+from .._run.losses import lost_ranks, unless_lost
 from .._run.output import tell
+from .._run.waiting import Wait, poll
 from ..checkpoint import Checkpoint
 from . import folder
 from .manifest import Manifest, PartEntry
@@ -47,15 +47,27 @@ class _Pending:
     """On the manager: all parts are on disk."""
 
 
+_WHOLE, _FAILED = b"whole", b"failed"  # how a checkpoint ended
+_given_up: list[_Pending] = []  # MPI may still write into their buffers
+
+
 class Saver:
-    """Writes a run's checkpoints. All ranks call the same methods between the same frames."""
+    """Writes a run's checkpoints. All ranks call the same methods between the same frames.
+
+    Where ranks are lost, the checkpoint under way is given up; `save` makes it again.
+    """
 
     def __init__(
         self, engine: _core.Engine, comm: MPI.Intracomm, cast: Roles, directory: Path,
         checkpoint: Checkpoint, stall_s: float | None, describe: Callable[[], str],
+        secure: Callable[[], None],
     ) -> None:  # fmt: skip
-        """Take what a run has; `describe` names this rank in messages."""
+        """Take what a run has.
+
+        `describe` names this rank in messages; `secure` brings to the disk what viewers did.
+        """
         self._engine = engine
+        self._secure = secure
         self._take_roles(comm, cast)
         self._directory = directory
         self._checkpoint = checkpoint
@@ -64,6 +76,8 @@ class Saver:
         self._pending: _Pending | None = None
         self.last: int | None = None
         """Frame of the newest checkpoint that was begun or that the run goes on from."""
+        self._ended: tuple[int, bytes] | None = None
+        """How a checkpoint of this frame has ended, where this rank knows it."""
 
     @property
     def manages(self) -> bool:
@@ -86,19 +100,39 @@ class Saver:
             if pending.request is not None and pending.request.Test():
                 self._conclude(pending)
 
-    def begin(self, manifest: Manifest) -> None:
+    def go_on_from(self, frame: int) -> None:
+        """Note that a checkpoint of this frame is there, from which the run goes on."""
+        self.last, self._ended = frame, (frame, _WHOLE)
+
+    def save(self, frame: int, describe: Callable[[], Manifest]) -> None:
+        """Write a checkpoint of this frame, unless there is one, and wait until it is whole. Collective."""
+        for _ in range(self._comm.size + 1):  # once more after each loss
+            if frame != self.last:
+                self.begin(frame, describe)
+            self.finish()
+            told = self._engine.tell(lambda: self._end_of(frame))
+            for end in (_WHOLE, _FAILED):
+                if end in told:
+                    self._ended = frame, end
+                    if self.manages:
+                        folder.sweep(self._directory)  # what was given up when ranks were lost
+                    return
+            self.last = None
+
+    def begin(self, frame: int, describe: Callable[[], Manifest]) -> None:
         """Write a checkpoint down from here on; waits for the one before. Collective.
 
-        `manifest` lacks what only this knows: parts, world and movies. Films and the log are on disk up to
-        here when this returns.
+        `describe` returns a manifest that lacks what only this knows: parts, world and movies. Films and the
+        log are on disk up to here when this returns.
         """
         self.finish()
-        self.last = manifest.frame
+        self._engine.secure(self._secure_files)
         for movie in open_movies():
-            movie._secure()
-        self._engine.secure()
+            movie._note_secured()
+        self.last = frame
+        manifest = describe()
         manifest.movies = frames_of_movies()
-        place = folder.begun(self._directory, manifest.frame)
+        place = folder.begun(self._directory, frame, self._engine.losses)
         world = self._engine.shared_state()
         manifest.world = {"file": folder.WORLD, "bytes": len(world), "crc32c": _core.crc32c(world)}
         failure = ""
@@ -130,11 +164,33 @@ class Saver:
             if pending.request is None:
                 self._tell_outcome(pending)
             assert pending.request is not None
-            wait_for(pending.request, self._stall_s, _WHAT)
+            if not self._all_have_said(pending.request):
+                self._give_up()
+                return
             self._conclude(pending)
             if pending.finishing is not None:
                 pending.finishing.join()
         self._pending = None
+
+    def _secure_files(self) -> None:
+        for movie in open_movies():
+            movie._secure()
+        self._secure()
+
+    def _end_of(self, frame: int) -> bytes:
+        return self._ended[1] if self._ended is not None and self._ended[0] == frame else b""
+
+    def _all_have_said(self, request: MPI.Request) -> bool:
+        """Wait until all ranks have said how their parts went; False where one is lost that has not."""
+        done = False
+
+        def ended() -> bool:
+            nonlocal done
+            done = request.Test()
+            return done or bool(lost_ranks(self._comm))
+
+        poll(ended, Wait(self._stall_s, _WHAT))
+        return done
 
     def go_on_with(self, comm: MPI.Intracomm, cast: Roles) -> None:
         """Go on with the ranks of `comm`, in these roles; what is under way is lost with the others."""
@@ -149,7 +205,10 @@ class Saver:
 
     def _give_up(self) -> None:
         pending, self._pending = self._pending, None
-        if pending is None or not self.manages:
+        if pending is None:
+            return
+        _given_up.append(pending)
+        if not self.manages:
             return
         if pending.finishing is None:
             shutil.rmtree(pending.place, ignore_errors=True)
@@ -158,7 +217,7 @@ class Saver:
 
     def _tell_outcome(self, pending: _Pending) -> None:
         _, written, error = self._engine.part_outcome()
-        well = self._calculator < 0 or written == pending.manifest.frame
+        well = self._calculator < 0 or (written == pending.manifest.frame and not error)
         if not well:
             self._complain(pending.manifest.frame, error)
         self._post(pending, well=well)
@@ -194,14 +253,17 @@ class Saver:
         try:
             if not well:
                 shutil.rmtree(pending.place, ignore_errors=True)
+                self._ended = pending.manifest.frame, _FAILED
                 return
             pending.manifest.parts = [self._entry(pending.place, i) for i in range(self._calculators)]
             pending.manifest.write(pending.place)
-            folder.finish(pending.place)
+            folder.finish(pending.place, pending.manifest.frame)
+            self._ended = pending.manifest.frame, _WHOLE
             folder.prune(self._directory, self._checkpoint.keep)
         except (OSError, RuntimeError) as error:
             with contextlib.suppress(OSError):
                 shutil.rmtree(pending.place, ignore_errors=True)
+            self._ended = pending.manifest.frame, _FAILED
             self._complain(pending.manifest.frame, str(error))
 
     def _entry(self, place: Path, calculator: int) -> PartEntry:

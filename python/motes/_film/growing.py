@@ -63,9 +63,10 @@ class GrowingFilm:
         """Write a segment, so that a kill of the process leaves it. Raises OSError where the disk refuses."""
         if self._extradata is not None:
             self._check_encoding(head + segment)
-        self._add(head, segment, frames)
+        self._put(head, segment)
         if self._draft is not None:
             self._show()
+        self._count(frames)  # last: what is counted is there, whenever this process is killed
 
     def sync(self) -> None:
         """Wait until all segments so far are on the disk."""
@@ -103,8 +104,10 @@ class GrowingFilm:
                 self._draft.unlink()
             self._draft = None
 
-    def _add(self, head: bytes, segment: bytes, frames: int) -> None:
+    def _put(self, head: bytes, segment: bytes) -> None:
         self._write(head + segment if self.segments == 0 else segment)
+
+    def _count(self, frames: int) -> None:
         self.frames += frames
         self.segments += 1
 
@@ -207,7 +210,8 @@ class GrowingFilm:
             for packet in containers.numbered(packets, shown, first=self.frames, rate=self._rate):
                 packet.stream = stream
                 segment.container.mux(packet)
-            self._add(*segment.finish(), len(packets))
+            self._put(*segment.finish())
+            self._count(len(packets))
 
     def _held(self, path: Path, frames: int) -> str:
         """Say what a film holds instead of a cut at the frames that were asked for."""

@@ -32,6 +32,8 @@ class Steering:
         """A viewer, or the run that is repeated, ends the run here."""
         self.shown = False
         """Whether the last picture shows the particles as they are, from where viewers look now."""
+        self.steered = False
+        """Whether a viewer has asked for anything."""
         self._text: str | None = None
         self.rows: Mapping[int, Mapping[str, Any]] = {}
         """What is repeated, by frame."""
@@ -87,6 +89,7 @@ class Steering:
         self._next = None
 
     def _obey(self, said: Mapping[str, Any]) -> None:
+        self.steered = self.steered or bool(set(said) - {"joined"})
         self._asked.update(said.get("set", {}))
         if "camera" in said:
             pose = None if said["camera"] is None else Pose.read(said["camera"])

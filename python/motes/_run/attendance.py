@@ -85,8 +85,8 @@ def begin(comm: MPI.Comm) -> None:
 
     if comm.size == 1:
         return
-    everybody = MPI.Comm.Compare(comm, MPI.COMM_WORLD) != MPI.UNEQUAL
-    # Among all ranks this is the collective of `leave`; a part of them has its own, and relies on the notes.
+    everybody = comm == process.left or MPI.Comm.Compare(comm, MPI.COMM_WORLD) != MPI.UNEQUAL
+    # Among all that live this is the collective of `leave`; a part of them has its own, and needs the notes.
     all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False)
     pause = 0.0
     while not all_begin.done():
@@ -104,11 +104,12 @@ def check_lost(comm: MPI.Comm) -> None:
         raise Left(_in_world(comm, rank), lost=True)
 
 
-def leave() -> None:
+def leave(*, wait: bool = False) -> bool:
     """Leave the script together with the others; where they stay longer, send notes in case they start a run.
 
     Notes go to the ranks 1, 2, 4, 8, ... further on, which wait for this rank in `begin` if they wait at all.
-    Nobody is hurried: a rank may close a movie for minutes.
+    Nobody is hurried: a rank may close a movie for minutes. `wait`: as long as that. Returns whether all are
+    here that live.
     """
     from mpi4py import MPI
 
@@ -124,9 +125,10 @@ def leave() -> None:
             others = [(process.rank + step) % process.size for step in steps]
             others = [rank for rank in others if rank not in lost]
             notes = [world.Isend([b"", 0, MPI.BYTE], other, _LEFT_TAG) for other in others]
-        if waited > 2 * LEAVE_WAIT_S:
-            return  # MPI_Finalize waits for the others just as well, and for those without motes too
-        time.sleep(2e-3)
+        if waited > 2 * LEAVE_WAIT_S and not wait:
+            return False  # MPI_Finalize waits for the others just as well, and for those without motes too
+        time.sleep(2e-3 if waited < LEAVE_WAIT_S else 2e-2)
+    return True
 
 
 def _check_notes(comm: MPI.Comm) -> None:

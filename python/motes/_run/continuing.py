@@ -26,6 +26,7 @@ __all__ = [
     "movies_to_take_over",
     "note_movie",
     "open_movies",
+    "outlasting_movies",
     "place_of",
 ]
 
@@ -55,6 +56,7 @@ continued = Continued()
 _movies: dict[int, weakref.ref[Movie]] = {}
 _held: dict[int, Movie] = {}
 _closed: dict[str, Movie] | None = None  # the last one at each place; None: no run survives losses
+_outlasting: list[Movie] = []
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
@@ -86,9 +88,19 @@ def forget_movie(movie: Movie) -> None:
 
 
 def keep_closed_movies(keep: bool) -> None:
-    """Keep movies that are closed here: the rank that writes them may be lost before it has closed them."""
+    """Keep movies that are closed here: the rank that writes them may be lost before it has closed them.
+
+    At the end of a run that keeps them, those that are still open are kept until the script ends.
+    """
     global _closed
+    if not keep and _closed is not None:
+        _outlasting.extend(open_movies())
     _closed = {} if keep else None
+
+
+def outlasting_movies() -> list[Movie]:
+    """List the movies that were open when a run ended that survives losses."""
+    return list(_outlasting)
 
 
 def movies_to_take_over() -> list[Movie]:

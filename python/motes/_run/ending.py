@@ -23,7 +23,7 @@ from typing import NoReturn
 
 from .. import _core
 from ..errors import place
-from . import attendance, losses, rank_process
+from . import attendance, continuing, losses, rank_process
 from .process import OpenRun, process
 from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
 
@@ -183,7 +183,18 @@ def _on_exit() -> None:
         for stream in (sys.stdout, sys.stderr):
             with contextlib.suppress(Exception):
                 stream.flush()
-    attendance.leave()
+    films = process.survives and bool(continuing.outlasting_movies())
+    if attendance.leave(wait=films) and films:
+        _close_films()
+
+
+def _close_films() -> None:
+    from . import recovering
+
+    try:
+        recovering.close_films()
+    except Exception as error:  # any, of a film's file
+        _end(_headline(error), _trace(error), 1)
 
 
 def _trace(error: BaseException) -> str:

@@ -6,10 +6,11 @@ given the same settings, the manager may write the log. Whatever is wrong is rai
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import struct
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import environment
@@ -40,10 +41,8 @@ def begin(comm: MPI.Intracomm) -> OpenRun:
     """
     ending.install()  # where MPI was not started with motes
     launchers.check_alone()
-    try:
+    with _left_ends():
         attendance.begin(comm)
-    except attendance.Left as left:
-        ending.end_left(left.rank, lost=left.lost)
     return process.open(OpenRun())
 
 
@@ -57,9 +56,8 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     from mpi4py import MPI
 
     run.role, run.frame, run.warn_s = role, 0, warn_s(settings.stall_s)
-    made, request = comm.Idup()
-    _wait_for(request, comm, settings)
-    run.comm = made
+    run.noted = open_worlds.enter(process.rank, f"{process.entered + 1}.starts")
+    run.comm = made = _duplicate(comm, settings)
     if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
         own = comm.Get_group()
         run.ranks = own.Translate_ranks(list(range(comm.size)), MPI.COMM_WORLD.Get_group())
@@ -82,8 +80,25 @@ def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) ->
     )
     _claim_log(run, settings)
     process.entered += 1
-    run.noted = open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
+    starts, run.noted = run.noted, open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
+    open_worlds.leave(starts)
     return settings
+
+
+def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
+    """Return a duplicate of a communicator. Collective."""
+    from mpi4py import MPI
+
+    if not process.survives or comm.size == 1:
+        made, request = comm.Idup()
+        _wait_for(request, comm, settings)
+        return made
+    # Open MPI 5.0 crashes where a rank is lost while a duplicate is being made.
+    made = MPI.Intracomm(comm.Shrink())
+    if made.size < comm.size:
+        with _left_ends():
+            attendance.check_lost(comm)
+    return made
 
 
 def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
@@ -152,7 +167,7 @@ def close(run: OpenRun, *, well: bool) -> None:
         run.watch.close()
     if run.comm is not None and (well or run.comm.size == 1):
         busy.take_notes(run)
-        if not lost_ranks(run.comm):
+        if run.comm != process.left and not lost_ranks(run.comm):
             run.comm.Free()
     run.comm = None
 
@@ -284,7 +299,14 @@ def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> No
             attendance.check_lost(comm)
         return request.Test()
 
-    try:
+    with _left_ends():
         poll(done, Wait(settings.stall_s, "other ranks to enter the world"))
+
+
+@contextlib.contextmanager
+def _left_ends() -> Iterator[None]:
+    """End the job where a rank that the run needs has left the script, or is lost."""
+    try:
+        yield
     except attendance.Left as left:
         ending.end_left(left.rank, lost=left.lost)

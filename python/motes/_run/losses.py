@@ -7,8 +7,9 @@ import os
 import signal
 import time
 from collections.abc import Callable, Iterator
-from typing import TYPE_CHECKING, NoReturn
+from typing import TYPE_CHECKING, NoReturn, TypeVar
 
+from ..errors import ArgumentError
 from . import open_worlds
 from .output import write_all
 from .process import process
@@ -16,7 +17,8 @@ from .process import process
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-__all__ = ["END", "ENVIRONMENT", "end_job", "lost_ranks", "survived", "unless_lost"]
+T = TypeVar("T")
+__all__ = ["END", "ENVIRONMENT", "end_job", "lost_ranks", "survived", "taken_over", "unless_lost"]
 
 ENVIRONMENT = {"OMPI_MCA_ompi_async_mpi_finalize": "1"}
 """For a launcher. Left alone, MPI_Finalize waits for the lost ranks, too, in about one run of ten."""
@@ -25,6 +27,8 @@ END = "*** motes: end of the job, exit code "
 """What a rank says on standard error for `motes run` to end the whole job, followed by the code."""
 
 _END_WAIT_S = 5.0  # how long this may take
+_PATIENCE_S = 10.0
+_LOOK_S = 0.02
 _FAULT_TOLERANT = "OMPI_MCA_mpi_ft_enable"  # set by `mpirun --with-ft ulfm`
 
 
@@ -55,6 +59,21 @@ def unless_lost(give_up: Callable[[], object] = lambda: None) -> Iterator[None]:
         if not process.survives:
             raise
         give_up()
+
+
+def taken_over(claim: Callable[[], T]) -> T:
+    """Return what `claim` gives; a process that is gone may need a while to let go of what it has locked.
+
+    Raises the ArgumentError of `claim` where somebody else has it.
+    """
+    limit = time.monotonic() + _PATIENCE_S
+    while True:
+        try:
+            return claim()
+        except ArgumentError:
+            if time.monotonic() > limit:
+                raise
+        time.sleep(_LOOK_S)
 
 
 def end_job(code: int) -> NoReturn:

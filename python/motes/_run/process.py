@@ -65,6 +65,8 @@ class Process:
     """The launcher's name of the job, where it gave one."""
     survives: bool = False
     """The launcher lets the other ranks go on when one is lost (`motes run --survive`)."""
+    left: MPI.Intracomm | None = None
+    """The ranks that are left, once a world of all ranks has gone on without some; None before."""
     runs: list[OpenRun] = field(default_factory=list)
     """The open ones, in the order of their start; any number may be open at once."""
     entered: int = 0

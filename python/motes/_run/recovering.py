@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from .. import _core
 from ..errors import MotesError
 from . import continuing
+from .losses import lost_ranks, taken_over
 from .output import tell
 from .peers import PeerWatch
 from .process import process
@@ -24,12 +25,22 @@ if TYPE_CHECKING:
     from ..world import World
     from .process import OpenRun
 
-__all__ = ["EVERY", "Recovery", "check"]
+__all__ = ["EVERY", "Recovery", "check", "close_films"]
 
 EVERY = 12
 """Copies of all particles are made before every so many frames."""
 
 _SAVES = 64  # pictures that the rank that is gone may not have written; it was one frame ahead at most
+
+
+def close_films() -> None:
+    """Close films whose writer was lost behind the end of its world: all ranks that live are here."""
+    from mpi4py import MPI
+
+    lost = lost_ranks(MPI.COMM_WORLD)
+    first = next(rank for rank in range(process.size) if rank not in lost)
+    for movie in continuing.outlasting_movies() if lost and process.rank == first else ():
+        movie._close_for_lost()
 
 
 def check(on_loss: str, size: int) -> None:
@@ -53,6 +64,17 @@ class Recovery:
         self._lost: list[str] = []
         continuing.keep_closed_movies(True)
         engine.survive_losses(EVERY, self)
+
+    def secure_films(self, engine: _core.Engine) -> None:
+        """Bring films that stay open behind the run's end to the disk. Collective.
+
+        Then another rank can give them their names where the one that writes them is lost meanwhile.
+        """
+        movies = continuing.open_movies()
+        if movies:
+            engine.secure(lambda: [movie._secure() for movie in movies])
+            for movie in movies:
+                movie._note_secured()
 
     def end(self) -> None:
         """Forget what is kept: the run is over."""
@@ -88,7 +110,11 @@ class Recovery:
         assert world is not None
         try:
             self._meet(world, loss)
-            return self._refusal(world) or self._claim_log(world)
+            refusal = self._refusal(world)
+            if not refusal:
+                self._claim_log(world)
+                world._serve_again()
+            return refusal
         except MPI.Exception:
             return None
         except Exception as error:  # any: the others must hear of it
@@ -104,7 +130,11 @@ class Recovery:
         made = MPI.Intracomm(left.Shrink())
         if made.size < left.size:
             raise MPI.Exception(MPI.ERR_PROC_FAILED)
-        world._comm, world._cast, world._describe.cast = made, loss["roles"], loss["roles"]
+        world._take_ranks(made, loss["roles"])
+        world._describe.cast = world._cast
+        world._settings = world._settings.of_those_left(world._cast, survivors)
+        if world._given[0] is None:  # it was a world of all ranks
+            process.left = made
         names = [_core.describe_role(world._cast, rank) for rank in range(made.size)]
         run.ranks = [run.world_rank(rank) for rank in survivors]
         run.peers = [
@@ -117,10 +147,10 @@ class Recovery:
             run.watch.close()
         run.watch = PeerWatch(run.peers, rank=made.rank)
         if world._course is not None:
-            world._course.go_on_with(made, world._cast)
+            world._course.go_on_with(made, world._settings)
 
     def _refusal(self, world: World) -> str:
-        if world._live or world._settings.steering is not None:
+        if world._steering.steered or world._settings.steering is not None:
             return "the run is steered: what viewers ask for is known to one rank alone"
         if world._open_views:
             return f"the script was inside `with` {world._open_views[-1].name!r}`.local()`"
@@ -128,14 +158,12 @@ class Recovery:
             return f"the files of {world._exports[0]} lack the lost ranks' particles"
         return ""
 
-    def _claim_log(self, world: World) -> str:
-        settings, run = world._settings, self._run
-        assert run.comm is not None
-        if settings.log is not None and run.comm.rank == world._cast[0] and run.log is None:
+    def _claim_log(self, world: World) -> None:
+        directory, run = world._settings.log, self._run
+        if directory is not None and "manager" in world.role and run.log is None:
             from .log_directory import LogDirectory
 
-            run.log = LogDirectory.claim(settings.log, continued=True)
-        return ""
+            run.log = taken_over(lambda: LogDirectory.claim(directory, continued=True))
 
     def unsaved_from(self) -> int | None:
         """Return the first frame whose picture must be made again: this rank draws in place of a lost one."""

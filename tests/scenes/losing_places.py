@@ -1,0 +1,33 @@
+"""Where ranks of `losing.py` may die: calls at which something is handed on, to others or to the disk."""
+
+FRAMES = 13
+
+PLACES: dict[str, tuple[str, str, int]] = {
+    "the frame": ("", "", FRAMES),
+    "the run": ("motes._run.handshake.begin", "", 1),
+    "the meeting": ("motes._run.handshake.meet", "", 1),
+    "the frame's call": ("motes.world.World._run", "", FRAMES),
+    "the picture's note": ("motes.movie.Movie.write", "", FRAMES),
+    "the saved picture": ("motes.frame.Frame.save", "", FRAMES),
+    "the frame's border": ("motes._checkpoint.course.Course.at_border", "", FRAMES),
+    "securing the film": ("motes.movie.Movie._secure", "", 3),
+    "a segment": ("motes._film.growing.GrowingFilm.append", "draws", 5),
+    "showing the film": ("motes._film.growing.GrowingFilm._show", "draws", 1),
+    "the film's sync": ("motes._film.growing.GrowingFilm.sync", "draws", 3),
+    "the film's name": ("motes._film.growing.GrowingFilm.finish", "draws", 1),
+    "the film's close": ("motes.movie.Movie.close", "", 1),
+    "taking over the film": ("motes.movie.Movie._take_over", "manages", 1),
+    "the checkpoint's begin": ("motes._checkpoint.saving.Saver.begin", "", 3),
+    "the checkpoint's wait": ("motes._checkpoint.saving.Saver.finish", "", 4),
+    "the checkpoint's report": ("motes._checkpoint.saving.Saver._post", "", 3),
+    "the checkpoint's manifest": ("motes._checkpoint.saving.Saver._make_whole", "manages", 3),
+    "the checkpoint's name": ("motes._checkpoint.folder.finish", "manages", 3),
+    "the last checkpoint": ("motes._checkpoint.course.Course.save_now", "", 1),
+    "the recovery": ("motes._run.recovering.Recovery.regroup", "", 1),
+    "the way back": ("motes._run.recovering.Recovery.resumed", "", 1),
+    "the export": ("motes.export.Export.write", "", FRAMES),
+    "the export's end": ("motes.export.Export.close", "", 1),
+    "the world's end": ("motes.world.World.__exit__", "", 1),
+    "the world's leave": ("motes.world.World._leave", "", 1),
+}
+"""By name: the function, who comes there ("": any rank), and how often in a world."""

@@ -2,6 +2,7 @@
 
 add_library(motes_pure STATIC
   actions/action.cpp
+  actions/ageing.cpp
   actions/expression.cpp
   actions/tables.cpp
   actions/kernels.cpp

@@ -22,6 +22,7 @@ add_library(motes_pure STATIC
   domains/divide.cpp
   domains/domains.cpp
   image/assets.cpp
+  image/behind.cpp
   image/bench.cpp
   image/bench_scenery.cpp
   image/bloom.cpp

@@ -170,6 +170,7 @@ add_library(motes_engine STATIC
   frame/frame.cpp
   frame/histories.cpp
   frame/kept_rows.cpp
+  frame/in_picture.cpp
   frame/log.cpp
   frame/meet.cpp
   frame/moments.cpp

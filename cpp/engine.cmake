@@ -2,9 +2,10 @@
 
 add_library(motes_pure STATIC
   actions/action.cpp
+  actions/ageing.cpp
   actions/expression.cpp
-  actions/tables.cpp
   actions/kernels.cpp
+  actions/tables.cpp
   balance/cells.cpp
   balance/cuts.cpp
   balance/diffusive.cpp
@@ -18,43 +19,47 @@ add_library(motes_pure STATIC
   balance/proportional.cpp
   balance/sample.cpp
   balance/shares.cpp
+  base/memory.cpp
+  base/sha256.cpp
+  bench/bench_actions.cpp
+  bench/bench_image.cpp
+  bench/bench_meshes.cpp
+  bench/bench_program.cpp
+  bench/bench_scene.cpp
+  bench/bench_scenery.cpp
   domains/divide.cpp
   domains/domains.cpp
-  meshes/assets.cpp
-  bench/bench_image.cpp
-  bench/bench_scenery.cpp
+  image/buffer.cpp
+  image/camera.cpp
+  image/footprint.cpp
+  image/layout.cpp
   image/post/bloom.cpp
   image/post/bloom_plan.cpp
   image/post/bloom_tiles.cpp
-  image/raster/brush.cpp
-  image/buffer.cpp
-  image/camera.cpp
   image/post/canvas.cpp
-  image/raycast/cast_scene.cpp
-  image/raster/depth_blocks.cpp
-  image/footprint.cpp
-  image/raster/image_levels.cpp
   image/post/lanes.cpp
   image/post/layers.cpp
-  image/layout.cpp
-  meshes/mesh_tree.cpp
-  image/raster/ordered.cpp
-  image/raster/partial_tile.cpp
   image/post/picture_light.cpp
-  image/raster/pieces.cpp
-  image/raycast/prepared_scene.cpp
+  image/post/tile_layers.cpp
   image/project/projector.cpp
   image/project/records.cpp
-  image/raycast/scenery.cpp
-  base/sha256.cpp
-  image/slots.cpp
-  image/solids.cpp
   image/project/sort_fixed.cpp
   image/project/sort_tiles.cpp
   image/project/sort_wide.cpp
-  image/raycast/tile_caster.cpp
-  image/post/tile_layers.cpp
+  image/raster/behind.cpp
+  image/raster/brush.cpp
+  image/raster/depth_blocks.cpp
+  image/raster/image_levels.cpp
+  image/raster/ordered.cpp
+  image/raster/partial_tile.cpp
+  image/raster/pieces.cpp
   image/raster/tile_painter.cpp
+  image/raycast/cast_scene.cpp
+  image/raycast/prepared_scene.cpp
+  image/raycast/scenery.cpp
+  image/raycast/tile_caster.cpp
+  image/slots.cpp
+  image/solids.cpp
   image/tone.cpp
   interactions/act.cpp
   interactions/cells.cpp
@@ -65,33 +70,30 @@ add_library(motes_pure STATIC
   interactions/pyramid.cpp
   interactions/tie.cpp
   interactions/ties.cpp
+  meshes/assets.cpp
   meshes/distance_grid.cpp
   meshes/form.cpp
+  meshes/mesh_tree.cpp
   meshes/nearest.cpp
   meshes/surface.cpp
   particles/digest.cpp
   particles/exact_sum.cpp
   particles/ids.cpp
-  base/memory.cpp
   particles/plane_memory.cpp
   particles/schema.cpp
   particles/store.cpp
   particles/streams.cpp
-  bench/bench_program.cpp
-  bench/bench_actions.cpp
-  bench/bench_meshes.cpp
-  bench/bench_scene.cpp
   program/bins.cpp
   program/events.cpp
-  recording/births.cpp
   program/order.cpp
   program/program.cpp
+  program/select.cpp
+  program/sums.cpp
+  recording/births.cpp
   recording/record.cpp
   recording/scene.cpp
-  program/select.cpp
   recording/source_total.cpp
   recording/spawn.cpp
-  program/sums.cpp
   roles/cast.cpp
   roles/ring.cpp
   roles/tree.cpp
@@ -137,6 +139,9 @@ foreach(isa IN LISTS MOTES_BUILT_ISAS)
 endforeach()
 
 add_library(motes_engine STATIC
+  base/crc32c.cpp
+  bench/bench_births.cpp
+  bench/bench_pictures.cpp
   comm/alone.cpp
   comm/clock.cpp
   comm/communicator.cpp
@@ -145,41 +150,38 @@ add_library(motes_engine STATIC
   comm/simulated_connections.cpp
   comm/simulated_ranks.cpp
   comm/simulated_scheduler.cpp
-  comm/wait.cpp
   comm/stop_signals.cpp
+  comm/wait.cpp
   comm/watchdog.cpp
-  engine/log/account.cpp
   engine/act/act.cpp
-  engine/log/alarms.cpp
-  engine/agree.cpp
-  engine/balance/balance.cpp
-  bench/bench_births.cpp
-  bench/bench_pictures.cpp
-  engine/births/birth_numbers.cpp
-  engine/state/birth_history.cpp
-  engine/session/conversation.cpp
-  engine/recovery/copies.cpp
-  engine/session/costs.cpp
   engine/act/course.cpp
-  engine/births/create.cpp
-  engine/balance/donate.cpp
-  engine/render/draw_speeds.cpp
-  engine/render/drawn.cpp
-  engine/engine.cpp
   engine/act/exchange.cpp
   engine/act/follow.cpp
-  engine/frame.cpp
-  engine/state/histories.cpp
-  jsonl/kept_rows.cpp
-  engine/log/log.cpp
   engine/act/meet.cpp
   engine/act/moments.cpp
-  engine/balance/neighbours.cpp
-  engine/state/population.cpp
-  engine/sums/notes.cpp
   engine/act/read.cpp
+  engine/act/run_list.cpp
+  engine/agree.cpp
+  engine/balance/balance.cpp
+  engine/balance/donate.cpp
+  engine/balance/neighbours.cpp
+  engine/births/birth_numbers.cpp
+  engine/births/create.cpp
+  engine/births/share.cpp
+  engine/births/spawn.cpp
+  engine/engine.cpp
+  engine/frame.cpp
+  engine/log/account.cpp
+  engine/log/alarms.cpp
+  engine/log/log.cpp
+  engine/parts/manager.cpp
+  engine/parts/snapshot.cpp
   engine/recover.cpp
-  engine/session/relay.cpp
+  engine/recovery/copies.cpp
+  engine/recovery/standing.cpp
+  engine/render/draw_speeds.cpp
+  engine/render/drawn.cpp
+  engine/render/in_picture.cpp
   engine/render/render.cpp
   engine/render/render_bloom.cpp
   engine/render/render_composite.cpp
@@ -191,22 +193,23 @@ add_library(motes_engine STATIC
   engine/render/render_tiles.cpp
   engine/render/shared_pictures.cpp
   engine/replay.cpp
+  engine/session/conversation.cpp
+  engine/session/costs.cpp
+  engine/session/relay.cpp
   engine/session/report.cpp
   engine/session/reports.cpp
-  engine/act/run_list.cpp
-  engine/state/script.cpp
-  engine/births/share.cpp
-  engine/parts/manager.cpp
-  engine/parts/snapshot.cpp
   engine/session/spans.cpp
-  engine/births/spawn.cpp
-  engine/recovery/standing.cpp
   engine/session/stopwatch.cpp
-  engine/sums/sums.cpp
-  engine/state/system.cpp
-  jsonl/table.cpp
   engine/session/word.cpp
-  base/crc32c.cpp
+  engine/state/birth_history.cpp
+  engine/state/histories.cpp
+  engine/state/population.cpp
+  engine/state/script.cpp
+  engine/state/system.cpp
+  engine/sums/notes.cpp
+  engine/sums/sums.cpp
+  jsonl/kept_rows.cpp
+  jsonl/table.cpp
   snapshots/file.cpp
   snapshots/part.cpp
   snapshots/writer.cpp

@@ -31,6 +31,12 @@ def packets(path):
         return found, bytes(stream.codec_context.extradata), stream.average_rate
 
 
+def decoded(path):
+    """The pictures of a film, as floats of 0..255."""
+    with av.open(str(path)) as film:
+        return [frame.to_ndarray(format="rgb24").astype(float) for frame in film.decode(video=0)]
+
+
 def shown(path):
     """How many frames a player shows, and the time of each in seconds."""
     with av.open(str(path)) as film:
@@ -64,7 +70,7 @@ def go_on(path, at, count, *, secure=(), fps=24, size=(48, 64), close=True):
     return movie
 
 
-def whole(path, count, *, secure, fps=24, size=(48, 64)):
+def whole(path, count, *, secure=(), fps=24, size=(48, 64)):
     with Movie(path, fps=fps) as movie:
         for frame in moving(count, height=size[0], width=size[1]):
             movie.write(frame)

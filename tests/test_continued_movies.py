@@ -11,11 +11,12 @@ import threading
 import time
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 av = pytest.importorskip("av")
 
-from films import cut_off, go_on, moving, packets, partial, shown, whole  # noqa: E402
+from films import cut_off, decoded, go_on, moving, packets, partial, shown, whole  # noqa: E402
 from hypothesis import given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 
@@ -309,3 +310,19 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
     movie._continue_at(30)
     movie.close()
     assert packets(film) == expected
+
+
+def test_a_stop_within_a_second_changes_the_film_until_that_second_ends(tmp_path):
+    """Its film has a key frame more, and from the next second on the same bits."""
+    at, count = 31, 80
+    uninterrupted = whole(tmp_path / "a.mp4", count)[0]
+    film = tmp_path / "b.mp4"
+    cut_off(film, at, secure={at})  # as a stop does, by its checkpoint
+    go_on(film, at, count)
+    stopped = packets(film)[0]
+    assert stopped[:24] == uninterrupted[:24] and stopped[48:] == uninterrupted[48:]
+    assert stopped[at:48] != uninterrupted[at:48]
+    keys = [{k for k, (_, key, _) in enumerate(one) if key} for one in (uninterrupted, stopped)]
+    assert keys[1] - keys[0] == {at}
+    same_pictures = zip(decoded(tmp_path / "a.mp4"), decoded(film), strict=True)
+    assert max(float(np.abs(a - b).mean()) for a, b in same_pictures) < 3, "of 255: what the codec loses"

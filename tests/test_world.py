@@ -148,31 +148,6 @@ def test_what_newborns_get_by_default(world):
     assert p.position.dtype == np.float32
 
 
-def test_a_uniform_of_numbers_is_one_number_where_a_vector_stands(world):
-    s = world.system("a", attributes={"wind": (0, 0, 0)})
-    with world:
-        s.configure(size=motes.Uniform(0.1, 0.3), color=motes.Uniform(0, 1), velocity=motes.Uniform(-2, 2))
-        s.configure(
-            wind=motes.Uniform(5, 5), up=motes.Uniform((0, 0, 0), (1, 1, 1)), mass=motes.Uniform(1, 2)
-        )
-        s.burst((0, 0, 0), count=20_000)
-        world.step()
-        p = s.gather()
-    for name, low, high in (("size", 0.1, 0.3), ("color", 0, 1), ("velocity", -2, 2)):
-        column = getattr(p, name)
-        assert (column == column[:, :1]).all(), name
-        assert low <= column.min() < column.max() <= np.float32(high)
-        assert column.mean() == pytest.approx((low + high) / 2, abs=0.02 * (high - low))
-        assert column.std() == pytest.approx((high - low) / math.sqrt(12), rel=0.02)
-    assert (p.wind == 5).all()
-    assert (p.up[:, 0] != p.up[:, 1]).mean() > 0.99, "each component of a vector is drawn by itself"
-    assert abs(np.corrcoef(p.size[:, 0], p.color[:, 0])[0, 1]) < 0.05
-    with pytest.raises(motes.ArgumentError, match="size must be drawn"):
-        s.configure(size=motes.Uniform(2, 1))
-    with pytest.raises(motes.ArgumentError, match="velocity must be a finite number in"):
-        s.configure(velocity=motes.Uniform(0, 1e13))
-
-
 def test_distributions(world):
     n = 40_000
     s = world.system("a", attributes={"heat": 0.0})

@@ -8,16 +8,18 @@ namespace motes::MOTES_ISA {
 
 MOTES_INLINE Floats3 draw_one(const actions::Distribution& d, Draws& draws) {
   const Floats3 first = all3(d.first);
-  const Floats3 second = all3(d.second);
+  Floats3 second = all3(d.second);
   const Uints4 w = draws.bits();
-  if (d.kind == actions::Distribution::Kind::uniform) {
-    const Floats3 range = second - first;
-    return first + Floats3{range.x * unit(w.a), range.y * unit(w.b), range.z * unit(w.c)};
-  }
   Floats3 n{};
-  Floats unused;
-  normal_pair(w.a, w.b, n.x, n.y);
-  normal_pair(w.c, w.d, n.z, unused);
+  if (d.kind == actions::Distribution::Kind::uniform) {
+    n = {unit(w.a), unit(w.b), unit(w.c)};
+    second = second - first;
+  } else {
+    Floats unused;
+    normal_pair(w.a, w.b, n.x, n.y);
+    normal_pair(w.c, w.d, n.z, unused);
+  }
+  if (d.alike) n = {n.x, n.x, n.x};
   return first + Floats3{second.x * n.x, second.y * n.y, second.z * n.z};
 }
 

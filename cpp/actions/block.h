@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "actions/ageing.h"
 #include "actions/expression.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
@@ -31,6 +32,7 @@ struct Step {
   double time = 0;           // at the start of the step, seconds
   particles::DrawKeys* draws = nullptr;  // for actions that draw
   float start = 0, end = 1;  // which part of the frame it is: for shapes that move
+  Ageing ageing{};           // for move
 };
 
 /// The recorded numbers and shapes of the action.

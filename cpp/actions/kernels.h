@@ -13,6 +13,7 @@ namespace motes::actions {
 struct Distribution {
   enum class Kind : std::uint8_t { value, shape, uniform, normal };
   Kind kind = Kind::value;
+  bool alike = false;    // uniform, normal: one draw for all components, where a vector is drawn from numbers
   float first[3] = {};   // the value | lo | mean
   float second[3] = {};  //           | hi | sigma
   shapes::Shape shape;   // kind shape: attributes of three numbers only
@@ -22,7 +23,7 @@ struct Distribution {
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Distribution& distribution) {
-  visit(distribution.kind, distribution.first, distribution.second, distribution.shape);
+  visit(distribution.kind, distribution.alike, distribution.first, distribution.second, distribution.shape);
 }
 
 /// Who stays: low <= x < high.

@@ -1,7 +1,9 @@
-// move: x += v dt, age += dt; with `rotational`, up += rotational_velocity dt (McAllister's Move). A particle that
-// would leave float32's range, or whose velocity is not finite, stays where it is and dies.
+// move: x += v dt, age += dt without drift (grow_older.h); with `rotational`, up += rotational_velocity dt
+// (McAllister's Move). A particle that would leave float32's range, or whose velocity is not finite, stays where it is
+// and dies.
 #pragma once
 
+#include "actions/grow_older.h"
 #include "actions/lanes.h"
 
 namespace motes::MOTES_ISA {
@@ -11,14 +13,14 @@ inline void move(const actions::Parameters& p, const actions::Block& b, const ac
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 from = load3(b, kPositionAt, i);
     Floats3 to = from + load3(b, kVelocityAt, i) * dt;
-    const Mask lost = ~finite(to);
-    if (any(lost)) {
+    if (!all_finite(to)) [[unlikely]] {
+      const Mask lost = ~finite(to);
       to = select(lost, from, to);
       kill(b, i, lost);
     }
     store3(b, kPositionAt, i, to);
-    store(b.component[kAgeAt] + i, load(b.component[kAgeAt] + i) + dt);
   }
+  grow_older(b.component[kAgeAt], b.count, s.ageing);
   if (!p.flag) return;
   for (std::size_t i = 0; i < b.count; i += kLanes) {
     const Floats3 up = load3(b, kUpAt, i);

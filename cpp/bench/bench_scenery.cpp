@@ -16,9 +16,7 @@ namespace {
 
 using namespace image;
 
-using shapes::Kind;
-
-Solid solid(Kind kind, std::initializer_list<float> numbers, Color color) {
+Solid solid(shapes::Kind kind, std::initializer_list<float> numbers, Color color) {
   Solid made;
   made.shape.kind = kind;
   std::copy(numbers.begin(), numbers.end(), made.shape.number);
@@ -26,17 +24,17 @@ Solid solid(Kind kind, std::initializer_list<float> numbers, Color color) {
   return made;
 }
 
-Solid ground() { return solid(Kind::plane, {0, 0, 0, 0, 1, 0}, {0.6f, 0.6f, 0.6f}); }
+Solid ground() { return solid(shapes::Kind::plane, {0, 0, 0, 0, 1, 0}, {0.6f, 0.6f, 0.6f}); }
 
 std::vector<Solid> shapes_on_a_plane() {
   return {ground(),
-          solid(Kind::sphere, {0, 1, 0, 1, 0}, {1, 0.3f, 0.2f}),
-          solid(Kind::box, {1.5f, 0, -1, 2.5f, 1.5f, 0}, {0.2f, 0.5f, 1}),
-          solid(Kind::cylinder, {-2, 0, 0, -2, 1.4f, 0.3f, 0.5f, 0.3f}, {0.3f, 0.9f, 0.3f}),
-          solid(Kind::cone, {-1, 2, -2, -1, 0, -2, 0.8f, 0}, {0.9f, 0.9f, 0.2f}),
-          solid(Kind::disc, {3.2f, 1, -2, 1, 0.2f, 1, 1, 0.4f}, {1, 0.5f, 1}),
-          solid(Kind::rectangle, {-4, 0, -3, 1.5f, 0, 0.5f, 0, 1.6f, 0}, {0.4f, 0.4f, 0.4f}),
-          solid(Kind::triangle, {0.5f, 0, 2, 1.5f, 0, 2.4f, 1, 0.9f, 2}, {0.1f, 0.8f, 0.8f})};
+          solid(shapes::Kind::sphere, {0, 1, 0, 1, 0}, {1, 0.3f, 0.2f}),
+          solid(shapes::Kind::box, {1.5f, 0, -1, 2.5f, 1.5f, 0}, {0.2f, 0.5f, 1}),
+          solid(shapes::Kind::cylinder, {-2, 0, 0, -2, 1.4f, 0.3f, 0.5f, 0.3f}, {0.3f, 0.9f, 0.3f}),
+          solid(shapes::Kind::cone, {-1, 2, -2, -1, 0, -2, 0.8f, 0}, {0.9f, 0.9f, 0.2f}),
+          solid(shapes::Kind::disc, {3.2f, 1, -2, 1, 0.2f, 1, 1, 0.4f}, {1, 0.5f, 1}),
+          solid(shapes::Kind::rectangle, {-4, 0, -3, 1.5f, 0, 0.5f, 0, 1.6f, 0}, {0.4f, 0.4f, 0.4f}),
+          solid(shapes::Kind::triangle, {0.5f, 0, 2, 1.5f, 0, 2.4f, 1, 0.9f, 2}, {0.1f, 0.8f, 0.8f})};
 }
 
 // A ball with dents, two metres wide.

@@ -18,10 +18,12 @@ using actions::Distribution;
 using recording::Birth;
 using State = std::vector<std::pair<int, Distribution>>;
 
-Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second) {
+Distribution pair_of(Distribution::Kind kind, const std::vector<double>& first, const std::vector<double>& second,
+                     bool alike = false) {
   const simd::FloatMode mode;  // keeps denormal numbers
   Distribution d;
   d.kind = kind;
+  d.alike = alike;
   for (std::size_t i = 0; i < first.size() && i < 3; ++i) d.first[i] = static_cast<float>(first[i]);
   for (std::size_t i = 0; i < second.size() && i < 3; ++i) d.second[i] = static_cast<float>(second[i]);
   return d;
@@ -191,12 +193,18 @@ void bind_recording(py::module_& m) {
   py::class_<Distribution>(m, "Distribution")
       .def_static("value", [](const std::vector<double>& v) { return pair_of(Distribution::Kind::value, v, {}); })
       .def_static("shape", &in_shape)
-      .def_static("uniform", [](const std::vector<double>& lo,
-                                const std::vector<double>& hi) { return pair_of(Distribution::Kind::uniform, lo, hi); })
-      .def_static("normal",
-                  [](const std::vector<double>& mean, const std::vector<double>& sigma) {
-                    return pair_of(Distribution::Kind::normal, mean, sigma);
-                  })
+      .def_static(
+          "uniform",
+          [](const std::vector<double>& lo, const std::vector<double>& hi, bool alike) {
+            return pair_of(Distribution::Kind::uniform, lo, hi, alike);
+          },
+          py::arg("lo"), py::arg("hi"), py::arg("alike") = false)
+      .def_static(
+          "normal",
+          [](const std::vector<double>& mean, const std::vector<double>& sigma, bool alike) {
+            return pair_of(Distribution::Kind::normal, mean, sigma, alike);
+          },
+          py::arg("mean"), py::arg("sigma"), py::arg("alike") = false)
       .def("to_bytes", &bytes_of)
       .def_static("from_bytes", &from_bytes);
   py::class_<Birth>(m, "Birth")

@@ -183,14 +183,33 @@ void pass_on(Rank& rank, Round& round, Judgement judgement, const std::vector<Fl
   round.verdict = std::move(judgement.verdict);
 }
 
+void say(Alarm&& alarm, std::uint64_t frame, Manager& manager) {
+  if (Log* log = manager.account.log()) log->event(alarm.kind, frame, alarm.text);
+  manager.remarks.push_back(std::move(alarm.text));
+}
+
+// What all should hear of the last picture, and, at the end, of all of them.
+void watch_pictures(const Script& script, const Tail& tail, Manager& manager) {
+  const std::uint64_t frame = tail.valid ? tail.frame : script.record.frame;
+  const auto look = [&](std::size_t system, Sighted sighted, bool last) {
+    const std::string& name = script.systems[system]->definition.name;
+    for (Alarm& alarm : manager.alarms.look_at_picture(system, name, sighted, last)) {
+      say(std::move(alarm), frame, manager);
+    }
+  };
+  const std::vector<Sighted>& sighted = tail.drawings.sighted;
+  for (std::size_t i = 0; i < sighted.size() && i < script.systems.size(); ++i) look(i, sighted[i], false);
+  if (script.record.verb != recording::Verb::finish) return;
+  for (std::size_t i = 0; i < script.systems.size(); ++i) look(i, Sighted::unknown, true);
+}
+
 // What all should hear of a system's meetings.
 void watch(const Script& script, const Round& round, const std::vector<Strain>& strains, int substeps,
            Manager& manager) {
   for (std::size_t i = round.first; i < round.last && i - round.first < strains.size(); ++i) {
     const System& system = *script.systems[i];
     for (Alarm& alarm : manager.alarms.look(i, system.definition.name, strains[i - round.first], substeps)) {
-      if (Log* log = manager.account.log()) log->event(alarm.kind, script.record.frame, alarm.text);
-      manager.remarks.push_back(std::move(alarm.text));
+      say(std::move(alarm), script.record.frame, manager);
     }
   }
 }
@@ -256,7 +275,10 @@ void keep_account(Rank& rank, const Script& script, Manager& manager) {
   for (std::size_t r = 0; r < manager.judged.size(); ++r) {
     const Round& round = script.rounds[r];
     const Judged& judged = manager.judged[r];
-    if (r == 0) manager.account.note_tail(judged.tail);
+    if (r == 0) {
+      manager.account.note_tail(judged.tail);
+      watch_pictures(script, judged.tail, manager);
+    }
     if (round.tells_tails) manager.tails = AwaitedTails{rank.talk.stamp(round), round.own_tails};
     note_pictures(rank, script, round, judged, manager.picture);
     if (!script.in_frame()) continue;

@@ -223,7 +223,8 @@ std::vector<Program::Substep> Program::steps_of(std::size_t entry, const Span& s
                              .key = key,
                              .time = time_of(span, substep),
                              .start = static_cast<float>(substep) / substeps,
-                             .end = static_cast<float>(substep + 1) / substeps};
+                             .end = static_cast<float>(substep + 1) / substeps,
+                             .ageing = actions::ageing_of(span.dt, substep, span.substeps)};
     steps.push_back({step, substep == span.first ? entry : 0, static_cast<std::size_t>(substep) % kKeptSteps});
   }
   return steps;

@@ -23,6 +23,7 @@ MOTES_INLINE Floats3 select(Mask mask, Floats3 yes, Floats3 no) {
 MOTES_INLINE Floats3 only(Mask mask, Floats3 v) { return {only(mask, v.x), only(mask, v.y), only(mask, v.z)}; }
 /// Whether all three are numbers whose sum is within the range of float32.
 MOTES_INLINE Mask finite(Floats3 v) { return abs(v.x) + abs(v.y) + abs(v.z) <= __FLT_MAX__; }
+MOTES_INLINE bool all_finite(Floats3 v) { return all_at_most(abs(v.x) + abs(v.y) + abs(v.z), __FLT_MAX__); }
 MOTES_INLINE Floats3 all3(const float* v) { return {all(v[0]), all(v[1]), all(v[2])}; }
 
 /// One vector of three numbers, for values computed once per block.

@@ -320,6 +320,7 @@ class World(Looping, Facts, Settings):
             return
         self._usage.check("close()")
         well = False
+        remarks: list[str] = []
         try:
             if error is not None and not isinstance(error, Stopped):
                 ending.stop_job(error, self._run_state)  # returns where this is the only rank
@@ -336,6 +337,7 @@ class World(Looping, Facts, Settings):
                 engine.finish()
             finally:
                 self._usage.end()
+            remarks = engine.take_remarks()
             self._show(last=True)
             if self._recording is not None:
                 self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
@@ -354,6 +356,8 @@ class World(Looping, Facts, Settings):
             if self._recovery is not None:
                 self._recovery.end()
             self._leave(well=well)
+        for remark in remarks:
+            self._warn(remark, 3)
 
     def open(self) -> World:
         """Start the run, as `with world:` does; for notebooks. Collective."""

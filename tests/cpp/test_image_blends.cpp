@@ -71,9 +71,10 @@ std::vector<Seen> nearest_of(const std::vector<Batch>& batches, const Area& area
   return nearest;
 }
 
-// All fragments of alpha and additive records, sorted and blended in double precision on top of `light`.
-std::vector<double> blended(std::vector<double> light, const std::vector<Batch>& batches, const Area& area,
-                            const std::vector<float>& wall) {
+// All fragments of alpha and additive records, sorted and blended in double precision on top of `light`. `deep`: the
+// same with the depths that are compared with the wall's.
+std::vector<double> blended(std::vector<double> light, const std::vector<Batch>& batches,
+                            const std::vector<Batch>& deep, const Area& area, const std::vector<float>& wall) {
   struct Item {
     float depth;
     const Batch* batch;
@@ -95,10 +96,12 @@ std::vector<double> blended(std::vector<double> light, const std::vector<Batch>&
   for (const Item& item : items) {
     const Splat s = item.batch->brush.splat_at(area.x, area.y);
     const auto r = item.batch->record<DeepRecord>(item.record);
+    const float depth =
+        depth_of(deep[static_cast<std::size_t>(item.batch - batches.data())].record<DeepRecord>(item.record));
     const bool alpha = item.batch->brush.blends(Blend::alpha);
     for_each_fragment(s, r, area, [&](std::size_t pixel, std::size_t row, std::size_t column) {
-      if (wall[pixel] < item.depth) return;
-      const double fade = s.fade > 0 ? std::min(1.0, (static_cast<double>(wall[pixel]) - item.depth) * s.fade) : 1;
+      if (wall[pixel] < depth) return;
+      const double fade = s.fade > 0 ? std::min(1.0, (static_cast<double>(wall[pixel]) - depth) * s.fade) : 1;
       const std::size_t at = row * static_cast<std::size_t>(s.row_bytes) + 3 * column;
       const double a = r.alpha / 255.0 * fade;
       for (std::size_t c = 0; c < 3; ++c) {
@@ -146,7 +149,7 @@ TEST(image_of_opaque_particles_the_nearest_shows) {
           painted.painter.start(painted.area);
           const auto light = painted.paint(whole(batches));
           const auto depth = painted.hides();
-          const auto nearest = nearest_of(batches, painted.area);
+          const auto nearest = nearest_of(settled(batches, painted), painted.area);
           for (std::size_t i = 0; i < nearest.size(); ++i) {
             const bool hidden = !(nearest[i].depth <= wall[i]) || std::isinf(nearest[i].depth);
             CHECK(depth[i] == (hidden ? wall[i] : nearest[i].depth));
@@ -170,7 +173,7 @@ TEST(image_a_particle_on_a_solid_is_seen_whatever_its_color) {
   const View view = painter_view(true);
   PaintedTile painted(view);
   const auto bare = painted.paint({});
-  const std::vector<float> wall = painted.hides();
+  const std::vector<float> wall = painted.hides(), surface = painted.depth();
   const int width = painted.area.width;
   const auto middle = static_cast<std::size_t>(width * painted.area.height / 2 + width / 2);
   std::size_t on = middle;  // a pixel of the solid
@@ -184,7 +187,7 @@ TEST(image_a_particle_on_a_solid_is_seen_whatever_its_color) {
     r.color[0] = r.color[1] = 255;
     r.color[2] = blue;
     r.alpha = 255;
-    std::memcpy(&r.depth, &wall[on], 4);
+    std::memcpy(&r.depth, &surface[on], 4);
     one.put(r);
     painted.painter.start(painted.area);
     const auto light = painted.paint({one.piece()});
@@ -234,7 +237,8 @@ TEST(image_alpha_and_light_agree_with_sorting_every_fragment) {
                      [](const Piece& p) { return p.brush->blends(Blend::opaque); });
         const auto surfaces = painted.paint(opaque);
         const auto wall = painted.hides();
-        const auto expected = blended({surfaces.begin(), surfaces.end()}, batches, painted.area, wall);
+        const auto expected =
+            blended({surfaces.begin(), surfaces.end()}, batches, settled(batches, painted), painted.area, wall);
         painted.painter.start(painted.area);
         const auto light = painted.paint(all);
         CHECK(painted.hides() == wall);
@@ -260,7 +264,7 @@ TEST(image_many_layers_of_alpha_stay_exact) {
   }
   PaintedTile painted(view);
   const auto bare = painted.paint({});
-  const auto expected = blended({bare.begin(), bare.end()}, batches, painted.area, painted.hides());
+  const auto expected = blended({bare.begin(), bare.end()}, batches, batches, painted.area, painted.hides());
   painted.painter.start(painted.area);
   const auto light = painted.paint(whole(batches));
   for (std::size_t i = 0; i < light.size(); ++i) CHECK_NEAR(light[i], expected[i], 1 / 255.0);

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "image/raster/behind.h"
 #include "image/raster/brush.h"
 #include "image/raster/ordered.h"
 #include "image/raster/tile_painter.h"
@@ -117,6 +118,18 @@ struct PaintedTile {
     return {saved.data(), saved.data() + saved.size()};
   }
 };
+
+/// The batches as the tile's painter draws them: those close behind a surface are deeper (image/behind.h).
+inline std::vector<Batch> settled(const std::vector<Batch>& batches, const PaintedTile& tile) {
+  Behind behind;
+  behind.start(tile.scene.scenery(), tile.area);
+  std::vector<Batch> changed = batches;
+  for (Batch& batch : changed) {
+    const Piece piece = behind.settled(batch.piece());
+    batch.bytes.assign(piece.records, piece.records + batch.bytes.size());
+  }
+  return changed;
+}
 
 /// All of the batches, each shuffled and cut in two, in some order.
 inline std::vector<Piece> shuffled_pieces(std::vector<Batch>& batches, test::Dice& dice) {

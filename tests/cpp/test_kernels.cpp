@@ -150,9 +150,15 @@ TEST(actions_give_the_same_bits_in_every_build) {
         parameters.table = table.values.data();
         std::copy(table.size, table.size + 3, parameters.table_size);
         particles::DrawKeys draws;
-        const actions::Step step{0.04f,    static_cast<std::uint32_t>(dice.word()),
-                                 0x10003u, {static_cast<std::uint32_t>(dice.word()), 7},
-                                 0,        &draws};
+        const actions::Step step{0.04f,
+                                 static_cast<std::uint32_t>(dice.word()),
+                                 0x10003u,
+                                 {static_cast<std::uint32_t>(dice.word()), 7},
+                                 0,
+                                 &draws,
+                                 0,
+                                 1,
+                                 actions::ageing_of(0.04, 0, 1)};
         const Particles before(count, dice);
         Particles first = before;
         std::vector<float*> components;
@@ -180,6 +186,10 @@ TEST(births_give_the_same_bits_in_every_build) {
       d.first[i] = dice.between(-2, 0);
       d.second[i] = dice.between(0, 2);
     }
+  }
+  for (const std::size_t kind : {1u, 2u}) {
+    draws.push_back(draws[kind]);
+    draws.back().alike = true;
   }
   for (const Shape& s : all_shapes()) {
     draws.emplace_back();

@@ -80,4 +80,14 @@ TEST(a_part_that_does_not_fit_leaves_the_one_before) {
   std::filesystem::remove_all(directory);
 }
 
+TEST(a_part_is_not_written_through_a_link_that_somebody_planted) {
+  const std::string directory = fresh(std::filesystem::temp_directory_path().string());
+  const std::string victim = directory + "/victim", path = directory + "/part";
+  std::ofstream(victim) << "precious";
+  std::filesystem::create_symlink(victim, path + ".tmp");
+  CHECK_THROWS(snapshots::write_whole(path, numbers(10), numbers(20)), std::exception);
+  CHECK(content_of(victim) == "precious" && !std::filesystem::exists(path));
+  std::filesystem::remove_all(directory);
+}
+
 }  // namespace motes::test_part_writer

@@ -214,6 +214,31 @@ TEST(alarms_survive_their_bytes_and_stay_silent) {
   CHECK(after.look(0, "snow", deep, 2).size() == 1);  // patience ends in the same frame
 }
 
+TEST(alarms_say_what_no_picture_shows_and_wait_for_what_may_come_into_it) {
+  using enum Sighted;
+  const auto said = [](std::initializer_list<Sighted> pictures, bool ends = true) {
+    Alarms alarms;
+    std::string texts;
+    for (const Sighted sighted : pictures) {
+      for (const Alarm& alarm : alarms.look_at_picture(1, "snow", sighted, false)) texts += alarm.text;
+    }
+    if (ends) {
+      for (const Alarm& alarm : alarms.look_at_picture(1, "snow", unknown, true)) texts += alarm.text;
+    }
+    const auto has = [&](const char* part) { return texts.find(part) != std::string::npos; };
+    return has("behind") ? "behind" : has("outside") ? "outside" : "";
+  };
+  CHECK(said({behind, behind}, false) == std::string("behind"));
+  CHECK(said({beside, unknown, unknown}, false) == std::string());
+  CHECK(said({beside, unknown, beside}, false) == std::string("outside"));
+  CHECK(said({beside, unknown}) == std::string("outside"));
+  CHECK(said({beside, inside, beside, beside, behind}) == std::string());
+  CHECK(said({unknown, unknown}) == std::string());
+  Alarms two;
+  CHECK(two.look_at_picture(0, "rain", inside, false).empty() && two.look_at_picture(1, "snow", beside, false).empty());
+  CHECK(two.look_at_picture(1, "snow", unknown, true).empty());  // a short film, and another system is in it
+}
+
 TEST(log_rows_are_padded_lines) {
   const Folder folder;
   {

@@ -219,4 +219,20 @@ TEST(log_continued_says_so_and_keeps_its_start) {
   CHECK(content(folder.path / "density.jsonl").size() == 4 * 2 * 512);
 }
 
+TEST(a_table_is_not_written_through_a_link_that_somebody_planted) {
+  const Folder folder;
+  const std::string victim = (folder.path / "victim").string();
+  put(victim, "precious");
+  std::filesystem::create_symlink(victim, folder.file());
+  CHECK(has(error_of(folder.file(), 0), "cannot write " + folder.file()));
+  std::filesystem::remove(folder.file());
+  {
+    Table table(folder.file(), kLine);
+    write(table, {0, 1, 2});
+  }
+  std::filesystem::create_symlink(victim, folder.path / ".load.jsonl.tmp");
+  CHECK(has(error_of(folder.file(), 2), "cannot write"));
+  CHECK(content(victim) == "precious");
+}
+
 }  // namespace motes::test_table

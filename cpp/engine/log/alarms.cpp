@@ -1,13 +1,35 @@
 #include "engine/log/alarms.h"
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
 namespace motes::engine {
 
-std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, const Strain& strain, int substeps) {
+Alarms::Watched& Alarms::watched(std::size_t system) {
   if (system >= systems_.size()) systems_.resize(system + 1);
-  Watched& watched = systems_[system];
+  return systems_[system];
+}
+
+std::vector<Alarm> Alarms::look_at_picture(std::size_t system, const std::string& name, Sighted sighted, bool last) {
+  Watched& of = watched(system);
+  of.seen |= sighted == Sighted::inside;
+  if (of.seen || of.unseen) return {};
+  const bool behind = sighted == Sighted::behind;
+  const bool any = std::any_of(systems_.begin(), systems_.end(), [](const Watched& one) { return one.seen; });
+  const bool again = of.beside && sighted == Sighted::beside;
+  of.beside |= sighted == Sighted::beside;
+  if (behind || again || (last && of.beside && !any)) {
+    of.unseen = true;
+    const std::string where = behind ? "behind the camera" : "outside of what the camera sees";
+    return {{"unseen", "system '" + name + "': all its particles are " + where +
+                           ", so no picture shows them: another Camera(position, look_at), or other places"}};
+  }
+  return {};
+}
+
+std::vector<Alarm> Alarms::look(std::size_t system, const std::string& name, const Strain& strain, int substeps) {
+  Watched& watched = this->watched(system);
   std::vector<Alarm> alarms;
   const auto say = [&](bool& said, const char* kind, const std::string& text) {
     if (!std::exchange(said, true)) alarms.push_back({kind, "system '" + name + "': " + text});

@@ -1,4 +1,5 @@
-// Warnings about meetings: what still runs, and is right, but is not what a script wants. Each is said once.
+// Warnings about meetings and pictures: what still runs, and is right, but is not what a script wants. Each is said
+// once.
 #pragma once
 
 #include <cstddef>
@@ -11,7 +12,7 @@
 namespace motes::engine {
 
 struct Alarm {
-  std::string kind;  // "crowded", "overlap", "softened"
+  std::string kind;  // "crowded", "overlap", "softened", "unseen"
   std::string text;  // what it is, and what to do
 };
 
@@ -24,18 +25,26 @@ class Alarms {
   /// Once per frame and system.
   std::vector<Alarm> look(std::size_t system, const std::string& name, const Strain& strain, int substeps);
 
+  /// Once per picture and system; `last`: there will be no other one. What is behind the camera in the first picture is
+  /// said at once. What is beside may be on its way into it, and is said in the next one that is looked at; in the last
+  /// one only where no system was ever seen.
+  std::vector<Alarm> look_at_picture(std::size_t system, const std::string& name, Sighted sighted, bool last);
+
  private:
   struct Watched {
     bool crowded = false, deep = false, softened = false;  // said
     std::int32_t frames = 0;  // in which overlaps were deep, and became no less
     float deepness = 0;       // at the first of them
+    bool seen = false, beside = false, unseen = false;  // in a picture; beside the first; said that it is not
 
     template <class Visitor>
     friend constexpr void fields(Visitor& visit, Watched& watched) {
-      visit(watched.crowded, watched.deep, watched.softened, watched.frames, watched.deepness);
+      visit(watched.crowded, watched.deep, watched.softened, watched.frames, watched.deepness, watched.seen,
+            watched.beside, watched.unseen);
     }
   };
   std::vector<Watched> systems_;
+  Watched& watched(std::size_t system);
 
   // So that a run that goes on says nothing twice.
   template <class Visitor>

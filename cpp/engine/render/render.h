@@ -32,6 +32,7 @@ struct Painter {
   std::deque<image::Projector> projectors;  // one per thread
   std::vector<image::Records> records;  // of this rank's particles, one or more per system
   std::vector<std::uint32_t> counts;    // of these records, by slot
+  std::vector<std::uint64_t> pictures;  // so far, in which there were particles of a system: one per system
   image::Canvas canvas;                 // path gather: all of the picture
   image::PreparedScene scene;           // other paths: what is needed of it for some tiles
   image::Pieces pieces;

@@ -6,6 +6,7 @@
 
 #include "base/fields.h"
 #include "engine/render/drawn.h"
+#include "engine/render/in_picture.h"
 #include "engine/render/render_composite.h"
 
 namespace motes::engine {
@@ -105,7 +106,12 @@ void project(Rank& rank, const Script& script, const Calculator& calculator, Pai
       bytes[p] = records.count() * records.record_bytes();
     });
     add_up(counts, painter);
+    std::vector<std::uint64_t> records(calculator.populations.size());
+    for (std::size_t p = 0; p < parts.size(); ++p) {
+      records[parts[p].system] += image::RecordsView(painter.records[p].bytes()).count();
+    }
     painter.drawing.record_bytes = std::accumulate(bytes.begin(), bytes.end(), std::uint64_t{0});
+    painter.drawing.sighted = sighted(script, calculator, records, painter.pictures);
     std::uint64_t particles = 0;
     for (const PartOfSystem& part : parts) particles += part.particles.count;
     rank.machine.charge(rank.machine.costs().record * static_cast<double>(particles));

@@ -66,6 +66,8 @@ void join(Drawings& into, Drawings&& other) {
   into.assemble_s += other.assemble_s;  // of one rank
   append(into.active, std::move(other.active));
   append(into.tiles, std::move(other.tiles));
+  into.sighted.resize(std::max(into.sighted.size(), other.sighted.size()));
+  for (std::size_t i = 0; i < other.sighted.size(); ++i) into.sighted[i] = std::max(into.sighted[i], other.sighted[i]);
 }
 
 void join(Tail& into, Tail&& other) {
@@ -94,7 +96,8 @@ Drawings drawings_of(Drawing drawing, int rank, bool calculates) {
                drawing.bytes,
                drawing.assemble_s,
                {},
-               {}};
+               {},
+               std::move(drawing.sighted)};
   if (drawing.width == 0) return one;
   if (calculates) one.active.push_back(drawing.active);
   if (!drawing.counts.empty()) {

@@ -187,6 +187,9 @@ constexpr void fields(Visitor& visit, DrawnTiles& tiles) {
   visit(tiles.first, tiles.counts, tiles.rank, tiles.seconds);
 }
 
+/// Where particles of a system are to a picture, from nowhere to in it: of several, the greatest.
+enum class Sighted : std::uint8_t { unknown, behind, beside, inside };  // behind the camera; beside what it sees
+
 /// What a rank did for a frame's picture.
 struct Drawing {
   std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
@@ -201,6 +204,7 @@ struct Drawing {
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
   double draw_s = 0;                  // seconds of work that these took; 0: not measured
   double assemble_s = 0;              // of putting other ranks' tiles into the picture
+  std::vector<Sighted> sighted;       // of a calculator, one per system: its particles
 };
 
 /// What the ranks of a part of the tree did for it.
@@ -215,12 +219,13 @@ struct Drawings {
   double assemble_s = 0;
   std::vector<std::uint32_t> active;  // of each calculator
   std::vector<DrawnTiles> tiles;
+  std::vector<Sighted> sighted;  // one per system
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, Drawings& drawings) {
   visit(drawings.width, drawings.height, drawings.path, drawings.order, drawings.records, drawings.record_bytes,
-        drawings.sent, drawings.bytes, drawings.assemble_s, drawings.active, drawings.tiles);
+        drawings.sent, drawings.bytes, drawings.assemble_s, drawings.active, drawings.tiles, drawings.sighted);
 }
 
 Drawings drawings_of(Drawing drawing, int rank, bool calculates);

@@ -99,6 +99,7 @@ void TilePainter::clear(const Area& area, std::uint32_t brightest) {
   saturating_ = false;
   const Scenery& scenery = scene_->scenery();
   planes_.hides = scenery.occupied(area.tile);
+  behind_.start(scenery, area);
   if (!planes_.hides) return;
   planes_.nearest = scenery.nearest(area.tile);
   planes_.farthest = scenery.farthest(area.tile);
@@ -273,7 +274,8 @@ void TilePainter::set_brush(const Brush& brush) {
   wide_splat_.stamps = stamps_.data();
 }
 
-void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) {
+void TilePainter::draw_opaque(const Piece& given, const TilePlanes& planes) {
+  const Piece piece = behind_.settled(given);
   take_up(piece);
   if (!of_fixed_size(piece.brush->layout())) {
     kernels(*piece.brush).opaque(planes, wide_splat_, raw(piece.records), piece.count);
@@ -282,7 +284,8 @@ void TilePainter::draw_opaque(const Piece& piece, const TilePlanes& planes) {
   }
 }
 
-void TilePainter::blend(const Piece& piece) {
+void TilePainter::blend(const Piece& given) {
+  const Piece piece = behind_.settled(given);
   const Brush& brush = *piece.brush;
   take_up(piece);
   const bool over = brush.blends(Sprite::Blend::alpha);

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "image/buffer.h"
+#include "image/raster/behind.h"
 #include "image/raster/depth_blocks.h"
 #include "image/raster/ordered.h"
 #include "image/raster/pieces.h"
@@ -72,13 +73,13 @@ class TilePainter {
   void clear(const Area& area, std::uint32_t brightest);
   void start_surfaces();
   void paint_surfaces(std::span<const Piece> pieces);
-  void draw_opaque(const Piece& piece, const TilePlanes& planes);
+  void draw_opaque(const Piece& given, const TilePlanes& planes);
   void paint_bare(std::span<const Piece> pieces);
   void add(std::span<const Piece> pieces);
   void start_cover(std::span<const Piece> pieces);
   void show_cover();
   void end_cover();
-  void blend(const Piece& piece);
+  void blend(const Piece& given);
   template <class Draw>
   void in_parts(const Piece& piece, const Draw& draw);
   const WideKernels& kernels(const Brush& brush) const;
@@ -113,6 +114,7 @@ class TilePainter {
   Cover cover_;
   const Brush* covering_ = nullptr;
   Ordered ordered_;
+  Behind behind_;
 };
 
 }  // namespace motes::image

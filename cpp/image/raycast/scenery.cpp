@@ -42,6 +42,24 @@ void Scenery::prepare(const View& view, std::size_t workers) {
   grid_ = {view.width, view.height};
   for (std::size_t c = 0; c < 3; ++c) background_[c] = to_sum(view.background[c]);
   tiles_.resize(index(grid_.tiles()));
+  const Lens through = lens(view);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    right_[axis] = static_cast<float>(through.right[axis]);
+    up_[axis] = static_cast<float>(through.up[axis]);
+    forward_[axis] = static_cast<float>(through.forward[axis]);
+  }
+  pixel_ = static_cast<float>(1 / through.focal_px);
+}
+
+Scenery::Tilt Scenery::tilt(int x, int y) const {
+  const std::array<float, 3> n = normal(x, y);
+  const auto towards = [&](const std::array<float, 3>& way) {
+    return -(n[0] * way[0] + n[1] * way[1] + n[2] * way[2]);
+  };
+  Tilt tilt{towards(forward_), towards(right_) * pixel_, -towards(up_) * pixel_};
+  tilt.ahead += tilt.right * (static_cast<float>(x) + 0.5f - 0.5f * static_cast<float>(grid_.width)) +
+                tilt.down * (static_cast<float>(y) + 0.5f - 0.5f * static_cast<float>(grid_.height));
+  return tilt;
 }
 
 void Scenery::render(int number, std::size_t worker) {

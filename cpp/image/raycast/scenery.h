@@ -69,6 +69,24 @@ class Scenery {
     return tile_of(x, y).surfaces.depths(x & (kTile - 1), y & (kTile - 1));
   }
 
+  /// What the pixel (x, y) of an occupied tile shows: as in Surfaces.
+  std::uint32_t surface(int x, int y) const { return tile_of(x, y).surfaces.surface(x & (kTile - 1), y & (kTile - 1)); }
+  std::array<float, 3> normal(int x, int y) const {
+    return tile_of(x, y).surfaces.normal(x & (kTile - 1), y & (kTile - 1));
+  }
+
+  /// A surface as the eye sees it: `ahead` is the cosine between the way to the eye and its normal, times a positive
+  /// number that grows by `right` and `down` per pixel. The inverse depth of the tangent plane grows in the same
+  /// proportion.
+  struct Tilt {
+    float ahead, right, down;
+  };
+  Tilt tilt(int x, int y) const;
+
+  /// The side of a pixel at a view depth of 1 m.
+  float pixel() const { return pixel_; }
+  const Grid& grid() const { return grid_; }
+
  private:
   struct Tile {
     std::uint64_t forms = 0;    // the version of what the rays met
@@ -98,6 +116,8 @@ class Scenery {
 
   View view_;
   Grid grid_;
+  std::array<float, 3> right_{}, up_{}, forward_{};  // of the camera
+  float pixel_ = 0;
   std::uint64_t forms_ = 0;
   std::uint64_t version_ = 0;
   std::array<std::uint32_t, 3> background_{};

@@ -1,6 +1,8 @@
 // What rays through the pixels of one tile meet, and what light comes back.
 #pragma once
 
+#include <array>
+#include <bit>
 #include <cstdint>
 #include <vector>
 
@@ -18,6 +20,10 @@ class SurfaceList {
   /// From the given one on.
   Surfaces from(std::size_t first);
   const float* distances(std::size_t first) const { return planes_.data() + first; }
+  std::array<float, 3> normal(std::size_t i) const {
+    return {planes_.data()[stride_ + i], planes_.data()[2 * stride_ + i], planes_.data()[3 * stride_ + i]};
+  }
+  std::uint32_t surface(std::size_t i) const { return std::bit_cast<std::uint32_t>(planes_.data()[4 * stride_ + i]); }
 
  private:
   std::size_t count_ = 0, stride_ = 0;
@@ -32,8 +38,11 @@ struct TilePart {
 /// All that a tile shows of objects: it depends on the camera and the objects' forms, not on light or colour.
 struct TileSurfaces {
   /// View depths from a pixel to the end of its row, m; FLT_MAX where nothing is met.
-  const float* depths(int x, int y) const {
-    return centers.distances(static_cast<std::size_t>(y + 1) * (kTile + 2) + static_cast<std::size_t>(x + 1));
+  const float* depths(int x, int y) const { return centers.distances(center(x, y)); }
+  std::array<float, 3> normal(int x, int y) const { return centers.normal(center(x, y)); }
+  std::uint32_t surface(int x, int y) const { return centers.surface(center(x, y)); }
+  static std::size_t center(int x, int y) {
+    return static_cast<std::size_t>(y + 1) * (kTile + 2) + static_cast<std::size_t>(x + 1);
   }
 
   SurfaceList centers;  // met at the centres of pixels: kTile + 2 rows of kTile + 2, the neighbours' first ones around

@@ -112,6 +112,9 @@ class SinkVelocity(Action):
 class KillOld(Action):
     """Kills particles that have reached an age, or with younger=True those that have not.
 
+    Ages and the limit are compared in float32, and ages do not drift: with `kill_old(24 * dt)` before `move`,
+    what is born in a frame is in 24 pictures.
+
     Formula: dead where age >= age_limit (younger: age < age_limit)
 
     Attributes:
@@ -152,6 +155,9 @@ class Move(Action):
     """Moves particles by their velocity, turns them by their rotational velocity, and increases their age.
 
     A particle dies if its position would leave float32's range (3e38 m), or if its velocity is not finite.
+    Ages do not drift: n frames after its birth at age 0 a particle's age is n dt, rounded to float32 once,
+    with any number of sub-steps, for 48 hours of film at 24 frames per second. Other ages stay within four
+    units of the last place of what the sum is without rounding.
 
     Formula: x += v dt; age += dt; with `rotational`, up += rotational_velocity dt
 

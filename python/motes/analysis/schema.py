@@ -172,7 +172,7 @@ EVENTS = Table(
     required=True,
     columns=_columns(
         _FRAME
-        + "kind str! - start, continued, recovered, end, crowded, overlap, softened\n"
+        + "kind str! - start, continued, recovered, end, crowded, overlap, softened, unseen\n"
         + "text str - what happened"
     ),
 )

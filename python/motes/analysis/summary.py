@@ -26,7 +26,7 @@ STYLE = """
 .motes .warning { border-left: 3px solid #E69F00; padding: 1px 0 1px 9px; margin: 4px 0; }
 .motes img { max-width: 100%; background: white; }
 """
-MEETINGS = ("crowded", "overlap", "softened")  # kinds of events that are sentences
+SENTENCES = ("crowded", "overlap", "softened", "unseen")  # kinds of events that are sentences
 _TOLD = ("start", "continued", "recovered", "end", "births_dropped")  # those that are told otherwise
 
 
@@ -47,7 +47,7 @@ def _events(run: Run) -> Iterable[str]:
     dropped = run.frames["dropped"].max() if len(run.frames) else 0
     if dropped > 0:
         yield f"{int(dropped)} births were dropped: capacities were reached."
-    told = run.events["kind"].isin(MEETINGS)
+    told = run.events["kind"].isin(SENTENCES)
     yield from run.events["text"][told]
     for text in run.events["text"][run.events["kind"] == "continued"]:
         yield f"The run was continued {text}."

@@ -1,0 +1,65 @@
+// Ages grow by a step (ageing.h): in double precision, half a vector at a time.
+#pragma once
+
+#include "actions/ageing.h"
+#include "actions/lanes.h"
+#include "simd/doubles.h"
+
+namespace motes::MOTES_ISA {
+
+/// Rounds to 53 - n bits, where `scale` is 2^n. Both differences are those of numbers of about the same size: the
+/// second is exact, and the first drops the bits.
+MOTES_INLINE Doubles leading_bits(Doubles v, double scale) {
+  const Doubles scaled = v * scale;
+  return scaled - (scaled - v);
+}
+
+/// Ages in sub-steps, of 23 bits: rounding an age to 24 has changed it by less than half of the last.
+template <bool has_rest>
+MOTES_INLINE Doubles by_substeps(Doubles age, const actions::Ageing& g) {
+  const Doubles count = leading_bits(age * g.per_second, 0x1p30) + 1.0;
+  if constexpr (has_rest) return count * g.length + count * g.rest;
+  return count * g.length;
+}
+
+/// Ages in frames, of 22 bits, since the part of the frame is taken off that has passed.
+MOTES_INLINE Doubles by_frames(Doubles age, const actions::Ageing& g) {
+  return (leading_bits(age * g.frames_per_second - g.start, 0x1p31) + g.end) * g.frame;
+}
+
+/// Ages of any size, of which some are too large to be counted in sub-steps, or no numbers.
+MOTES_OUTLINE void grow_older_at_any_age(float* ages, std::size_t count, const actions::Ageing& g) {
+  const double step = g.length + g.rest;
+  for (std::size_t i = 0; i < count; i += kLanes) {
+    const Floats age = load(ages + i);
+    const Doubles low = low_half(age), high = high_half(age);
+    const Floats in_substeps = join(by_substeps<true>(low, g), by_substeps<true>(high, g));
+    const Floats in_frames = join(by_frames(low, g), by_frames(high, g));
+    const Floats beyond = join(low + step, high + step);
+    const Floats size = abs(age);
+    store(ages + i, select(size <= g.in_substeps, in_substeps, select(size <= g.in_frames, in_frames, beyond)));
+  }
+}
+
+template <bool has_rest>
+MOTES_INLINE void grow_older(float* ages, std::size_t count, const actions::Ageing& g) {
+  for (std::size_t i = 0; i < count; i += kHalf) {
+    store_floats(ages + i, by_substeps<has_rest>(load_doubles(ages + i), g));
+  }
+}
+
+/// Whether all ages of a block are below what is counted in sub-steps: as integers, for which NaN is large, too.
+MOTES_INLINE bool all_counted(const float* ages, std::size_t count, const actions::Ageing& g) {
+  Ints most{};
+  for (std::size_t i = 0; i < count; i += kLanes) most = max_ints(most, (Ints)abs(load(ages + i)));
+  return all_at_most((Floats)most, g.in_substeps);
+}
+
+inline void grow_older(float* ages, std::size_t count, const actions::Ageing& step) {
+  const actions::Ageing g = step;  // stores cannot change a copy
+  if (!all_counted(ages, count, g)) return grow_older_at_any_age(ages, count, g);
+  if (g.rest != 0) return grow_older<true>(ages, count, g);
+  grow_older<false>(ages, count, g);
+}
+
+}  // namespace motes::MOTES_ISA

@@ -1,0 +1,125 @@
+#include "image/raster/behind.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <utility>
+
+namespace motes::image {
+namespace {
+
+// Of depths, relative: what single precision and the grid of the picture leave uncertain.
+constexpr float kLeastMargin = 1.0f / 4096;
+// Surfaces are at least so much nearer than where they begin to hide, and hardly more where they are not steep.
+constexpr float kSteep = 1.019f;
+constexpr float kNearer = 0.9f;
+// The horizon of a surface, below a particle's disc: so many times as deep as it is at the particle.
+constexpr float kHorizon = 4096;
+
+float depth_of(const std::byte* bits) {
+  float depth = 0;
+  std::memcpy(&depth, bits, sizeof depth);
+  return depth;
+}
+
+}  // namespace
+
+void Behind::start(const Scenery& scenery, const Area& area) {
+  scenery_ = scenery.occupied(area.tile) ? &scenery : nullptr;
+  area_ = area;
+  if (scenery_ != nullptr) least_ = kNearer * std::bit_cast<float>(scenery.nearest(area.tile));
+}
+
+Piece Behind::settled(const Piece& piece) {
+  const RecordForm form = piece.brush->form();
+  if (scenery_ == nullptr || form.depth == 0) return piece;
+  const std::size_t bytes = piece.brush->record_bytes();
+  Piece changed = piece;
+  for (std::size_t i = 0; i < piece.count; ++i) {
+    const std::byte* record = piece.records + i * bytes;
+    const float depth = depth_of(record + form.depth);
+    if (depth < least_) continue;
+    const float deeper = settled_depth(center_of(piece, record), depth);
+    if (deeper == depth) continue;
+    if (changed.records == piece.records) {
+      records_.resize(piece.count * bytes);
+      std::memcpy(records_.data(), piece.records, piece.count * bytes);
+      changed.records = records_.data();
+    }
+    std::memcpy(records_.data() + i * bytes + form.depth, &deeper, sizeof deeper);
+  }
+  return changed;
+}
+
+Behind::Center Behind::center_of(const Piece& piece, const std::byte* record) const {
+  const Brush& brush = *piece.brush;
+  const Grid& grid = scenery_->grid();
+  Center center{0.5f * static_cast<float>(grid.width), 0.5f * static_cast<float>(grid.height), 0, 0};
+  if (of_fixed_size(brush.layout())) {
+    const float unit = 1.0f / static_cast<float>(1 << grid.sub_bits());
+    std::int16_t at[2];
+    std::memcpy(at, record, sizeof at);
+    center.x += (static_cast<float>(at[0]) + 0.5f) * unit;
+    center.y += (static_cast<float>(at[1]) + 0.5f) * unit;
+    center.blur = unit;
+    center.radius = 0.5f * static_cast<float>(brush.footprint_pixels());
+    return center;
+  }
+  const WideRecord r = wide_record(brush.form(), grid.far_bits(), record);
+  constexpr float kPixel = 1.0f / (1 << kWideBits);
+  center.x += static_cast<float>(r.x) * kPixel;
+  center.y += static_cast<float>(r.y) * kPixel;
+  center.blur = 1.0f / static_cast<float>(1 << (brush.layout() == Layout::wide ? kWideBits : grid.far_bits()));
+  center.radius = 0.5f / (1 << kSizeBits) * static_cast<float>(r.size);
+  return center;
+}
+
+// The surface at the nearest pixel is taken for its tangent plane, of which the inverse depth is linear in the image.
+float Behind::settled_depth(const Center& center, float depth) const {
+  const auto nearest = [](float at, int first, int count) {
+    const float in_tile = std::floor(at) - static_cast<float>(first);
+    return static_cast<int>(std::clamp(in_tile, 0.0f, static_cast<float>(count - 1)));
+  };
+  const int column = nearest(center.x, area_.x, area_.width), row = nearest(center.y, area_.y, area_.height);
+  const int x = area_.x + column, y = area_.y + row;
+  const float surface = *scenery_->surface_depth(x, y), hides = std::bit_cast<float>(*scenery_->depth(x, y));
+  if (surface == std::numeric_limits<float>::max()) return depth;
+  const float right = center.x - (static_cast<float>(x) + 0.5f), down = center.y - (static_cast<float>(y) + 0.5f);
+  const float square = right * right + down * down;
+  if (square < 1 && depth < kNearer * surface && hides < kSteep * surface) return depth;
+  const Scenery::Tilt tilt = scenery_->tilt(x, y);
+  const float there = tilt.ahead + tilt.right * right + tilt.down * down;
+  if (!(there > 0)) return depth;  // beyond the plane's horizon
+  const float at = surface * (tilt.ahead / there);
+  const float slope = (std::abs(tilt.right) + std::abs(tilt.down)) / there;  // of depths, relative, per pixel
+  const float margin = kLeastMargin + slope * center.blur;
+  if (!(depth > at * (1 + margin))) return depth;
+  const float bent = bend(column, row) * square * scenery_->pixel() / (there * there);
+  if (!(depth > at * (1 + margin + bent))) return depth;
+  const float left = 1 - slope * (center.radius + 1);
+  const float deepening = left * kHorizon > 1 ? 1 / left : kHorizon;
+  const float needed = at * (deepening * (hides / surface) + (center.radius + 1) * scenery_->pixel());
+  return std::max(depth, needed);
+}
+
+// How far the normals of a pixel's neighbours on the same object are from its own: 0 on what is flat.
+float Behind::bend(int column, int row) const {
+  const auto normal = [&](int x, int y) { return scenery_->normal(area_.x + x, area_.y + y); };
+  const auto object = [&](int x, int y) { return object_of(scenery_->surface(area_.x + x, area_.y + y)); };
+  const std::array<float, 3> own = normal(column, row);
+  float most = 0;
+  for (const auto& [across, below] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+    const int x = std::clamp(column + across, 0, area_.width - 1), y = std::clamp(row + below, 0, area_.height - 1);
+    if (object(x, y) != object(column, row)) continue;
+    const std::array<float, 3> other = normal(x, y);
+    float sum = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) sum += std::abs(other[axis] - own[axis]);
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+}  // namespace motes::image

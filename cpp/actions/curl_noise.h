@@ -1,11 +1,11 @@
-// curl_noise: v += strength curl(x / scale) dt, an acceleration without divergence (actions/noise.h).
+// curl_noise: v += strength curl(x / scale) dt, an acceleration without divergence (particles/noise.h).
 //
 // The field is keyed by the seed, the system and a number that the script gives. Unlike draws it does not depend on the
 // action's place in the list: the field must stay the same when the list around it changes from frame to frame.
 #pragma once
 
 #include "actions/lanes.h"
-#include "actions/noise.h"
+#include "particles/noise.h"
 
 namespace motes::MOTES_ISA {
 

@@ -3,7 +3,7 @@
 
 #include "actions/expression.h"
 #include "actions/lanes.h"
-#include "actions/noise.h"
+#include "particles/noise.h"
 #include "simd/ieee.h"
 
 namespace motes::MOTES_ISA {

@@ -22,6 +22,7 @@ __all__ = [
     "flag",
     "floats",
     "integer",
+    "key",
     "listed",
     "number",
     "place",
@@ -84,6 +85,13 @@ def choice(argument: str, value: Any, allowed: Sequence[str]) -> str:
     if not isinstance(value, str) or value not in allowed:
         raise ArgumentError(argument, value, " or ".join(repr(text) for text in allowed), known=allowed)
     return value
+
+
+def key(argument: str, value: Any) -> str:
+    """Return a text for what a script calls something by; no line of a script is written like it."""
+    if isinstance(value, bool) or not isinstance(value, (str, int, np.integer)):
+        raise ArgumentError(argument, value, "a text or an integer")
+    return repr(value if isinstance(value, str) else int(value))
 
 
 def triple(

@@ -175,7 +175,8 @@ class System(Recorder, Children, Fabrics, Sums):
             given = arguments.number("rate", rate, low=0, high=1e12)
         flag = arguments.flag("jitter", jitter)
         start = None if before is None else before.core
-        number = script_lines.number_of(script_lines.running_line(1) if key is None else _key(key))
+        said = script_lines.running_line(1) if key is None else arguments.key("key", key)
+        number = script_lines.number_of(said)
         birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, until, scale, number)
         self._record_birth("source", birth)
 
@@ -488,13 +489,6 @@ class System(Recorder, Children, Fabrics, Sums):
     def __repr__(self) -> str:
         """Show name and size."""
         return f"<System {self.name!r}, {self.count} particles>"
-
-
-def _key(given: str | int) -> str:
-    """Return a text for what a script calls a source by; no line of a script is written like it."""
-    if isinstance(given, bool) or not isinstance(given, (str, int, np.integer)):
-        raise ArgumentError("key", given, "a text or an integer")
-    return repr(given if isinstance(given, str) else int(given))
 
 
 def _name_of(function: object) -> str:

@@ -1,7 +1,7 @@
 // Compiled once for each instruction set (see CMakeLists.txt).
 #include "functions_probe.h"
 
-#include "actions/noise.h"
+#include "particles/noise.h"
 #include "shapes/visit.h"
 #include "simd/ieee.h"
 

@@ -197,6 +197,8 @@ def test_every_rank_counts_the_pictures_wherever_they_are(tmp_path):
             movie.write(picture)
         if k == 3:
             assert (here._secure(), there._secure()) == (4, 4)
+            here._note_secured()
+            there._note_secured()
     assert (here.written, there.written) == (6, 6)
     assert (here.frames, there.frames) == (6, 0)
     assert list(here._unsecured) == list(there._unsecured) == [4, 5]
@@ -220,6 +222,7 @@ with motes.World(seed=1, space=(-1, 1), renderer=renderer, progress="off") as wo
         movie.write(world.step() if frame % 3 == 2 else world.render())
         if frame == 9:
             assert movie._secure() == 7
+            movie._note_secured()
         if frame == 20 and world.rank == failing:
             raise KeyError("of the script")
     assert frames_of_movies() == {movie.place: 16}

@@ -71,7 +71,8 @@ class Engine {
   void secure(const std::function<void()>& first = {});
 
   /// Collective, between two frames: what each rank says, by rank, on every rank. `say` is asked again where ranks are
-  /// lost meanwhile, also on a rank that has heard the answers before: these must not depend on which time it was.
+  /// lost meanwhile, also on a rank that has heard the answers before: these must not depend on which time it was. It
+  /// is kept until the next call.
   std::vector<std::string> tell(const std::function<std::string()>& say);
 
   /// Collective. Ends the frame; with a view it has a picture. All ranks agree on `argument`.

@@ -159,10 +159,11 @@ class Player {
       Saved& saved = played_.drafts[{frame, losses}];
       if (engine_.talk().calculates()) saved.parts[engine_.talk().calculator()] = part();
       const std::vector<std::string> parts =
-          engine_.tell([&] { return std::string(engine_.losses() == losses ? "part" : ""); });
+          engine_.tell([this, losses] { return std::string(engine_.losses() == losses ? "part" : ""); });
       const bool all = std::count(parts.begin(), parts.end(), "part") == static_cast<std::ptrdiff_t>(parts.size());
       if (all && engine_.losses() == losses && engine_.talk().manages()) finish(frame, saved);
-      const std::vector<std::string> told = engine_.tell([&] { return std::string(whole_ == frame ? "whole" : ""); });
+      const std::vector<std::string> told =
+          engine_.tell([this, frame] { return std::string(whole_ == frame ? "whole" : ""); });
       if (std::count(told.begin(), told.end(), "whole") > 0) whole_ = frame;
     }
   }

@@ -37,12 +37,12 @@ def look(particles):
     particles.heat[:] = particles.position[:, 1] * 0.25
 
 
-def begin(saver, manifest, original=Saver.begin):
+def begin(saver, frame, describe, original=Saver.begin):
     """Begin a checkpoint, for one of which the disk has no room."""
     saver.finish()  # so that the disk is full for no other checkpoint; the film and the log are small
-    room = 20_000 if manifest.frame == told.get("full_at", -1) else resource.RLIM_INFINITY
+    room = 20_000 if frame == told.get("full_at", -1) else resource.RLIM_INFINITY
     resource.setrlimit(resource.RLIMIT_FSIZE, (room, resource.RLIM_INFINITY))
-    original(saver, manifest)
+    original(saver, frame, describe)
 
 
 Saver.begin = begin

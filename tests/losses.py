@@ -232,10 +232,12 @@ def judged(result: Result, out: Path, expected: Path, plan: Plan) -> str:
 
 
 def unstarted(dies: list[Any], plan: Plan) -> bool:
-    """Whether a rank may be lost while no world is open that could go on: before one, or between two."""
-    _, world, place, *_ = dies
+    """Whether a rank may be lost while a world starts, or before the first one."""
+    _, world, place, _, ms = dies
     late = ("end", "leave", "close", "name", "last checkpoint", "wait", "report", "manifest")
-    return place.endswith(("the run", "the meeting")) or (world + 1 < plan["worlds"] and place.endswith(late))
+    return place.endswith(("the run", "the meeting")) or (
+        ms > 0 and world + 1 < plan["worlds"] and place.endswith(late)
+    )
 
 
 def main() -> int:

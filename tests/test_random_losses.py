@@ -32,7 +32,7 @@ def models(tmp_path_factory: pytest.TempPathFactory) -> Path:
         (
             3,
             "forgotten",
-            [[1, 0, "behind the checkpoint's name", 3, 0], [0, 1, "behind the world's end", 1, 0]],
+            [[1, 0, "before the checkpoint's name", 3, 0], [0, 1, "behind the world's end", 1, 0]],
         ),
     ],
 )

@@ -177,18 +177,24 @@ def test_a_crash_while_others_are_lost_counts_as_a_loss(tmp_path):
     check_same(out, model)
 
 
-TWO_WORLDS = """
+LATER_WORLDS = """
 import os, signal
 import motes
+from mpi4py import MPI
 
 roles = motes.Roles(manager=1, image_generator=0, calculators=[3, 2], speeds={2: 0.5})
-common = {"space": (-1, 1), "on_loss": "recover", "progress": "off", "roles": roles}
-worlds = [motes.World(seed=k, **common) for k in range(3)]
+common = {"space": (-1, 1), "progress": "off", "roles": roles}
+worlds = [
+    motes.World(seed=0, comm=MPI.COMM_WORLD.Dup(), on_loss="recover", **common),
+    motes.World(seed=1, on_loss="recover", **common),
+    motes.World(seed=2, **common),
+    motes.World(seed=3, on_loss="recover", **common),
+]
 for k, world in enumerate(worlds):
     dust = world.system("dust")
     with world:
         for frame in world.frames(4):
-            if world.size == 4 - k and frame == 2 and world.rank == (3, 1, 9)[k]:
+            if frame == 2 and (k, world.rank, world.size) in [(0, 3, 4), (1, 1, 3)]:
                 os.kill(os.getpid(), signal.SIGKILL)
             dust.burst((0, 0, 0), count=10)
             dust.move()
@@ -197,14 +203,16 @@ for k, world in enumerate(worlds):
     print(k, world.rank, world.size, *facts, flush=True)
     world.say(f"said in {k} at {world.frame}")
     assert dust.count == 40
+    if (k, world.rank) == (2, 1):
+        os.kill(os.getpid(), signal.SIGKILL)
 """
 
 
 @survives
-def test_a_second_world_is_made_of_those_that_are_left(tmp_path):
-    """In the roles that the script gives them, which are for all ranks; each is asked behind its end."""
+def test_later_worlds_are_made_of_those_that_are_left(tmp_path):
+    """In the roles that the script gives them, which are for all ranks; a rank is lost between two, too."""
     script = tmp_path / "script.py"
-    script.write_text(TWO_WORLDS)
+    script.write_text(LATER_WORLDS)
     result = command([sys.executable, "-m", "motes", "run", "--survive", "-n", 4, script], timeout=90)
     assert sorted(result.lines) == [
         "0 0 3 ['image_generator'] (2,) {2: 0.5}",
@@ -214,5 +222,7 @@ def test_a_second_world_is_made_of_those_that_are_left(tmp_path):
         "1 1 2 ['calculator'] (1,) {1: 0.5}",
         "2 0 2 ['image_generator', 'manager'] (1,) {1: 0.5}",
         "2 1 2 ['calculator'] (1,) {1: 0.5}",
-        *(f"said in {k} at 4" for k in range(3)),
+        "3 0 1 ['calculator', 'image_generator', 'manager'] (0,) {}",
+        *(f"said in {k} at 4" for k in range(4)),
     ], result.text
+    assert said(result.err, "motes: lost ")[-1] == "rank 1 between two worlds; 1 rank goes on"

@@ -14,7 +14,7 @@ namespace {
 
 constexpr std::uint64_t kCopiesEvery = 4;
 constexpr std::uint64_t kSaveEvery = 3;
-constexpr std::size_t kSegment = 3;  // pictures that go to the film's file together
+constexpr std::size_t kSegment = 4;  // pictures that go to the film's file together, unless a checkpoint is due
 
 // The end of the whole job at once.
 struct Killed : std::exception {};
@@ -180,6 +180,7 @@ class Player {
     saved.shared = engine_.shared_state();
     saved.calculators = static_cast<std::uint32_t>(engine_.talk().calculators());
     saved.reel = written_;
+    if (film_.reel.size() < written_) played_.broken = "a checkpoint counts pictures that are in no file";
     disk_->checkpoints[frame] = std::move(saved);
     while (disk_->checkpoints.size() > 2) disk_->checkpoints.erase(disk_->checkpoints.begin());
     whole_ = frame;

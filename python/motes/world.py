@@ -236,7 +236,9 @@ class World(Looping, Facts, Settings):
         try:
             self._join_those_left()
             recovering.check(self._settings.on_loss, self.size)
-            self._run_state = handshake.begin(self._comm)
+            later = self._given[0] is None and self._settings.on_loss == "recover" and process.entered > 0
+            self._run_state = handshake.begin(self._comm, without_lost=later)
+            self._join_those_left()
             self._start(self._run_state)
         except BaseException as error:
             ending.stop_job(error, self._run_state)

@@ -76,10 +76,10 @@ class _Collective:
             raise Left(ranks[0] if len(ranks) == 1 or process.size <= _MARKS else None)
 
 
-def begin(comm: MPI.Comm) -> None:
-    """Wait until every rank of `comm` is about to run. Collective.
+def begin(comm: MPI.Comm, *, without_lost: bool = False) -> None:
+    """Wait until every rank of `comm` is about to run, but for lost ones `without_lost`. Collective.
 
-    Raises Left if one of them has left the script, or leaves it meanwhile.
+    Raises Left if one of them has left the script, or leaves it meanwhile, or is lost.
     """
     from mpi4py import MPI
 
@@ -90,12 +90,14 @@ def begin(comm: MPI.Comm) -> None:
     all_begin = _Collective(MPI.COMM_WORLD if everybody else comm, leaves=False)
     pause = 0.0
     while not all_begin.done():
-        check_lost(comm)
+        if not without_lost:
+            check_lost(comm)
         _check_notes(comm)
         time.sleep(pause)
         pause = min(pause + 1e-4, 5e-3)
     all_begin.check()
-    check_lost(comm)
+    if not without_lost:
+        check_lost(comm)
 
 
 def check_lost(comm: MPI.Comm) -> None:

@@ -16,7 +16,8 @@ from typing import TYPE_CHECKING, Any
 from .. import environment
 from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
 from . import attendance, ending, launchers, open_worlds
-from .losses import lost_ranks
+from .losses import lost_ranks, unless_lost
+from .output import tell
 from .peers import Peer, PeerWatch
 from .process import OpenRun, process
 from .settings import RunSettings
@@ -34,16 +35,34 @@ _CARD = struct.Struct(f"<i64s64siqQ96sI16si{MASK_BYTES}s")  # what each rank rep
 _VERDICT_BYTES = 4096
 
 
-def begin(comm: MPI.Intracomm) -> OpenRun:
+def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
     """Open a run once every rank of `comm` is about to start it. Collective.
 
-    A rank whose script has ended is reported, which ends the job.
+    A rank whose script has ended is reported, which ends the job; so is a lost one, unless the run starts
+    `without_lost`: then `process.left` are those that are left.
     """
     ending.install()  # where MPI was not started with motes
     launchers.check_alone()
     with _left_ends():
-        attendance.begin(comm)
+        attendance.begin(comm, without_lost=without_lost)
+    if without_lost and process.survives and comm.size > 1:
+        _count_left(comm)
     return process.open(OpenRun())
+
+
+def _count_left(comm: MPI.Intracomm) -> None:
+    from mpi4py import MPI
+
+    left = MPI.Intracomm(comm.Shrink())
+    if left.size == comm.size:
+        with unless_lost():
+            left.Free()
+        return
+    process.left = left
+    if left.rank == 0:
+        lost = ", ".join(f"rank {rank}" for rank in sorted(lost_ranks(comm)))
+        goes = "1 rank goes" if left.size == 1 else f"{left.size} ranks go"
+        tell(f"motes: lost {lost} between two worlds; {goes} on")
 
 
 def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:

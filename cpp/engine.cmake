@@ -62,7 +62,7 @@ add_library(motes_pure STATIC
   image/solids.cpp
   image/tone.cpp
   interactions/act.cpp
-  interactions/cells.cpp
+  interactions/cell_list.cpp
   interactions/extent.cpp
   interactions/kernels.cpp
   interactions/overlap.cpp
@@ -71,9 +71,9 @@ add_library(motes_pure STATIC
   interactions/tie.cpp
   interactions/ties.cpp
   meshes/assets.cpp
-  meshes/distance_grid.cpp
+  meshes/distance_field.cpp
   meshes/form.cpp
-  meshes/mesh_tree.cpp
+  meshes/bvh.cpp
   meshes/nearest.cpp
   meshes/surface.cpp
   particles/digest.cpp
@@ -107,7 +107,7 @@ set_source_files_properties(actions/kernels.cpp image/post/lanes.cpp interaction
 set_target_properties(motes_pure PROPERTIES UNITY_BUILD ${MOTES_UNITY} UNITY_BUILD_BATCH_SIZE 45)
 target_compile_options(motes_pure PRIVATE ${MOTES_O1})
 # Searches for neighbours and keeps what is known of touches, particle by particle.
-set_source_files_properties(interactions/act.cpp interactions/cells.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
+set_source_files_properties(interactions/act.cpp interactions/cell_list.cpp PROPERTIES COMPILE_OPTIONS $<$<CONFIG:Release>:-O3>)
 target_include_directories(motes_pure PUBLIC ${CMAKE_CURRENT_SOURCE_DIR} ${CMAKE_CURRENT_BINARY_DIR}/generated)
 target_link_libraries(motes_pure PUBLIC motes_flags PRIVATE Threads::Threads)
 # pyproject.toml is the one place that has the version.
@@ -177,7 +177,7 @@ add_library(motes_engine STATIC
   engine/parts/manager.cpp
   engine/parts/snapshot.cpp
   engine/recover.cpp
-  engine/recovery/copies.cpp
+  engine/recovery/replicas.cpp
   engine/recovery/standing.cpp
   engine/render/draw_speeds.cpp
   engine/render/drawn.cpp
@@ -200,7 +200,7 @@ add_library(motes_engine STATIC
   engine/session/reports.cpp
   engine/session/spans.cpp
   engine/session/stopwatch.cpp
-  engine/session/word.cpp
+  engine/session/all_reduce.cpp
   engine/state/birth_history.cpp
   engine/state/histories.cpp
   engine/state/population.cpp

@@ -66,3 +66,11 @@ def test_what_a_folder_is_for_stands_in_architecture():
     text = (CPP.parent / "ARCHITECTURE.md").read_text()
     missing = [room for room in rooms(includes()) if f"| `cpp/{room}` |" not in text]
     assert missing == []
+
+
+def test_each_word_of_the_glossary_leads_to_its_place():
+    text = (CPP.parent / "docs" / "glossary.md").read_text()
+    entries = re.findall(r"^\|.*\| `([\w/.]+)` \| `(\w+)` \|$", text, re.MULTILINE)
+    assert len(entries) == sum(line.startswith("| ") for line in text.splitlines()) - 4  # heads of tables
+    for path, name in entries:
+        assert re.search(rf"\b{name}\b", (CPP.parent / path).read_text()), f"{path} has no {name}"

@@ -132,7 +132,7 @@ struct Range {
     return air;
   }
 
-  // Nanoseconds per particle for this many sub-steps. No particle leaves: finding leavers costs as much as with a
+  // Nanoseconds per particle for this many sub-steps. No particle leaves: finding migrants costs as much as with a
   // domain.
   double run(const program::Program& program, int substeps) {
     const double start = cpu_now();

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "bench/bench_scene.h"
-#include "meshes/distance_grid.h"
+#include "meshes/distance_field.h"
 #include "meshes/form.h"
 #include "program/program.h"
 

@@ -1,4 +1,4 @@
-// What it costs to bounce off a mesh, and to make its grid of distances.
+// What it costs to bounce off a mesh, and to make its signed distance field.
 #pragma once
 
 #include <cstddef>

@@ -50,7 +50,7 @@ struct SortedBins {
     return static_cast<std::size_t>(std::clamp(at, 0.0f, static_cast<float>(members.size() - 1)));
   }
   std::size_t update(const float* x, float high) {
-    std::size_t leavers = 0;
+    std::size_t migrants = 0;
     std::vector<std::pair<std::size_t, std::uint32_t>> moved;
     for (std::size_t b = 0; b < members.size(); ++b) {
       const float from = low + width * static_cast<float>(b);
@@ -62,14 +62,14 @@ struct SortedBins {
           ++i;
           continue;
         }
-        if (at < low || at >= high) ++leavers;
+        if (at < low || at >= high) ++migrants;
         moved.emplace_back(bin_of(at), bin[i]);
         bin[i] = bin.back();
         bin.pop_back();
       }
     }
     for (const auto& [bin, index] : moved) members[bin].push_back(index);
-    return leavers;
+    return migrants;
   }
 };
 
@@ -107,7 +107,7 @@ LeaverBench leaver_bench(std::size_t particles, int bins, int steps) {
     fused.push_back(s.step(domain));
     scanned.push_back(s.step(everything));
     double start = cpu_now();
-    program::Program::find_leavers(s.store, 0, domain, s.outcome);
+    program::Program::find_migrants(s.store, 0, domain, s.outcome);
     scanned.back() += cpu_now() - start;
     sorted.update(s.store.plane(particles::position, 0), domain.high);  // catch up with the steps above, not timed
     binned.push_back(s.step(everything));

@@ -7,7 +7,7 @@
 namespace motes::bench {
 
 struct ActBench {
-  double updates_per_s = 0;               // particle steps per second; finds the dead and the leavers too
+  double updates_per_s = 0;               // particle steps per second; finds the dead and the migrants too
   double memory_limit_updates_per_s = 0;  // only loads and stores of position, velocity and age
   double ratio = 0;                       // median over steps of limit seconds / step seconds, measured in turn
   double bytes_per_particle = 0;
@@ -23,7 +23,7 @@ struct LeaverBench {
   double fused = 0;    // tested in the same pass, while the block is in the first-level cache (what the engine does)
   double scanned = 0;  // a separate pass over the positions afterwards
   double binned = 0;  // the paper's sub-domains (section 4): bins in vectors of their own, kept sorted; the edge bins
-                      // are looked at for leavers, all bins for particles that changed bin
+                      // are looked at for migrants, all bins for particles that changed bin
 };
 LeaverBench leaver_bench(std::size_t particles, int bins, int steps);
 

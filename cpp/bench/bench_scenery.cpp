@@ -8,7 +8,7 @@
 #include "bench/bench_scene.h"
 #include "image/raycast/scenery.h"
 #include "meshes/assets.h"
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
 #include "simd/isa.h"
 
 namespace motes::bench {
@@ -108,7 +108,7 @@ SceneryBench scenery_bench(int width, int height, int frames) {
   const meshes::Mesh ball = dented_ball(400, 125);
   result.triangles = ball.triangles.size() / 3;
   const double start = cpu_now_ms();
-  meshes::build_tree(ball);
+  meshes::build_bvh(ball);
   result.ms_build_mesh = cpu_now_ms() - start;
   Solid stone;
   stone.mesh = keep(ball);

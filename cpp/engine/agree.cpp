@@ -32,7 +32,7 @@ CalculatorLoad own_load(const Population& here) {
 }
 
 void report_system(const Rank& rank, const Script& script, Population& here, std::uint32_t number, Round& round) {
-  const Strain strain{here.sight.most_in_a_cell, here.sight.overlap_99, here.sight.softened};
+  const Strain strain{here.interaction.most_in_a_cell, here.interaction.overlap_99, here.interaction.softened};
   SystemReport system{here.seen() + here.tally.sent, strain, here.digest, here.oldest, {}};
   for (const Sent& sent : here.sent) {
     round.own.flows.push_back({counted(static_cast<std::uint64_t>(rank.talk.calculator())),

@@ -14,8 +14,8 @@
 #include "engine/act/read.h"
 #include "engine/parts/parts.h"
 #include "engine/parts/snapshot.h"
-#include "engine/recovery/copies.h"
 #include "engine/recovery/loss.h"
+#include "engine/recovery/replicas.h"
 #include "engine/recovery/standing.h"
 #include "engine/sums/notes.h"
 #include "program/sums.h"
@@ -115,7 +115,7 @@ class Engine {
   /// The image generator: pictures of the frames from here on are in no file yet. UINT64_MAX: none.
   void set_unsaved_from(std::uint64_t frame) { parts_->rank.talk.unsaved_from = frame; }
   /// How often ranks were lost so far.
-  std::uint32_t losses() const { return copies_.losses; }
+  std::uint32_t losses() const { return replicas_.losses; }
 
   /// Between two frames: what all ranks know of the world, equal on all of them.
   base::Bytes shared_state() const;
@@ -219,7 +219,7 @@ class Engine {
   Kept kept_;
   snapshots::Writer writer_;
 
-  Copies copies_;
+  Replicas replicas_;
   Bystander bystander_;
   Ended last_;
   std::vector<std::size_t> before_;  // how long the lists were when the call under way began

@@ -28,14 +28,14 @@ void open(Parts& p, std::size_t index) {
   Newborn newborn = receive_births(p.rank, p.script, p.calculator, index);  // may learn that there are other rounds
   if (newborn.plan) p.painter.plan = *newborn.plan;
   Round& round = p.script.rounds[index];
-  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set leavers aside
+  act(p.rank, p.script, p.calculator, round, newborn);  // calculators run the list and set migrants aside
   report(p.rank, p.script, p.calculator, round, newborn);  // all -> manager: loads, events, failures
 }
 
 void settle(Parts& p, Round& round) {
   if (p.rank.talk.manages()) judge(p.rank, p.script, p.manager, round);
   hear_verdict(p.rank, p.script, round);               // manager -> all
-  send_leavers(p.rank, p.script, p.calculator, round);  // calculators -> calculators
+  send_migrants(p.rank, p.script, p.calculator, round);  // calculators -> calculators
 }
 
 void close(Parts& p, const Round& round) {
@@ -88,11 +88,11 @@ void note_tails(const Script& script, Calculator& calculator) {
   const PhaseTimes& times = calculator.tail.times;
   for (std::size_t i = 0; i < densities.size(); ++i) {
     CalculatorTail tail;
-    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent + calculator.populations[i]->sight.bytes;
+    tail.bytes_sent = calculator.populations[i]->tally.bytes_sent + calculator.populations[i]->interaction.bytes;
     tail.particles = densities[i].particles;
     std::copy(std::begin(densities[i].quantiles), std::end(densities[i].quantiles), tail.quantiles);
     tail.exchange_s = static_cast<float>(times.exchange);
-    tail.sight = calculator.populations[i]->sight;
+    tail.interaction = calculator.populations[i]->interaction;
     tail.wait_s = static_cast<float>(times.wait);
     tail.image_s = static_cast<float>(times.render);
     calculator.tails.push_back(tail);
@@ -108,8 +108,8 @@ void end(Parts& p) {
   tail.times = p.rank.watch.last();
   tail.drawings = drawings_of(std::move(p.painter.drawing), talk.rank(), talk.calculates());
   for (const auto& here : p.calculator.populations) {
-    tail.exchanged_bytes += here->tally.bytes_sent + here->sight.bytes;
-    tail.moved += here->sight.moved_out;
+    tail.exchanged_bytes += here->tally.bytes_sent + here->interaction.bytes;
+    tail.moved += here->interaction.moved_out;
   }
   p.calculator.tails.clear();
   if (!p.rank.settings.log.directory.empty() && talk.calculates()) note_tails(p.script, p.calculator);
@@ -163,8 +163,8 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
   Parts& p = *parts_;
   begin(p, view ? Verb::render : Verb::step, view, argument);
   if (!recovering_) kept_.keep(p.script);
-  if (copies_.on() && !recovering_) {
-    copies_.note_list(p.rank.talk.frame, p.script.bytes, wrote_ || needs_script(p.script));
+  if (replicas_.on() && !recovering_) {
+    replicas_.note_list(p.rank.talk.frame, p.script.bytes, wrote_ || needs_script(p.script));
   }
   if (!kept_.only) {
     converse(p);  // create, act, agree, exchange
@@ -180,7 +180,7 @@ void Engine::run_frame_now(const std::optional<image::View>& view, const std::st
   }
   end(p);
   wrote_ = false;
-  if (copies_.on()) copies_.at_border(p, p.rank.talk.all_unsaved_from);
+  if (replicas_.on()) replicas_.at_border(p, p.rank.talk.all_unsaved_from);
 }
 
 void Engine::redraw_now(const image::View& view, const std::string& argument) {
@@ -242,7 +242,7 @@ void Engine::finish_now() {
   ask_all(*parts_, Verb::finish, "");  // brings the last frame's tails, so its row is complete
   parts_->manager.account.write_rows();
   if (Log* log = parts_->manager.account.log()) log->event("end", frame(), "");
-  copies_.take_rest(parts_->rank);
+  replicas_.take_rest(parts_->rank);
   parts_->rank.talk.comm().finish();
 }
 

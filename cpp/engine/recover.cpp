@@ -87,9 +87,9 @@ Settings settings_of(Settings settings, const Loss& loss) {
 }
 
 // The particles that this rank brings into the world made again: its own copy, and that of a lost neighbour.
-std::vector<const Copy*> brought(const Generation& from, const std::vector<int>& holders, int rank) {
-  std::vector<const Copy*> copies;
-  for (const Copy* copy : {&from.own, &from.other}) {
+std::vector<const Replica*> brought(const Generation& from, const std::vector<int>& holders, int rank) {
+  std::vector<const Replica*> copies;
+  for (const Replica* copy : {&from.own, &from.other}) {
     if (copy->message && holders.at(static_cast<std::size_t>(copy->calculator)) == rank) copies.push_back(copy);
   }
   return copies;
@@ -99,19 +99,19 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
   SharedState state;
   base::Reader in(from.state.view());
   base::read_fields(in, state);
-  std::vector<OpenedCopy> copies;
-  for (const Copy* copy : brought(from, holders, p.rank.talk.rank())) copies.push_back(open(*copy));
+  std::vector<OpenedReplica> copies;
+  for (const Replica* copy : brought(from, holders, p.rank.talk.rank())) copies.push_back(open(*copy));
   Samples samples;
   samples.systems.resize(from.systems);
   const std::size_t most = kSample / std::max<std::size_t>(1, from.parts) + 1;
-  for (const OpenedCopy& copy : copies) {
+  for (const OpenedReplica& copy : copies) {
     for (std::size_t i = 0; i < from.systems; ++i) {
       take_sample(copy.description, copy.planes, i, most, samples.systems[i]);
     }
   }
   samples = exchange_samples(p.rank, samples);
   restore_state(p, state, samples.systems);
-  for (const OpenedCopy& copy : copies) {
+  for (const OpenedReplica& copy : copies) {
     for (std::size_t i = 0; i < from.systems; ++i) {
       const std::uint64_t rows = copy.description.systems[i].rows;
       if (rows > 0) restore_rows(p.rank, p.calculator, copy.description, copy.planes, i, 0, rows);
@@ -127,7 +127,7 @@ void restore(Parts& p, const Generation& from, const std::vector<int>& holders) 
 // `now` makes the call; `again` makes it once more when it has ended here, but not elsewhere.
 template <class Now>
 auto Engine::surviving(const Now& now, bool frame, std::function<void()> again) {
-  if (!copies_.on() || recovering_) return now();
+  if (!replicas_.on() || recovering_) return now();
   before_ = lengths();
   frame_before_ = this->frame();
   const auto kept = static_cast<std::ptrdiff_t>(kept_.lists.size());
@@ -211,11 +211,11 @@ Notes Engine::prepare_write(const std::string& what, bool reads, const std::func
 void Engine::survive_losses(std::uint64_t every, Bystander bystander) {
   bystander_ = std::move(bystander);
   if (!parts_->rank.talk.comm().survives() || kept_.only) return;
-  copies_.begin(*parts_, every);
+  replicas_.begin(*parts_, every);
 }
 
 void Engine::copy_restored() {
-  if (copies_.on()) copies_.make(*parts_, true, true);  // there is nothing else to go back to
+  if (replicas_.on()) replicas_.make(*parts_, true, true);  // there is nothing else to go back to
 }
 
 std::vector<std::size_t> Engine::lengths() const {
@@ -237,7 +237,7 @@ void Engine::recover() {
   const comm::Meanwhile meanwhile("while ranks were lost");
   regroup();
   const Standing own = standing();
-  const WayBack way = way_back(tell_all(parts_->rank, {0, copies_.losses}, own));
+  const WayBack way = way_back(tell_all(parts_->rank, {0, replicas_.losses}, own));
   if (!way.refusal.empty()) throw Unrecoverable(listed(loss_.lost) + ", and " + way.refusal);
   go_back(way);
   run_again(way, own.call > way.call);
@@ -249,7 +249,7 @@ void Engine::regroup() {
   Rank& then = parts_->rank;
   std::vector<int> survivors;
   std::unique_ptr<comm::Communicator> among = then.talk.comm().shrink(survivors);
-  ++copies_.losses;
+  ++replicas_.losses;
   loss_ = loss_of(then.talk.cast(), then.talk.size(), std::move(survivors), among->handle());
   if (!interrupted_) {
     interrupted_ = std::make_unique<Interrupted>();
@@ -279,7 +279,7 @@ void Engine::regroup() {
 
 // The frame was over here, but for the copies of its particles.
 void Engine::bring_lists_back() {
-  base::Reader in(copies_.lists().back().record.view());
+  base::Reader in(replicas_.lists().back().record.view());
   recording::Record record = recording::read(in);
   for (std::size_t i = 0; i < record.lists.size(); ++i) interrupted_->systems[i]->list = std::move(record.lists[i]);
 }
@@ -293,14 +293,14 @@ Standing Engine::standing() const {
   own.wrote = wrote_;
   own.repeatable = last_.count == 0 || last_.frame || last_.again;
   own.refusal = interrupted_->refusal;
-  for (const Generation& generation : copies_.generations()) {
+  for (const Generation& generation : replicas_.generations()) {
     if (!generation.counts) continue;
     Holding holding{generation.of, generation.parts, -1, -1};
     if (generation.own.message) holding.own = generation.own.calculator;
     if (generation.other.message) holding.other = generation.other.calculator;
     own.holdings.push_back(holding);
   }
-  for (const KeptList& list : copies_.lists()) {
+  for (const KeptList& list : replicas_.lists()) {
     if (list.needs_script) own.needs_script.push_back(list.frame);
   }
   return own;
@@ -316,12 +316,12 @@ void Engine::start_again(const Generation& from) {
 }
 
 void Engine::go_back(const WayBack& way) {
-  copies_.forget_behind(way.from);
-  const Generation& from = *copies_.find(way.from);
+  replicas_.forget_behind(way.from);
+  const Generation& from = *replicas_.find(way.from);
   start_again(from);
   Parts& p = *parts_;
   restore(p, from, way.holders);
-  copies_.make(p, false, true);
+  replicas_.make(p, false, true);
   p.rank.talk.work("movie", [&] {
     if (bystander_.resumed) bystander_.resumed(way.from.frame);
   });
@@ -331,10 +331,10 @@ void Engine::go_back(const WayBack& way) {
 void Engine::run_again(const WayBack& way, bool ahead) {
   const std::uint64_t end = ahead && last_.frame ? way.frame + 1 : way.frame;
   for (std::uint64_t number = way.from.frame; number < end; ++number) {
-    const std::deque<KeptList>& lists = copies_.lists();
+    const std::deque<KeptList>& lists = replicas_.lists();
     replay_frame(lists.at(number - lists.front().frame), way);
   }
-  if (!ahead || !last_.frame) copies_.forget_lists_from(way.frame);
+  if (!ahead || !last_.frame) replicas_.forget_lists_from(way.frame);
   for (std::size_t i = parts_->script.systems.size(); i < interrupted_->systems.size(); ++i) {
     add_system(interrupted_->systems[i]->definition);
   }

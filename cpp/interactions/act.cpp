@@ -88,9 +88,9 @@ class Meeting {
     Crowd& crowd = crowds_[s];
     crowd.own = sides_[s].store->size();
     crowd.own_ids = sides_[s].store->ids();
-    if (sides_[s].copies != nullptr) {
-      crowd.copies = sides_[s].copies->ids.size();
-      crowd.copied_ids = sides_[s].copies->ids.data();
+    if (sides_[s].ghosts != nullptr) {
+      crowd.ghosts = sides_[s].ghosts->ids.size();
+      crowd.copied_ids = sides_[s].ghosts->ids.data();
     }
     for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = columns[c];
     now_[s] = crowd;
@@ -133,7 +133,7 @@ class Meeting {
     const Ahead ahead{dt_, step_limit(reach_)};
     for (std::size_t c = 0; c < 3; ++c) {
       party.at[c].resize(crowd.own);
-      party.copied_at[c].resize(crowd.copies);
+      party.copied_at[c].resize(crowd.ghosts);
     }
     const auto look = [&](std::size_t i, bool own, std::vector<float>(&to)[3]) {
       float values[6];
@@ -146,7 +146,7 @@ class Meeting {
       const simd::FloatMode mode;
       for (std::size_t i = first; i < last; ++i) look(i, true, party.at);
     });
-    for (std::size_t i = 0; i < crowd.copies; ++i) look(i, false, party.copied_at);
+    for (std::size_t i = 0; i < crowd.ghosts; ++i) look(i, false, party.copied_at);
     for (std::size_t c = 0; c < 3; ++c) crowd.at[c] = {party.at[c].data(), party.copied_at[c].data(), 0};
   }
 
@@ -300,7 +300,7 @@ class Meeting {
     const Party targets{party.cells.view(target_count), columns[s], &crowds_[s]};
     const Party sources{scratch_.party[other].cells.view(crowds_[other].own), columns[other], &crowds_[other]};
     const std::vector<std::size_t> cuts = parts_of(party.cells);
-    std::vector<Sight> sights(cuts.size() - 1);
+    std::vector<KernelStats> sights(cuts.size() - 1);
     particles::Touches* const remembered = touches(action_) ? sides_[s].store->writable_touches() : nullptr;
     const std::uint8_t* const chosen = sides_[s].chosen != nullptr ? sides_[s].chosen->data() : nullptr;
     pool_.run(sights.size(), [&](std::size_t part, std::size_t) {
@@ -308,9 +308,9 @@ class Meeting {
       const int side = count_ == 1 ? 0 : static_cast<int>(s) + 1;
       kernel({targets, sources, terms(side), out, remembered, chosen, cuts[part], cuts[part + 1], &sights[part]});
     });
-    for (const Sight& sight : sights) {
-      seen.pairs += sight.pairs;
-      seen.softened = seen.softened || sight.softened;
+    for (const KernelStats& stats : sights) {
+      seen.pairs += stats.pairs;
+      seen.softened = seen.softened || stats.softened;
     }
   }
 
@@ -386,8 +386,8 @@ std::vector<Column> columns_of(const Action& action, const Side& side) {
     Column column;
     column.own = side.store->plane(c.attribute, c.component);
     column.value = side.store->uniform_value(c.attribute)[static_cast<std::size_t>(c.component)];
-    if (side.copies != nullptr && !side.copies->ids.empty())
-      column.copies = side.copies->columns[columns.size()].data();
+    if (side.ghosts != nullptr && !side.ghosts->ids.empty())
+      column.ghosts = side.ghosts->columns[columns.size()].data();
     columns.push_back(column);
   }
   return columns;

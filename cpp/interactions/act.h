@@ -1,5 +1,5 @@
 // One action between particles on one rank: what it reads of those that it sees, how far it sees, and what it does to
-// this rank's particles. No conversation: copies of other ranks' particles are given.
+// this rank's particles. No conversation: ghosts of other ranks' particles are given.
 #pragma once
 
 #include <cstdint>
@@ -15,15 +15,15 @@
 namespace motes::interactions {
 
 /// What ranks know of particles of another: as many of each column as there are ids.
-struct Copies {
+struct Ghosts {
   std::vector<std::uint64_t> ids;
   std::vector<std::vector<float>> columns;  // of read_by()
 };
 
-/// The particles of one system: those of this rank, who is changed of them, and copies of others.
+/// The particles of one system: those of this rank, who is changed of them, and ghosts of others.
 struct Side {
   particles::Store* store = nullptr;
-  const Copies* copies = nullptr;
+  const Ghosts* ghosts = nullptr;
   const std::vector<std::uint8_t>* chosen = nullptr;  // null: all are changed
   std::uint64_t newborn_from = UINT64_MAX;            // collide: ids from here on meet for the first time
   bool adds = false;                                  // collide: its contacts come on top of an earlier one's
@@ -32,7 +32,7 @@ struct Side {
   bool last = false;                                  // sub-step of the frame: overlaps are looked at
 };
 
-/// What the action reads, in the order of read_by(): of own particles, and of copies.
+/// What the action reads, in the order of read_by(): of own particles, and of ghosts.
 std::vector<Column> columns_of(const actions::Action& action, const Side& side);
 
 /// What a meeting saw.

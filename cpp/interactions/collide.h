@@ -77,7 +77,7 @@ struct Collision {
       const Floats3 kept = only(~sleeps, now);
       store_lanes3(task.out, i, kept, last - i);
       store_lanes(task.out[3] + i, count, last - i);
-      task.sight->pairs += sum_own(task.targets.cells, touching, i, last);
+      task.stats->pairs += sum_own(task.targets.cells, touching, i, last);
     }
 
     /// Those at the same place as others: after all other contacts, in the same order.

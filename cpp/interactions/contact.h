@@ -215,8 +215,8 @@ struct Contact {
         after[k - i].step = task.terms.now;
         task.touches[index] = after[k - i];
       }
-      task.sight->pairs += sum_own(task.targets.cells, touching, i, last);
-      task.sight->softened = task.sight->softened || any(softened);
+      task.stats->pairs += sum_own(task.targets.cells, touching, i, last);
+      task.stats->softened = task.stats->softened || any(softened);
     }
   };
 };

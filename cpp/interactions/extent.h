@@ -27,7 +27,7 @@ struct Extent {
   float radius = 0;         // metres; of ties: the longest in their last meeting
   float other_radius = 0;   // of the second system
   float displacement = 0;   // metres along an axis, in the step; of tied ones: since their last meeting
-  float rounding = 0;       // metres: of positions where copies are; see rounding_at
+  float rounding = 0;       // metres: of positions where ghosts are; see rounding_at
   float masses = 0;         // above 0: some particle has another mass than 1 kg
 
   bool operator==(const Extent&) const = default;

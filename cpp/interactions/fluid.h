@@ -148,7 +148,7 @@ struct Fluid {
       const Floats3 by_drag = drag * (law.per_density * law.step);
       const Floats3 now = velocity + only(mass > 0.0f, by_push + by_drag);
       store_lanes3(task.out, i, now, last - i);
-      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
+      task.stats->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };
 };

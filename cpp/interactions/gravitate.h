@@ -26,7 +26,7 @@ struct Gravitation {
     MOTES_INLINE void finish(const Gravitation&, const Task& task, const Around&, std::uint32_t i,
                              std::uint32_t last) const {
       store_lanes3(task.out, i, sum, last - i);
-      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
+      task.stats->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };
 };

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "interactions/cells.h"
+#include "interactions/cell_list.h"
 #include "particles/touches.h"
 
 namespace motes::interactions {
@@ -58,7 +58,7 @@ struct Terms {
 };
 
 /// What was seen, for the log.
-struct Sight {
+struct KernelStats {
   std::uint64_t pairs = 0;  // within reach; each counts for both of its particles
   bool softened = false;  // contact: springs were stiffer than the step allows
 };
@@ -70,7 +70,7 @@ struct Task {
   particles::Touches* touches = nullptr;  // contact: of this rank's own particles, by index
   const std::uint8_t* chosen = nullptr;  // contact: who of them is changed, by index; null: all
   std::size_t first_row = 0, last_row = 0;  // of the targets
-  Sight* sight = nullptr;
+  KernelStats* stats = nullptr;
 };
 
 struct Kernels {
@@ -82,7 +82,7 @@ struct Kernels {
   void (*collide[2][2])(const Task&);
   /// out: velocity (3), contacts, rotational velocity (3).
   void (*contact)(const Task&);
-  /// out: how hard each particle of a fluid pushes. The copies that targets see are targets too.
+  /// out: how hard each particle of a fluid pushes. The ghosts that targets see are targets too.
   void (*find_pressure)(const Task&);
   /// out: velocity (3). Reads the pressure of all.
   void (*fluid)(const Task&);

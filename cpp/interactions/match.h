@@ -35,7 +35,7 @@ struct Matching {
       const Floats part = 1.0f / max(weight, all(1.0f));
       const Floats3 now = value + sum * part;
       store_lanes3(task.out, i, now, last - i);
-      task.sight->pairs += sum_own(task.targets.cells, pairs, i, last);
+      task.stats->pairs += sum_own(task.targets.cells, pairs, i, last);
     }
   };
 };

@@ -1,7 +1,7 @@
 // How deep spheres overlap that touch: what tells whether sub-steps are short enough for a heap.
 #pragma once
 
-#include "interactions/cells.h"
+#include "interactions/cell_list.h"
 
 namespace motes::interactions {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "interactions/cells.h"
+#include "interactions/cell_list.h"
 
 namespace motes::interactions {
 

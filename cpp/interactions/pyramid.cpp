@@ -234,13 +234,13 @@ Seen act_by_cells(const actions::Action& action, const Cube& cube, const Moments
   Crowd crowd;
   crowd.own = store.size();
   crowd.own_ids = store.ids();
-  if (side.copies != nullptr) {
-    crowd.copies = side.copies->ids.size();
-    crowd.copied_ids = side.copies->ids.data();
+  if (side.ghosts != nullptr) {
+    crowd.ghosts = side.ghosts->ids.size();
+    crowd.copied_ids = side.ghosts->ids.data();
   }
   for (std::size_t c = 0; c < 3; ++c) {
     crowd.at[c] = {store.plane(particles::position, static_cast<int>(c)),
-                   crowd.copies == 0 ? nullptr : side.copies->columns[c].data(),
+                   crowd.ghosts == 0 ? nullptr : side.ghosts->columns[c].data(),
                    store.uniform_value(particles::position)[c]};
   }
   party.cells.sort(crowd, cube.leaf, pool);

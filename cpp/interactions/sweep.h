@@ -82,8 +82,8 @@ struct Cursor {
   }
 };
 
-/// How many particles a party has, copies included.
-MOTES_INLINE std::size_t count_of(const interactions::Party& party) { return party.crowd->own + party.crowd->copies; }
+/// How many particles a party has, ghosts included.
+MOTES_INLINE std::size_t count_of(const interactions::Party& party) { return party.crowd->own + party.crowd->ghosts; }
 
 MOTES_INLINE bool any_own(const CellsView& cells, std::uint32_t first, std::uint32_t last) {
   for (std::uint32_t k = first; k < last; ++k) {
@@ -148,7 +148,7 @@ MOTES_INLINE Floats3 load_column(const float* const* column, int first, std::uin
   return {load(column[first] + i), load(column[first + 1] + i), load(column[first + 2] + i)};
 }
 
-/// Sums what was counted for this rank's own targets: beside copies they may stand in one vector.
+/// Sums what was counted for this rank's own targets: beside ghosts they may stand in one vector.
 MOTES_INLINE std::uint64_t sum_own(const CellsView& targets, Ints counts, std::uint32_t i, std::uint32_t last) {
   std::uint64_t sum = 0;
   for (std::uint32_t k = i; k < last; ++k) {

@@ -76,7 +76,7 @@ class Tying {
         Knots& knots, threads::Pool& pool)
       : bonds_(bonds), terms_(terms_of(action, dt)), side_(side), pins_(pins), knots_(knots), pool_(pool),
         columns_(columns_of(action, side)), own_(side.store->size()),
-        count_(own_ + (side.copies == nullptr ? 0 : side.copies->ids.size())) {}
+        count_(own_ + (side.ghosts == nullptr ? 0 : side.ghosts->ids.size())) {}
 
   std::uint64_t run() {
     note_knots();
@@ -84,7 +84,7 @@ class Tying {
   }
 
  private:
-  std::uint64_t id(std::size_t i) const { return i < own_ ? side_.store->ids()[i] : side_.copies->ids[i - own_]; }
+  std::uint64_t id(std::size_t i) const { return i < own_ ? side_.store->ids()[i] : side_.ghosts->ids[i - own_]; }
 
   void note_knots() {
     if (knots_.knots.size() != bonds_.rows()) knots_ = {std::vector<Knots::Knot>(bonds_.rows()), 0};

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "base/vectors.h"
-#include "meshes/distance_grid.h"
+#include "meshes/distance_field.h"
 #include "simd/float_mode.h"
 
 namespace motes::meshes {
@@ -39,7 +39,7 @@ struct Kept {
   std::vector<float> corners;
   std::vector<std::uint32_t> upto;
   std::mutex building;
-  DistanceGrid grid;
+  DistanceField grid;
   std::vector<std::uint32_t> cells;
   bool has_volume = false;
   MeshForm form;

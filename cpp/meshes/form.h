@@ -11,8 +11,8 @@ namespace motes::meshes {
 /// mesh, or the resolution is not allowed. Thread-safe, as is the next one.
 const MeshForm* form_of(AssetKey mesh, int resolution, bool solid);
 
-/// Builds the grid of distances, unless it is there already. Throws std::invalid_argument, saying what is wrong, where
-/// the surface has no inside.
+/// Builds the signed distance field, unless it is there already. Throws std::invalid_argument, saying what is wrong,
+/// where the surface has no inside.
 void need_inside(const MeshForm& form);
 
 }  // namespace motes::meshes

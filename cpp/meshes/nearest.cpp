@@ -26,7 +26,7 @@ Mesh mesh_of(const Surface& surface, const Normals& normals, std::vector<std::ui
   return mesh;
 }
 
-double square_to_box(const MeshNode& node, const Vector& point) {
+double square_to_box(const BvhNode& node, const Vector& point) {
   double sum = 0;
   for (std::size_t i = 0; i < 3; ++i) {
     const double off = std::max({node.low[i] - point[i], point[i] - node.high[i], 0.0});
@@ -62,7 +62,7 @@ Place nearest_on(const Vector& a, const Vector& b, const Vector& c, const Vector
 Nearest::Nearest(const Surface& surface, double sign) : surface_(surface), sign_(sign), normals_(normals_of(surface)) {
   std::vector<std::uint32_t> number;
   const Mesh mesh = mesh_of(surface, normals_, number);
-  tree_ = build_tree(mesh);
+  tree_ = build_bvh(mesh);
   for (std::uint32_t& triangle : tree_.origin) triangle = number[triangle];
 }
 
@@ -75,11 +75,11 @@ Vector Nearest::outward(std::size_t triangle, const Place& place) const {
 double Nearest::distance(const Vector& point, double limit) const {
   double least = limit * limit;
   double side = 0;
-  std::uint32_t stack[kMaxMeshDepth + 4];
+  std::uint32_t stack[kMaxBvhDepth + 4];
   std::size_t left = 0;
   if (!tree_.nodes.empty() && square_to_box(tree_.nodes[0], point) < least) stack[left++] = 0;
   while (left != 0) {
-    const MeshNode& node = tree_.nodes[stack[--left]];
+    const BvhNode& node = tree_.nodes[stack[--left]];
     if (square_to_box(node, point) >= least) continue;
     if (node.count == 0) {
       const double first = square_to_box(tree_.nodes[node.first], point);

@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
 #include "meshes/surface.h"
 
 namespace motes::meshes {
@@ -32,7 +32,7 @@ class Nearest {
   const Surface& surface_;
   double sign_;
   Normals normals_;
-  MeshTree tree_;
+  Bvh tree_;
 };
 
 }  // namespace motes::meshes

@@ -279,8 +279,8 @@ void Program::run_where(const Operation& operation, const actions::Block& block,
   }
 }
 
-void Program::find_leavers(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
-                           threads::Pool& pool) {
+void Program::find_migrants(const Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+                            threads::Pool& pool) {
   if (region.slices().empty() || begin >= store.size()) return;
   share(pool, begin, store.size(), outcome, [&](std::size_t first, std::size_t last, Outcome& of_range) {
     Collector collector(store, region, of_range);

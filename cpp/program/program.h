@@ -77,15 +77,15 @@ class Program {
 
   /// Runs sub-steps span.first.. of the list over particles begin.. of the store: the first sub-step from action
   /// `entry` on, the others in full. Adds the dead and those outside the region to `outcome`; removes none. An empty
-  /// list does nothing; it does not even look for leavers. The threads of the pool share the particles.
+  /// list does nothing; it does not even look for migrants. The threads of the pool share the particles.
   void run(particles::Store& store, std::size_t begin, std::size_t entry, const Span& span, particles::Key key,
            const Region& region, Outcome& outcome, threads::Pool& pool = threads::alone()) const;
 
   std::size_t size() const { return list_.size(); }
 
   /// Adds the particles outside the region to outcome.left.
-  static void find_leavers(const particles::Store& store, std::size_t begin, const Region& region, Outcome& outcome,
-                           threads::Pool& pool = threads::alone());
+  static void find_migrants(const particles::Store& store, std::size_t begin, const Region& region, Outcome& outcome,
+                            threads::Pool& pool = threads::alone());
 
  private:
   // What most actions are called with stands in one cache line. A step streams through the second-level cache, which

@@ -10,7 +10,7 @@
 #include <utility>
 
 #include "base/vectors.h"
-#include "meshes/distance_grid.h"
+#include "meshes/distance_field.h"
 #include "meshes/form.h"
 
 namespace motes::shapes {

@@ -11,7 +11,7 @@
 #include <utility>
 #include <vector>
 
-#include "interactions/cells.h"
+#include "interactions/cell_list.h"
 #include "interactions/kernels.h"
 #include "isas.h"
 #include "particles/blocks.h"
@@ -63,7 +63,7 @@ inline std::vector<std::uint64_t> numbers(std::size_t count, std::uint64_t first
   return all;
 }
 
-/// Particles by their index: this rank's own, then copies of others.
+/// Particles by their index: this rank's own, then ghosts of others.
 struct Flock {
   std::array<std::vector<float>, interactions::party_columns> column;
   std::vector<std::uint64_t> ids;
@@ -222,12 +222,12 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
                                                  : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
   const std::size_t rows = seeing.cells.rows().size() - 1;
   const std::size_t parts = pool.threads() == 1 ? 1 : 5;
-  std::vector<interactions::Sight> sights(parts);
+  std::vector<interactions::KernelStats> parts_seen(parts);
   const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
     pool.run(parts, [&](std::size_t part, std::size_t) {
       const motes::simd::FloatMode mode;
       law_kernel({seers, seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
-                  rows * (part + 1) / parts, &sights[part]});
+                  rows * (part + 1) / parts, &parts_seen[part]});
     });
   };
   if (law.kind == Law::fluid) {
@@ -248,9 +248,9 @@ inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targe
       if (i < targets.own) heard.out[c][i] = by_place[c][k];
     }
   }
-  for (const interactions::Sight& sight : sights) {
-    heard.pairs += sight.pairs;
-    heard.softened = heard.softened || sight.softened;
+  for (const interactions::KernelStats& seen : parts_seen) {
+    heard.pairs += seen.pairs;
+    heard.softened = heard.softened || seen.softened;
   }
   heard.touches = std::move(touches);
   return heard;

@@ -1,4 +1,4 @@
-// The order (cell, id) against a plain sort, for particles in any order in memory, with any of them as copies, on any
+// The order (cell, id) against a plain sort, for particles in any order in memory, with any of them as ghosts, on any
 // number of threads.
 #include <algorithm>
 #include <array>

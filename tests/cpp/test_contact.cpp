@@ -1,5 +1,5 @@
 // contact: many steps against an independent simulation in double precision, which computes each pair once; what
-// particles remember of their touches, whatever the order in memory, and with any of them as copies.
+// particles remember of their touches, whatever the order in memory, and with any of them as ghosts.
 #include <array>
 #include <cmath>
 #include <cstdint>

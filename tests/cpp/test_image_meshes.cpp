@@ -13,7 +13,7 @@
 #include "image/raster/splat_lanes.h"
 #include "image/raycast/scenery.h"
 #include "isas.h"
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
 #include "test_image_scene.h"
 
 namespace motes::image_test {
@@ -177,7 +177,7 @@ TEST(image_the_tree_of_a_mesh_holds_each_triangle_once) {
   meshes::Mesh mesh = ball_mesh(4);
   const std::size_t count = mesh.triangles.size() / 3;
   mesh.triangles.insert(mesh.triangles.end(), {0, 0, 1, 2, 2, 2});  // without an area
-  const meshes::MeshTree tree = build_tree(mesh);
+  const meshes::Bvh tree = build_bvh(mesh);
   CHECK(tree.triangles.size() == count);
   std::vector<int> seen(count);
   std::vector<std::pair<std::uint32_t, int>> stack{{0, 0}};
@@ -185,7 +185,7 @@ TEST(image_the_tree_of_a_mesh_holds_each_triangle_once) {
   while (!stack.empty()) {
     const auto [at, depth] = stack.back();
     stack.pop_back();
-    const meshes::MeshNode& node = tree.nodes[at];
+    const meshes::BvhNode& node = tree.nodes[at];
     deepest = std::max(deepest, depth);
     const auto inside = [&](const float* low, const float* high) {
       for (int i = 0; i < 3; ++i) CHECK(low[i] >= node.low[i] && high[i] <= node.high[i]);
@@ -218,7 +218,7 @@ TEST(image_trees_of_strange_meshes_stay_shallow_enough) {
     CHECK(light.size() == 3 * 320 * 200);
   }
   const meshes::Mesh flat{{0, 0, 0, 1, 1, 1, 2, 2, 2}, {0, 1, 2}};
-  CHECK(meshes::build_tree(flat).triangles.empty());
+  CHECK(meshes::build_bvh(flat).triangles.empty());
   CHECK(light_of(view_of({mesh_solid(flat)})) == light_of(view_of({})));
 }
 

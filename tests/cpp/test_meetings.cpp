@@ -1,5 +1,5 @@
 // Laws between particles: against all pairs in double precision, the same bits from every build, and with any of the
-// particles as copies.
+// particles as ghosts.
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -145,7 +145,7 @@ Flock cube(std::size_t count, std::uint64_t seed) { return test::random_flock(co
 
 bool same(const Heard& a, const Heard& b) { return a.out == b.out && a.touches == b.touches; }
 
-// A part of the particles as this rank's own, the others within `reach` of some of them as its copies, all shuffled.
+// A part of the particles as this rank's own, the others within `reach` of some of them as its ghosts, all shuffled.
 struct Share {
   std::vector<std::size_t> of;  // their indices in the whole: own ones first
   Flock flock;
@@ -153,7 +153,7 @@ struct Share {
 
 Share share_of(const Flock& whole, const std::vector<bool>& own, double reach, Dice& dice) {
   Share share;
-  std::vector<std::size_t> copies;
+  std::vector<std::size_t> ghosts;
   for (std::size_t i = 0; i < whole.size(); ++i) {
     if (own[i]) share.of.push_back(i);
   }
@@ -162,12 +162,12 @@ Share share_of(const Flock& whole, const std::vector<bool>& own, double reach, D
       const Vec r = minus(triple(whole, interactions::at_x, i), triple(whole, interactions::at_x, j));
       return dot(r, r) <= reach * reach;
     };
-    if (!own[j] && std::any_of(share.of.begin(), share.of.end(), near)) copies.push_back(j);
+    if (!own[j] && std::any_of(share.of.begin(), share.of.end(), near)) ghosts.push_back(j);
   }
   test::shuffle(share.of, dice);
-  test::shuffle(copies, dice);
+  test::shuffle(ghosts, dice);
   const std::size_t count = share.of.size();
-  share.of.insert(share.of.end(), copies.begin(), copies.end());
+  share.of.insert(share.of.end(), ghosts.begin(), ghosts.end());
   share.flock = test::taken(whole, share.of, count);
   return share;
 }

@@ -14,8 +14,8 @@
 namespace motes::test_meetings_of_stores {
 using actions::Action;
 using actions::Kind;
-using interactions::Copies;
 using interactions::Extent;
+using interactions::Ghosts;
 using particles::Store;
 using test::Dice;
 
@@ -136,14 +136,14 @@ std::vector<std::uint32_t> indices_where(const Store& store, const std::vector<s
   return found;
 }
 
-Copies copies_of(const Action& action, const Store& store, const std::vector<std::uint32_t>& chosen) {
-  Copies copies;
-  for (const std::uint32_t i : chosen) copies.ids.push_back(store.ids()[i]);
+Ghosts ghosts_of(const Action& action, const Store& store, const std::vector<std::uint32_t>& chosen) {
+  Ghosts ghosts;
+  for (const std::uint32_t i : chosen) ghosts.ids.push_back(store.ids()[i]);
   for (const interactions::Component c : interactions::read_by(action)) {
-    copies.columns.emplace_back();
-    for (const std::uint32_t i : chosen) copies.columns.back().push_back(value(store, c.attribute, i, c.component));
+    ghosts.columns.emplace_back();
+    for (const std::uint32_t i : chosen) ghosts.columns.back().push_back(value(store, c.attribute, i, c.component));
   }
-  return copies;
+  return ghosts;
 }
 
 // All particles, on ranks that own slabs and know of others what lies within the action's range.
@@ -165,8 +165,8 @@ particles::Digest met_on_slabs(const Action& action, const Store& all, const std
     }
     Store here(kSchema);
     here.append(all, indices_where(all, own));
-    const Copies copies = copies_of(action, all, indices_where(all, copied));
-    interactions::Side sides[2] = {{&here, &copies, nullptr}, {}};
+    const Ghosts ghosts = ghosts_of(action, all, indices_where(all, copied));
+    interactions::Side sides[2] = {{&here, &ghosts, nullptr}, {}};
     sides[0].now = 2;  // they remember what was before
     interactions::Scratch scratch;
     interactions::act(action, extent, kDt, sides, scratch, threads::alone());

@@ -6,12 +6,12 @@
 #include "check.h"
 #include "isas.h"
 #include "made_meshes.h"
-#include "meshes/distance_grid.h"
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
+#include "meshes/distance_field.h"
 #include "meshes/nearest.h"
 
 namespace motes::test_mesh_distance {
-using meshes::DistanceGrid;
+using meshes::DistanceField;
 using meshes::Mesh;
 using meshes::Surface;
 
@@ -25,14 +25,14 @@ const std::vector<Mesh>& closed_meshes() {
   return all;
 }
 
-DistanceGrid grid_of(const Mesh& mesh, int resolution, int threads = 1) {
+DistanceField grid_of(const Mesh& mesh, int resolution, int threads = 1) {
   threads::Pool pool(threads, threads == 1 ? SIZE_MAX : 100);
   return meshes::distance_grid(meshes::weld(mesh), resolution, pool);
 }
 
 // Calls use(place, distance) for each node.
 template <class Use>
-void each_node(const DistanceGrid& grid, const Use& use) {
+void each_node(const DistanceField& grid, const Use& use) {
   for (std::int32_t z = 0; z < grid.nodes[2]; ++z) {
     for (std::int32_t y = 0; y < grid.nodes[1]; ++y) {
       for (std::int32_t x = 0; x < grid.nodes[0]; ++x)
@@ -150,7 +150,7 @@ TEST(mesh_slivers_do_not_turn_sides_around) {
 
 TEST(mesh_grids_are_exact_near_the_surface_and_not_far_off_elsewhere) {
   for (const Mesh& mesh : closed_meshes()) {
-    const DistanceGrid grid = grid_of(mesh, 20);
+    const DistanceField grid = grid_of(mesh, 20);
     each_node(grid, [&](const Vector& p, double found) {
       const double wanted = test::distance_by_trying(mesh, p[0], p[1], p[2]);
       if (std::fabs(wanted) < 2.9 * double{grid.cell}) {
@@ -164,7 +164,7 @@ TEST(mesh_grids_are_exact_near_the_surface_and_not_far_off_elsewhere) {
 }
 
 TEST(mesh_a_surface_that_faces_inwards_has_the_same_grid) {
-  const DistanceGrid outwards = grid_of(test::block(-1, 2), 20), inwards = grid_of(test::block(-1, 2, true), 20);
+  const DistanceField outwards = grid_of(test::block(-1, 2), 20), inwards = grid_of(test::block(-1, 2, true), 20);
   CHECK(outwards.nodes == inwards.nodes);
   double apart = 0;
   for (std::size_t i = 0; i < outwards.distance.size(); ++i) {
@@ -174,16 +174,16 @@ TEST(mesh_a_surface_that_faces_inwards_has_the_same_grid) {
 }
 
 TEST(mesh_grids_have_the_same_bits_for_any_number_of_threads) {
-  const DistanceGrid alone = grid_of(test::torus(40, 20), 40);
+  const DistanceField alone = grid_of(test::torus(40, 20), 40);
   for (const int threads : {2, 5}) {
-    const DistanceGrid shared = grid_of(test::torus(40, 20), 40, threads);
+    const DistanceField shared = grid_of(test::torus(40, 20), 40, threads);
     CHECK(shared.distance == alone.distance);
   }
 }
 
 TEST(mesh_inner_cells_are_those_with_a_corner_inside) {
   const Mesh ball = test::globe(10, 15);
-  const DistanceGrid grid = grid_of(ball, 12);
+  const DistanceField grid = grid_of(ball, 12);
   const std::vector<std::uint32_t> cells = meshes::inner_cells(grid);
   CHECK(std::is_sorted(cells.begin(), cells.end()));
   std::size_t found = 0;

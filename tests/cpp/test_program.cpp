@@ -1,4 +1,4 @@
-// The compiled list: sub-steps, newborns, the dead and the leavers; births by number and time.
+// The compiled list: sub-steps, newborns, the dead and the migrants; births by number and time.
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -174,7 +174,7 @@ TEST(program_names_the_dead_and_those_that_leave) {
     CHECK(outcome.dead == wanted.dead && outcome.left == wanted.left);
     CHECK(store.size() == count);
     program::Outcome again;
-    program::Program::find_leavers(store, 0, slice, again);
+    program::Program::find_migrants(store, 0, slice, again);
     CHECK(again.left.size() >= wanted.left.size() && again.dead.empty());
   }
 }
@@ -355,7 +355,7 @@ TEST(program_gives_the_same_on_any_number_of_threads) {
     CHECK(threads > 1 || pauses > 1);  // a long run is no reason to leave messages alone
     digests.push_back(particles::digest(store));
     program::Outcome found;
-    program::Program::find_leavers(store, 5, slice, found, pool);
+    program::Program::find_migrants(store, 5, slice, found, pool);
     CHECK(std::is_sorted(found.left.begin(), found.left.end()) && found.left.size() > outcome.left.size());
     outcomes.push_back(outcome);
   }

@@ -34,7 +34,7 @@ std::uint64_t lowest_id(const Store& store) {
 // The list has run: what happened to whom.
 void end_list(const Rank& rank, const System& system, Population& here) {
   if (here.moved && here.outcome.left.empty())
-    find_leavers(rank, system, here);  // a list without actions does not look
+    find_migrants(rank, system, here);  // a list without actions does not look
   here.tally.killed += here.outcome.dead.size();
   note_events(rank, system, here);
   here.oldest = system.asks_oldest ? lowest_id(here.store) : UINT64_MAX;
@@ -59,21 +59,21 @@ void act_on(Rank& rank, const System& system, std::size_t index, Population& her
 }
 
 // The dead are removed; those that left their domain are packed for their owners and removed too.
-void pack_leavers(const Rank& rank, const System& system, Population& here, Round& round, std::uint32_t index) {
+void pack_migrants(const Rank& rank, const System& system, Population& here, Round& round, std::uint32_t index) {
   Store& store = here.store;
   if (rank.settings.log.digest) {
     here.digest = particles::digest(store, *rank.pool);
     here.digest -= particles::digest(store, here.outcome.dead);
   }
   std::vector<std::uint32_t> gone;
-  for (const auto& [owner, leavers] : leavers_by_owner(rank, system, here)) {
+  for (const auto& [owner, migrants] : migrants_by_owner(rank, system, here)) {
     base::Bytes& bytes = round.leaving[owner].bytes();
     const std::size_t before = bytes.size();
     bytes.put(index);
-    store.pack(leavers, bytes, *rank.pool);
-    here.sent.push_back({owner, leavers.size()});
+    store.pack(migrants, bytes, *rank.pool);
+    here.sent.push_back({owner, migrants.size()});
     here.tally.bytes_sent += bytes.size() - before;
-    gone.insert(gone.end(), leavers.begin(), leavers.end());
+    gone.insert(gone.end(), migrants.begin(), migrants.end());
   }
   std::sort(gone.begin(), gone.end());
   here.tally.sent = gone.size();
@@ -101,7 +101,7 @@ void act_on_all(Rank& rank, const Script& script, const Calculator& calculator, 
       act_on(rank, system, i, here, newborn, [&](const recording::Callback& callback, double time, std::size_t begin) {
         call_back(calculator, i, callback, time, begin);
       });
-      pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+      pack_migrants(rank, system, here, round, static_cast<std::uint32_t>(i));
     }
     received += here.tally.created - before;
   }
@@ -114,7 +114,7 @@ void end_meetings(const Rank& rank, const Script& script, const Calculator& calc
     if (!system.meets()) continue;
     Population& here = *calculator.populations[i];
     here.tally.compute_s += rank.machine.timed([&] { end_list(rank, system, here); });
-    pack_leavers(rank, system, here, round, static_cast<std::uint32_t>(i));
+    pack_migrants(rank, system, here, round, static_cast<std::uint32_t>(i));
   }
 }
 

@@ -1,4 +1,4 @@
-// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set leavers aside.
+// act and move (paper 3.2.2, 3.2.3): calculators run the recorded list in one pass and set migrants aside.
 #pragma once
 
 #include "engine/births/create.h"

@@ -5,7 +5,7 @@ namespace motes::engine {
 using comm::Message;
 using comm::Phase;
 
-void send_leavers(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
+void send_migrants(Rank& rank, const Script& script, const Calculator& calculator, Round& round) {
   Conversation& talk = rank.talk;
   const Stopwatch::Phase phase(rank.watch, &PhaseTimes::exchange, "send leavers", script.name_of(round));
   for (const std::int32_t source : round.orders.sources) talk.comm().await(source, Phase::exchange);

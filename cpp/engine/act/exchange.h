@@ -7,7 +7,7 @@
 
 namespace motes::engine {
 
-void send_leavers(Rank& rank, const Script& script, const Calculator& calculator, Round& round);
+void send_migrants(Rank& rank, const Script& script, const Calculator& calculator, Round& round);
 void receive_arrivals(Rank& rank, const Script& script, Calculator& calculator, const Round& round);
 
 }  // namespace motes::engine

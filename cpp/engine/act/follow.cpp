@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "engine/births/spawn.h"
+#include "engine/session/all_reduce.h"
 #include "engine/session/item_failure.h"
-#include "engine/session/word.h"
 #include "program/select.h"
 
 namespace motes::engine {
@@ -40,12 +40,12 @@ class Following {
 
   bool run() {
     compute([&] { clear_dead(rank_, system_, here_); });
-    if (agree_on_maxima(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f})[0] > 0) return false;
+    if (all_reduce_max(rank_, round_, {rank_.talk.failed() ? 1.0f : 0.0f})[0] > 0) return false;
     std::vector<Message> told(static_cast<std::size_t>(count_));
     compute([&] { tell(told); });
     trade(told);  // now: what the others told this keeper
     compute([&] { note(told); });
-    const Word firsts = agree_on_maxima(rank_, round_, first_places());
+    const Maxima firsts = all_reduce_max(rank_, round_, first_places());
     if (firsts[0] > 0) return false;
     std::vector<Message> answers(static_cast<std::size_t>(count_));
     compute([&] { answer(firsts, answers); });
@@ -97,7 +97,7 @@ class Following {
     for (int step = 1; step < count_; ++step) {
       const int to = (self_ + step) % count_;
       Message& message = messages[static_cast<std::size_t>(to)];
-      here_.sight.bytes += message.payload().size();
+      here_.interaction.bytes += message.payload().size();
       comm.post(rank_.talk.rank_of(to), Phase::meeting, rank_.talk.stamp(round_), std::move(message), 0,
                 rank_.talk.failed());
     }
@@ -123,8 +123,8 @@ class Following {
   }
 
   // Of each keeper: whether it knows a particle, and where the first one is.
-  Word first_places() const {
-    Word word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
+  Maxima first_places() const {
+    Maxima word(1 + 4 * static_cast<std::size_t>(count_), -kInf);
     word[0] = rank_.talk.failed() ? 1.0f : 0.0f;
     if (known_.empty()) return word;
     float* own = &word[1 + 4 * static_cast<std::size_t>(self_)];
@@ -133,7 +133,7 @@ class Following {
     return word;
   }
 
-  void answer(const Word& firsts, std::vector<Message>& answers) {
+  void answer(const Maxima& firsts, std::vector<Message>& answers) {
     Place last{};
     bool more = false;  // after this keeper's last one
     for (int keeper = self_ + 1; keeper < count_ && !more; ++keeper) {
@@ -177,7 +177,7 @@ class Following {
       const Place d = {target[0] - own[0], target[1] - own[1], target[2] - own[2]};
       const float r2 = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
       if (!(r2 > 0 && r2 < reach * reach) || chosen[i] == 0) continue;
-      ++here_.sight.pairs;
+      ++here_.interaction.pairs;
       const float part = strength / (std::sqrt(r2) * (r2 + epsilon));
       for (std::size_t c = 0; c < 3; ++c) v[c][i] += d[c] * part;
     }

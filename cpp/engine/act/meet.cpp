@@ -13,8 +13,8 @@
 #include "engine/act/moments.h"
 #include "engine/act/run_list.h"
 #include "engine/births/spawn.h"
+#include "engine/session/all_reduce.h"
 #include "engine/session/item_failure.h"
-#include "engine/session/word.h"
 #include "interactions/act.h"
 #include "interactions/pyramid.h"
 #include "program/select.h"
@@ -53,25 +53,25 @@ void position_of(const Store& store, std::size_t i, float (&x)[3]) {
 }
 
 // Who left its domain since the last meeting, by owner.
-struct Leavers {
+struct Migrants {
   std::map<int, std::vector<std::uint32_t>> to;
   double farthest = 0;  // metres outside the domain
 };
 
-Leavers leavers_of(const Rank& rank, const System& system, Population& here) {
-  Leavers leavers;
-  find_leavers(rank, system, here);
-  leavers.to = leavers_by_owner(rank, system, here);
+Migrants migrants_of(const Rank& rank, const System& system, Population& here) {
+  Migrants migrants;
+  find_migrants(rank, system, here);
+  migrants.to = migrants_by_owner(rank, system, here);
   here.outcome.left.clear();
   const domains::Box box = system.domains.box(rank.talk.calculator());
-  for (const auto& [owner, particles] : leavers.to) {
+  for (const auto& [owner, particles] : migrants.to) {
     for (const std::uint32_t p : particles) {
       float x[3];
       position_of(here.store, p, x);
-      leavers.farthest = std::max(leavers.farthest, outside(box, x));
+      migrants.farthest = std::max(migrants.farthest, outside(box, x));
     }
   }
-  return leavers;
+  return migrants;
 }
 
 // What each calculator knows when it begins to meet: who goes where, and what all agreed on.
@@ -125,7 +125,7 @@ class Swap {
         clear_dead(rank_, system(side), here);
         if (interactions::uses_cells(*meeting_.action)) bounds_ = interactions::bounds_of(here.store);
         if (bonds_ != nullptr) prepare_ties(here.store);
-        if (rank_.talk.calculators() > 1) leavers_[side] = leavers_of(rank_, system(side), here);
+        if (rank_.talk.calculators() > 1) migrants_[side] = migrants_of(rank_, system(side), here);
         const Extent extent = interactions::extent_of(*meeting_.action, here.store, dt(), side == 1, *rank_.pool);
         extent_.radius = std::max(extent_.radius, extent.radius);
         extent_.other_radius = std::max(extent_.other_radius, extent.other_radius);
@@ -145,18 +145,18 @@ class Swap {
 
   // What the first number says of failure is said by all who can still talk.
   bool agree() {
-    const double farthest = std::max(leavers_[0].farthest, leavers_[1].farthest);
+    const double farthest = std::max(migrants_[0].farthest, migrants_[1].farthest);
     const float out = std::nextafter(static_cast<float>(farthest), std::numeric_limits<float>::infinity());
-    Word word = {rank_.talk.failed() ? 1.0f : 0.0f,
-                 out,
-                 extent_.radius,
-                 extent_.other_radius,
-                 extent_.displacement,
-                 extent_.masses};
+    Maxima word = {rank_.talk.failed() ? 1.0f : 0.0f,
+                   out,
+                   extent_.radius,
+                   extent_.other_radius,
+                   extent_.displacement,
+                   extent_.masses};
     const std::size_t fixed = word.size();
     word.insert(word.end(), pins_.begin(), pins_.end());
     word.insert(word.end(), bounds_.begin(), bounds_.end());
-    const Word heard = agree_on_maxima(rank_, round_, std::move(word));
+    const Maxima heard = all_reduce_max(rank_, round_, std::move(word));
     if (heard[0] != 0) return false;
     extent_ = {heard[2], heard[3], heard[4], interactions::rounding_at(farthest_cut()), heard[5]};
     std::copy_n(heard.begin() + static_cast<std::ptrdiff_t>(fixed), pins_.size(), pins_.begin());
@@ -179,7 +179,7 @@ class Swap {
     return most;
   }
 
-  // Whether what one calculator has may concern another: leavers, or copies of what is within reach.
+  // Whether what one calculator has may concern another: migrants, or ghosts of what is within reach.
   bool concerns(int from, int to) const {
     for (std::size_t a = 0; a < meeting_.count; ++a) {
       const domains::Box box = system(a).domains.box(from);
@@ -201,7 +201,7 @@ class Swap {
       if (other != self && concerns(self, other)) to.push_back(other);
       if (other != self && concerns(other, self)) from.push_back(other);
     }
-    std::uint16_t& hops = population(0).sight.hops;
+    std::uint16_t& hops = population(0).interaction.hops;
     hops = std::max(hops, static_cast<std::uint16_t>(std::min<std::size_t>(to.size(), UINT16_MAX)));
     for (const int source : from) rank_.talk.comm().await(rank_.talk.rank_of(source), Phase::meeting);
     std::map<int, Message> messages;
@@ -212,12 +212,12 @@ class Swap {
     for (auto& [target, message] : messages) {
       if (rank_.talk.failed()) message = Message();
       const std::uint64_t count = rank_.talk.failed() ? 0 : sent_[target];
-      population(0).sight.bytes += message.payload().size();
+      population(0).interaction.bytes += message.payload().size();
       rank_.talk.comm().post(rank_.talk.rank_of(target), Phase::meeting, rank_.talk.stamp(round_), std::move(message),
                              count, rank_.talk.failed());
     }
     compute([&] {
-      for (std::size_t side = 0; side < meeting_.count; ++side) remove_leavers(side);
+      for (std::size_t side = 0; side < meeting_.count; ++side) remove_migrants(side);
     });
     for (const int source : from) {
       const Message message =
@@ -229,7 +229,7 @@ class Swap {
   void add_moments() {
     compute([&] { moments_ = interactions::moments_of(cube_, population(0).store); });
     moments_.resize(4 * cube_.leaves());
-    population(0).sight.bytes += engine::add_moments(rank_, round_, moments_);
+    population(0).interaction.bytes += engine::add_moments(rank_, round_, moments_);
   }
 
   // The particles that somebody else may see, or that leave.
@@ -258,7 +258,7 @@ class Swap {
     return found;
   }
 
-  void put_copies(std::size_t side, const std::vector<std::uint32_t>& chosen, base::Bytes& out) const {
+  void put_ghosts(std::size_t side, const std::vector<std::uint32_t>& chosen, base::Bytes& out) const {
     const Store& store = population(side).store;
     out.put(static_cast<std::uint64_t>(chosen.size()));
     for (const std::uint32_t i : chosen) out.put(store.ids()[i]);
@@ -269,23 +269,23 @@ class Swap {
     }
   }
 
-  static std::uint64_t take_copies(base::Reader& in, std::size_t columns, interactions::Copies& copies) {
+  static std::uint64_t take_ghosts(base::Reader& in, std::size_t columns, interactions::Ghosts& ghosts) {
     const auto count = in.get<std::uint64_t>();
-    copies.columns.resize(columns);
-    for (std::uint64_t i = 0; i < count; ++i) copies.ids.push_back(in.get<std::uint64_t>());
-    for (std::vector<float>& column : copies.columns) {
+    ghosts.columns.resize(columns);
+    for (std::uint64_t i = 0; i < count; ++i) ghosts.ids.push_back(in.get<std::uint64_t>());
+    for (std::vector<float>& column : ghosts.columns) {
       for (std::uint64_t i = 0; i < count; ++i) column.push_back(in.get<float>());
     }
     return count;
   }
 
-  // For each calculator: leavers that are its own from now on, and copies of what its particles may see.
+  // For each calculator: migrants that are its own from now on, and ghosts of what its particles may see.
   void pack(std::size_t side, std::map<int, Message>& messages) {
     Population& here = population(side);
     const int self = rank_.talk.calculator();
     std::map<std::uint32_t, int> owners;
-    for (const auto& [owner, leavers] : leavers_[side].to) {
-      for (const std::uint32_t p : leavers) owners[p] = owner;
+    for (const auto& [owner, migrants] : migrants_[side].to) {
+      for (const std::uint32_t p : migrants) owners[p] = owner;
     }
     const domains::Domains& seen_by = system(seer(side)).domains;
     const std::vector<std::uint32_t> near = near_the_border(side);
@@ -298,16 +298,16 @@ class Swap {
       return tied && !std::isnan(x[0] + x[1] + x[2]) && outside(boxes.at(who), x) <= range_;
     };
     const auto owner_of = [&](std::uint32_t p) {
-      const auto leaver = owners.find(p);
-      return leaver == owners.end() ? self : leaver->second;
+      const auto migrant = owners.find(p);
+      return migrant == owners.end() ? self : migrant->second;
     };
     // Where it belongs, a particle is no copy.
     const auto copy_for = [&](int who, std::uint32_t p) { return owner_of(p) != who && sees(who, p); };
     for (auto& [target, message] : messages) {
       base::Bytes& bytes = message.bytes();
-      const auto leaving = leavers_[side].to.find(target);
+      const auto leaving = migrants_[side].to.find(target);
       const std::vector<std::uint32_t> none;
-      const std::vector<std::uint32_t>& gone = leaving == leavers_[side].to.end() ? none : leaving->second;
+      const std::vector<std::uint32_t>& gone = leaving == migrants_[side].to.end() ? none : leaving->second;
       here.store.pack(gone, bytes, *rank_.pool);
       put_noted(here, here.bounced, gone, bytes);
       put_noted(here, here.collided, gone, bytes);
@@ -315,19 +315,19 @@ class Swap {
       for (const std::uint32_t p : near) {
         if (copy_for(target, p)) copied.push_back(p);
       }
-      put_copies(side, copied, bytes);
+      put_ghosts(side, copied, bytes);
       sent_[target] += gone.size() + copied.size();
-      here.sight.copies += copied.size();
+      here.interaction.ghosts += copied.size();
       rank_.machine.charge(rank_.machine.costs().copy * static_cast<double>(copied.size()));
     }
-    base::Bytes kept;  // of leavers that this calculator still sees
+    base::Bytes kept;  // of migrants that this calculator still sees
     std::vector<std::uint32_t> copied;
     for (const auto& [p, owner] : owners) {
       if (sees(self, p)) copied.push_back(p);
     }
-    put_copies(side, copied, kept);
+    put_ghosts(side, copied, kept);
     base::Reader in(kept.view());
-    take_copies(in, interactions::read_by(*meeting_.action).size(), copies_[side]);
+    take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
   }
 
   // Which of those that leave are noted here: their new owner has to know.
@@ -349,14 +349,14 @@ class Swap {
     noted.insert(found.begin(), found.end());
   }
 
-  void remove_leavers(std::size_t side) {
+  void remove_migrants(std::size_t side) {
     Population& here = population(side);
     std::vector<std::uint32_t> gone;
-    for (const auto& [owner, leavers] : leavers_[side].to) gone.insert(gone.end(), leavers.begin(), leavers.end());
+    for (const auto& [owner, migrants] : migrants_[side].to) gone.insert(gone.end(), migrants.begin(), migrants.end());
     if (gone.empty()) return;
     std::sort(gone.begin(), gone.end());
     here.store.remove(gone, *rank_.pool);
-    here.sight.moved_out += gone.size();
+    here.interaction.moved_out += gone.size();
     rank_.machine.charge(rank_.machine.costs().leave * static_cast<double>(gone.size()));
   }
 
@@ -368,10 +368,10 @@ class Swap {
       const std::size_t before = here.store.size();
       here.store.unpack(in, *rank_.pool);
       const std::size_t arrived = here.store.size() - before;
-      here.sight.moved_in += arrived;
+      here.interaction.moved_in += arrived;
       take_noted(in, here.bounced);
       take_noted(in, here.collided);
-      const std::uint64_t seen = take_copies(in, interactions::read_by(*meeting_.action).size(), copies_[side]);
+      const std::uint64_t seen = take_ghosts(in, interactions::read_by(*meeting_.action).size(), ghosts_[side]);
       count += arrived + seen;
       const Costs& costs = rank_.machine.costs();
       rank_.machine.charge(costs.arrive * static_cast<double>(arrived) + costs.copy * static_cast<double>(seen));
@@ -421,7 +421,7 @@ class Swap {
     std::vector<std::uint8_t> chosen[2], collided[2];
     for (std::size_t side = 0; side < meeting_.count; ++side) {
       Population& here = population(side);
-      sides[side] = {&here.store, &copies_[side], nullptr, meeting_.newborn_from[side]};
+      sides[side] = {&here.store, &ghosts_[side], nullptr, meeting_.newborn_from[side]};
       sides[side].adds = meeting_.collided[side] != Collided::none;
       sides[side].now = meeting_.substep;
       sides[side].last = meeting_.last;
@@ -443,11 +443,11 @@ class Swap {
       if (meeting_.collides_again[side]) note_collided(population(side), sides[side].chosen);
     }
     for (std::size_t side = 0; side < meeting_.count; ++side) drop(population(side), seen.dropped[side]);
-    Sight& sight = population(0).sight;
-    sight.pairs += seen.pairs;
-    sight.most_in_a_cell = std::max(sight.most_in_a_cell, seen.most_in_a_cell);
-    sight.overlap_99 = std::max(sight.overlap_99, seen.overlap_99);
-    if (seen.softened) sight.softened = 1;
+    InteractionStats& interaction = population(0).interaction;
+    interaction.pairs += seen.pairs;
+    interaction.most_in_a_cell = std::max(interaction.most_in_a_cell, seen.most_in_a_cell);
+    interaction.overlap_99 = std::max(interaction.overlap_99, seen.overlap_99);
+    if (seen.softened) interaction.softened = 1;
   }
 
   Rank& rank_;
@@ -455,7 +455,7 @@ class Swap {
   Calculator& calculator_;
   const Round& round_;
   const Meeting& meeting_;
-  Leavers leavers_[2];
+  Migrants migrants_[2];
   Extent extent_;
   double farthest_ = 0;
   double range_ = 0;
@@ -464,8 +464,8 @@ class Swap {
   interactions::Bounds bounds_{};                     // gravitate by cells
   interactions::Cube cube_;
   interactions::Moments moments_;
-  std::map<int, std::uint64_t> sent_;  // leavers and copies
-  interactions::Copies copies_[2];
+  std::map<int, std::uint64_t> sent_;  // migrants and ghosts
+  interactions::Ghosts ghosts_[2];
 };
 
 }  // namespace
@@ -475,13 +475,13 @@ bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round&
   const double waited = rank.talk.comm().waited_s();
   const bool met = meeting.action->kind == actions::Kind::follow ? follow(rank, script, calculator, round, meeting)
                                                                  : Swap(rank, script, calculator, round, meeting).run();
-  Sight& sight = calculator.populations[meeting.systems[0]]->sight;
-  ++sight.meetings;
-  sight.meet_s += static_cast<float>(comm::wall_seconds() - start);
-  sight.wait_s += static_cast<float>(rank.talk.comm().waited_s() - waited);
+  InteractionStats& interaction = calculator.populations[meeting.systems[0]]->interaction;
+  ++interaction.meetings;
+  interaction.meet_s += static_cast<float>(comm::wall_seconds() - start);
+  interaction.wait_s += static_cast<float>(rank.talk.comm().waited_s() - waited);
   return met;
 }
 
-void say_failed(Rank& rank, const Round& round) { agree_on_maxima(rank, round, {1}); }
+void say_failed(Rank& rank, const Round& round) { all_reduce_max(rank, round, {1}); }
 
 }  // namespace motes::engine

@@ -1,5 +1,5 @@
 // meet: a place in the list where particles see each other. The dead are cleared; calculators agree on how far it sees;
-// one message to each neighbouring domain takes leavers to their owners and copies of what is within reach; then each
+// one message to each neighbouring domain takes migrants to their owners and ghosts of what is within reach; then each
 // calculator acts on its own particles. The paper allows the exchange in the middle of a list (3.1.5).
 #pragma once
 

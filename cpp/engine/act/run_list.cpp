@@ -12,7 +12,7 @@ namespace {
 using program::Outcome;
 
 // Particles that another calculator owns.
-void find_strangers(const Rank& rank, const System& system, Population& here) {
+void find_beyond_new_cuts(const Rank& rank, const System& system, Population& here) {
   std::vector<std::uint32_t> owners(here.store.size());
   system.domains.owners_of(places_of(here.store), owners.data());
   const auto self = static_cast<std::uint32_t>(rank.talk.calculator());
@@ -65,18 +65,18 @@ program::Region region_of(const Rank& rank, const System& system) {
   return region;
 }
 
-void find_leavers(const Rank& rank, const System& system, Population& here) {
+void find_migrants(const Rank& rank, const System& system, Population& here) {
   here.outcome.left.clear();
   if (system.definition.axes.by_id()) {
-    if (here.moved) find_strangers(rank, system, here);  // ids stay the same: only new cuts make leavers
+    if (here.moved) find_beyond_new_cuts(rank, system, here);  // ids stay the same: only new cuts make migrants
   } else {
-    program::Program::find_leavers(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
+    program::Program::find_migrants(here.store, 0, region_of(rank, system), here.outcome, *rank.pool);
   }
   tidy(here.outcome);
 }
 
-std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
-                                                           const Population& here) {
+std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, const System& system,
+                                                            const Population& here) {
   std::map<int, std::vector<std::uint32_t>> to;
   const domains::Places places = places_of(here.store);
   for (const std::uint32_t p : here.outcome.left) {
@@ -100,7 +100,7 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
     run_pieces(rank, system, here, pieces, call_back, begin, &group);
   }
   if (calls_back(pieces)) {
-    find_leavers(rank, system, here);
+    find_migrants(rank, system, here);
   } else if (again) {
     tidy(here.outcome);
   }

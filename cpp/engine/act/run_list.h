@@ -27,12 +27,12 @@ void run_list(const Rank& rank, const System& system, Population& here, const Ap
 program::Region region_of(const Rank& rank, const System& system);
 
 /// Looks through all particles for those outside the domain.
-void find_leavers(const Rank& rank, const System& system, Population& here);
+void find_migrants(const Rank& rank, const System& system, Population& here);
 
 /// Those of here.outcome.left by their owners. A particle that is infinitely far out, or NaN, may belong here all the
 /// same.
-std::map<int, std::vector<std::uint32_t>> leavers_by_owner(const Rank& rank, const System& system,
-                                                           const Population& here);
+std::map<int, std::vector<std::uint32_t>> migrants_by_owner(const Rank& rank, const System& system,
+                                                            const Population& here);
 
 /// Obeys the sorts from item `first` of the list on: the particles stand in the order of drawing.
 void sort(const Rank& rank, const System& system, particles::Store& store, std::size_t first);

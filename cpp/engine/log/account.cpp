@@ -130,15 +130,15 @@ void Account::note_tails(const std::vector<CalculatorTail>& tails, const roles::
     const auto place = static_cast<std::size_t>(tree.row_of(static_cast<int>(i % calculators)));
     const CalculatorTail& of = tails[place * row.systems + i / calculators];
     LoadRow& load = row.load[i];
-    load.tally.sent += of.sight.moved_out;
-    load.tally.received += of.sight.moved_in;
+    load.tally.sent += of.interaction.moved_out;
+    load.tally.received += of.interaction.moved_in;
     load.tally.bytes_sent = of.bytes_sent;
     load.density.particles = of.particles;
     std::copy(std::begin(of.quantiles), std::end(of.quantiles), load.density.quantiles);
     load.exchange_s = double{of.exchange_s};
     load.image_s = double{of.image_s};
     load.wait_s = double{of.wait_s};
-    load.sight = of.sight;
+    load.interaction = of.interaction;
   }
 }
 

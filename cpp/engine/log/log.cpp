@@ -54,11 +54,13 @@ jsonl::Row row_of(const FrameRow& frame, const LoadRow& load, const std::string&
       .field("t_image_s", seconds(load.image_s));
   put_domain(load, row);
   row.field("speed", static_cast<float>(load.speed));
-  if (const Sight& sight = load.sight; sight.meetings > 0) {
-    row.field("meetings", std::uint64_t{sight.meetings}).field("pairs", sight.pairs).field("copies", sight.copies);
-    row.field("copied_bytes", sight.bytes).field("most_in_a_cell", std::uint64_t{sight.most_in_a_cell});
-    row.field("overlap_99", sight.overlap_99).field("hops", std::uint64_t{sight.hops});
-    row.field("t_meet_s", sight.meet_s).field("t_meet_wait_s", sight.wait_s);
+  if (const InteractionStats& interaction = load.interaction; interaction.meetings > 0) {
+    row.field("meetings", std::uint64_t{interaction.meetings})
+        .field("pairs", interaction.pairs)
+        .field("copies", interaction.ghosts);
+    row.field("copied_bytes", interaction.bytes).field("most_in_a_cell", std::uint64_t{interaction.most_in_a_cell});
+    row.field("overlap_99", interaction.overlap_99).field("hops", std::uint64_t{interaction.hops});
+    row.field("t_meet_s", interaction.meet_s).field("t_meet_wait_s", interaction.wait_s);
   }
   return row;
 }

@@ -25,7 +25,7 @@ struct LoadRow {
   domains::Axes axes;   // that are cut
   double speed = 0;                    // particles per second
   Density density;
-  Sight sight;
+  InteractionStats interaction;
 };
 
 /// A row of balance.jsonl: a cut that a policy evaluated.

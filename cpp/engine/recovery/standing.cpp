@@ -9,7 +9,7 @@ namespace {
 
 // The rank that has each calculator's particles of a generation; nothing where some are lost, or where a rank does not
 // have it.
-std::optional<std::vector<int>> holders_of(const std::vector<Standing>& standings, CopiesOf of) {
+std::optional<std::vector<int>> holders_of(const std::vector<Standing>& standings, GenerationId of) {
   std::vector<int> holders, owners;
   for (std::size_t rank = 0; rank < standings.size(); ++rank) {
     const std::vector<Holding>& its = standings[rank].holdings;

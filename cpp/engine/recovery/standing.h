@@ -5,13 +5,13 @@
 #include <string>
 #include <vector>
 
-#include "engine/recovery/copies.h"
+#include "engine/recovery/replicas.h"
 
 namespace motes::engine {
 
 /// A generation of copies that a rank has.
 struct Holding {
-  CopiesOf of;
+  GenerationId of;
   std::uint32_t parts = 0;  // calculators then
   std::int32_t own = -1;    // the calculators whose particles it has; -1: none
   std::int32_t other = -1;
@@ -58,7 +58,7 @@ struct WayBack {
   std::uint64_t frame = 0;  // where it stands
   bool anyone_ahead = false;  // some rank has made it before
   Announced announced;              // what these ranks heard in it
-  CopiesOf from;            // the generation from which the world is made again
+  GenerationId from;            // the generation from which the world is made again
   std::uint64_t unsaved_from = UINT64_MAX;
   std::vector<int> holders;  // the rank that has each calculator's particles; none where there were no particles yet
   std::string refusal;      // why there is no way back, or empty: a sentence

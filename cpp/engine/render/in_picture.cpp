@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "engine/render/drawn.h"
 #include "image/camera.h"
@@ -37,6 +38,7 @@ Sighted look(const image::View& view, const image::Drawn& particles) {
 
 std::vector<Sighted> sighted(const Script& script, const Calculator& calculator,
                              const std::vector<std::uint64_t>& records, std::vector<std::uint64_t>& pictures) {
+  const std::optional<image::View>& view = script.record.view;
   pictures.resize(records.size());
   std::vector<Sighted> found(records.size(), Sighted::unknown);
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -44,8 +46,8 @@ std::vector<Sighted> sighted(const Script& script, const Calculator& calculator,
     const std::uint64_t picture = ++pictures[i];
     if (records[i] != 0) {
       found[i] = Sighted::inside;
-    } else if (picture == 1 || picture % kLaterPictures == 0) {
-      found[i] = look(*script.record.view, drawn(calculator.populations[i]->store));
+    } else if (view && (picture == 1 || picture % kLaterPictures == 0)) {
+      found[i] = look(*view, drawn(calculator.populations[i]->store));
     }
   }
   return found;

@@ -20,8 +20,8 @@ struct Costs {
   double share = 0;    // calculator that creates births: making, finding its owner, sorting its number
   double forward = 0;  // calculator: a birth's number that it passes on
   double make = 0;     // calculator: making its own by their numbers
-  double leave = 0;    // calculator: taking a leaver out of its system, packing
-  double gap = 0;  // calculator: a leaver, per particle of its system there (those behind it move up)
+  double leave = 0;    // calculator: taking a migrant out of its system, packing
+  double gap = 0;  // calculator: a migrant, per particle of its system there (those behind it move up)
   double arrive = 0;  // calculator: unpacking, putting it into its system
   double copy = 0;    // calculator, in a meeting: packing a copy, or unpacking one and putting it into a cell
   double select = 0;  // donor: per particle of the system whose new cut it looks for

@@ -82,9 +82,9 @@ struct Tally {
 };
 
 /// What the meetings of one system on one calculator came to in a frame. Systems that meet each other: the first one's.
-struct Sight {
+struct InteractionStats {
   std::uint64_t pairs = 0;   // that saw each other, counted at both ends
-  std::uint64_t copies = 0;  // sent to other calculators
+  std::uint64_t ghosts = 0;  // sent to other calculators
   std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
   std::uint64_t moved_in = 0, moved_out = 0;  // that did so
   std::uint32_t meetings = 0;
@@ -96,9 +96,10 @@ struct Sight {
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, Sight& sight) {
-  visit(sight.pairs, sight.copies, sight.bytes, sight.moved_in, sight.moved_out, sight.meetings, sight.most_in_a_cell,
-        sight.meet_s, sight.wait_s, sight.overlap_99, sight.softened, sight.hops);
+constexpr void fields(Visitor& visit, InteractionStats& interaction) {
+  visit(interaction.pairs, interaction.ghosts, interaction.bytes, interaction.moved_in, interaction.moved_out,
+        interaction.meetings, interaction.most_in_a_cell, interaction.meet_s, interaction.wait_s,
+        interaction.overlap_99, interaction.softened, interaction.hops);
 }
 
 /// What in a system's meetings asks for a warning: the most on any calculator.
@@ -254,12 +255,12 @@ struct CalculatorTail {
   std::uint64_t particles = 0;   // see Density
   float quantiles[3 * (kQuantiles + 1)] = {};
   float exchange_s = 0, wait_s = 0, image_s = 0;
-  Sight sight;
+  InteractionStats interaction;
 };
 
 template <class Visitor>
 constexpr void fields(Visitor& visit, CalculatorTail& tail) {
-  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.sight);
+  visit(tail.bytes_sent, tail.particles, tail.quantiles, tail.exchange_s, tail.wait_s, tail.image_s, tail.interaction);
 }
 
 /// A rank whose script says something else, and what it says.

@@ -31,7 +31,7 @@ void start_frame(Population& here) {
   here.outcome.clear();
   here.bounced.clear();
   here.collided.clear();
-  here.sight = {};
+  here.interaction = {};
   here.tally = {};
   here.tally.at_start = here.store.size();
   here.sent.clear();

@@ -41,13 +41,13 @@ struct Population {
   particles::Store store;
   std::unique_ptr<Preview> preview;
   bool in_callback = false;                   // the script sees all that the list runs over
-  bool moved = false;                         // positions may have changed since leavers were looked for
+  bool moved = false;                         // positions may have changed since migrants were looked for
   program::Outcome outcome;
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
   std::unordered_set<std::uint64_t> collided;  // the same of those that did so in this sub-step, where only some did
   Tally tally;
-  Sight sight;
-  std::vector<Sent> sent;  // leavers of this frame, by domain
+  InteractionStats interaction;
+  std::vector<Sent> sent;  // migrants of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
   std::uint64_t oldest = 0;  // the lowest id here, where the history asks for it
   particles::Digest digest;  // where the conversation asks for it

@@ -30,7 +30,7 @@ MOTES_INLINE Span span(Ints start, int sub_bits, int footprint, int pixels) {
 }
 
 MOTES_INLINE Projected project_vector(const image::ProjectTask& t, std::size_t i) {
-  const auto [across, upward, depth] = sight(t.now, place_of(t, i));
+  const auto [across, upward, depth] = view_position(t.now, place_of(t, i));
   const Floats k = all(t.now.scale) / depth;
   const Floats screen_x = across * k;
   const Floats screen_y = -(upward * k);

@@ -49,7 +49,7 @@ MOTES_INLINE Way still(const image::WideTask& t, Floats x, Floats y, Mask visibl
 
 // Where the particle was not in front of the camera when the shutter opened, its way begins at `near`: then `then` is
 // moved there. Returns which part of the way is left.
-MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, Sight now, Sight& then) {
+MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, ViewPosition now, ViewPosition& then) {
   const Floats part = select(behind, (now.depth - all(t.near)) / (now.depth - then.depth), all(1.0f));
   then.across = select(behind, now.across + (then.across - now.across) * part, then.across);
   then.upward = select(behind, now.upward + (then.upward - now.upward) * part, then.upward);
@@ -58,9 +58,9 @@ MOTES_INLINE Floats cut_at_near(const image::WideTask& t, Mask behind, Sight now
 }
 
 // The way since the shutter opened; where nothing is known of it, the particle stands still.
-MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, Sight now, Floats x, Floats y,
+MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, ViewPosition now, Floats x, Floats y,
                         Mask visible) {
-  Sight then = sight(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
+  ViewPosition then = view_position(t.then, place - vector_at(t.velocity, t.velocity_of_all, i) * t.open);
   const Mask behind = then.depth < all(t.near);
   const Floats part = any(visible & behind) ? cut_at_near(t, behind, now, then) : all(1.0f);
   const Floats k = all(t.then.scale) / then.depth;
@@ -82,7 +82,7 @@ MOTES_INLINE Way moving(const image::WideTask& t, std::size_t i, Floats3 place, 
   return w;
 }
 
-MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, Sight now) {
+MOTES_INLINE Way way(const image::WideTask& t, std::size_t i, Floats3 place, ViewPosition now) {
   const Floats k = all(t.now.scale) / now.depth;
   const Floats x = now.across * k, y = -(now.upward * k);
   const Mask sane =
@@ -108,7 +108,7 @@ MOTES_INLINE Size size_vector(const image::WideTask& t, std::size_t i, Floats de
 }
 
 // The direction of `up` on the screen: how the projection of a place changes as it moves along `up`.
-MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, Sight now) {
+MOTES_INLINE Uints up_vector(const image::WideTask& t, std::size_t i, ViewPosition now) {
   const Floats3 up = vector_at(t.up, t.up_of_all, i);
   const Floats ahead = dot(up, all3(t.now.forward)) / now.depth;
   Floats x = dot(up, all3(t.now.right)) - now.across * ahead;
@@ -163,7 +163,7 @@ MOTES_INLINE void place_many(const image::WideTask& t, Ints x, Ints y, Columns& 
 
 MOTES_INLINE Columns project_vector(const image::WideTask& t, std::size_t i, Uints color) {
   const Floats3 place = place_of(t, i);
-  const Sight now = sight(t.now, place);
+  const ViewPosition now = view_position(t.now, place);
   const Way w = way(t, i, place, now);
   const Size s = size_vector(t, i, now.depth);
   const Mask visible = w.visible & s.visible;

@@ -60,10 +60,10 @@ MOTES_INLINE Uints color_vector(const image::SeenTask& t, std::size_t i) {
 }
 
 /// A place as a camera sees it: metres to the right, upwards and ahead.
-struct Sight {
+struct ViewPosition {
   Floats across, upward, depth;
 };
-MOTES_INLINE Sight sight(const image::LensLanes& lens, Floats3 place) {
+MOTES_INLINE ViewPosition view_position(const image::LensLanes& lens, Floats3 place) {
   const Floats3 offset = place - all3(lens.eye);
   return {dot(offset, all3(lens.right)), dot(offset, all3(lens.up)), dot(offset, all3(lens.forward))};
 }

@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
 #include "shapes/shape.h"
 
 namespace motes::image {
@@ -22,8 +22,8 @@ namespace motes::image {
 struct CastSolid {
   shapes::Kind kind;
   std::uint32_t number;  // of the object in the view
-  const meshes::MeshNode* nodes;  // of a mesh; null: a shape
-  const meshes::MeshTriangle* triangles;
+  const meshes::BvhNode* nodes;  // of a mesh; null: a shape
+  const meshes::BvhTriangle* triangles;
   float value[14];
   bool turned;  // of a mesh: its axes are not the world's
 };

@@ -30,7 +30,7 @@ class MeshRays {
       : nodes_(solid.nodes), triangles_(solid.triangles), rays_(rays_in_mesh(solid, rays)) {
     inverse_ = {1.0f / not_zero(rays_.along.x), 1.0f / not_zero(rays_.along.y), 1.0f / not_zero(rays_.along.z)};
     // Boxes are a little larger than what is in them, by what rounding may move a ray at the mesh's distance.
-    const meshes::MeshNode& root = nodes_[0];
+    const meshes::BvhNode& root = nodes_[0];
     const Floats3 low = all3(root.low) - rays_.from, high = all3(root.high) - rays_.from;
     const Floats margin = (max(abs(low.x), abs(high.x)) + max(abs(low.y), abs(high.y)) + max(abs(low.z), abs(high.z)) +
                            abs(rays_.from.x) + abs(rays_.from.y) + abs(rays_.from.z)) *
@@ -42,7 +42,7 @@ class MeshRays {
   /// The nearest crossing; of several at the same distance that with the first triangle.
   Crossing nearest(Floats near, Floats far) const {
     Crossing found{Mask{}, far, Ints{}};
-    walk([&](const meshes::MeshNode& node) {
+    walk([&](const meshes::BvhNode& node) {
       Floats enter, leave;
       const Mask open = inside(node, near, found.distance, enter, leave);
       if (!any(open)) return false;
@@ -64,7 +64,7 @@ class MeshRays {
 
   /// Which of the rays meet any triangle between `near` and `far`; of interest are those with `open`.
   Mask blocked(Floats near, Floats far, Mask open) const {
-    walk([&](const meshes::MeshNode& node) {
+    walk([&](const meshes::BvhNode& node) {
       Floats enter, leave;
       const Mask here = open & inside(node, near, far, enter, leave);
       if (!any(here)) return false;
@@ -80,7 +80,7 @@ class MeshRays {
 
  private:
   // Whether rays pass through a node's box between `near` and `far`, and where.
-  MOTES_INLINE Mask inside(const meshes::MeshNode& node, Floats near, Floats far, Floats& enter, Floats& leave) const {
+  MOTES_INLINE Mask inside(const meshes::BvhNode& node, Floats near, Floats far, Floats& enter, Floats& leave) const {
     const Floats x0 = (node.low[0] - below_.x) * inverse_.x, x1 = (node.high[0] - above_.x) * inverse_.x;
     const Floats y0 = (node.low[1] - below_.y) * inverse_.y, y1 = (node.high[1] - above_.y) * inverse_.y;
     const Floats z0 = (node.low[2] - below_.z) * inverse_.z, z1 = (node.high[2] - above_.z) * inverse_.z;
@@ -90,7 +90,7 @@ class MeshRays {
   }
 
   MOTES_INLINE Mask meet(std::uint32_t number, Floats near, Floats& distance) const {
-    const meshes::MeshTriangle& triangle = triangles_[number];
+    const meshes::BvhTriangle& triangle = triangles_[number];
     const Floats3 normal = all3(triangle.normal);
     distance = dot(normal, all3(triangle.corner[0]) - rays_.from) / dot(normal, rays_.along);
     return pass_through(triangle.corner, rays_) & (distance > near) & (distance <= __FLT_MAX__);
@@ -99,11 +99,11 @@ class MeshRays {
   // Calls `use` with nodes from the root down, for each of whose boxes it returns true the children follow.
   template <class Use>
   MOTES_INLINE void walk(const Use& use) const {
-    std::uint32_t stack[meshes::kMaxMeshDepth + 4];
+    std::uint32_t stack[meshes::kMaxBvhDepth + 4];
     std::size_t left = 0;
     stack[left++] = 0;
     while (left != 0) {
-      const meshes::MeshNode& node = nodes_[stack[--left]];
+      const meshes::BvhNode& node = nodes_[stack[--left]];
       if (!use(node) || node.count != 0) continue;
       const bool second_first = second_is_nearer(nodes_[node.first], nodes_[node.first + 1]);
       stack[left++] = node.first + (second_first ? 0 : 1);
@@ -112,7 +112,7 @@ class MeshRays {
   }
 
   // As one of the rays sees it. A wrong order costs time alone.
-  MOTES_INLINE bool second_is_nearer(const meshes::MeshNode& first, const meshes::MeshNode& second) const {
+  MOTES_INLINE bool second_is_nearer(const meshes::BvhNode& first, const meshes::BvhNode& second) const {
     float ahead = 0;
     ahead += (second.low[0] + second.high[0] - first.low[0] - first.high[0]) * rays_.along.x[0];
     ahead += (second.low[1] + second.high[1] - first.low[1] - first.high[1]) * rays_.along.y[0];
@@ -120,14 +120,14 @@ class MeshRays {
     return ahead < 0;
   }
 
-  const meshes::MeshNode* nodes_;
-  const meshes::MeshTriangle* triangles_;
+  const meshes::BvhNode* nodes_;
+  const meshes::BvhTriangle* triangles_;
   Rays rays_;
   Floats3 inverse_, below_, above_;
 };
 
 /// The normals of triangles, one for each lane.
-MOTES_INLINE Floats3 mesh_normals(const meshes::MeshTriangle* triangles, const Crossing& crossing) {
+MOTES_INLINE Floats3 mesh_normals(const meshes::BvhTriangle* triangles, const Crossing& crossing) {
   Floats3 normal{};
   for (std::size_t i = 0; i < kLanes; ++i) {
     if (crossing.met[i] == 0) continue;

@@ -103,7 +103,7 @@ Placement placement_of(const shapes::Shape& s) {
 }
 
 // Returns the ball around the mesh, in the world's coordinates.
-Ball prepare_mesh(const Placement& placement, const meshes::MeshTree& tree, const Vector& eye, CastSolid& to) {
+Ball prepare_mesh(const Placement& placement, const meshes::Bvh& tree, const Vector& eye, CastSolid& to) {
   to.nodes = tree.nodes.data();
   to.triangles = tree.triangles.data();
   to.turned = placement.axis != Placement{}.axis;
@@ -164,7 +164,7 @@ void CastScene::add(const Solid& solid, std::uint32_t number) {
   prepared.number = number;
   Ball ball{};
   if (solid.mesh != 0) {
-    const auto tree = meshes::tree_of(solid.mesh);
+    const auto tree = meshes::bvh_of(solid.mesh);
     if (tree->nodes.empty()) return;
     trees_.push_back(tree);
     ball = prepare_mesh(placement_of(solid.shape), *tree, lens_.eye, prepared);

@@ -39,7 +39,7 @@ class CastScene {
   std::vector<CastSolid> solids_;
   std::vector<Ball> balls_;  // relative to the eye, as everything below
   std::vector<Bounds> bounds_;
-  std::vector<std::shared_ptr<const meshes::MeshTree>> trees_;  // keeps them alive
+  std::vector<std::shared_ptr<const meshes::Bvh>> trees_;  // keeps them alive
   std::vector<Material> materials_;                     // one per object
   bool sunny_;
   Vector sun_;

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
 import site
@@ -121,6 +120,8 @@ def running_line(depth: int) -> Line:
 def number_of(place: Line | str) -> int:
     """Return 64 bits that stand for a line of the script, or for a text: the same ones in each process."""
     text = (place if isinstance(place, str) else _shown(place)).encode(errors="surrogatepass")
+    import hashlib  # only where there is a source: a world starts without it
+
     return int.from_bytes(hashlib.blake2b(text, digest_size=8).digest(), "little")
 
 

@@ -1,4 +1,4 @@
-#include "meshes/mesh_tree.h"
+#include "meshes/bvh.h"
 
 #include <algorithm>
 #include <array>
@@ -16,7 +16,7 @@ namespace {
 
 constexpr std::uint32_t kLeaf = 2;  // triangles that are not worth another split
 constexpr int kBins = 16;
-constexpr int kBalancedDepth = kMaxMeshDepth - 28;  // from here on halves: 2^28 triangles fit below it
+constexpr int kBalancedDepth = kMaxBvhDepth - 28;  // from here on halves: 2^28 triangles fit below it
 
 struct Hull {
   std::array<float, 3> low, high;
@@ -48,7 +48,7 @@ struct Facet {
 // Splits where a ray is expected to test the fewest triangles (surface area heuristic, in bins; Wald 2007).
 class Builder {
  public:
-  Builder(MeshTree& tree, std::vector<Facet> facets) : tree_(tree), facets_(std::move(facets)) {
+  Builder(Bvh& tree, std::vector<Facet> facets) : tree_(tree), facets_(std::move(facets)) {
     tree_.nodes.resize(1);
     build(0, 0, static_cast<std::uint32_t>(facets_.size()), 0);
   }
@@ -61,7 +61,7 @@ class Builder {
       hull.add(facets_[i].hull);
       middles.add(facets_[i].middle.data());
     }
-    MeshNode node{};
+    BvhNode node{};
     std::copy(hull.low.begin(), hull.low.end(), node.low);
     std::copy(hull.high.begin(), hull.high.end(), node.high);
     node.first = first;
@@ -131,14 +131,14 @@ class Builder {
     return best;
   }
 
-  MeshTree& tree_;
+  Bvh& tree_;
   std::vector<Facet> facets_;
 };
 
-Vector corner_of(const MeshTriangle& t, std::size_t i) { return {t.corner[i][0], t.corner[i][1], t.corner[i][2]}; }
+Vector corner_of(const BvhTriangle& t, std::size_t i) { return {t.corner[i][0], t.corner[i][1], t.corner[i][2]}; }
 
 // False where the triangle has no area.
-bool set_normal(MeshTriangle& t) {
+bool set_normal(BvhTriangle& t) {
   const Vector normal = cross(corner_of(t, 1) - corner_of(t, 0), corner_of(t, 2) - corner_of(t, 0));
   const double size = length(normal);
   if (!(size > 0)) return false;
@@ -146,20 +146,20 @@ bool set_normal(MeshTriangle& t) {
   return true;
 }
 
-Ball ball_around(const MeshTree& tree) {
-  const MeshNode& root = tree.nodes[0];
+Ball ball_around(const Bvh& tree) {
+  const BvhNode& root = tree.nodes[0];
   const Vector low{root.low[0], root.low[1], root.low[2]}, high{root.high[0], root.high[1], root.high[2]};
   return {(low + high) * 0.5, length(high - low) * (0.5 * (1 + 1e-6))};
 }
 
 }  // namespace
 
-MeshTree build_tree(const Mesh& mesh) {
-  std::vector<MeshTriangle> triangles;
+Bvh build_bvh(const Mesh& mesh) {
+  std::vector<BvhTriangle> triangles;
   std::vector<Facet> facets;
   std::vector<std::uint32_t> number;  // in the mesh
   for (std::size_t i = 0; i + 2 < mesh.triangles.size(); i += 3) {
-    MeshTriangle triangle{};
+    BvhTriangle triangle{};
     Facet facet;
     for (std::size_t c = 0; c < 3; ++c) {
       const float* vertex = mesh.vertices.data() + 3 * std::size_t{mesh.triangles[i + c]};
@@ -175,7 +175,7 @@ MeshTree build_tree(const Mesh& mesh) {
     number.push_back(static_cast<std::uint32_t>(i / 3));
     facets.push_back(facet);
   }
-  MeshTree tree;
+  Bvh tree;
   if (facets.empty()) return tree;
   const Builder builder(tree, std::move(facets));
   for (const Facet& facet : builder.facets()) {
@@ -186,12 +186,12 @@ MeshTree build_tree(const Mesh& mesh) {
   return tree;
 }
 
-std::shared_ptr<const MeshTree> tree_of(AssetKey key) {
+std::shared_ptr<const Bvh> bvh_of(AssetKey key) {
   static std::mutex mutex;
-  static std::map<AssetKey, std::shared_ptr<const MeshTree>> trees;
+  static std::map<AssetKey, std::shared_ptr<const Bvh>> trees;
   const std::scoped_lock lock(mutex);
   auto& tree = trees[key];
-  if (tree == nullptr) tree = std::make_shared<const MeshTree>(build_tree(*mesh(key)));
+  if (tree == nullptr) tree = std::make_shared<const Bvh>(build_bvh(*mesh(key)));
   return tree;
 }
 

@@ -9,10 +9,10 @@
 namespace motes::engine {
 
 /// The first number says whether a calculator has failed; what has failed may say no more than that.
-using Word = std::vector<float>;
+using Maxima = std::vector<float>;
 
 /// Calculators, collective: the maxima over all of them. log2(n) messages each: in step s a calculator tells the one
 /// 2^s places ahead what it has heard so far (dissemination; Hensgen, Finkel, Manber 1988).
-Word agree_on_maxima(Rank& rank, const Round& round, Word word);
+Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word);
 
 }  // namespace motes::engine

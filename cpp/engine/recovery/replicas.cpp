@@ -1,4 +1,4 @@
-#include "engine/recovery/copies.h"
+#include "engine/recovery/replicas.h"
 
 #include <algorithm>
 #include <utility>
@@ -31,22 +31,22 @@ int held_by(const Conversation& talk) {
   return talk.calculates() ? (talk.calculator() + count - 1) % count : -1;
 }
 
-comm::Stamp stamp(const CopiesOf& of) { return {of.frame, of.losses}; }
+comm::Stamp stamp(const GenerationId& of) { return {of.frame, of.losses}; }
 
 }  // namespace
 
-OpenedCopy open(const Copy& copy) {
+OpenedReplica open(const Replica& copy) {
   const std::span<const std::byte> payload = copy.message->payload();
   const std::size_t length = sizeof(std::uint64_t);
   const auto description = base::Reader(payload.last(length)).get<std::uint64_t>();
-  OpenedCopy opened;
+  OpenedReplica opened;
   opened.planes = payload.first(payload.size() - length - description);
   base::Reader in(payload.subspan(opened.planes.size(), description));
   base::read_fields(in, opened.description);
   return opened;
 }
 
-void Copies::begin(const Parts& parts, std::uint64_t every) {
+void Replicas::begin(const Parts& parts, std::uint64_t every) {
   every_ = std::max(every, kLag + 2);
   Generation none;  // before the first frame there are no particles
   none.of.frame = parts.rank.talk.frame;
@@ -56,29 +56,29 @@ void Copies::begin(const Parts& parts, std::uint64_t every) {
   generations_.push_back(std::move(none));
 }
 
-const Generation* Copies::find(CopiesOf of) const {
+const Generation* Replicas::find(GenerationId of) const {
   const auto found =
       std::find_if(generations_.begin(), generations_.end(), [&](const Generation& g) { return g.of == of; });
   return found == generations_.end() ? nullptr : &*found;
 }
 
-void Copies::note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script) {
+void Replicas::note_list(std::uint64_t frame, const base::Bytes& record, bool needs_script) {
   forget_lists_from(frame);
   KeptList list{frame, {}, needs_script};
   list.record.put_raw(record.data(), record.size());
   lists_.push_back(std::move(list));
 }
 
-void Copies::forget_lists_from(std::uint64_t frame) {
+void Replicas::forget_lists_from(std::uint64_t frame) {
   while (!lists_.empty() && lists_.back().frame >= frame) lists_.pop_back();
 }
 
-void Copies::forget_behind(CopiesOf of) {
+void Replicas::forget_behind(GenerationId of) {
   while (generations_.back().of > of) generations_.pop_back();
   for (Generation& generation : generations_) generation.arrived = true;  // what has not come will not come
 }
 
-void Copies::at_border(Parts& parts, std::uint64_t unsaved_from) {
+void Replicas::at_border(Parts& parts, std::uint64_t unsaved_from) {
   Rank& rank = parts.rank;
   const std::uint64_t now = rank.talk.frame;
   for (Generation& generation : generations_) {
@@ -90,7 +90,7 @@ void Copies::at_border(Parts& parts, std::uint64_t unsaved_from) {
   if (now % every_ == 0) make(parts, false, false);
 }
 
-void Copies::make(Parts& parts, bool alone, bool wait) {
+void Replicas::make(Parts& parts, bool alone, bool wait) {
   if (alone) {
     generations_.clear();
     lists_.clear();
@@ -125,13 +125,13 @@ void Copies::make(Parts& parts, bool alone, bool wait) {
   generations_.push_back(std::move(made));
 }
 
-void Copies::take_rest(Rank& rank) {
+void Replicas::take_rest(Rank& rank) {
   for (Generation& generation : generations_) {
     if (!generation.arrived) take(rank, generation);
   }
 }
 
-void Copies::take(Rank& rank, Generation& generation) {
+void Replicas::take(Rank& rank, Generation& generation) {
   Conversation& talk = rank.talk;
   const int from = talk.rank_of(generation.other.calculator);
   generation.other.message =
@@ -140,7 +140,7 @@ void Copies::take(Rank& rank, Generation& generation) {
 }
 
 // Behind a generation that all ranks have, earlier ones are needed for pictures alone: then the newest that does.
-void Copies::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
+void Replicas::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
   std::optional<std::size_t> whole, wanted;
   for (std::size_t i = 0; i < generations_.size(); ++i) {
     if (generations_[i].of.frame + kLag >= now && generations_[i].of.frame > 0) continue;
@@ -166,7 +166,7 @@ void Copies::forget(Rank& rank, std::uint64_t unsaved_from, std::uint64_t now) {
 }
 
 // The memory of a message that nobody needs any more: fresh memory costs more than what is copied into it.
-base::Bytes Copies::spare() {
+base::Bytes Replicas::spare() {
   for (const std::shared_ptr<const comm::Message>& message : used_) {
     if (!message || message.use_count() > 1) continue;
     base::Bytes bytes = std::move(std::const_pointer_cast<comm::Message>(message)->bytes());

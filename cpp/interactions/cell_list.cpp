@@ -1,4 +1,4 @@
-#include "interactions/cells.h"
+#include "interactions/cell_list.h"
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ void number_column(const Crowd& crowd, const Column& at, double cells_per_metre,
   const std::size_t own = std::min(last, std::max(first, crowd.own));
   const std::int32_t uniform = cell_of(at.value, cells_per_metre);
   for (std::size_t i = first; i < own; ++i) cells[i] = at.own ? cell_of(at.own[i], cells_per_metre) : uniform;
-  for (std::size_t i = own; i < last; ++i) cells[i] = cell_of(at.copies[i - crowd.own], cells_per_metre);
+  for (std::size_t i = own; i < last; ++i) cells[i] = cell_of(at.ghosts[i - crowd.own], cells_per_metre);
 }
 
 int bits_of(std::uint64_t values) {

@@ -18,31 +18,31 @@
 namespace motes::engine {
 
 /// Which generation of copies: made before this frame, after so many losses.
-struct CopiesOf {
+struct GenerationId {
   std::uint64_t frame = 0;
   std::uint32_t losses = 0;
 
-  auto operator<=>(const CopiesOf&) const = default;
+  auto operator<=>(const GenerationId&) const = default;
 };
 
 template <class Visitor>
-constexpr void fields(Visitor& visit, CopiesOf& of) {
+constexpr void fields(Visitor& visit, GenerationId& of) {
   visit(of.frame, of.losses);
 }
 
 /// A calculator's particles as they travel.
-struct Copy {
+struct Replica {
   int calculator = -1;  // whose; -1: none
   std::shared_ptr<const comm::Message> message;
 };
 
 /// One generation on one rank.
 struct Generation {
-  CopiesOf of;
+  GenerationId of;
   std::uint32_t parts = 0;  // calculators then; 0: there were no particles yet
   std::size_t systems = 0;
   base::Bytes state;  // SharedState
-  Copy own, other;  // of calculators; `other`: of the neighbour that sent it
+  Replica own, other;  // of calculators; `other`: of the neighbour that sent it
   bool arrived = false;  // `other` is here, if one comes
   bool counts = false;  // the world may be made again from it
 };
@@ -54,7 +54,7 @@ struct KeptList {
   bool needs_script = false;  // it calls functions of the script, or the script wrote to particles meanwhile
 };
 
-class Copies {
+class Replicas {
  public:
   /// Copies are made before each frame whose number is a multiple of `every`, which is at least kLag + 2.
   void begin(const Parts& parts, std::uint64_t every);
@@ -72,10 +72,10 @@ class Copies {
   void make(Parts& parts, bool alone, bool wait);
 
   const std::deque<Generation>& generations() const { return generations_; }
-  const Generation* find(CopiesOf of) const;
+  const Generation* find(GenerationId of) const;
   const std::deque<KeptList>& lists() const { return lists_; }
   /// The world is made again from this generation: those behind it are of frames that have not run.
-  void forget_behind(CopiesOf of);
+  void forget_behind(GenerationId of);
   /// How often ranks were lost so far.
   std::uint32_t losses = 0;
   /// Frames from this one on have not run: their lists are noted again.
@@ -93,10 +93,10 @@ class Copies {
 };
 
 /// What such a message holds.
-struct OpenedCopy {
+struct OpenedReplica {
   snapshots::Description description;
   std::span<const std::byte> planes;
 };
-OpenedCopy open(const Copy& copy);
+OpenedReplica open(const Replica& copy);
 
 }  // namespace motes::engine

@@ -1,4 +1,4 @@
-// The triangles of a mesh in a tree of boxes, in which rays find them.
+// The triangles of a mesh in a tree of boxes (BVH), in which rays find them.
 #pragma once
 
 #include <cstdint>
@@ -10,33 +10,33 @@
 
 namespace motes::meshes {
 
-struct MeshNode {
+struct BvhNode {
   float low[3];
   std::uint32_t first;  // of the triangles of a leaf; elsewhere of the two children
   float high[3];
   std::uint32_t count;  // of the triangles of a leaf; 0 elsewhere
 };
 
-struct MeshTriangle {
+struct BvhTriangle {
   float corner[3][3];  // m
   float normal[3];     // unit
 };
 
 /// The deepest tree that is built: what a ray needs to remember.
-inline constexpr int kMaxMeshDepth = 60;
+inline constexpr int kMaxBvhDepth = 60;
 
 /// Nodes and triangles depend on the mesh alone. A child's box lies within its parent's. Triangles without an area are
 /// left out: they are invisible.
-struct MeshTree {
-  std::vector<MeshNode> nodes;  // the first is the root
-  std::vector<MeshTriangle> triangles;
+struct Bvh {
+  std::vector<BvhNode> nodes;  // the first is the root
+  std::vector<BvhTriangle> triangles;
   std::vector<std::uint32_t> origin;  // of each triangle: its number in the mesh
   Ball ball;
 };
 
-MeshTree build_tree(const Mesh& mesh);
+Bvh build_bvh(const Mesh& mesh);
 
 /// The tree of a kept mesh, built once. Thread-safe. Throws std::invalid_argument where there is no such mesh.
-std::shared_ptr<const MeshTree> tree_of(AssetKey mesh);
+std::shared_ptr<const Bvh> bvh_of(AssetKey mesh);
 
 }  // namespace motes::meshes

@@ -16,7 +16,7 @@ inline constexpr int kLeastResolution = 8, kMostResolution = 512;  // cells alon
 inline constexpr int kMargin = 2;  // cells around the mesh
 inline constexpr int kBand = 3;  // cells
 
-struct DistanceGrid {
+struct DistanceField {
   std::array<std::int32_t, 3> nodes{};  // along x, y, z; x varies fastest
   std::array<float, 3> low{};  // m, the first node
   float cell = 0;  // m, the side of a cell
@@ -33,9 +33,9 @@ struct DistanceGrid {
 };
 
 /// The surface must be closed; where its triangles face inwards, they are taken to face outwards.
-DistanceGrid distance_grid(const Surface& surface, int resolution, threads::Pool& pool);
+DistanceField distance_grid(const Surface& surface, int resolution, threads::Pool& pool);
 
 /// The cells with a corner inside: the numbers of their first nodes, ascending.
-std::vector<std::uint32_t> inner_cells(const DistanceGrid& grid);
+std::vector<std::uint32_t> inner_cells(const DistanceField& grid);
 
 }  // namespace motes::meshes

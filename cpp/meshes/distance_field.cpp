@@ -1,4 +1,4 @@
-#include "meshes/distance_grid.h"
+#include "meshes/distance_field.h"
 
 #include <algorithm>
 #include <cmath>
@@ -19,7 +19,7 @@ constexpr std::size_t kRange = 4096;  // nodes of one part of the work
 
 using Node = std::array<std::int32_t, 3>;
 
-DistanceGrid empty_grid(const Surface& surface, int resolution) {
+DistanceField empty_grid(const Surface& surface, int resolution) {
   Vector low{}, high{};
   low.fill(std::numeric_limits<double>::max());
   high.fill(std::numeric_limits<double>::lowest());
@@ -32,7 +32,7 @@ DistanceGrid empty_grid(const Surface& surface, int resolution) {
     }
   }
   const double longest = std::max({high[0] - low[0], high[1] - low[1], high[2] - low[2]});
-  DistanceGrid grid;
+  DistanceField grid;
   grid.cell = static_cast<float>(longest / resolution);
   std::size_t count = 1;
   for (std::size_t i = 0; i < 3; ++i) {
@@ -48,7 +48,7 @@ DistanceGrid empty_grid(const Surface& surface, int resolution) {
 
 // The nodes of a box around the triangle that are near its plane.
 template <class Use>
-void each_near(const DistanceGrid& grid, const Vector& a, const Vector& b, const Vector& c, const Use& use) {
+void each_near(const DistanceField& grid, const Vector& a, const Vector& b, const Vector& c, const Use& use) {
   const double band = kBand * double{grid.cell};
   Node first{}, last{};
   for (std::size_t i = 0; i < 3; ++i) {
@@ -69,7 +69,7 @@ void each_near(const DistanceGrid& grid, const Vector& a, const Vector& b, const
 }
 
 // The numbers of the nodes that may be within the band.
-std::vector<std::uint32_t> band_of(const DistanceGrid& grid, const Surface& surface) {
+std::vector<std::uint32_t> band_of(const DistanceField& grid, const Surface& surface) {
   std::vector<std::uint8_t> near(grid.distance.size());
   for (const auto& [a, b, c] : surface.triangles) {
     each_near(grid, surface.vertices[a], surface.vertices[b], surface.vertices[c],
@@ -82,7 +82,7 @@ std::vector<std::uint32_t> band_of(const DistanceGrid& grid, const Surface& surf
   return nodes;
 }
 
-void fill_band(DistanceGrid& grid, const Surface& surface, threads::Pool& pool) {
+void fill_band(DistanceField& grid, const Surface& surface, threads::Pool& pool) {
   const Nearest nearest(surface, volume(surface) < 0 ? -1 : 1);
   const std::vector<std::uint32_t> nodes = band_of(grid, surface);
   const double limit = kBand * double{grid.cell};
@@ -112,7 +112,7 @@ double upwind(std::array<double, 3> u, double cell) {
 
 class Sweeper {
  public:
-  explicit Sweeper(DistanceGrid& grid) : grid_(grid), known_(grid.distance.size()) {
+  explicit Sweeper(DistanceField& grid) : grid_(grid), known_(grid.distance.size()) {
     for (std::size_t i = 0; i < known_.size(); ++i) known_[i] = grid.distance[i] != kUnknown;
     step_ = {1, grid.nodes[0], std::ptrdiff_t{grid.nodes[0]} * grid.nodes[1]};
   }
@@ -164,21 +164,21 @@ class Sweeper {
     return worth;
   }
 
-  DistanceGrid& grid_;
+  DistanceField& grid_;
   std::vector<std::uint8_t> known_;
   std::array<std::ptrdiff_t, 3> step_{};
 };
 
 }  // namespace
 
-DistanceGrid distance_grid(const Surface& surface, int resolution, threads::Pool& pool) {
-  DistanceGrid grid = empty_grid(surface, resolution);
+DistanceField distance_grid(const Surface& surface, int resolution, threads::Pool& pool) {
+  DistanceField grid = empty_grid(surface, resolution);
   fill_band(grid, surface, pool);
   Sweeper(grid).run();
   return grid;
 }
 
-std::vector<std::uint32_t> inner_cells(const DistanceGrid& grid) {
+std::vector<std::uint32_t> inner_cells(const DistanceField& grid) {
   std::vector<std::uint32_t> cells;
   for (std::int32_t z = 0; z + 1 < grid.nodes[2]; ++z) {
     for (std::int32_t y = 0; y + 1 < grid.nodes[1]; ++y) {

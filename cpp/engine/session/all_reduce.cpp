@@ -1,4 +1,4 @@
-#include "engine/session/word.h"
+#include "engine/session/all_reduce.h"
 
 #include <algorithm>
 #include <utility>
@@ -8,7 +8,7 @@ namespace motes::engine {
 using comm::Message;
 using comm::Phase;
 
-Word agree_on_maxima(Rank& rank, const Round& round, Word word) {
+Maxima all_reduce_max(Rank& rank, const Round& round, Maxima word) {
   Conversation& talk = rank.talk;
   const int count = static_cast<int>(talk.calculators());
   const int self = talk.calculator();

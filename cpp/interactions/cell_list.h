@@ -1,5 +1,5 @@
 // Particles in the order (cell, id): which ones can be near each other, and the order in which their parts are summed.
-// It depends on positions, ids and the edge alone: never on the order in memory, nor on which of them are copies.
+// It depends on positions, ids and the edge alone: never on the order in memory, nor on which of them are ghosts.
 #pragma once
 
 #include <cstddef>
@@ -11,15 +11,15 @@
 
 namespace motes::interactions {
 
-/// A column of particles: this rank's own, then copies of others. Without a plane all own ones have the same value.
+/// A column of particles: this rank's own, then ghosts of others. Without a plane all own ones have the same value.
 struct Column {
   const float* own = nullptr;
-  const float* copies = nullptr;
+  const float* ghosts = nullptr;
   float value = 0;
 
   /// Of particle i, where the first `count` are this rank's own.
   float of(std::size_t i, std::size_t count) const {
-    return i >= count ? copies[i - count] : own != nullptr ? own[i] : value;
+    return i >= count ? ghosts[i - count] : own != nullptr ? own[i] : value;
   }
 };
 
@@ -29,9 +29,9 @@ struct Crowd {
   particles::Ids own_ids;
   const std::uint64_t* copied_ids = nullptr;
   std::size_t own = 0;
-  std::size_t copies = 0;
+  std::size_t ghosts = 0;
 
-  std::size_t size() const { return own + copies; }
+  std::size_t size() const { return own + ghosts; }
   std::uint64_t id(std::size_t i) const { return i < own ? own_ids[i] : copied_ids[i - own]; }
 };
 

@@ -1,23 +1,16 @@
 #include "actions/kernels.h"
 
 #include "simd/builds.h"
+#include "simd/declare_builds.h"
 #include "simd/isa.h"
 
-namespace motes {
+MOTES_DECLARE_BUILDS(motes::actions::Kernels, action_kernels)
 
-namespace sse2 {
-extern const actions::Kernels action_kernels;
-}
-namespace avx2 {
-extern const actions::Kernels action_kernels;
-}
-namespace avx512 {
-extern const actions::Kernels action_kernels;
-}
+namespace motes::actions {
 
-const actions::Kernels& actions::kernels() {
+const Kernels& kernels() {
   static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(action_kernels));
   return chosen;
 }
 
-}  // namespace motes
+}  // namespace motes::actions

@@ -1,23 +1,16 @@
 #include "interactions/kernels.h"
 
 #include "simd/builds.h"
+#include "simd/declare_builds.h"
 #include "simd/isa.h"
 
-namespace motes {
+MOTES_DECLARE_BUILDS(motes::interactions::Kernels, meeting_kernels)
 
-namespace sse2 {
-extern const interactions::Kernels meeting_kernels;
-}
-namespace avx2 {
-extern const interactions::Kernels meeting_kernels;
-}
-namespace avx512 {
-extern const interactions::Kernels meeting_kernels;
-}
+namespace motes::interactions {
 
-const interactions::Kernels& interactions::kernels() {
+const Kernels& kernels() {
   static const Kernels& chosen = simd::choose<Kernels>(MOTES_BUILDS(meeting_kernels));
   return chosen;
 }
 
-}  // namespace motes
+}  // namespace motes::interactions

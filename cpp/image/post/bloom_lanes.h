@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/declare_builds.h"
+
 namespace motes::image {
 
 /// A symmetric filter of integers: taps[0] * lane + taps[k] * (the two lanes at distance k), divided by 2^16.
@@ -52,12 +54,4 @@ const BloomLanes& bloom_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::BloomLanes bloom_lanes;
-}
-namespace motes::avx2 {
-extern const image::BloomLanes bloom_lanes;
-}
-namespace motes::avx512 {
-extern const image::BloomLanes bloom_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::BloomLanes, bloom_lanes)

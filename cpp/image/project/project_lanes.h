@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "simd/declare_builds.h"
+
 namespace motes::image {
 
 /// Flags beside a number: the particle also touches the next column of tiles, the next row.
@@ -72,12 +74,4 @@ const ProjectLanes& project_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::ProjectLanes project_lanes;
-}
-namespace motes::avx2 {
-extern const image::ProjectLanes project_lanes;
-}
-namespace motes::avx512 {
-extern const image::ProjectLanes project_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::ProjectLanes, project_lanes)

@@ -7,6 +7,7 @@
 
 #include "image/layout.h"
 #include "image/project/project_lanes.h"
+#include "simd/declare_builds.h"
 
 namespace motes::image {
 
@@ -65,12 +66,4 @@ const ProjectWideLanes& project_wide_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::ProjectWideLanes project_wide_lanes;
-}
-namespace motes::avx2 {
-extern const image::ProjectWideLanes project_wide_lanes;
-}
-namespace motes::avx512 {
-extern const image::ProjectWideLanes project_wide_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::ProjectWideLanes, project_wide_lanes)

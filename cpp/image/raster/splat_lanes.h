@@ -7,6 +7,7 @@
 #include "image/layout.h"
 #include "image/tile_planes.h"
 #include "image/tone.h"
+#include "simd/declare_builds.h"
 
 namespace motes::image {
 
@@ -62,12 +63,4 @@ const SplatLanes& splat_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::SplatLanes splat_lanes;
-}
-namespace motes::avx2 {
-extern const image::SplatLanes splat_lanes;
-}
-namespace motes::avx512 {
-extern const image::SplatLanes splat_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::SplatLanes, splat_lanes)

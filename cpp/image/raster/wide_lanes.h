@@ -58,6 +58,7 @@ inline constexpr int kSpriteKinds = [] {
   int kinds = 0;
 #define MOTES_SPRITE_KIND(kind, Name) ++kinds;
 #include "image/raster/kinds.inc"
+#include "simd/declare_builds.h"
   return kinds;
 }();
 
@@ -73,12 +74,4 @@ const WideLanes& wide_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::WideLanes wide_lanes;
-}
-namespace motes::avx2 {
-extern const image::WideLanes wide_lanes;
-}
-namespace motes::avx512 {
-extern const image::WideLanes wide_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::WideLanes, wide_lanes)

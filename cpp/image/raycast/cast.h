@@ -7,6 +7,7 @@
 
 #include "meshes/bvh.h"
 #include "shapes/shape.h"
+#include "simd/declare_builds.h"
 
 namespace motes::image {
 
@@ -115,12 +116,4 @@ const CastLanes& cast_lanes();
 
 }  // namespace motes::image
 
-namespace motes::sse2 {
-extern const image::CastLanes cast_lanes;
-}
-namespace motes::avx2 {
-extern const image::CastLanes cast_lanes;
-}
-namespace motes::avx512 {
-extern const image::CastLanes cast_lanes;
-}
+MOTES_DECLARE_BUILDS(motes::image::CastLanes, cast_lanes)

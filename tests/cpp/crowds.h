@@ -16,20 +16,11 @@
 #include "isas.h"
 #include "particles/blocks.h"
 #include "particles/ids.h"
+#include "simd/declare_builds.h"
 #include "simd/float_mode.h"
 #include "threads/pool.h"
 
-namespace motes {
-namespace sse2 {
-extern const interactions::Kernels meeting_kernels;
-}
-namespace avx2 {
-extern const interactions::Kernels meeting_kernels;
-}
-namespace avx512 {
-extern const interactions::Kernels meeting_kernels;
-}
-}  // namespace motes
+MOTES_DECLARE_BUILDS(motes::interactions::Kernels, meeting_kernels)
 
 namespace test {
 

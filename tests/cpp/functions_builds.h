@@ -6,18 +6,9 @@
 #include "functions_probe.h"
 #include "isas.h"
 #include "simd/builds.h"
+#include "simd/declare_builds.h"
 
-namespace motes {
-namespace sse2 {
-extern const test::FunctionsProbe functions_probe;
-}
-namespace avx2 {
-extern const test::FunctionsProbe functions_probe;
-}
-namespace avx512 {
-extern const test::FunctionsProbe functions_probe;
-}
-}  // namespace motes
+MOTES_DECLARE_BUILDS(test::FunctionsProbe, functions_probe)
 
 namespace test {
 

@@ -8,22 +8,11 @@
 #include "actions/kernels.h"
 #include "lanes_probe.h"
 #include "simd/builds.h"
+#include "simd/declare_builds.h"
 #include "simd/isa.h"
 
-namespace motes {
-namespace sse2 {
-extern const actions::Kernels action_kernels;
-extern const test::Probe probe;
-}  // namespace sse2
-namespace avx2 {
-extern const actions::Kernels action_kernels;
-extern const test::Probe probe;
-}  // namespace avx2
-namespace avx512 {
-extern const actions::Kernels action_kernels;
-extern const test::Probe probe;
-}  // namespace avx512
-}  // namespace motes
+MOTES_DECLARE_BUILDS(motes::actions::Kernels, action_kernels)
+MOTES_DECLARE_BUILDS(test::Probe, probe)
 
 namespace test {
 

@@ -16,7 +16,7 @@ import stat
 import threading
 from collections.abc import Callable, Sequence
 
-from .rank_process import MARK
+from .rank_process import JOB, MARK
 
 __all__ = ["PIPE", "Presence", "has_mpi", "started_by", "waits_for_mpi"]
 
@@ -50,7 +50,7 @@ exec 9>"$folder/pipe"
 rm -r "$folder"
 export MOTES_RANK_PIPE=9
 """
-_MARKED = f'export {MARK}="$$ $PMIX_NAMESPACE $PMIX_RANK $PMI_RANK $SLURM_STEP_ID $SLURM_PROCID"\n'
+_MARKED = f'export {MARK}="$$ {" ".join(f"${name}" for name in JOB)}"\n'
 
 
 def started_by(program: Sequence[str], *, is_rank: bool) -> list[str]:

@@ -16,14 +16,13 @@ from __future__ import annotations
 import contextlib
 import os
 import sys
-from collections.abc import Mapping
 
-__all__ = ["LAUNCHED", "MARK", "became_fork", "hide", "hide_pmi", "is_child", "is_fork", "settle"]
+__all__ = ["JOB", "LAUNCHED", "MARK", "became_fork", "hide", "hide_pmi", "is_child", "is_fork", "settle"]
 
 MARK = "MOTES_RANK_PROCESS"
 """The variable with the rank's process number and the variables below, as the rank had them."""
 
-_JOB = ("PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK", "SLURM_STEP_ID", "SLURM_PROCID")
+JOB = ("PMIX_NAMESPACE", "PMIX_RANK", "PMI_RANK", "SLURM_STEP_ID", "SLURM_PROCID")
 """What tells ranks and jobs apart: a rank may start a job of its own, whose processes are ranks again."""
 
 LAUNCHED = (
@@ -56,7 +55,7 @@ def settle() -> bool:
     """
     if not any(name in os.environ for name in LAUNCHED):
         return False
-    job = _job(os.environ)
+    job = _job()
     pid, _, marked = os.environ.get(MARK, "").partition(" ")
     below = marked == job and pid != str(os.getpid())
     ranks = _ranks_of_mpi()
@@ -65,7 +64,7 @@ def settle() -> bool:
     if below:
         _become_child(fork=ranks > 1)
         return False
-    os.environ[MARK] = f"{os.getpid()} {job}"
+    _mark(os.getpid())
     return True
 
 
@@ -76,7 +75,7 @@ def hide() -> None:
     into the shared memory of the others.
     """
     _remove(_ADDRESSES)
-    os.environ[MARK] = f"{os.getpid()} {_job(os.environ)}"
+    _mark(os.getpid())
 
 
 def hide_pmi() -> None:
@@ -103,7 +102,7 @@ def _become_child(*, fork: bool) -> None:
     global _child, _fork
     _child, _fork = True, _fork or fork
     _remove(_CONNECTIONS + _OF_THE_RUN)
-    os.environ[MARK] = f"0 {_job(os.environ)}"  # what this one starts is no rank either
+    _mark(0)  # what this one starts is no rank either
 
 
 def _remove(beginnings: tuple[str, ...]) -> None:
@@ -112,8 +111,12 @@ def _remove(beginnings: tuple[str, ...]) -> None:
             del os.environ[name]
 
 
-def _job(variables: Mapping[str, str]) -> str:
-    return " ".join(variables.get(name, "") for name in _JOB)
+def _mark(pid: int) -> None:
+    os.environ[MARK] = f"{pid} {_job()}"
+
+
+def _job() -> str:
+    return " ".join(os.environ.get(name, "") for name in JOB)
 
 
 def _ranks_of_mpi() -> int:
@@ -126,7 +129,7 @@ def _ranks_of_mpi() -> int:
 
 def _below_a_rank() -> bool:
     """Tell whether a process above this one, with the same variables, has loaded an MPI library (Linux)."""
-    names = [name for name in (*_JOB, *LAUNCHED, "OMPI_COMM_WORLD_RANK") if name in os.environ]
+    names = [name for name in (*JOB, *LAUNCHED, "OMPI_COMM_WORLD_RANK") if name in os.environ]
     with contextlib.suppress(OSError, ValueError, IndexError):
         above = os.getppid()
         while above > 1:

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 from .. import _core
 from .._io import files
 from .._run.busy import Busy
-from .._run.continuing import frames_of_movies, open_movies
+from .._run.continuing import frames_of_movies, secure_movies
 from .._run.losses import lost_ranks, unless_lost
 from .._run.output import tell
 from .._run.waiting import Wait, poll
@@ -126,9 +126,7 @@ class Saver:
         log are on disk up to here when this returns.
         """
         self.finish()
-        self._engine.secure(self._secure_files)
-        for movie in open_movies():
-            movie._note_secured()
+        secure_movies(self._engine, self._secure)
         self.last = frame
         manifest = describe()
         manifest.movies = frames_of_movies()
@@ -171,11 +169,6 @@ class Saver:
             if pending.finishing is not None:
                 pending.finishing.join()
         self._pending = None
-
-    def _secure_files(self) -> None:
-        for movie in open_movies():
-            movie._secure()
-        self._secure()
 
     def _end_of(self, frame: int) -> bytes:
         return self._ended[1] if self._ended is not None and self._ended[0] == frame else b""

@@ -8,12 +8,13 @@ from __future__ import annotations
 
 import os
 import weakref
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from .._core import Engine
     from ..movie import Movie
 
 __all__ = [
@@ -28,6 +29,7 @@ __all__ = [
     "open_movies",
     "outlasting_movies",
     "place_of",
+    "secure_movies",
 ]
 
 
@@ -113,6 +115,19 @@ def movies_to_take_over() -> list[Movie]:
 def open_movies() -> list[Movie]:
     """List the movies that are not closed, in the order of their creation; also those without a frame yet."""
     return [movie for movie in (reference() for reference in list(_movies.values())) if movie is not None]
+
+
+def secure_movies(engine: Engine, beside: Callable[[], object] = lambda: None) -> None:
+    """Bring all open movies to the disk up to here, and what `beside` does. Collective."""
+
+    def secure() -> None:
+        for movie in open_movies():
+            movie._secure()
+        beside()
+
+    engine.secure(secure)
+    for movie in open_movies():
+        movie._note_secured()
 
 
 def frames_of_movies() -> dict[str, int]:

@@ -70,11 +70,8 @@ class Recovery:
 
         Then another rank can give them their names where the one that writes them is lost meanwhile.
         """
-        movies = continuing.open_movies()
-        if movies:
-            engine.secure(lambda: [movie._secure() for movie in movies])
-            for movie in movies:
-                movie._note_secured()
+        if continuing.open_movies():
+            continuing.secure_movies(engine)
 
     def end(self) -> None:
         """Forget what is kept: the run is over."""

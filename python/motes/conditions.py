@@ -7,7 +7,7 @@ never change, so they can be compared and hashed.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from . import _core
@@ -20,6 +20,7 @@ __all__ = [
     "Region",
     "as_condition",
     "checked",
+    "columns_of",
     "components",
     "condition_of",
     "program_of",
@@ -211,6 +212,15 @@ def text_of(node: Node) -> str:
 
 
 # --- to the engine's instructions
+
+
+def columns_of(attributes: Iterable[tuple[str, int]]) -> Columns:
+    """Return the columns of attributes in this order, each with its width."""
+    columns, first = {}, 0
+    for name, width in attributes:
+        columns[name] = (first, width)
+        first += width
+    return columns
 
 
 def components(node: Node, columns: Columns) -> list[Steps]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import zlib
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
@@ -16,7 +16,7 @@ from ._run import script_lines
 from .actions.base import Where
 from .actions.recorder import Recorder
 from .children import Children
-from .conditions import condition_of
+from .conditions import columns_of, condition_of
 from .curves import Curve, integrals, moving_part
 from .distributions import Drawn, State, distribution
 from .errors import ArgumentError, MotesError, NotAssignable, missing, near
@@ -62,7 +62,7 @@ class System(Recorder, Children, Fabrics, Sums):
         self._leads = index if followed < 0 else followed  # whose domains it has: its own, or another's
         self._definition = definition
         self._sprite: Sprite = definition["sprite"]
-        self._columns = _first_components(names)
+        self._columns = columns_of(names)
         self._given: dict[int, _core.Distribution] = {}
         self._state: list[tuple[int, _core.Distribution]] = []
         self._moving: dict[str, Moving | Value] = {}  # what `configure` was given that changes with time
@@ -493,11 +493,3 @@ class System(Recorder, Children, Fabrics, Sums):
 
 def _name_of(function: object) -> str:
     return str(getattr(function, "__qualname__", type(function).__name__))
-
-
-def _first_components(names: Iterable[tuple[str, int]]) -> dict[str, tuple[int, int]]:
-    columns, first = {}, 0
-    for name, width in names:
-        columns[name] = (first, width)
-        first += width
-    return columns

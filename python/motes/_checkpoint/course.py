@@ -7,14 +7,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from .._io.output import tell
+from .._run import same_script
 from .._run.continuing import continued
 from .._run.losses import taken_over
-from .._run.output import tell
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
 from ..errors import CheckpointError
-from . import folder, same_script
+from . import folder
 from .finding import Found
 from .kept import data_of
 from .manifest import Manifest
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from .._live.steering import Steering
-    from ..system import System
+    from .._system.system import System
 
 __all__ = ["EARLIER", "Course"]
 

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from ..curves import Curve
-from ..distributions import Normal, Uniform
+from .._system.distributions import Normal, Uniform
+from .._values.curves import Curve
 
 __all__ = ["VALUES", "data_of", "value_of"]
 

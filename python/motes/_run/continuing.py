@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .._core import Engine
-    from ..movie import Movie
+    from .._film.movie import Movie
 
 __all__ = [
     "Continued",

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
-from .. import environment
-from ..checkpoint import Checkpoint
-from ..live import Live
+from .._values import environment
+from .._values.checkpoint import Checkpoint
+from .._values.live import Live
 
 __all__ = ["RunSettings"]
 

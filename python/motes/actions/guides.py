@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core, arguments
-from ..conditions import Columns, condition_of
-from ..curves import Number, Vector
+from .. import _core
+from .._values import arguments
+from .._values.curves import Number, Vector
+from .._values.values import value
 from ..errors import ArgumentError
-from ..values import value
+from ..expressions._conditions import Columns, condition_of
 from .base import Action, as_where, at_least_0
 
 __all__ = ["Field", "FollowPath"]

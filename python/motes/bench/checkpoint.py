@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from .._checkpoint import folder
-from ..checkpoint import Checkpoint
+from .._values.checkpoint import Checkpoint
+from .._world.world import World
 from ..errors import ArgumentError
-from ..world import World
 from . import falling
 
 __all__ = ["checkpoint"]

@@ -12,11 +12,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..distributions import Uniform
+from .._interchange.formats import FORMATS
+from .._system.distributions import Uniform
+from .._world.world import World
 from ..errors import MissingExtra
-from ..interchange.formats import FORMATS
 from ..shapes import Box, Sphere
-from ..world import World
 
 __all__ = ["export"]
 

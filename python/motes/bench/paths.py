@@ -146,10 +146,10 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
     """Make the film on this rank; rank 0 returns what it took."""
     from mpi4py import MPI
 
-    from ..rendering import Camera, Renderer
+    from .._picture.rendering import Camera, Renderer
+    from .._picture.sprites import Sprite
+    from .._world.world import World
     from ..shapes import Plane, Sphere
-    from ..sprites import Sprite
-    from ..world import World
     from .snow import Snow
 
     snow = Snow(width=24, top=14, depth=16)

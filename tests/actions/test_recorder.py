@@ -20,7 +20,7 @@ def recorders() -> list[str]:
     return [
         name
         for name, call in inspect.getmembers(Recorder, inspect.isfunction)
-        if name not in ("apply", "_record")
+        if name not in ("apply", "__init__")
     ]
 
 

@@ -11,8 +11,9 @@ from typing import Any
 
 import pytest
 
-from motes import World, _core
+from motes import _core
 from motes._launch import starting
+from motes._system.session import Session
 from motes.bench import overhead, paths
 from motes.cli import main
 
@@ -207,15 +208,15 @@ class Slow:
 
 
 def test_checkpoints_on_a_slow_disk_are_measured_too(capsys, monkeypatch):
-    engine_for = World._engine_for
+    engine_for = Session.engine_for
     looks = itertools.count()
 
-    def slow_for(world, call):
-        engine = engine_for(world, call)
+    def slow_for(session, call):
+        engine = engine_for(session, call)
         begun = call == "bench" and next(looks) >= 3  # the first checkpoint
         return Slow(engine) if begun else engine
 
-    monkeypatch.setattr(World, "_engine_for", slow_for)
+    monkeypatch.setattr(Session, "engine_for", slow_for)
     sizes = ("--particles", "500", "--systems", "2", "--every", "3", "--repeats", "2")
     assert figures(capsys, "checkpoint", *sizes)["write_ms"] > 0
 

@@ -258,12 +258,13 @@ def test_at_a_prompt_an_interrupt_ends_the_cell_and_the_next_one_goes_on():
 HOOK = """
 import os, signal
 import motes
+from motes._world.world import running_of
 
-class Noted(motes.World):
-    def _before_stopping(self):
-        print(f"rank {self.rank} before {self.frame}: {self.digest()[:4]}", flush=True)
+def before_stopping():
+    print(f"rank {world.rank} before {world.frame}: {world.digest()[:4]}", flush=True)
 
-world = Noted(seed=1, progress="off")
+world = motes.World(seed=1, progress="off")
+running_of(world).viewers.before_stopping = before_stopping
 with world:
     for frame in world.frames(9):
         if frame == 4 and world.rank == world.size - 1:

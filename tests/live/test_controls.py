@@ -19,6 +19,7 @@ from motes._live import viewing
 from motes._live.orders import MOST_MOVES, MOST_STEPS, Orders
 from motes._live.pose import FARTHEST_M, Pose
 from motes._live.steering import Steering
+from motes._world.world import running_of, session_of
 
 HOME = Pose((0.0, 2.0, 12.0), (0.0, 2.0, 0.0), (0.0, 1.0, 0.0), 40.0)
 reals = st.floats(allow_nan=False, allow_infinity=False, width=64, min_value=-1e3, max_value=1e3)
@@ -221,7 +222,7 @@ def test_worlds_steering_is_a_path(wrong):
 )
 def test_the_environment_takes_precedence(monkeypatch, text, expected):
     monkeypatch.setenv("MOTES_LIVE", text)
-    assert motes.World(live=1234)._settings.live == expected
+    assert session_of(motes.World(live=1234)).settings.live == expected
 
 
 @pytest.mark.parametrize("text", ["on", "-1", "99999", "80,loud", "80,host="])
@@ -284,7 +285,7 @@ def known() -> Orders:
     orders = Orders()
     made.control("wind", 0.0, low=-5, high=5, step=0.1)
     made.control("still", False)
-    orders.know(made._steering.controls)
+    orders.know(running_of(made).viewers.steering.controls)
     return orders
 
 

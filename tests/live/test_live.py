@@ -23,7 +23,7 @@ from motes._live import server as serving
 from motes._live.orders import Orders
 from motes._live.server import Server
 from motes._live.viewing import Viewing
-from motes._world.world import World
+from motes._world.world import World, running_of
 from motes.errors import MotesError
 
 GREY = np.full((48, 64, 3), 90, np.uint8)
@@ -35,7 +35,7 @@ def served(live: Live | None = None, controls: bool = False) -> Iterator[tuple[S
     if controls:
         made = World(seed=1)
         made.control("wind", 0.0, low=-5, high=5)
-        orders.know(made._steering.controls)
+        orders.know(running_of(made).viewers.steering.controls)
     server = Server(live or Live(0), orders, {"title": "test"})
     try:
         yield server, orders

@@ -19,6 +19,7 @@ from motes import Live
 from motes._live.orders import Orders
 from motes._live.pose import Pose
 from motes._live.server import Server
+from motes._world.world import running_of
 
 pytest.importorskip("PIL")
 SCENE = Path(__file__).parents[1] / "scenes" / "steered.py"
@@ -104,9 +105,11 @@ def test_keys_reach_the_picture_whatever_was_used_last_and_small_pictures_fill_t
     world = motes.World(seed=1, progress="off")
     world.control("wind", 0.0, low=-5, high=5)
     world.control("still", False)
-    orders.know(world._steering.controls)
+    orders.know(running_of(world).viewers.steering.controls)
     server = Server(Live(0), orders, {"title": "keys", "width": 64, "height": 48})
-    controls = {name: control.definition for name, control in world._steering.controls.items()}
+    controls = {
+        name: control.definition for name, control in running_of(world).viewers.steering.controls.items()
+    }
     server.tell({"frame": 1, "paused": False, "turned": False, "controls": controls})
 
     async def said(name: str) -> None:

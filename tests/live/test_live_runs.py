@@ -135,6 +135,7 @@ def test_a_paused_run_sleeps(tmp_path):
 
 AT_A_PROMPT = """
 import os, signal, sys, threading, motes
+from motes._world.world import running_of
 sys.ps1 = ">>> "
 world = motes.World(seed=1, progress="off", live=motes.Live(0, paused=True))
 snow = world.system("snow")
@@ -146,7 +147,7 @@ for attempt in range(3):
             world.step()
     except KeyboardInterrupt:
         print("interrupted before frame", world.frame, flush=True)
-world._steering.hear('{"pause": false}')
+running_of(world).viewers.steering.hear('{"pause": false}')
 print(*[(frame, bool(world.step().made)) for frame in world.frames(3)], flush=True)
 world.close()
 """

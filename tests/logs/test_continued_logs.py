@@ -113,6 +113,7 @@ SCENE = """
 import json, os, sys
 import motes
 from motes import shapes
+from motes._world.world import session_of
 
 log, secure, ending, begin = sys.argv[1], int(sys.argv[2]), sys.argv[3], int(sys.argv[4])
 world = motes.World(
@@ -120,7 +121,8 @@ world = motes.World(
     renderer=motes.Renderer(32, 24, camera=motes.Camera((0, 0, 5), (0, 0, 0))),
     balancer=motes.balance.Pairwise(min_particles=1, smoothing=1),
 )
-world._settings = world._settings._replace(continued_from=begin)
+session = session_of(world)
+session.settings = session.settings._replace(continued_from=begin)
 systems = [world.system(name) for name in "ab"]
 with world:
     for frame in world.frames(0 if begin else 9):
@@ -136,7 +138,7 @@ with world:
         if frame + 1 == secure:
             with open(f"{log}/frames.jsonl") as file:
                 world.say(len(file.readlines()))
-            world._engine.secure()
+            session_of(world).engine.secure()
             counts = {}
             for name in ("frames", "load", "density", "balance"):
                 with open(f"{log}/{name}.jsonl") as file:
@@ -187,6 +189,7 @@ def test_a_secured_log_has_all_frames_and_goes_on_behind_them(tmp_path, size, ro
 FULL = """
 import resource, sys
 import motes
+from motes._world.world import session_of
 
 world = motes.World(seed=3, log=sys.argv[1], progress="off", roles="shared")
 system = world.system("a")
@@ -197,7 +200,7 @@ with world:
         if frame == 5:
             if "manager" in world.role:
                 resource.setrlimit(resource.RLIMIT_FSIZE, (4 * 1024, resource.RLIM_INFINITY))
-            world._engine.secure()
+            session_of(world).engine.secure()
             print("secured")
 """
 

@@ -205,12 +205,12 @@ def test_all_ranks_raise_where_the_log_is_refused(tmp_path, ranks):
     caught = (
         "import motes, os, sys\n"
         f"world = motes.World(seed=1, log={str(tmp_path)!r}, progress='off')\n"
-        "meet = motes._world.world.handshake.meet\n"
+        "meet = motes._world.handshake.meet\n"
         "def told(*arguments):\n"
         "    try: return meet(*arguments)\n"
         "    except motes.ArgumentError as error:\n"
         "        os.write(1, f'{world.rank}: {error}\\n'.encode()); raise\n"
-        "motes._world.world.handshake.meet = told\n"
+        "motes._world.handshake.meet = told\n"
         "with world: pass\n"
     )
     result = on_ranks(ranks, caught, timeout=30)

@@ -16,6 +16,7 @@ SCENE = """
 import json, sys
 import numpy as np
 import motes
+from motes._world.world import session_of
 from motes.shapes import Box, Plane, Sphere
 
 log, options = sys.argv[1], json.loads(sys.argv[2])
@@ -68,7 +69,7 @@ with world:
         if frame == 6:
             world.digest()
         world.say(json.dumps([frame, [(s.name, s.count, s.born, s.dropped) for s in systems]]))
-        if "manager" in world.role and (row := world._engine.last_row):
+        if "manager" in world.role and (row := session_of(world).engine.last_row):
             names = ("frame", "particles", "exchanged", "exchanged_bytes", "dropped")
             print(json.dumps({name: row[name] for name in names}))
 """

@@ -167,7 +167,9 @@ def test_show_is_steered_by_the_messages_of_its_page(notebook: Kernel, tmp_path:
     notebook.until(lambda: bytes(widget.state["last"])[20:] == widget.last)
     # The cells have the world again, with the script's own camera.
     notebook.run(f"again = [frame for frame in world.frames({frames + 1}) if one_frame()]")
-    assert notebook.run("again, world._steering.camera, wind.value").result == f"([{frames}], None, 5.0)"
+    notebook.run("from motes._world.world import running_of")
+    seen = "again, running_of(world).viewers.steering.camera, wind.value"
+    assert notebook.run(seen).result == f"([{frames}], None, 5.0)"
     notebook.run("world.close()")
     rows = [json.loads(line) for line in (tmp_path / "steer.jsonl").read_text().splitlines()][1:]
     assert {"frame": frames, "camera": None} in rows and any(row.get("set") == {"wind": 5.0} for row in rows)

@@ -169,15 +169,15 @@ if {enters}:
 def test_a_loss_while_the_core_enters_ends_the_job(tmp_path):
     script = """
 import os, time, types
-import motes, motes._world.world
+import motes, motes._world.running
 from motes._run.process import process
 if process.rank == 2:
     def die(**_):
         time.sleep(0.3)
         os.kill(os.getpid(), 9)
-    core = motes._world.world._core
+    core = motes._world.running._core
     names = {name: getattr(core, name) for name in dir(core)}
-    motes._world.world._core = types.SimpleNamespace(**{**names, "Engine": die})
+    motes._world.running._core = types.SimpleNamespace(**{**names, "Engine": die})
 with motes.World(roles="shared"):
     pass
 """

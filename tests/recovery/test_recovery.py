@@ -180,6 +180,7 @@ def test_a_crash_while_others_are_lost_counts_as_a_loss(tmp_path):
 LATER_WORLDS = """
 import os, signal
 import motes
+from motes._world.world import session_of
 from mpi4py import MPI
 
 roles = motes.Roles(manager=1, image_generator=0, calculators=[3, 2], speeds={2: 0.5})
@@ -199,7 +200,7 @@ for k, world in enumerate(worlds):
             dust.burst((0, 0, 0), count=10)
             dust.move()
             world.step()
-    facts = sorted(world.role), world.calculators, world._settings.speeds
+    facts = sorted(world.role), world.calculators, session_of(world).settings.speeds
     print(k, world.rank, world.size, *facts, flush=True)
     world.say(f"said in {k} at {world.frame}")
     assert dust.count == 40

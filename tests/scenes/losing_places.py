@@ -6,7 +6,7 @@ PLACES: dict[str, tuple[str, str, int]] = {
     "the frame": ("", "", FRAMES),
     "the run": ("motes._world.handshake.begin", "", 1),
     "the meeting": ("motes._world.handshake.meet", "", 1),
-    "the frame's call": ("motes._world.world.World._run", "", FRAMES),
+    "the frame's call": ("motes._world.running.Running._run", "", FRAMES),
     "the picture's note": ("motes._film.movie.Movie.write", "", FRAMES),
     "the saved picture": ("motes._picture.frame.Frame.save", "", FRAMES),
     "the frame's border": ("motes._checkpoint.course.Course.at_border", "", FRAMES),
@@ -27,7 +27,7 @@ PLACES: dict[str, tuple[str, str, int]] = {
     "the way back": ("motes._world.recovering.Recovery.resumed", "", 1),
     "the export": ("motes._interchange.export.Export.write", "", FRAMES),
     "the export's end": ("motes._interchange.export.Export.close", "", 1),
-    "the world's end": ("motes._world.world.World.__exit__", "", 1),
-    "the world's leave": ("motes._world.world.World._leave", "", 1),
+    "the world's end": ("motes._world.running.Running.end", "", 1),
+    "the world's leave": ("motes._world.running.Running._leave", "", 1),
 }
 """By name: the function, who comes there ("": any rank), and how often in a world."""

@@ -16,6 +16,7 @@ from launching import python
 import motes
 from motes import actions, shapes
 from motes._run.progress import Progress, line
+from motes._world.world import session_of
 
 CAMERA = motes.Camera((0, 0, 5), (0, 0, 0))
 
@@ -191,15 +192,15 @@ def test_columns_with_one_value_take_no_memory(world):
         s.configure(color=(1, 0, 0), lifetime=5, velocity=(0, 1, 0))
         s.burst(shapes.Box((0, 0, 0), (1, 1, 1)), count=100_000)
         world.step()
-        assert world._engine.memory_bytes(0) < 100_000 * (8 + 12) * 1.6, "ids and positions"
+        assert session_of(world).engine.memory_bytes(0) < 100_000 * (8 + 12) * 1.6, "ids and positions"
         s.gravity((0, -1, 0))
         s.move()
         world.step()
-        moved = world._engine.memory_bytes(0)
+        moved = session_of(world).engine.memory_bytes(0)
         assert moved < 100_000 * (8 + 12 + 12 + 4) * 1.6, "velocities and ages are there now"
         with s.local() as p:
             assert p.color.tolist()[:1] == [[1, 0, 0]]
-        assert world._engine.memory_bytes(0) > moved
+        assert session_of(world).engine.memory_bytes(0) > moved
 
 
 # --- reading and writing

@@ -6,24 +6,23 @@ import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from .._run.busy import Busy
+from .._system.recorded import Recorded
+from .._system.session import OpenFiles
 from .._values import arguments
+from .._world.world import World, session_of
 from ..errors import ArgumentError, MotesError
 from .claim import Claim, check_free
 from .formats import place_of
 from .ledger import Ledger, note_of
 from .manifest import Column, Manifest, SystemColumns, stems
 from .writer import FrameJob, Writer
-
-if TYPE_CHECKING:
-    from .._system.system import System
-    from .._world.world import World
 
 __all__ = ["Export"]
 
@@ -65,6 +64,7 @@ class Export:
         self._ledger: Ledger | None = None  # on the manager
         self._claim: Claim | None = None  # the same
         self._seen = 0  # frames that were published
+        self._files: OpenFiles | None = None  # as the world knows it
         self._closed = False
 
     def write(self, world: World) -> None:
@@ -82,7 +82,8 @@ class Export:
             raise MotesError(f"{self.path} has frame {frame} already: a frame is written once")
         self._check_attributes(world)
         self._wait(self._writer.has_room, f"writing particles to {self.path.name}")
-        engine = world._begin("write()", reads=True)
+        session = session_of(world)
+        engine = session.begin("write()", reads=True)
         try:
             what = f"{self.path}, every={self.every}, attributes={self.attributes}"
             totals, notes = engine.prepare_write(what, True, lambda: self._prepare(world, engine))
@@ -93,10 +94,11 @@ class Export:
                 self._abandon()
             raise
         finally:
-            world._end_call(engine)
+            session.end_conversation(engine)
         if self._world is None:
             self._world = world
-            world._exports.append(self)
+            self._files = OpenFiles(self, self.close, self._abandon)
+            session.files.append(self._files)
         self._last = frame
         self.frames += 1
 
@@ -108,17 +110,18 @@ class Export:
         if self._closed:
             return
         world = self._world
-        if world is None or world._ended:  # an exception ended it: what is whole so far remains
+        session = None if world is None else session_of(world)
+        if session is None or session.ended:  # an exception ended it: what is whole so far remains
             self._abandon()
             return
         try:
             self._wait(self._writer.is_idle, f"closing {self.path.name}")
-            engine = world._begin(f"closing {self.path.name}")
+            engine = session.begin(f"closing {self.path.name}")
             try:
                 _, notes = engine.prepare_write(f"{self.path} ends", False, lambda: ([], self._report()))
                 engine.prepare_write(f"{self.path} is whole", False, lambda: self._finish(notes))
             finally:
-                world._end_call(engine)
+                session.end_conversation(engine)
         finally:
             self._abandon()
 
@@ -130,7 +133,9 @@ class Export:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """Close the export. When the block failed, what is whole so far remains."""
-        if self._world is not None and self._world._usage.inherited:  # a fork: the files are its parent's
+        if (
+            self._world is not None and session_of(self._world).usage.inherited
+        ):  # a fork: the files are its parent's
             return
         if kind is None:
             self.close()
@@ -145,23 +150,24 @@ class Export:
 
     def _frame_of(self, world: World) -> int:
         """Return the number of the frame that is seen here; raise where there is none to write."""
-        from .._world.world import World
-
         if self._closed:
             raise MotesError(f"the export {self.path} is closed")
         if not isinstance(world, World):
             raise ArgumentError("world", world, "a motes.World")
         if self._world is not None and world is not self._world:
             raise ArgumentError("world", world, "the world of the earlier frames: an export has one world")
-        world._engine_for("write()")
-        recorded = any(system._list for system in world.systems)
+        session = session_of(world)
+        session.engine_for("write()")
+        recorded = any(system.entries for system in session.systems)
         if world.frame == 0 and not recorded:
             raise MotesError("write() before the first frame: write after world.render() or world.step()")
         return world.frame if recorded else world.frame - 1
 
     def _check_attributes(self, world: World) -> None:
         known = list(
-            dict.fromkeys(["id", *(name for system in world.systems for name in system._attributes)])
+            dict.fromkeys(
+                ["id", *(name for system in session_of(world).systems for name in system.attributes)]
+            )
         )
         for name in self.attributes or ():
             if name not in known:
@@ -186,8 +192,8 @@ class Export:
                 self._place, Manifest(self._place.format.kind, world.seed, world.dt, self.every)
             )
         if self.attributes is not None or "calculator" not in world.role:
-            return [0] * sum(len(system._attributes) for system in world.systems), note
-        used = [engine.used_attributes(system._index) for system in world.systems]
+            return [0] * sum(len(system.attributes) for system in session_of(world).systems), note
+        used = [engine.used_attributes(system.index) for system in session_of(world).systems]
         return [int(one) for system in used for one in system], note
 
     def _report(self) -> bytes:
@@ -200,27 +206,28 @@ class Export:
 
     def _settle(self, world: World, frame: int, totals: list[int], engine: _core.Engine) -> None:
         """Decide which columns are written from this frame on; the same on all ranks."""
-        stem = stems(system.name for system in world.systems)
+        systems = session_of(world).systems
+        stem = stems(system.name for system in systems)
         builtin = {name for name, _ in _core.builtin_attributes()}
-        for i, system in enumerate(world.systems):
+        for i, system in enumerate(systems):
             if i == len(self._systems):
                 self._systems.append(SystemColumns(system.name, stem[i], self._columns(system, engine)))
-            users = [totals.pop(0) for _ in system._attributes]
+            users = [totals.pop(0) for _ in system.attributes]
             for column, count in zip(self._systems[i].columns, self._chosen(system, users), strict=True):
                 wanted = count or self.attributes is not None or column.name in _ALWAYS
                 if column.since is None and (wanted or column.name not in builtin):
                     column.since = frame
 
-    def _columns(self, system: System, engine: _core.Engine) -> list[Column]:
-        initial = engine.initial_values(system._index)
+    def _columns(self, system: Recorded, engine: _core.Engine) -> list[Column]:
+        initial = engine.initial_values(system.index)
         return [
             Column(name, width, tuple(initial[i][:width]))
-            for i, (name, (_, width)) in enumerate(system._attributes.items())
+            for i, (name, (_, width)) in enumerate(system.attributes.items())
             if self._takes(name)
         ]
 
-    def _chosen(self, system: System, counts: list[int]) -> list[int]:
-        return [count for name, count in zip(system._attributes, counts, strict=True) if self._takes(name)]
+    def _chosen(self, system: Recorded, counts: list[int]) -> list[int]:
+        return [count for name, count in zip(system.attributes, counts, strict=True) if self._takes(name)]
 
     def _takes(self, name: str) -> bool:
         return self.attributes is None or name == "position" or name in self.attributes
@@ -235,7 +242,7 @@ class Export:
                 self._publish_soon(self._ledger)
             if "calculator" in world.role:
                 copies: list[tuple[int, str, Mapping[str, NDArray[Any]]]] = [
-                    (i, facts.stem, _copied(world.systems[i], engine, facts.written(frame)))
+                    (i, facts.stem, _copied(session_of(world).systems[i], engine, facts.written(frame)))
                     for i, facts in enumerate(self._systems)
                 ]
                 self._writer.put(FrameJob(frame, time, world.rank, copies))
@@ -266,8 +273,8 @@ class Export:
         self._writer.end()
         if self._claim is not None:
             self._claim.release()
-        if self._world is not None and self in self._world._exports:
-            self._world._exports.remove(self)
+        if self._world is not None and self._files in session_of(self._world).files:
+            session_of(self._world).files.remove(self._files)
         self._world = None
 
 
@@ -284,8 +291,8 @@ def _names(attributes: Any) -> tuple[str, ...] | None:
     return tuple(dict.fromkeys(names))
 
 
-def _copied(system: System, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
-    indices = {name: i for i, name in enumerate(system._attributes)}
-    arrays = engine.copy_columns(system._index, [indices[column.name] for column in columns])
+def _copied(system: Recorded, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
+    indices = {name: i for i, name in enumerate(system.attributes)}
+    arrays = engine.copy_columns(system.index, [indices[column.name] for column in columns])
     names = [*(column.name for column in columns), "id"]
     return dict(zip(names, map(np.asarray, arrays), strict=True))

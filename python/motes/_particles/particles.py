@@ -16,7 +16,7 @@ from .written_views import noticing
 if TYPE_CHECKING:
     from .. import _core
 
-__all__ = ["LocalParticles", "Particles"]
+__all__ = ["LocalParticles", "Particles", "close_views", "keep_preview", "write_back"]
 
 
 class LocalParticles:
@@ -129,43 +129,46 @@ class LocalParticles:
             return engine.local_column(self._system, self._attributes[name][0], self._begin)
         raise _unknown(name, self._names())
 
-    def _write_back(self) -> None:
-        """Copy what was written back to the chosen particles."""
-        for name, copy in self._views.items() if self._chosen is not None else ():
-            if name != "id":
-                self._column(name)[self._chosen] = copy
-
     def _note_write(self) -> None:
         self._written = True
-
-    def _keep_preview(self) -> None:
-        """End a preview: it counts if the script wrote into it."""
-        if self._written:
-            self._live().keep_preview(self._system)
-            return
-        for name, before in (self._before or {}).items():
-            if self._views[name].tobytes() == before:
-                continue
-            if self._strict:
-                raise MotesError(
-                    f"particles.{name} was written behind its back; with sub-steps, write into the view "
-                    f"itself: particles.{name}[...] = ..."
-                )
-            return self._live().keep_preview(self._system)
 
     def _live(self) -> _core.Engine:
         if self._engine is None:
             raise MotesError("views of particles are valid inside `with system.local() as p:` only")
         return self._engine
 
-    def _close(self) -> bool:
-        """End the views; returns whether there were any of the particles themselves."""
-        handed_out = bool(self._views) and self._chosen is None
-        for view in self._views.values():
-            view.flags.writeable = False
-        self._views.clear()
-        self._engine = None
-        return handed_out
+
+def write_back(particles: LocalParticles) -> None:
+    """Copy what was written back to the chosen particles."""
+    for name, copy in particles._views.items() if particles._chosen is not None else ():
+        if name != "id":
+            particles._column(name)[particles._chosen] = copy
+
+
+def keep_preview(particles: LocalParticles) -> None:
+    """End a preview: it counts if the script wrote into it."""
+    if particles._written:
+        particles._live().keep_preview(particles._system)
+        return
+    for name, before in (particles._before or {}).items():
+        if particles._views[name].tobytes() == before:
+            continue
+        if particles._strict:
+            raise MotesError(
+                f"particles.{name} was written behind its back; with sub-steps, write into the view "
+                f"itself: particles.{name}[...] = ..."
+            )
+        return particles._live().keep_preview(particles._system)
+
+
+def close_views(particles: LocalParticles) -> bool:
+    """End the views; returns whether there were any of the particles themselves."""
+    handed_out = bool(particles._views) and particles._chosen is None
+    for view in particles._views.values():
+        view.flags.writeable = False
+    particles._views.clear()
+    particles._engine = None
+    return handed_out
 
 
 class Particles:

@@ -16,7 +16,7 @@ from .._io import exr, files, png
 from .._values import arguments
 from ..errors import ArgumentError, MotesError, NotHere
 
-__all__ = ["Frame"]
+__all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
 
 Late = Callable[[], ArrayLike] | NDArray[np.float32]
 """A float32 array, or the function that makes it when it is asked for."""
@@ -67,11 +67,6 @@ class Frame:
         self._missing = missing
         self._elsewhere: Callable[[int, Path, int], None] | None = None
         """What to tell of a picture that another rank saves, which may be lost before it has."""
-
-    def _arrive(self, picture: Frame) -> None:
-        """Take a picture that was to be on another rank: that one is lost."""
-        self._pixels, self._home = picture._pixels, self._rank
-        self._linear, self._exposure, self._layers = picture._linear, picture._exposure, picture._layers
 
     @property
     def pixels(self) -> NDArray[np.uint8]:
@@ -124,15 +119,6 @@ class Frame:
         if not self._layers:
             return "one of the renderer's layers, which has none: ask for them with Renderer(layers=...)"
         return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
-
-    def _keep_all(self) -> None:
-        """Fetch the linear picture and the layers while the engine still has them."""
-        if self._pixels is None:
-            return
-        if self._linear is not None:
-            self.linear  # noqa: B018
-        for name in self._layers:
-            self.layer(name)
 
     def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
         """Write the picture whole or not at all; the suffix says as what.
@@ -222,3 +208,24 @@ def _made(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[
     if made.shape != shape:
         raise MotesError(f"the {what} of frame {index} is {made.shape}, not {shape}")
     return made
+
+
+def arrive(frame: Frame, picture: Frame) -> None:
+    """Take a picture that was to be on another rank: that one is lost."""
+    frame._pixels, frame._home = picture._pixels, frame._rank
+    frame._linear, frame._exposure, frame._layers = picture._linear, picture._exposure, picture._layers
+
+
+def keep_all(frame: Frame) -> None:
+    """Fetch the linear picture and the layers while the engine still has them."""
+    if frame._pixels is None:
+        return
+    if frame._linear is not None:
+        frame.linear  # noqa: B018
+    for name in frame._layers:
+        frame.layer(name)
+
+
+def tell_saves(frame: Frame, told: Callable[[int, Path, int], None]) -> None:
+    """Let a frame that was drawn on another rank tell what the script saves of it: index, path and bits."""
+    frame._elsewhere = told

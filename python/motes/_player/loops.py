@@ -5,14 +5,12 @@ from __future__ import annotations
 import inspect
 import threading
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from .._world.world import World, running_of, session_of
 from ..errors import ArgumentError, MotesError, Stopped
 from .bridge import Bridge
 from .plays import NoFace, Play
-
-if TYPE_CHECKING:
-    from .._world.world import World
 
 __all__ = ["LoopPlay"]
 
@@ -25,7 +23,8 @@ class LoopPlay(Play):
         self._arguments = (world,) if _takes_world(loop) else ()
         super().__init__()
         self.title = getattr(loop, "__name__", "motes")
-        self._world = world
+        self._session = session_of(world)
+        self._viewers = running_of(world).viewers
         self._loop = loop
         self._paused = paused
         self._value: Any = None
@@ -35,25 +34,25 @@ class LoopPlay(Play):
 
     def start(self) -> None:
         """Take the world, and begin. Raises MotesError where it is in use."""
-        world = self._world
-        if world._open_views:
-            raise MotesError(f"motes.show inside `with` {world._open_views[-1].name!r}`.local()`")
-        if world._ended:
+        session = self._session
+        if session.open_views:
+            raise MotesError(f"motes.show inside `with` {session.open_views[-1].name!r}`.local()`")
+        if session.ended:
             raise MotesError("this world has ended; make a new one")
-        world._usage.give_to(self._thread)
+        session.usage.give_to(self._thread)
         try:
-            self._viewing = world._attach(self.title)
+            self._viewing = self._viewers.attach(self.title)
             self.url = self._viewing.url
             if self._paused:
-                world._steering.hold()
+                self._viewers.steering.hold()
             self.face.tell(stop="Stop", error=None, ended=False)
             if not isinstance(self.face, NoFace):
                 self._bridge = Bridge(self.face)
                 self._bridge.join(self.url)
             self._thread.start()
         except BaseException:
-            world._detach()
-            world._usage.give_to(None)
+            self._viewers.detach()
+            session.usage.give_to(None)
             raise
 
     def result(self) -> Any:
@@ -92,13 +91,13 @@ class LoopPlay(Play):
             self._stops = True
         except BaseException as failure:  # any: `result` raises it
             error = failure
-        frame = self._world.frame
+        frame = self._session.frame
         try:
-            self._world._detach()
+            self._viewers.detach()
             if self._bridge is not None:
                 self._bridge.close()
         finally:
-            self._world._usage.give_to(None)
+            self._session.usage.give_to(None)
             how = "failed" if error is not None else "stopped" if self._stops else "ended"
             self.end(f"{how} after {frame} frames", error)
 

@@ -53,6 +53,10 @@ class RunSettings(NamedTuple):
         """Return the same with what is known once the ranks have met."""
         return self._replace(seed=seed, threads=threads, continued_from=continued_from)
 
+    def of_roles(self, roles: tuple[int, int, Sequence[int]], speeds: Mapping[int, float]) -> Self:
+        """Return the same with other roles, before the run."""
+        return self._replace(roles=roles, speeds=speeds)
+
     def of_those_left(self, roles: tuple[int, int, Sequence[int]], survivors: Sequence[int]) -> Self:
         """Return the same for those that are left: their roles; `survivors` are their ranks of before."""
         speeds = {now: self.speeds[then] for now, then in enumerate(survivors) if then in self.speeds}

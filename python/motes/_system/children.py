@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
-
 from .. import _core
 from .._run import script_lines
 from .._values import arguments
-from .._values.values import says_near_names
 from ..actions.base import Where
 from ..errors import ArgumentError
 from ..expressions import column, floor
-from ..expressions._conditions import Columns, as_condition, condition_of
-
-if TYPE_CHECKING:
-    from .._world.world import World
-    from .system import System
+from ..expressions._conditions import as_condition, condition_of
+from .recorded import Recorded
 
 __all__ = ["Children"]
 
@@ -24,69 +18,58 @@ ROUNDING = 2**-10  # of a trail's interval: what passes as one frame ends and th
 
 
 class Children:
-    """Rules by which particles emit others. `System` has them."""
+    """Records rules by which particles emit others."""
 
-    world: World
-    _index: int
-    _columns: Columns
-    _list: list[Any]
-    _lines: list[script_lines.Line]
+    def __init__(self, recorded: Recorded) -> None:
+        """Take the system whose particles are the parents."""
+        self._recorded = recorded
 
-    @says_near_names
-    def spawn(
-        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
-    ) -> None:
-        """Let events of this frame emit particles of system `into`: `count` for each parent.
-
-        `on`: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end); a
-        particle counts once per rule and frame. Children are born at the end of this frame, where the parent
-        is then, with the attributes that `into.configure` has set so far plus `inherit_velocity` times the
-        parent's velocity. They are numbered in the order of the parents' ids.
-        """
-        self._spawn("spawn", into, on, count, inherit_velocity, where)
-
-    @says_near_names
     def trail(
         self,
-        into: System,
+        children: Recorded | None,
+        into: object,
         every: float,
-        count: int = 1,
-        *,
-        inherit_velocity: float = 0,
-        where: Where = None,
+        count: int,
+        inherit_velocity: float,
+        where: Where,
     ) -> None:
-        """Let particles leave `count` particles of system `into` behind, each `every` seconds of their age.
-
-        They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
-        once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
-        """
+        """Record that particles leave others behind from time to time: `System.trail`."""
         every = arguments.number("every", every, low=1e-6, high=1e6)
-        passed, half = column("age") / every + ROUNDING, self.world.dt / 2 / every
+        half = self._recorded.session.settings.dt / 2 / every
+        passed = column("age") / every + ROUNDING
         passing = floor(passed + half) > floor(passed - half)
         chosen = passing if where is None else passing & as_condition("where", where)
-        self._spawn("trail", into, "frame", count, inherit_velocity, chosen)
+        self.spawn("trail", children, into, "frame", count, inherit_velocity, chosen)
 
-    def _spawn(
-        self, call: str, into: System, on: str, count: int, inherit_velocity: float, where: Where
+    def spawn(
+        self,
+        call: str,
+        children: Recorded | None,
+        into: object,
+        on: str,
+        count: int,
+        inherit_velocity: float,
+        where: Where,
     ) -> None:
-        world = self.world
-        if not isinstance(into, Children) or into.world is not world:
+        """Record that events emit particles: `System.spawn`; `into` is what the script gave."""
+        system = self._recorded
+        session = system.session
+        if children is None or children.session is not session:
             raise ArgumentError("into", into, "a system of the same world")
         shapes: list[_core.Shape] = []
         spawn = _core.Spawn(
-            into=into._index,
+            into=children.index,
             on=arguments.choice("on", on, EVENTS),
             count=arguments.integer("count", count, low=1, high=1_000_000),
             inherit_velocity=arguments.number("inherit_velocity", inherit_velocity, low=-1e6, high=1e6),
-            state=into._state_now(),
-            where=condition_of(where, self._columns, shapes),
+            state=children.state_now(),
+            where=condition_of(where, system.columns, shapes),
             shapes=shapes,
         )
-        engine = world._begin(call)
+        engine = session.begin(call)
         try:
-            engine.record_spawn(self._index, spawn)
-            self._list.append(spawn)
-            self._lines.append(script_lines.running_line(3))
-            into._has_births = True
+            engine.record_spawn(system.index, spawn)
+            system.add(spawn, script_lines.running_line(3))
+            children.has_births = True
         finally:
-            world._usage.end()
+            session.end()

@@ -2,75 +2,24 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Iterable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from .._values import arguments
-from .._values.ties import BEND, MOST_TETHERS, SHEAR, STRETCH, Tethers, Ties
-from .._values.values import says_near_names
+from .._values.ties import BEND, MOST_TETHERS, SHEAR, STRETCH, Tethers, Ties, ties_of
 from ..errors import ArgumentError
+from .births import Births
 
-if TYPE_CHECKING:
-    from .._particles.particles import Particles
-    from .._world.world import World
-
-__all__ = ["Fabrics"]
+__all__ = ["cloth", "rope"]
 
 MOST_AT_ONCE = 1_000_000  # distances to pinned particles, in memory
 
 
-class Fabrics(ABC):
-    """Births of tied particles. `System` is one."""
-
-    world: World
-    _index: int
-
-    @abstractmethod
-    def emit(
-        self,
-        particles: Particles | None = None,
-        /,
-        *,
-        position: ArrayLike | None = None,
-        **columns: ArrayLike,
-    ) -> None:
-        """Emit the particles of these arrays."""
-
-    @says_near_names
-    def cloth(
-        self,
-        rows: int,
-        columns: int,
-        origin: ArrayLike,
-        along: ArrayLike,
-        across: ArrayLike,
-        pinned: Iterable[tuple[int, int]] = (),
-    ) -> Ties:
-        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
-
-        Row 0, column 0 is at `origin`, the last row at `origin + along`, the last column at
-        `origin + across`. `pinned`: places (row, column) of particles that only the script moves. Return the
-        ties, for `tie`.
-        """
-        return _cloth(self, rows, columns, origin, along, across, pinned)
-
-    @says_near_names
-    def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
-        """Emit `count` particles from `start` to `end`, tied to a rope. `pinned`: places, 0..count - 1.
-
-        Return the ties, for `tie`.
-        """
-        return _rope(self, start, end, count, pinned)
-
-
 @np.errstate(over="ignore", invalid="ignore")  # emit refuses what is not finite
-def _cloth(
-    system: Fabrics, rows: Any, columns: Any, origin: Any, along: Any, across: Any, pinned: Any
-) -> Ties:
+def cloth(births: Births, rows: Any, columns: Any, origin: Any, along: Any, across: Any, pinned: Any) -> Ties:
+    """Record the births of `System.cloth`, and return its ties."""
     rows = arguments.integer("rows", rows, low=2, high=10_000)
     columns = arguments.integer("columns", columns, low=2, high=10_000)
     corner = np.array(arguments.triple("origin", origin))
@@ -90,11 +39,12 @@ def _cloth(
         there = number[down:, max(0, right) : columns + min(0, right)]
         pairs.append(np.stack([here.ravel(), there.ravel()], -1))
         kinds.append(np.full(here.size, kind, np.uint8))
-    return _born(system, "cloth", corner, rest, np.concatenate(pairs), np.concatenate(kinds), held)
+    return _born(births, "cloth", corner, rest, np.concatenate(pairs), np.concatenate(kinds), held)
 
 
 @np.errstate(over="ignore", invalid="ignore")
-def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Ties:
+def rope(births: Births, start: Any, end: Any, count: Any, pinned: Any) -> Ties:
+    """Record the births of `System.rope`, and return its ties."""
     count = arguments.integer("count", count, low=2, high=10_000_000)
     begin = np.array(arguments.triple("start", start))
     way = np.array(arguments.triple("end", end)) - begin
@@ -108,7 +58,7 @@ def _rope(system: Fabrics, start: Any, end: Any, count: Any, pinned: Any) -> Tie
         arguments.integer("pinned", place, low=-count, high=count - 1) % count
         for place in _listed("pinned", pinned)
     ]
-    return _born(system, "rope", begin, rest, np.concatenate(pairs), np.concatenate(kinds), held)
+    return _born(births, "rope", begin, rest, np.concatenate(pairs), np.concatenate(kinds), held)
 
 
 def _listed(argument: str, places: Any) -> list[Any]:
@@ -125,7 +75,7 @@ def _place_in_cloth(place: Any, rows: int, columns: int) -> int:
 
 
 def _born(
-    system: Fabrics,
+    births: Births,
     call: str,
     origin: NDArray[np.float64],
     rest: NDArray[np.float64],
@@ -134,33 +84,18 @@ def _born(
     held: list[int],
 ) -> Ties:
     """Emit particles at `origin + rest` and return their ties, which are as long as they are at rest."""
-    first = _next_id(system, call, len(rest))
+    first = births.next_id(call, len(rest))
     lengths = np.linalg.norm(rest[pairs[:, 0]] - rest[pairs[:, 1]], axis=1).astype(np.float32)
     pins = np.unique(np.array(held, np.int64))
-    made = object.__new__(Ties)
-    made._keep(
+    made = ties_of(
         (pairs + first).astype(np.uint64),
         lengths,
         kinds,
         (pins + first).astype(np.uint64),
         _tethers_at_rest(first, rest, pins),
     )
-    system.emit(position=rest + origin)  # last: what was refused has left no births
+    births.emit(None, rest + origin, {})  # last: what was refused has left no births
     return made
-
-
-def _next_id(system: Fabrics, call: str, count: int) -> int:
-    """Return the first of the ids that the next `count` particles get."""
-    engine = system.world._begin(call)
-    try:
-        first, room = engine.next_birth(system._index)
-    finally:
-        system.world._usage.end()
-    if room < count:
-        raise ArgumentError(
-            call, count, f"at most {room} particles: the system's capacity has room for no more"
-        )
-    return int(first)
 
 
 def _tethers_at_rest(first: int, rest: NDArray[np.float64], pins: NDArray[np.int64]) -> Tethers:

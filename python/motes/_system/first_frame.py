@@ -41,17 +41,17 @@ class Seen(Protocol):
     """A system, as far as it is checked."""
 
     name: str
-    _first: FirstFrame | None
-    _has_births: bool
-    _list: list[Any]
+    first: FirstFrame | None
+    has_births: bool
+    entries: list[Any]
 
 
 def remarks_on(systems: Iterable[Seen], renderer: Renderer | None) -> Iterator[str]:
     """Yield remarks on systems whose first list with births has run, and on the first picture."""
     for system in systems:
-        if system._first is not None and system._has_births and system._list:
-            first, system._first = system._first, None
-            if remarks := first.remarks(system._list):
+        if system.first is not None and system.has_births and system.entries:
+            first, system.first = system.first, None
+            if remarks := first.remarks(system.entries):
                 yield f"system {system.name!r}: {'; '.join(remarks)}"
     if renderer is not None:
         yield from camera_inside(renderer)

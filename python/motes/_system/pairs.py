@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from .._values import arguments
 from ..errors import ArgumentError
 
-__all__ = ["Pairs"]
+__all__ = ["Pairs", "changes_of"]
 
 
 class Pairs:
@@ -46,11 +47,15 @@ class Pairs:
         """Say how many there are."""
         return f"<{len(self)} pairs>"
 
-    def _checked(self, changes: Any) -> NDArray[np.float32]:
-        """Return what a procedure returned as an array of the right shape."""
-        shape = (len(self), 3)
-        allowed = f"the changes of velocity of the own particles: numbers of shape {shape}, or None"
-        array = arguments.floats("the result of a procedure of pairs", changes, np.float32, allowed)
-        if array.shape != shape:
-            raise ArgumentError("the result of a procedure of pairs", array.shape, allowed)
-        return np.ascontiguousarray(array)
+
+def changes_of(pairs: Pairs, function: Callable[[Pairs], object]) -> NDArray[np.float32] | None:
+    """Call a function of pairs, and return what it returned as an array of the right shape."""
+    changes: Any = function(pairs)
+    if changes is None:
+        return None
+    shape = (len(pairs), 3)
+    allowed = f"the changes of velocity of the own particles: numbers of shape {shape}, or None"
+    array = arguments.floats("the result of a procedure of pairs", changes, np.float32, allowed)
+    if array.shape != shape:
+        raise ArgumentError("the result of a procedure of pairs", array.shape, allowed)
+    return np.ascontiguousarray(array)

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._values import arguments
-from .._values.values import says_near_names
 from ..actions.base import Where
 from ..errors import ArgumentError
 from ..expressions import Expression, column, compile_values, components_of
 from ..expressions._conditions import Columns, Program, condition_of
-
-if TYPE_CHECKING:
-    from .._world.world import World
+from .recorded import Recorded
 
 __all__ = ["Sums"]
 
@@ -25,71 +22,49 @@ Edges = NDArray[np.float64]
 
 
 class Sums:
-    """Sums over the particles of all ranks. `System` has them."""
+    """Sums over the particles of all ranks."""
 
-    world: World
-    _index: int
-    _columns: Columns
+    def __init__(self, recorded: Recorded) -> None:
+        """Take the system."""
+        self._recorded = recorded
 
-    @says_near_names
-    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
-        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
-
-        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
-        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
-        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
-        only the particles in a shape or for which a comparison holds.
-        """
-        summed = compile_sum(self._columns, (), weights=expression, where=where, time=self.world.time)
+    def total(self, expression: Expression | ArrayLike, where: Where) -> Any:
+        """Sum an expression over all particles: `System.total`."""
+        summed = self._compiled((), expression, where)
         found = self._sum("total", summed)
         return found if len(found) > 1 else float(found[0])
 
-    @says_near_names
-    def histogram(
-        self,
-        expression: Expression,
-        edges: ArrayLike,
-        weights: Expression | float | None = None,
-        where: Where = None,
-    ) -> NDArray[Any]:
-        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
-
-        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
-        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
-        int64; sums are float64, exact and rounded once, as those of `total`.
-        """
+    def histogram(self, expression: Expression, edges: ArrayLike, weights: Any, where: Where) -> NDArray[Any]:
+        """Sum in bins: `System.histogram`."""
         bins = [("expression", expression, histogram_edges(edges))]
-        time = self.world.time
-        summed = compile_sum(self._columns, bins, closed=True, weights=weights, where=where, time=time)
-        return self._sum("histogram", summed)
+        return self._sum("histogram", self._compiled(bins, weights, where, closed=True))
 
-    @says_near_names
     def tally(
-        self,
-        low: ArrayLike,
-        high: ArrayLike,
-        shape: Sequence[int],
-        weights: Expression | float | None = None,
-        where: Where = None,
+        self, low: ArrayLike, high: ArrayLike, shape: Sequence[int], weights: Any, where: Where
     ) -> NDArray[Any]:
-        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
-
-        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
-        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
-        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
-        rounded once, as those of `total`.
-        """
+        """Sum in cells of a grid: `System.tally`."""
         cells = cell_edges(low, high, shape)
-        time = self.world.time
-        summed = compile_sum(self._columns, cells, weights=weights, where=where, time=time)
-        return self._sum("tally", summed).reshape([len(edges) - 1 for _, _, edges in cells])
+        found = self._sum("tally", self._compiled(cells, weights, where))
+        return found.reshape([len(edges) - 1 for _, _, edges in cells])
+
+    def _compiled(
+        self,
+        bins: Sequence[tuple[str, Any, Edges]],
+        weights: Any,
+        where: Where,
+        *,
+        closed: bool = False,
+    ) -> _core.Sum:
+        columns, time = self._recorded.columns, self._recorded.session.time
+        return compile_sum(columns, bins, closed=closed, weights=weights, where=where, time=time)
 
     def _sum(self, verb: str, what: _core.Sum) -> NDArray[Any]:
-        engine = self.world._begin(f"{verb}()", reads=True)
+        session = self._recorded.session
+        engine = session.begin(f"{verb}()", reads=True)
         try:
-            return engine.sum(self._index, verb, what)
+            return engine.sum(self._recorded.index, verb, what)
         finally:
-            self.world._end_call(engine)
+            session.end_conversation(engine)
 
 
 def compile_sum(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import zlib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
@@ -11,36 +10,37 @@ from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core, actions
-from .._particles.foreign import no_column
-from .._particles.particles import LocalParticles, Particles
+from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
 from .._picture.sprites import Sprite
-from .._run import script_lines
+from .._run.scenefile import Recording
 from .._values import arguments
-from .._values.curves import Curve, integrals, moving_part
-from .._values.values import Moving, Value, at, says_near_names
+from .._values.curves import Curve
+from .._values.ties import Ties
+from .._values.values import at, says_near_names
 from ..actions.base import Where
 from ..errors import ArgumentError, MotesError, NotAssignable, missing, near
-from ..expressions._conditions import columns_of, condition_of
-from ..shapes import Shape, Union, as_shape
+from ..expressions import Expression
+from ..shapes import Shape
+from .births import Births
+from .callbacks import Callbacks
 from .children import Children
-from .distributions import Drawn, State, distribution
-from .fabrics import Fabrics
-from .first_frame import FirstFrame
+from .distributions import Drawn, State
+from .fabrics import cloth, rope
+from .listing import Listing
 from .pairs import Pairs
+from .recorded import Recorded
 from .recorder import Recorder
 from .sums import Sums
 
 if TYPE_CHECKING:
-    from .._run.scenefile import Recording
     from .._world.world import World
 
-__all__ = ["System"]
+__all__ = ["System", "recorded_of"]
 
 CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
 
 
-class System(Recorder, Children, Fabrics, Sums):
+class System(Recorder):
     """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
 
     Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
@@ -52,27 +52,17 @@ class System(Recorder, Children, Fabrics, Sums):
     """The world that it belongs to."""
     name: str
 
-    def __init__(self, world: World, index: int, name: str, axes: str, definition: dict[str, Any]) -> None:
+    def __init__(self, world: World, recorded: Recorded) -> None:
         """Create a system of a world; scripts call `World.system`."""
-        names = [*_core.builtin_attributes(), *((a[0], a[1]) for a in definition["attributes"])]
-        self._attributes = {attribute: (i, width) for i, (attribute, width) in enumerate(names)}
-        self.__dict__.update(world=world, name=name)
-        self._index = index
-        self._axes = axes
-        followed: int = definition["domains_of"]
-        self._leads = index if followed < 0 else followed  # whose domains it has: its own, or another's
-        self._definition = definition
-        self._sprite: Sprite = definition["sprite"]
-        self._columns = columns_of(names)
-        self._given: dict[int, _core.Distribution] = {}
-        self._state: list[tuple[int, _core.Distribution]] = []
-        self._moving: dict[str, Moving | Value] = {}  # what `configure` was given that changes with time
-        self._list: list[Any] = []
-        self._lines: list[script_lines.Line] = []  # where each was recorded
-        self._callbacks: list[Callable[[Any], object]] = []
-        self._views: list[int] = []  # for each open `local()`: how long the list was when it opened
-        self._first: FirstFrame | None = FirstFrame()
-        self._has_births = False  # or children, in a list so far
+        super().__init__(Listing(recorded, recorded_of).record)
+        self.__dict__.update(world=world, name=recorded.name)
+        self._recorded = recorded
+        self._session = recorded.session
+        self._births = Births(recorded)
+        self._children = Children(recorded)
+        self._callbacks = Callbacks(recorded)
+        recorded.called = self._callbacks.called
+        self._sums = Sums(recorded)
 
     # --- what newborn particles get, and births
 
@@ -86,55 +76,10 @@ class System(Recorder, Children, Fabrics, Sums):
         Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
         Attributes set by earlier calls remain. A `motes.Curve` gives each frame's newborn its value then.
         """
-        made = {}
-        for attribute, value in state.items():
-            if attribute not in self._attributes or attribute == "position":
-                names = [name for name in self._attributes if name != "position"]
-                allowed = f"an attribute of '{self.name}': {', '.join(names)}"
-                raise ArgumentError("configure", attribute, allowed, known=names)
-            moving = moving_part(value)
-            index, width = self._attributes[attribute]
-            for time in moving:
-                made[index] = distribution(attribute, width, at(value, time))
-            if not moving:
-                made[index] = distribution(attribute, width, value)
-        self._given.update(made)
-        for attribute, value in state.items():
-            self._moving.pop(attribute, None)
-            if moving_part(value):
-                self._moving[attribute] = value
-        self._sort_state()
-        if self._first is not None:
-            self._first.configured({name: at(value, self.world.time) for name, value in state.items()})
-
-    def _sort_state(self) -> None:
-        self._state = sorted(self._given.items(), key=lambda pair: pair[0])
-
-    def _state_now(self) -> list[tuple[int, _core.Distribution]]:
-        """Return what newborn particles get in this frame."""
-        for attribute, value in self._moving.items():
-            index, width = self._attributes[attribute]
-            self._given[index] = distribution(attribute, width, at(value, self.world.time))
-        if self._moving:
-            self._sort_state()
-        return self._state
-
-    def _configured(self) -> tuple[dict[int, bytes], dict[str, Any]]:
-        """Return what `configure` has set so far, to be pickled."""
-        return {index: given.to_bytes() for index, given in self._given.items()}, dict(self._moving)
-
-    def _configure_again(self, configured: tuple[Mapping[int, bytes], Mapping[str, Any]]) -> None:
-        """Go on with what an earlier run had configured."""
-        given, moving = configured
-        self._given = {index: _core.Distribution.from_bytes(text) for index, text in given.items()}
-        self._moving = dict(moving)
-        self._sort_state()
-
-    def _forget_list(self) -> None:
-        """Start an empty list: the frame has run, or an earlier run has done it."""
-        self._list.clear()
-        self._lines.clear()
-        self._callbacks.clear()
+        self._recorded.newborn.configure(state)
+        if self._recorded.first is not None:
+            time = self._session.time
+            self._recorded.first.configured({name: at(value, time) for name, value in state.items()})
 
     @says_near_names
     def source(
@@ -165,32 +110,16 @@ class System(Recorder, Children, Fabrics, Sums):
         of the one to the same point of the other. So a trail has no gaps, however fast the shape is. Paper
         3.2.1.
         """
-        where = as_shape("shape", shape)
-        before = None if moving_from is None else as_shape("moving_from", moving_from)
-        if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
-            raise ArgumentError("moving_from", before, f"a {type(where).__name__}, as shape is, and no Union")
-        world, given, until, scale = self.world, 0.0, list[float](), 0.0
-        if isinstance(rate, Curve):
-            until, scale = integrals(rate, world.frame, world.dt, world._settings.substeps)
-        else:
-            given = arguments.number("rate", rate, low=0, high=1e12)
-        flag = arguments.flag("jitter", jitter)
-        start = None if before is None else before.core
-        said = script_lines.running_line(1) if key is None else arguments.key("key", key)
-        number = script_lines.number_of(said)
-        birth = _core.Birth.source(where.core, given, flag, self._state_now(), start, until, scale, number)
-        self._record_birth("source", birth)
+        self._births.source(shape, rate, jitter, moving_from, key)
 
     @says_near_names
     def burst(self, shape: Shape | ArrayLike, count: int) -> None:
         """Emit `count` particles in `shape`, once in this frame."""
-        where = as_shape("shape", shape).core
-        count = arguments.integer("count", count, high=4_000_000_000)
-        self._record_birth("burst", _core.Birth.burst(where, count, self._state_now()))
+        self._births.burst(shape, count)
 
     def vertex(self, position: ArrayLike) -> None:
         """Emit one particle at `position`."""
-        self.burst(arguments.triple("position", position), count=1)
+        self._births.burst(arguments.triple("position", position), 1)
 
     def emit(
         self,
@@ -208,67 +137,65 @@ class System(Recorder, Children, Fabrics, Sums):
         `particles`: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
         `Particles.columns` names; arrays that are also given replace its columns. They get new ids.
         """
-        given: dict[str, Any] = {"position": position, **columns}
-        if particles is not None:
-            if not isinstance(particles, Particles):
-                allowed = "motes.Particles; arrays go by name: position=..."
-                raise ArgumentError("particles", particles, allowed)
-            given = particles.columns() | (columns if position is None else given)
-        arrays: list[tuple[int, NDArray[np.float32]]] = []
-        count: int | None = None
-        for attribute, values in given.items():
-            if attribute not in self._attributes:
-                raise no_column(self.name, attribute, values, self._attributes)
-            index, width = self._attributes[attribute]
-            array = arguments.rows(attribute, values, width, count)
-            count = len(array)
-            arrays.append((index, array))
-        self._record_birth("emit", _core.Birth.emit(count or 0, arrays, self._state_now()))
-        if self._first is not None:
-            self._first.emitted(zip(given, (array for _, array in arrays), strict=True))
+        self._births.emit(particles, position, columns)
 
-    def _record_birth(self, call: str, birth: _core.Birth) -> None:
-        world = self.world
-        engine = world._begin(call)
-        try:
-            engine.record_birth(self._index, birth)
-            self._list.append(birth)
-            self._lines.append(script_lines.running_line(2))
-            self._has_births = True
-        finally:
-            world._usage.end()
+    @says_near_names
+    def cloth(
+        self,
+        rows: int,
+        columns: int,
+        origin: ArrayLike,
+        along: ArrayLike,
+        across: ArrayLike,
+        pinned: Iterable[tuple[int, int]] = (),
+    ) -> Ties:
+        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
 
-    # --- actions
+        Row 0, column 0 is at `origin`, the last row at `origin + along`, the last column at
+        `origin + across`. `pinned`: places (row, column) of particles that only the script moves. Return the
+        ties, for `tie`.
+        """
+        return cloth(self._births, rows, columns, origin, along, across, pinned)
 
-    def apply(self, action: actions.Action | Sequence[actions.Action]) -> None:
-        """Record an action, or each of a list."""
-        for one in action if isinstance(action, (list, tuple)) else (action,):
-            self._record(actions.as_action(one), 2)
+    @says_near_names
+    def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
+        """Emit `count` particles from `start` to `end`, tied to a rope. `pinned`: places, 0..count - 1.
 
-    def _record(self, action: actions.Action, depth: int = 3) -> None:
-        """Record an action; `depth` calls of the package stand between the script and the engine."""
-        world = self.world
-        if action.moves:
-            action = action.at_time(world.time)
-        engine = world._begin(type(action).__name__)
-        try:
-            line = script_lines.running_line(depth)
-            other = getattr(action, "other", None)
-            if other is None:
-                engine.record_action(self._index, action.compiled(self._columns))
-            else:
-                self._check_other(other)
-                engine.record_meeting(self._index, other._index, action.compiled(self._columns))
-                other._list.append(action)
-                other._lines.append(line)
-            self._list.append(action)
-            self._lines.append(line)
-        finally:
-            world._usage.end()
+        Return the ties, for `tie`.
+        """
+        return rope(self._births, start, end, count, pinned)
 
-    def _check_other(self, other: object) -> None:
-        if not isinstance(other, System) or other.world is not self.world or other is self:
-            raise ArgumentError("other", other, "another system of the same world")
+    @says_near_names
+    def spawn(
+        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
+    ) -> None:
+        """Let events of this frame emit particles of system `into`: `count` for each parent.
+
+        `on`: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end); a
+        particle counts once per rule and frame. Children are born at the end of this frame, where the parent
+        is then, with the attributes that `into.configure` has set so far plus `inherit_velocity` times the
+        parent's velocity. They are numbered in the order of the parents' ids.
+        """
+        self._children.spawn("spawn", recorded_of(into), into, on, count, inherit_velocity, where)
+
+    @says_near_names
+    def trail(
+        self,
+        into: System,
+        every: float,
+        count: int = 1,
+        *,
+        inherit_velocity: float = 0,
+        where: Where = None,
+    ) -> None:
+        """Let particles leave `count` particles of system `into` behind, each `every` seconds of their age.
+
+        They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
+        once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
+        """
+        self._children.trail(recorded_of(into), into, every, count, inherit_velocity, where)
+
+    # --- functions of the script
 
     @says_near_names
     def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
@@ -279,49 +206,7 @@ class System(Recorder, Children, Fabrics, Sums):
         `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
         copies, which are written back afterwards, and it is not called if there are none.
         """
-        if not callable(function):
-            raise ArgumentError("function", function, "a function of particles")
-        shapes: list[_core.Shape] = []
-        callback = _core.Callback(
-            name=_name_of(function),
-            number=len(self._callbacks),
-            where=condition_of(where, self._columns, shapes),
-            shapes=shapes,
-        )
-        self._record_function("callback", function, partial(_core.Engine.record_callback, callback=callback))
-
-    def _record_function(
-        self, call: str, function: Callable[[Any], object], record: Callable[..., None]
-    ) -> None:
-        world = self.world
-        engine = world._begin(call)
-        try:
-            if world._recording is not None:
-                world._recording.refuse(world.frame, f"'{self.name}' calls {_name_of(function)} back")
-            record(engine, self._index)
-            self._callbacks.append(function)
-            self._list.append(function)
-            self._lines.append(script_lines.running_line(3))
-        finally:
-            world._usage.end()
-
-    def _called(self, number: int, begin: int, chosen: Any, pairs: Any) -> NDArray[np.float32] | None:
-        if pairs is not None:
-            return self._call_pairs(number, pairs)
-        self._call_back(number, begin, chosen)
-        return None
-
-    def _call_back(self, number: int, begin: int, chosen: NDArray[np.uint32] | None) -> None:
-        engine = self.world._engine_for("callback")
-        function = self._callbacks[number]
-        view = LocalParticles(engine, self._index, self._attributes, begin, chosen)
-        try:
-            with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
-                function(view)
-            view._write_back()
-        finally:
-            if view._close():
-                engine.release_views(self._index)
+        self._callbacks.callback(function, where)
 
     @says_near_names
     def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
@@ -331,26 +216,12 @@ class System(Recorder, Children, Fabrics, Sums):
         ones, shape (n, 3), or None for no change. They are added in the order of the pairs. It must treat
         each pair by itself. Paper 3.1.5.
         """
-        if not callable(function):
-            raise ArgumentError("function", function, "a function of pairs")
-        name = _name_of(function)
-        shapes: list[_core.Shape] = []
-        condition = condition_of(where, self._columns, shapes)
-        numbers = [arguments.number("radius", radius, low=0), len(self._callbacks), zlib.crc32(name.encode())]
-        action = _core.Action("pairs", numbers, shapes, condition)
-        self._record_function("pairs", function, partial(_core.Engine.record_action, action=action))
-
-    def _call_pairs(self, number: int, arrays: tuple[NDArray[Any], ...]) -> NDArray[np.float32] | None:
-        function = self._callbacks[number]
-        pairs = Pairs(*arrays)
-        with self.world._usage.callback(f"{_name_of(function)!r} of system {self.name!r}"):
-            changes = function(pairs)
-        return None if changes is None else pairs._checked(changes)
+        self._callbacks.pairs(function, radius, where)
 
     @property
     def recorded(self) -> list[Any]:
         """This frame's list so far: actions and births in order."""
-        return list(self._list)
+        return list(self._recorded.entries)
 
     # --- reading
 
@@ -363,37 +234,37 @@ class System(Recorder, Children, Fabrics, Sums):
         makes it count, and then the rest of the list runs after it. Particles whose positions were written go
         to their owners when the frame ends. The frame cannot end inside the block.
         """
-        world = self.world
-        engine = world._begin("local()", reads=True)
+        session, recorded = self._session, self._recorded
+        engine = session.begin("local()", reads=True)
         try:
-            preview = engine.run_pending(self._index)
+            preview = engine.run_pending(recorded.index)
         finally:
-            world._usage.end()
-        refuse = None if world._recording is None else partial(self._refuse_writing, world._recording)
+            session.end()
+        refuse = None if session.recording is None else partial(self._refuse_writing, session.recording)
         view = LocalParticles(
             engine,
-            self._index,
-            self._attributes,
+            recorded.index,
+            recorded.attributes,
             refuse_writing=refuse,
             preview=preview,
-            watched=world._recovery is not None,
+            watched=session.survives,
         )
-        self._views.append(len(self._list))
-        world._open_views.append(self)
-        if self._first is not None:
-            self._first.free = True
+        recorded.views.append(len(recorded.entries))
+        session.open_views.append(recorded)
+        if recorded.first is not None:
+            recorded.first.free = True
         try:
             yield view
-            view._keep_preview()
+            keep_preview(view)
         finally:
-            world._open_views.remove(self)
-            self._views.pop()
-            if view._close() and not self._views:
-                engine.release_views(self._index)
-            engine.touched(self._index)
+            session.open_views.remove(recorded)
+            recorded.views.pop()
+            if close_views(view) and not recorded.views:
+                engine.release_views(recorded.index)
+            engine.touched(recorded.index)
 
     def _refuse_writing(self, recording: Recording) -> NoReturn:
-        recording.refuse(self.world.frame, f"the script writes particles of '{self.name}'")
+        recording.refuse(self._session.frame, f"the script writes particles of '{self.name}'")
 
     def gather(self, *, to: int | str = 0) -> Particles:
         """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
@@ -402,46 +273,92 @@ class System(Recorder, Children, Fabrics, Sums):
         """
         if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
             raise ArgumentError("to", to, "0 or 'all'")
-        engine = self.world._begin("gather()", reads=True)
+        engine = self._session.begin("gather()", reads=True)
         try:
-            return Particles(engine.gather(self._index, to == "all"))
+            return Particles(engine.gather(self._recorded.index, to == "all"))
         finally:
-            self.world._end_call(engine)
+            self._session.end_conversation(engine)
+
+    @says_near_names
+    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
+        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
+
+        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
+        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
+        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
+        only the particles in a shape or for which a comparison holds.
+        """
+        return self._sums.total(expression, where)
+
+    @says_near_names
+    def histogram(
+        self,
+        expression: Expression,
+        edges: ArrayLike,
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
+
+        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
+        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
+        int64; sums are float64, exact and rounded once, as those of `total`.
+        """
+        return self._sums.histogram(expression, edges, weights, where)
+
+    @says_near_names
+    def tally(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: Sequence[int],
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
+
+        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
+        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
+        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
+        rounded once, as those of `total`.
+        """
+        return self._sums.tally(low, high, shape, weights, where)
+
+    # --- what is known without asking other ranks
 
     @property
     def sprite(self) -> Sprite:
         """How the particles are drawn; may change between frames."""
-        return self._sprite
+        return self._recorded.sprite
 
     @sprite.setter
     def sprite(self, value: Sprite) -> None:
         if not isinstance(value, Sprite):
             raise ArgumentError("sprite", value, "a motes.Sprite")
-        world = self.world
-        with world._usage.during("setting the sprite"):
-            self._sprite = value
-            if world._engine is not None:
-                world._engine.set_sprite(self._index, value.core)
+        with self._session.usage.during("setting the sprite"):
+            self._recorded.sprite = value
+            if self._session.engine is not None:
+                self._session.engine.set_sprite(self._recorded.index, value.core)
 
     @property
     def axis(self) -> str | None:
         """What its domains cut: one axis (slabs), several (bricks), or None (particles dealt out by id)."""
-        return None if self._axes == "id" else self._axes
+        return None if self._recorded.axes == "id" else self._recorded.axes
 
     @property
     def count(self) -> int:
         """Particles on all ranks, as last agreed."""
-        return 0 if self.world._engine is None else self.world._engine.count(self._index)
+        return 0 if self._session.engine is None else self._session.engine.count(self._recorded.index)
 
     @property
     def born(self) -> int:
         """Particles born so far: the next id."""
-        return 0 if self.world._engine is None else self.world._engine.born(self._index)
+        return 0 if self._session.engine is None else self._session.engine.born(self._recorded.index)
 
     @property
     def dropped(self) -> int:
         """Births that the capacity has dropped so far."""
-        return 0 if self.world._engine is None else self.world._engine.dropped(self._index)
+        return 0 if self._session.engine is None else self._session.engine.dropped(self._recorded.index)
 
     @property
     def cuts(self) -> NDArray[Any]:
@@ -451,9 +368,9 @@ class System(Recorder, Children, Fabrics, Sums):
         Bricks: records with the fields `axis` ("x", "y" or "z") and `at` (m), in the order of the domains
         between which they stand: of n domains the first n // 2 lie below cut n // 2 - 1, and so on.
         """
-        if self.world._engine is None:
+        if self._session.engine is None:
             raise MotesError("cuts exist inside `with world:` only")
-        tree = self.world._engine.cuts(self._index)
+        tree = self._session.engine.cuts(self._recorded.index)
         if self.axis is None or len(self.axis) == 1:
             return np.array([at for _, at in tree], np.float32)
         return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
@@ -466,19 +383,20 @@ class System(Recorder, Children, Fabrics, Sums):
             self._refuse(name)
 
     def _refuse(self, name: str) -> NoReturn:
-        if name in self._attributes:
+        if name in self._recorded.attributes:
             raise NotAssignable(
                 f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
                 f"particles, set({name}=...) to living ones"
             )
         if hasattr(type(self), name) or name in ("world", "name"):
             raise NotAssignable(f"{name} of a system cannot be assigned")
-        known = ["sprite", *self._attributes]
+        known = ["sprite", *self._recorded.attributes]
         raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
 
     def __getattr__(self, name: str) -> Any:
         """Raise the error for an attribute that does not exist, with what to use instead."""
-        if name in self.__dict__.get("_attributes", ()):
+        recorded = self.__dict__.get("_recorded")
+        if recorded is not None and name in recorded.attributes:
             raise AttributeError(
                 f"{name} belongs to particles, not to a system: read it in `with system.local() as p:` or "
                 "from system.gather()",
@@ -492,5 +410,6 @@ class System(Recorder, Children, Fabrics, Sums):
         return f"<System {self.name!r}, {self.count} particles>"
 
 
-def _name_of(function: object) -> str:
-    return str(getattr(function, "__qualname__", type(function).__name__))
+def recorded_of(system: object) -> Recorded | None:
+    """Return what the package knows of a system of the script; None for anything else."""
+    return system._recorded if isinstance(system, System) else None

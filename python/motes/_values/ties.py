@@ -13,7 +13,7 @@ from ..errors import ArgumentError
 from . import arguments
 from .values import Value, value
 
-__all__ = ["BEND", "MOST_TETHERS", "SHEAR", "STRETCH", "Tethers", "Ties"]
+__all__ = ["BEND", "MOST_TETHERS", "SHEAR", "STRETCH", "Tethers", "Ties", "ties_of"]
 
 STRETCH, SHEAR, BEND = 0, 1, 2
 MOST_TETHERS = 4  # of one particle: to the pinned ones that are nearest along the ties
@@ -85,6 +85,19 @@ class Ties(Value):
     def __repr__(self) -> str:
         """Say how many there are: the arrays may be long."""
         return f"<Ties: {len(self)} ties, {len(self.__dict__['pinned'])} particles pinned>"
+
+
+def ties_of(
+    pairs: NDArray[np.uint64],
+    lengths: NDArray[np.float32],
+    kinds: NDArray[np.uint8],
+    pinned: NDArray[np.uint64],
+    tethers: Tethers,
+) -> Ties:
+    """Return ties of arrays that need no check, with the tethers that they have."""
+    made = object.__new__(Ties)
+    made._keep(pairs, lengths, kinds, pinned, tethers)
+    return made
 
 
 def _tethers(pairs: NDArray[np.uint64], lengths: NDArray[np.float32], pinned: NDArray[np.uint64]) -> Tethers:

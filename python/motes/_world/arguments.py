@@ -14,6 +14,8 @@ from .._mpi import alone, rank_process
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
 from .._run.process import process
+from .._system.recorded import Recorded
+from .._system.system import recorded_of
 from .._values import arguments
 from ..balance import BALANCERS, Balancer, Static
 from ..errors import ArgumentError
@@ -21,7 +23,6 @@ from ..errors import ArgumentError
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from .._system.system import System
 
 __all__ = [
     "axes_bits",
@@ -61,15 +62,18 @@ def axes_bits(name: str) -> int:
     return sum(1 << "xyz".index(letter) for letter in name if name != BY_ID)
 
 
-def leader(systems: Sequence[System], domains_of: Any, axes: str | None, space: Any) -> System:
+def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
     """Return the system whose domains a new one shares; its own wishes must be the same."""
-    if not any(system is domains_of for system in systems):
+    given = recorded_of(domains_of)
+    if given is None or not any(system is given for system in systems):
         raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
-    found: System = systems[domains_of._leads]
+    found = systems[given.leads]
     whose = f"that of {found.name!r}, whose domains it shares"
-    if axis(axes, found._axes) != found._axes:
-        raise ArgumentError("axis", axes, f"{found.axis!r}, {whose}, or not given")
-    wanted = found._definition["space"]
+    if axis(axes, found.axes) != found.axes:
+        raise ArgumentError(
+            "axis", axes, f"{None if found.axes == BY_ID else found.axes!r}, {whose}, or not given"
+        )
+    wanted = found.definition["space"]
     if space is not None and interval(space) != wanted:
         raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
     return found

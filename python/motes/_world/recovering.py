@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import _core
 from .._io.output import tell
+from .._picture.frame import Frame, arrive, keep_all, tell_saves
 from .._run import continuing
 from .._run.losses import taken_over
 from .._run.peers import PeerWatch
@@ -21,9 +22,9 @@ from ..errors import MotesError
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from .._picture.frame import Frame
     from .._run.process import OpenRun
-    from .world import World
+    from .._system.session import Session
+    from .running import Running
 
 __all__ = ["EVERY", "Recovery", "check"]
 
@@ -45,9 +46,9 @@ def check(on_loss: str, size: int) -> None:
 class Recovery:
     """What one rank keeps for the loss of others, and does when it happens."""
 
-    def __init__(self, world: World, engine: _core.Engine, run: OpenRun) -> None:
+    def __init__(self, running: Running, engine: _core.Engine, run: OpenRun) -> None:
         """Let the core survive losses from here on. All ranks make theirs behind the start of the engine."""
-        self._world = weakref.ref(world)  # the engine holds this, and the world holds the engine
+        self._running = weakref.ref(running)  # the engine holds this, and the world holds the engine
         self._run = run
         self._picture: weakref.ref[Frame] | None = None
         self._saves: deque[tuple[int, Path, int]] = deque(maxlen=_SAVES)
@@ -72,15 +73,15 @@ class Recovery:
     def note_picture(self, picture: Frame) -> None:
         """Note a frame that was drawn on another rank: what the script does with it may be done here."""
         self._picture = weakref.ref(picture)
-        picture._elsewhere = self._note_save
+        tell_saves(picture, self._note_save)
 
     def _note_save(self, index: int, path: Path, bits: int) -> None:
         self._saves.append((index, path, bits))
 
     def tell_unsaved(self, engine: _core.Engine) -> None:
         """Tell the core which pictures are in no film yet, where this rank draws."""
-        world = self._world()
-        if world is not None and "image_generator" in world.role:
+        running = self._running()
+        if running is not None and running.session.draws:
             first = [movie._first_unsaved() for movie in continuing.open_movies()]
             engine.set_unsaved_from(min((index for index in first if index is not None), default=None))
 
@@ -93,21 +94,21 @@ class Recovery:
         """
         from mpi4py import MPI
 
-        world = self._world()
-        assert world is not None
+        running = self._running()
+        assert running is not None
         try:
-            self._meet(world, loss)
-            refusal = self._refusal(world)
+            self._meet(running, loss)
+            refusal = self._refusal(running)
             if not refusal:
-                self._claim_log(world)
-                world._serve_again()
+                self._claim_log(running.session)
+                running.viewers.serve_again()
             return refusal
         except MPI.Exception:
             return None
         except Exception as error:  # any: the others must hear of it
             return f"{process.describe(self._run)}: {error}"
 
-    def _meet(self, world: World, loss: dict[str, Any]) -> None:
+    def _meet(self, running: Running, loss: dict[str, Any]) -> None:
         from mpi4py import MPI
 
         run, survivors = self._run, loss["survivors"]
@@ -117,12 +118,12 @@ class Recovery:
         made = MPI.Intracomm(left.Shrink())
         if made.size < left.size:
             raise MPI.Exception(MPI.ERR_PROC_FAILED)
-        world._take_ranks(made, loss["roles"])
-        world._describe.cast = world._cast
-        world._settings = world._settings.of_those_left(world._cast, survivors)
-        if world._given[0] is None:  # it was a world of all ranks
+        session = running.session
+        session.take_ranks(made, loss["roles"])
+        session.settings = session.settings.of_those_left(session.cast, survivors)
+        if running.given[0] is None:  # it was a world of all ranks
             process.left = made
-        names = [_core.describe_role(world._cast, rank) for rank in range(made.size)]
+        names = [_core.describe_role(session.cast, rank) for rank in range(made.size)]
         run.ranks = [run.world_rank(rank) for rank in survivors]
         run.peers = [
             run.peers[then]._replace(rank=now, role=names[now]) for now, then in enumerate(survivors)
@@ -133,21 +134,22 @@ class Recovery:
         if run.watch is not None:
             run.watch.close()
         run.watch = PeerWatch(run.peers, rank=made.rank)
-        if world._course is not None:
-            world._course.go_on_with(made, world._settings)
+        if running.loop.course is not None:
+            running.loop.course.go_on_with(made, session.settings)
 
-    def _refusal(self, world: World) -> str:
-        if world._steering.steered or world._settings.steering is not None:
+    def _refusal(self, running: Running) -> str:
+        session = running.session
+        if running.viewers.steering.steered or session.settings.steering is not None:
             return "the run is steered: what viewers ask for is known to one rank alone"
-        if world._open_views:
-            return f"the script was inside `with` {world._open_views[-1].name!r}`.local()`"
-        if world._exports:
-            return f"the files of {world._exports[0]} lack the lost ranks' particles"
+        if session.open_views:
+            return f"the script was inside `with` {session.open_views[-1].name!r}`.local()`"
+        if session.files:
+            return f"the files of {session.files[0].owner} lack the lost ranks' particles"
         return ""
 
-    def _claim_log(self, world: World) -> None:
-        directory, run = world._settings.log, self._run
-        if directory is not None and "manager" in world.role and run.log is None:
+    def _claim_log(self, session: Session) -> None:
+        directory, run = session.settings.log, self._run
+        if directory is not None and session.manages and run.log is None:
             from .._run.log_directory import LogDirectory
 
             run.log = taken_over(lambda: LogDirectory.claim(directory, continued=True))
@@ -165,30 +167,31 @@ class Recovery:
 
     def resumed(self, frame: int) -> None:
         """Go on: the world is what it was before `frame`."""
-        world = self._world()
-        assert world is not None
-        if "manager" not in world.role:
+        running = self._running()
+        assert running is not None
+        session = running.session
+        if not session.manages:
             return
         hosts = [peer.host for peer in self._run.peers]
         left = f"{len(hosts)} {'rank goes' if len(hosts) == 1 else 'ranks go'} on"
         tell(f"motes: lost {', '.join(self._lost)}; {left}, from copies of frame {frame}")
-        if world._settings.log is not None:
+        if session.settings.log is not None:
             from .._run.run_file import write_run
 
-            write_run(world._settings.log, world._facts(), hosts, self._run.threads, continued_from=frame)
+            write_run(session.settings.log, session.facts(), hosts, self._run.threads, continued_from=frame)
 
     def redrawn(self, index: int, view: _core.View) -> None:
         """Write a picture that was made again to where the lost rank may not have written it."""
-        world = self._world()
-        assert world is not None and world._engine is not None
-        engine = world._engine
-        picture = world._picture(engine, index, (index + 1) * world.dt, view)
+        running = self._running()
+        assert running is not None and running.session.engine is not None
+        settings, engine = running.session.settings, running.session.engine
+        picture = running.pictures.take(engine, index, (index + 1) * settings.dt, view)
         expected = None if self._picture is None else self._picture()
         if expected is not None and expected.index == index:
-            expected._arrive(picture)
+            arrive(expected, picture)
             picture = expected
-        picture._keep_all()
-        if world._settings.digest:
+        keep_all(picture)
+        if settings.digest:
             engine.set_image_sha256(picture.digest())
         for _, path, bits in [save for save in self._saves if save[0] == index]:
             picture.save(path, bits=bits)

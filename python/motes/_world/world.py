@@ -3,29 +3,21 @@
 from __future__ import annotations
 
 import os
-import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from .. import _core, _extras
-from .._io.output import tell
+from .. import _extras
 from .._live import repeating
-from .._notebook import kernel
+from .._live.controls import Choice, Control
 from .._picture.frame import Frame
 from .._picture.rendering import Renderer
 from .._picture.sprites import Sprite
-from .._run import busy, ending, scenefile, script_lines, stopping, waiting
-from .._run.process import OpenRun, process
-from .._run.progress import LINES, Progress
+from .._run.progress import LINES
 from .._run.progress import check as check_progress
 from .._run.settings import RunSettings
-from .._run.speaking import mark
-from .._run.usage import Describing, Usage, Weakly
-from .._system.first_frame import remarks_on
+from .._system.recorded import Recorded
+from .._system.session import Session
 from .._system.system import System
 from .._values import arguments, environment
 from .._values import roles as _roles
@@ -35,21 +27,21 @@ from .._values.live import Live
 from .._values.live import checked as live_of
 from .._values.values import Settings, says_near_names
 from ..balance import Balancer
-from ..errors import ArgumentError, MotesError, MotesWarning, Stopped
+from ..errors import MotesError
 from . import arguments as checks
-from . import handshake, recovering
-from .facts import Facts
-from .looping import Looping, outside
+from .loop import Loop
+from .pictures import Pictures
+from .running import Running
+from .telling import Telling
+from .viewers import Viewers
 
 if TYPE_CHECKING:
     from mpi4py import MPI
 
-    from .._checkpoint.course import Course
-
-__all__ = ["World"]
+__all__ = ["World", "running_of", "session_of"]
 
 
-class World(Looping, Facts, Settings):
+class World(Settings):
     """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
 
     Every rank makes the same calls; the engine gives each its role. A frame goes
@@ -120,11 +112,9 @@ class World(Looping, Facts, Settings):
         notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
         a row. `comm`: an mpi4py communicator.
         """
-        self._given = (comm, roles)
         joined, ranks, of = checks.ranks_of(comm)
         cast = _roles.cast(roles, ranks, of)
-        self._take_ranks(joined, cast)
-        self._settings = RunSettings(
+        settings = RunSettings(
             seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
             dt=arguments.number("dt", dt, low=1e-9, high=1e9),
             substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
@@ -147,30 +137,17 @@ class World(Looping, Facts, Settings):
             live=live_of(live),
             steering=repeating.checked(steering),
         )
-        if self._settings.live is not None:
+        if settings.live is not None:
             _extras.require_live()
-        self._describe = Describing(cast)
         self.renderer = renderer
-        self._progress_way = check_progress(progress)
-        self._progress_in_cell = progress == LINES and environment.read("MOTES_PROGRESS") is None
+        told = Telling(check_progress(progress), progress == LINES)
+        self._session = session = Session(settings, joined)
         self._systems: list[System] = []
         self._names: set[str] = set()
-        self._unseen: list[System] = []  # whose first list has not run yet
-        self._usage = Usage()
-        self._open_views: list[System] = []  # inside `with system.local()`, one entry per block
-        self._engine: _core.Engine | None = None
-        self._progress: Progress | None = None
-        self._run_state: OpenRun | None = None
-        self._course: Course | None = None  # of its checkpoints
-        self._recording: scenefile.Recording | None = None
-        self._recovery: recovering.Recovery | None = None
-        self._total = 0
-        self._ran = self._rendered = False  # a frame, in this process
-        self._last_picture: Callable[[], Frame | None] = lambda: None
-        self._ended = False
-        self._stop = stopping.Stop()
-        self._exports: list[Any] = []  # that have written and are not closed
-        self._init_steering(self._settings)
+        self._pictures = pictures = Pictures(session, lambda: self.renderer)
+        self._viewers = viewers = Viewers(session, pictures)
+        self._loop = loop = Loop(session, viewers)
+        self._running = Running(session, pictures, viewers, loop, told, given=(comm, roles))
 
     # --- systems
 
@@ -194,174 +171,46 @@ class World(Looping, Facts, Settings):
         the same calculator then owns what is in the same place. Balancers see the sum of both loads, and
         count all particles alike where they look for a cut.
         """
+        session, settings = self._session, self._session.settings
         checks.system_name(name, taken=self._names)
         if capacity is not None:
             capacity = arguments.integer("capacity", capacity, high=2**62)
-        axes = checks.axis(axis, self._settings.axis)
-        cuts = self._settings.space if space is None else checks.interval(space)
-        leader = None if domains_of is None else checks.leader(self._systems, domains_of, axis, space)
+        axes = checks.axis(axis, settings.axis)
+        cuts = settings.space if space is None else checks.interval(space)
+        leader = None if domains_of is None else checks.leader(session.systems, domains_of, axis, space)
         if leader is not None:
-            axes, cuts = leader._axes, leader._definition["space"]
-        checks.balancer(self._settings.balancer, axes)
+            axes, cuts = leader.axes, leader.definition["space"]
+        checks.balancer(settings.balancer, axes)
         definition = {
             "capacity": capacity,
             "axes": checks.axes_bits(axes),
-            "domains_of": -1 if leader is None else leader._index,
+            "domains_of": -1 if leader is None else leader.index,
             "space": cuts,
             "sprite": checks.sprite(sprite),
             "attributes": checks.user_attributes({} if attributes is None else attributes),
         }
-        made = System(self, len(self._systems), name, axes, definition)
-        if self._ended:
+        recorded = Recorded(session, len(self._systems), name, axes, definition)
+        made = System(self, recorded)
+        if session.ended:
             raise MotesError("this world has ended; make a new one")
-        with self._usage.during("system()"):
+        with session.usage.during("system()"):
             self._systems.append(made)
-            self._unseen.append(made)
             self._names.add(name)
-            if self._engine is not None:
-                self._define(made)
+            self._running.add(recorded)
         return made
-
-    def _define(self, system: System) -> None:
-        assert self._engine is not None
-        definition = dict(system._definition, sprite=system._sprite.core)
-        self._engine.add_system(name=system.name, **definition)
 
     # --- the run
 
     def __enter__(self) -> World:
         """Start the run: communicator, roles, log. Collective."""
-        self._usage.check("open()")
-        if self._engine is not None or self._ended:
-            raise MotesError("a world runs once; make a new one")
-        stopping.check_stopped()
-        try:
-            self._join_those_left()
-            recovering.check(self._settings.on_loss, self.size)
-            later = self._given[0] is None and self._settings.on_loss == "recover" and process.entered > 0
-            self._run_state = handshake.begin(self._comm, without_lost=later)
-            self._join_those_left()
-            self._start(self._run_state)
-        except BaseException as error:
-            ending.stop_job(error, self._run_state)
-            self._leave(well=False)
-            raise
+        self._running.start()
         return self
-
-    def _join_those_left(self) -> None:
-        """Take the ranks that are there now: an earlier world may have lost some since this one was made."""
-        comm, roles = self._given
-        joined, ranks, of = checks.ranks_of(comm)
-        if joined != self._comm:
-            cast = _roles.cast(roles, ranks, of)
-            self._take_ranks(joined, cast)
-            self._describe.cast = cast
-            self._settings = self._settings._replace(roles=cast, speeds=_roles.speeds(roles, ranks, of))
-
-    def _start(self, run: OpenRun) -> None:
-        if not stopping.interactive():
-            stopping.arm()
-        announce = self.seed is None
-        role = _core.describe_role(self._cast, self.rank)
-        settings = self._settings = handshake.meet(run, self._comm, self._settings, role)
-        _core.name_crashes(mark() or "")
-        _core.set_place(process.describe(run))
-        hosts = [peer.host for peer in run.peers]
-        self._engine = _core.Engine(
-            comm=self._comm.py2f(),
-            roles=self._cast,
-            facts=settings.for_core(rank=self.rank, hosts=hosts),
-            # The garbage collector cannot see what the engine holds: it must not hold the world.
-            while_waiting=lambda _: busy.look_around(run),
-            describe=self._describe,
-            warn_s=waiting.WARN_S,
-            limit_s=settings.stall_s,
-            life=lambda rank: (None, "") if run.watch is None else run.watch.life(rank),
-            warn=lambda text: tell(f"motes: {text}"),
-        )
-        for system in self._systems:
-            self._define(system)
-        self._engine.on_callback(Weakly(self._call_back))
-        self._recording = scenefile.claim(self._engine)
-        in_cell = self._progress_in_cell and self.size == 1 and kernel.running()
-        self._progress = Progress("off" if in_cell else self._progress_way, hosts)
-        self._shows_in_cell = in_cell
-        self._engine.start()
-        if settings.on_loss == "recover" and self.size > 1:
-            self._recovery = recovering.Recovery(self, self._engine, run)
-        self._open_steering(run, settings, self._engine)
-        if run.found is not None:
-            from .._checkpoint.course import Course
-
-            self._course = Course(
-                run, settings, run.found, self._engine, self._steering, Weakly(self._secure_steering)
-            )
-        if announce and self.rank == self._cast[0]:  # whatever `progress` is: nobody could repeat the run
-            tell(f"seed {self.seed}")
-        if settings.log is not None and self.rank == self._cast[0]:
-            from .._run.run_file import write_run
-
-            write_run(settings.log, self._facts(), hosts, run.threads, continued_from=settings.continued_from)
-
-    def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
-        return self._systems[system]._called(*call)
-
-    def _leave(self, *, well: bool) -> None:
-        self._close_steering()
-        for export in list(self._exports):
-            export._abandon()
-        if self._run_state is not None:
-            handshake.close(self._run_state, well=well)
-            stopping.disarm()
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         """End the run. Collective; after an exception the whole job ends."""
-        if self._usage.inherited:  # a fork has nothing to end but itself
-            if error is not None:
-                ending.end_fork(error)
-            return
-        self._usage.check("close()")
-        well = False
-        remarks: list[str] = []
-        try:
-            if error is not None and not isinstance(error, Stopped):
-                ending.stop_job(error, self._run_state)  # returns where this is the only rank
-                return
-            for export in list(self._exports):
-                export.close()
-            self._open_steer_file()  # of a run without a frame
-            if self._course is not None:
-                self._course.save_now(self.frame, self._systems)
-            engine = self._begin("the end of the world")
-            try:
-                if self._recovery is not None:
-                    self._recovery.secure_films(engine)
-                engine.finish()
-            finally:
-                self._usage.end()
-            remarks = engine.take_remarks()
-            self._show(last=True)
-            if self._recording is not None:
-                self._recording.keep(self._engine_for("the end"), self._facts(), "manager" in self.role)
-            well = True
-            if self._stop.signal and "manager" in self.role:
-                goes_on = self._course is not None
-                number = self._stop.signal
-                tell(stopping.closing_line(number, frames=self.frame, total=self._total, goes_on=goes_on))
-        except BaseException as failure:
-            ending.stop_job(failure, self._run_state)
-            raise
-        finally:
-            self._ended = True
-            if self._course is not None:
-                self._course.end()
-            if self._recovery is not None:
-                self._recovery.end()
-            self._leave(well=well)
-        for remark in remarks:
-            self._warn(remark, 3)
+        self._running.end(error)
 
     def open(self) -> World:
         """Start the run, as `with world:` does; for notebooks. Collective."""
@@ -369,125 +218,145 @@ class World(Looping, Facts, Settings):
 
     def close(self) -> None:
         """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
-        if not self._ended:
+        if not self._session.ended:
             self.__exit__(None, None, None)
 
     def render(self) -> Frame:
         """End the frame with a picture. Collective. Off the image generator the result is falsy."""
-        if self.renderer is None:
-            raise ArgumentError(
-                "renderer", None, "given to World(renderer=...) before render(); step() needs none"
-            )
-        if self._course is not None and self._course.skip(self._systems):
-            return self._skipped()
-        index = self.frame
-        view = self._view(self.time)
-        engine = self._run("render()", view)
-        time = (index + 1) * self.dt
-        if self._recording is not None and not self._recording.full:
-            return Frame(index, time, None, home=None, rank=self.rank, missing=scenefile.NO_PICTURE)
-        frame = self._picture(engine, index, time, view)
-        if not frame and self._recovery is not None:
-            self._recovery.note_picture(frame)
-        if frame and self._settings.digest:
-            engine.set_image_sha256(frame.digest())
-        self._show_viewers(frame)
-        return frame
+        return self._running.render()
 
     def step(self) -> Frame:
         """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
-        if self._course is not None and self._course.skip(self._systems):
-            return self._skipped()
-        index = self.frame
-        self._run("step()", None)
-        self._show_viewers(None)
-        return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank)
-
-    def _skipped(self) -> Frame:
-        """Return what stands for a frame that an earlier run has done."""
-        from .._checkpoint.course import EARLIER
-
-        index = self.frame - 1
-        return Frame(index, (index + 1) * self.dt, None, home=None, rank=self.rank, missing=EARLIER)
-
-    def _run(self, call: str, view: _core.View | None) -> _core.Engine:
-        if self._steering.stopped:
-            raise Stopped(0)
-        if self._stops():
-            raise Stopped(stopping.code_of(self._stop.signal))
-        engine = self._begin(call)
-        try:
-            if self._open_views:
-                block = f"{self._open_views[-1].name!r}`.local()`"
-                raise MotesError(f"{call} inside `with` {block}: leave the block first")
-            picture = self._last_picture()
-            if picture is not None:
-                picture._keep_all()  # the engine forgets it
-            if self._recovery is not None:
-                self._recovery.tell_unsaved(engine)
-            with script_lines.located(self._line_of, lambda: engine.failed_at):
-                engine.run_frame(view, self._steering.agreement())
-        finally:
-            self._end_call(engine)
-        self._ran = True
-        self._after_frame(engine, pictured=view is not None)
-        if self._run_state is not None:
-            self._run_state.frame = engine.frame
-        first_picture = view is not None and not self._rendered
-        self._rendered = self._rendered or first_picture
-        remarks = [
-            *remarks_on(self._unseen, self.renderer if first_picture else None),
-            *engine.take_remarks(),
-        ]
-        for remark in remarks:
-            self._warn(remark, 4)
-        self._unseen = [system for system in self._unseen if system._first is not None]
-        for system in self._systems:
-            system._forget_list()
-        self._show()
-        return engine
-
-    def _warn(self, text: str, level: int) -> None:
-        if self.rank == self._cast[0]:
-            warnings.warn(text, MotesWarning, stacklevel=level)
-
-    def _show(self, *, last: bool = False) -> None:
-        if self.rank == self._cast[0] and self._progress is not None and self._engine is not None:
-            self._progress.update(self._engine.last_row, total=self._total, last=last)
+        return self._running.step()
 
     def digest(self) -> str:
         """Hash every particle of every system, all columns. Collective.
 
         Equal particles give equal digests, whatever the number of ranks and the order in memory.
         """
-        engine = self._begin("digest()", reads=True)
+        engine = self._session.begin("digest()", reads=True)
         try:
             return engine.digest()
         finally:
-            self._end_call(engine)
+            self._session.end_conversation(engine)
 
-    def _engine_for(self, call: str) -> _core.Engine:
-        if self._engine is None or self._ended:
-            raise outside(call)
-        return self._engine
+    # --- the loop of frames
 
-    def _end_call(self, engine: _core.Engine) -> None:
-        """End what `_begin` started. Where all ranks have given up, nobody waits for this one any more."""
-        self._usage.end()
-        if engine.gave_up:
-            self._leave(well=False)
+    def frames(self, n: int) -> Iterator[int]:
+        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
 
-    def _begin(self, call: str, *, reads: bool = False) -> _core.Engine:
-        """Start a call of the engine, which `_usage.end` ends. Raises MotesError while another one runs."""
-        engine = self._engine_for(call)
-        if reads and self._course is not None:
-            self._course.go_on(self._systems)
-        self._usage.begin(call)
-        for system in self._open_views if reads else ():
-            if len(system._list) != system._views[0]:
-                self._usage.end()
-                raise MotesError(
-                    f"{call} inside `with` {system.name!r}`.local()`, after more was recorded for it: "
-                    "its views would no longer show its particles; leave the block first"
-                )
-        return engine
+        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
+        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
+        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
+        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
+        `frames(n)` goes on later.
+        """
+        return self._loop.frames(n)
+
+    # --- viewers
+
+    @says_near_names
+    def control(
+        self,
+        name: str,
+        value: Any,
+        *,
+        low: float | None = None,
+        high: float | None = None,
+        step: float | None = None,
+        choices: Sequence[Choice] | None = None,
+    ) -> Control:
+        """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
+
+        A number needs its bounds `low` and `high`, and moves in steps of `step`, if given; with whole numbers
+        for all four it is an int. A bool has no bounds. With `choices`, texts or numbers, it is one of them.
+        Every rank makes the same calls. The value is the same on all ranks, and changes between two frames
+        only: where the loop of `frames` begins its next pass.
+        """
+        return self._viewers.control(name, value, low, high, step, choices)
+
+    @property
+    def live_url(self) -> str | None:
+        """Where the run can be seen: the page's address, on the image generator; None elsewhere."""
+        return self._viewers.url
+
+    def redraw(self) -> Frame:
+        """Return another picture of the particles as they are between two frames. Collective.
+
+        Nothing is computed and nothing counts as a frame: what was recorded for the next one is not in it.
+        From where viewers look, or where `renderer.camera` is now. Off the image generator the result is
+        falsy. Raises ArgumentError if particles were read after some of the frame's list.
+        """
+        return self._viewers.redraw()
+
+    # --- what is known without asking other ranks
+
+    @property
+    def rank(self) -> int:
+        """This process among the world's ranks."""
+        return self._session.rank
+
+    @property
+    def size(self) -> int:
+        """How many ranks the world has."""
+        return self._session.size
+
+    @property
+    def role(self) -> set[str]:
+        """The roles of this rank: any of "manager", "image_generator" and "calculator"."""
+        return self._session.role
+
+    @property
+    def calculators(self) -> tuple[int, ...]:
+        """The calculators' ranks, in the order of their domains."""
+        return tuple(self._session.cast[2])
+
+    @property
+    def frame(self) -> int:
+        """The frame that is being recorded."""
+        return self._session.frame
+
+    @property
+    def time(self) -> float:
+        """Seconds of the animation at the frame's start."""
+        return self._session.time
+
+    @property
+    def dt(self) -> float:
+        """Seconds per frame."""
+        return self._session.settings.dt
+
+    @property
+    def seed(self) -> int | None:
+        """The seed; None before a run that draws its own."""
+        return self._session.settings.seed
+
+    @property
+    def threads(self) -> int | None:
+        """This rank's threads; None before a run that leaves them to the machine."""
+        return self._session.settings.threads
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """All systems in order of creation."""
+        return tuple(self._systems)
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Seconds that this rank spent in each phase of the last frame."""
+        return {} if self._session.engine is None else self._session.engine.times
+
+    def say(self, text: object) -> None:
+        """Print once, on the manager."""
+        if self._session.manages:
+            print(text, flush=True)
+
+
+def running_of(world: World) -> Running:
+    """Return what runs a world, for the rest of the package."""
+    return world._running
+
+
+def session_of(world: World) -> Session:
+    """Return a world's session, for the rest of the package."""
+    return world._session

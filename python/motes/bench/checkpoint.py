@@ -11,7 +11,7 @@ from typing import Any
 
 from .._checkpoint import folder
 from .._values.checkpoint import Checkpoint
-from .._world.world import World
+from .._world.world import World, session_of
 from ..errors import ArgumentError
 from . import falling
 
@@ -75,7 +75,7 @@ def _run(
                 falling.fall(layer, frame, particles)
             world.render()
             border = time.perf_counter()
-            busy = world._engine_for("bench").part_outcome()[0]
+            busy = session_of(world).engine_for("bench").part_outcome()[0]
             if begun and not busy:
                 written.append(border - begun)
                 begun = 0.0

@@ -148,7 +148,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
 
     from .._picture.rendering import Camera, Renderer
     from .._picture.sprites import Sprite
-    from .._world.world import World
+    from .._world.world import World, session_of
     from ..shapes import Plane, Sphere
     from .snow import Snow
 
@@ -182,7 +182,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
             wall.append(time.perf_counter() - start)
             cpu.append(time.process_time() - cpu_start)
             act.append(world.timings["t_act_s"])
-        path = world._engine.render_path if world._engine is not None else ""
+        path = session_of(world).engine_for("bench").render_path
     everyone = MPI.COMM_WORLD.gather([sum(each[WARM:]) for each in (wall, act, cpu)], root=0)
     if everyone is None:
         return None

@@ -14,6 +14,7 @@ pytest.importorskip("av")
 SCENE = """
 import sys, time
 import motes
+from motes._film.movie import writer_of
 from motes._io import files
 
 seconds, roles, where = float(sys.argv[1]), sys.argv[2], sys.argv[3]
@@ -37,7 +38,7 @@ with world, motes.Movie(sys.argv[4]) as movie:
             movie = motes.Movie(sys.argv[4] + ".mp4")
             files.sync = sync
         if frame == 2 and where == "secured":
-            movie._secure()
+            writer_of(movie).secure()
             files.sync = sync
     if where == "stuck" and world.rank == 0:
         time.sleep(60)

@@ -21,7 +21,7 @@ from hypothesis import given, settings  # noqa: E402
 from hypothesis import strategies as st  # noqa: E402
 
 from motes._film import growing  # noqa: E402
-from motes._film.movie import Movie  # noqa: E402
+from motes._film.movie import Movie, writer_of  # noqa: E402
 from motes._io import files  # noqa: E402
 from motes._picture.frame import Frame  # noqa: E402
 from motes._run import continuing  # noqa: E402
@@ -117,16 +117,16 @@ def test_continuing_twice_and_at_the_same_place_again(tmp_path):
     film = tmp_path / "b.mkv"
     cut_off(film, 30, secure={10})
     movie = Movie(film)
-    movie._continue_at(10)  # and killed before it wrote a frame
-    movie._film.close()
+    writer_of(movie).continue_at(10)  # and killed before it wrote a frame
+    writer_of(movie)._film.close()
     movie = Movie(film)
-    movie._continue_at(10)
+    writer_of(movie).continue_at(10)
     for frame in moving(35, first=10):
         movie.write(frame)
         if movie.written == 40:
-            movie._secure()
-    movie._abandon()
-    movie._thread.join()
+            writer_of(movie).secure()
+    writer_of(movie).abandon()
+    writer_of(movie)._thread.join()
     go_on(film, 40, 70)
     assert packets(film) == expected
 
@@ -186,11 +186,11 @@ def test_a_film_that_is_being_written_is_not_continued(tmp_path, monkeypatch):
     movie = Movie(tmp_path / "a.mp4")
     for frame in moving(5):
         movie.write(frame)
-    movie._secure()
+    writer_of(movie).secure()
     with pytest.raises(CheckpointError, match=r"another process is writing .*a.partial.mp4"):
         Movie(tmp_path / "a.mp4")._continue_at(5)
     with pytest.raises(MotesError, match=r"is being written; it cannot be continued"):
-        movie._continue_at(5)
+        writer_of(movie).continue_at(5)
     movie.close()
     assert len(packets(tmp_path / "a.mp4")[0]) == 5
 
@@ -261,7 +261,7 @@ def test_a_movie_finds_by_itself_where_it_goes_on(tmp_path, monkeypatch):
         Movie("none.mp4"),
     )
     assert (movie.written, away.written, new.written) == (26, 26, 0)
-    assert movie._secure() == 26
+    assert writer_of(movie).secure() == 26
     for k, frame in enumerate(moving(14, first=26), 27):
         movie.write(frame)
         new.write(frame)
@@ -306,7 +306,7 @@ def test_a_film_to_which_nothing_is_added_is_finished(tmp_path, suffix):
     Movie(film).close()  # whole already
     assert film.read_bytes() == before
     movie = Movie(film)
-    movie._continue_at(30)
+    writer_of(movie).continue_at(30)
     movie.close()
     assert packets(film) == expected
 

@@ -16,7 +16,7 @@ import pytest
 
 import motes
 from motes._film import growing, segment
-from motes._film.movie import Movie
+from motes._film.movie import Movie, writer_of
 from motes._picture.frame import Frame
 from motes.errors import ArgumentError, MotesError
 
@@ -118,7 +118,7 @@ def test_leaving_by_an_exception_keeps_the_partial_film(tmp_path):
         for frame in frames(30):
             movie.write(frame)
         raise KeyError
-    movie._thread.join()
+    writer_of(movie)._thread.join()
     assert os.listdir(tmp_path) == ["a.partial.mp4"]
     assert len(read(tmp_path / "a.partial.mp4")[0]) == 30
     with Movie(tmp_path / "a.mp4") as movie:  # the next one starts its own

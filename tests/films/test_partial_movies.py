@@ -19,7 +19,7 @@ from films import cut_off, go_on, moving, packets, partial, shown, whole  # noqa
 from launching import mpirun  # noqa: E402
 from standing import on_ranks  # noqa: E402
 
-from motes._film.movie import Movie  # noqa: E402
+from motes._film.movie import Movie, writer_of  # noqa: E402
 from motes._picture.frame import Frame  # noqa: E402
 from motes._run import continuing  # noqa: E402
 from motes._run.continuing import open_movies  # noqa: E402
@@ -31,13 +31,13 @@ pytestmark = pytest.mark.usefixtures("children_import_tests")
 def test_what_was_secured_is_in_the_file(tmp_path):
     film = tmp_path / "a.mp4"
     movie = Movie(film)
-    assert movie._secure() == 0
+    assert writer_of(movie).secure() == 0
     for count, frame in enumerate(moving(13), 1):
         movie.write(frame)
         if count in (5, 6, 13):
-            assert movie._secure() == count
+            assert writer_of(movie).secure() == count
             assert len(packets(partial(film))[0]) == count
-    assert movie._secure() == 13  # and again, with nothing new
+    assert writer_of(movie).secure() == 13  # and again, with nothing new
     movie.close()
     assert len(packets(film)[0]) == 13
 
@@ -55,7 +55,7 @@ def test_securing_waits_for_the_disk(tmp_path, monkeypatch):
         for frame in moving(5):
             movie.write(frame)
         monkeypatch.setattr(os, "fsync", slow)
-        movie._secure()
+        writer_of(movie).secure()
         assert partial(movie.path).stat().st_size in synced
         monkeypatch.undo()
 
@@ -64,7 +64,7 @@ def test_a_film_that_cannot_be_read_again_does_not_become_the_whole_one(tmp_path
     movie = Movie(tmp_path / "a.mp4")
     for frame in moving(60):
         movie.write(frame)
-    movie._secure()
+    writer_of(movie).secure()
     os.truncate(partial(movie.path), partial(movie.path).stat().st_size // 2)
     with pytest.raises(MotesError, match=r"a.mp4 could not be written: .*of 60 frames could be read again"):
         movie.close()
@@ -74,13 +74,13 @@ def test_a_film_that_cannot_be_read_again_does_not_become_the_whole_one(tmp_path
 KILLED = """
 import sys, time
 from films import moving
-from motes._film.movie import Movie
+from motes._film.movie import Movie, writer_of
 
 movie = Movie(sys.argv[1], fps=6)
 for frame in moving(100_000, height=32, width=32):
     movie.write(frame)
     if frame.index % 50 == 49:
-        print(movie._secure(), flush=True)
+        print(writer_of(movie).secure(), flush=True)
 """
 
 
@@ -136,7 +136,7 @@ def test_two_films_of_one_name_do_not_mix(tmp_path):
     for movie, count in ((first, 30), (second, 50)):
         for frame in moving(count):
             movie.write(frame)
-        movie._secure()
+        writer_of(movie).secure()
     first.close()
     assert len(packets(film)[0]) == 30
     assert partial(film).exists()
@@ -210,6 +210,7 @@ def test_every_rank_counts_the_pictures_wherever_they_are(tmp_path):
 JOB = """
 import sys
 import motes
+from motes._film.movie import writer_of
 from motes._run.continuing import frames_of_movies
 
 film, failing = sys.argv[1], int(sys.argv[2])
@@ -221,12 +222,12 @@ with motes.World(seed=1, space=(-1, 1), renderer=renderer, progress="off") as wo
         sparks.burst(motes.shapes.Sphere((0, 0, 0), 1), count=20)
         movie.write(world.step() if frame % 3 == 2 else world.render())
         if frame == 9:
-            assert movie._secure() == 7
-            movie._note_secured()
+            assert writer_of(movie).secure() == 7
+            writer_of(movie).note_secured()
         if frame == 20 and world.rank == failing:
             raise KeyError("of the script")
     assert frames_of_movies() == {movie.place: 16}
-    sys.stdout.write(f"{movie.written} {list(movie._unsecured)}\\n")
+    sys.stdout.write(f"{movie.written} {list(writer_of(movie)._unsecured)}\\n")
     movie.close()
     assert frames_of_movies() == {}
 """
@@ -270,4 +271,4 @@ def test_open_movies_are_known_in_the_order_of_their_creation(tmp_path):
 def test_pixels_of_no_frame_are_counted(tmp_path):
     with Movie(tmp_path / "a.mp4") as movie:
         movie.write(np.zeros((16, 16, 3), np.uint8))
-        assert (movie.written, list(movie._unsecured)) == (1, [-1])
+        assert (movie.written, list(writer_of(movie)._unsecured)) == (1, [-1])

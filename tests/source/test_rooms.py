@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ast
 import re
 from collections import Counter
 from graphlib import CycleError, TopologicalSorter
@@ -99,6 +100,33 @@ def test_rooms_know_their_place():
             assert not found - {"_io"}, name
         if room != "cli" and name != "__main__":
             assert "cli" not in found, name
+
+
+PUBLIC_WITH_UNDERSCORE = {"_exit", "_getframe", "_replace", "_asdict", "_make"}  # of Python itself
+ARGPARSE = {"_SubParsersAction", "_actions", "_option_string_actions"}  # which tells nobody what it takes
+
+
+def private_names(path: Path) -> set[str]:
+    """List private names of others that a module uses: those that it does not define itself."""
+    tree = ast.parse(path.read_text())
+    own, used = set(PUBLIC_WITH_UNDERSCORE), set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            own.add(node.name)
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            own.add(node.target.id)
+        elif isinstance(node, ast.Attribute) and re.match("_[^_]", node.attr):
+            (own if ast.unparse(node.value) in ("self", "cls") else used).add(node.attr)
+    return used - own
+
+
+def test_modules_do_not_use_private_names_of_each_other(tmp_path: Path):
+    found = {path: private_names(path) for path in PACKAGE.rglob("*.py")}
+    assert {path.relative_to(PACKAGE): names for path, names in found.items() if names} == {
+        Path("cli", "parser.py"): ARGPARSE
+    }
+    (tmp_path / "a.py").write_text("def f(world): world._run(); return world._replace()")
+    assert private_names(tmp_path / "a.py") == {"_run"}
 
 
 def test_only_the_command_line_prints_usage():

@@ -6,7 +6,7 @@ import av
 import numpy as np
 
 from motes._film import growing
-from motes._film.movie import Movie
+from motes._film.movie import Movie, writer_of
 from motes._picture.frame import Frame
 
 
@@ -53,19 +53,19 @@ def cut_off(path, count, *, secure, fps=24, size=(48, 64), more=3):
     for frame in moving(count, height=size[0], width=size[1]):
         movie.write(frame)
         if movie.written in secure:
-            assert movie._secure() == movie.written
-    movie._abandon()
-    movie._thread.join()
+            assert writer_of(movie).secure() == movie.written
+    writer_of(movie).abandon()
+    writer_of(movie)._thread.join()
     assert len(packets(partial(path))[0]) == count
 
 
 def go_on(path, at, count, *, secure=(), fps=24, size=(48, 64), close=True):
     movie = Movie(path, fps=fps)
-    movie._continue_at(at)
+    writer_of(movie).continue_at(at)
     for frame in moving(count - at, height=size[0], width=size[1], first=at):
         movie.write(frame)
         if movie.written in secure:
-            movie._secure()
+            writer_of(movie).secure()
     movie.close()
     return movie
 
@@ -75,5 +75,5 @@ def whole(path, count, *, secure=(), fps=24, size=(48, 64)):
         for frame in moving(count, height=size[0], width=size[1]):
             movie.write(frame)
             if movie.written in secure:
-                movie._secure()
+                writer_of(movie).secure()
     return packets(path)

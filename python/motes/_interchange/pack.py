@@ -13,7 +13,7 @@ from . import npz
 from .claim import Claim
 from .formats import place_of
 from .manifest import FrameParts, Manifest, Part, SystemColumns
-from .reading import ParticleFiles, open_particles
+from .reading import ParticleFiles, columns_in, facts_of, manifest_of, open_particles
 
 __all__ = ["pack"]
 
@@ -54,7 +54,7 @@ def _one_file(target: Path, opened: list[ParticleFiles], frames: list[int]) -> d
         raise ArgumentError("system", None, f"one of {named}, for a single .npz file")
     if len(frames) != 1:
         raise ArgumentError("frame", None, f"one of {len(frames)} frames, for a single .npz file")
-    written = [column.name for column in opened[0]._columns_of(frames[0])]
+    written = [column.name for column in columns_in(opened[0], frames[0])]
     particles = opened[0][frames[0]]
     with files.whole_path(target) as draft:
         npz.write(draft, particles.columns(*written, "id"), frame=frames[0], time=0)
@@ -70,8 +70,8 @@ def _export(
         raise ArgumentError("output", str(target), "another place than the export that is read")
     claim = Claim.make("output", place)
     try:
-        facts = given._manifest
-        systems: list[SystemColumns] = [files._facts for files in opened]
+        facts = manifest_of(given)
+        systems: list[SystemColumns] = [facts_of(files) for files in opened]
         manifest = Manifest(place.format.kind, facts.seed, facts.dt, facts.every, systems)
         count = 0
         for frame in frames:
@@ -82,11 +82,13 @@ def _export(
                 particles = source[frame]
                 columns = particles.columns(*(column.name for column in systems[number].written(frame)), "id")
                 file = place.file(systems[number].stem, frame, None)
-                time = source._frames[frame].time
+                time = dict(zip(source.frames, source.times, strict=True))[frame]
                 size = place.write_part(file, columns, frame=frame, time=time)
                 parts.append(Part(number, None, file, len(particles), size))
                 count += len(particles)
-            manifest.frames.append(FrameParts(frame, given._frames[frame].time, tuple(parts)))
+            manifest.frames.append(
+                FrameParts(frame, dict(zip(given.frames, given.times, strict=True))[frame], tuple(parts))
+            )
         manifest.finished = facts.finished
         place.publish(manifest)
     except OSError as error:

@@ -18,7 +18,7 @@ from . import npz, vtp
 from .formats import FORMATS, Place, place_of
 from .manifest import NAME, UNKNOWN, Column, FrameParts, Manifest, Part, SystemColumns
 
-__all__ = ["ParticleFiles", "open_particles"]
+__all__ = ["ParticleFiles", "columns_in", "facts_of", "manifest_of", "open_particles"]
 
 ALLOWED = "an export (a .usd or .pvd file, or a directory with manifest.json), or a single .npz or .vtp file"
 
@@ -119,7 +119,7 @@ class ParticleFiles(Mapping[int, Particles]):
         parts = self._parts(frame)
         number = self._found(frame).frame
         columns = self._facts.columns
-        names = ["id", *(column.name for column in self._columns_of(number))]
+        names = ["id", *(column.name for column in self._facts.written(number))]
         read = [self._read_part(part, number, names) for part in parts]
         joined = {name: _joined([one[name] for one in read], _empty(name, columns)) for name in names}
         count = len(joined["id"])
@@ -156,9 +156,6 @@ class ParticleFiles(Mapping[int, Particles]):
         assert self._system is not None
         return self._manifest.systems[self._system]
 
-    def _columns_of(self, frame: int) -> list[Column]:
-        return self._facts.written(frame)
-
     def _found(self, frame: int) -> FrameParts:
         number = arguments.integer("frame", frame, low=-(2**62))
         if number < 0 and -number <= len(self._frames):
@@ -190,6 +187,21 @@ class ParticleFiles(Mapping[int, Particles]):
                 said = f"{array.dtype} {array.shape}, not {np.dtype(kind)} {shape}"
                 raise MotesError(f"{part.file} of {self.path} is damaged: {name} is {said}")
         return columns
+
+
+def manifest_of(files: ParticleFiles) -> Manifest:
+    """Return what the files' manifest says."""
+    return files._manifest
+
+
+def facts_of(files: ParticleFiles) -> SystemColumns:
+    """Return what the manifest says of the system that is read."""
+    return files._facts
+
+
+def columns_in(files: ParticleFiles, frame: int) -> list[Column]:
+    """Return the columns that are written in a frame."""
+    return files._facts.written(frame)
 
 
 def _reader(place: Place) -> Callable[[Part, int, Sequence[str]], dict[str, NDArray[Any]]]:

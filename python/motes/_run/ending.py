@@ -197,7 +197,7 @@ def _close_films() -> None:
         lost = losses.lost_ranks(MPI.COMM_WORLD)
         first = next(rank for rank in range(process.size) if rank not in lost)
         for movie in continuing.outlasting_movies() if lost and process.rank == first else ():
-            movie._close_for_lost()
+            movie.close_for_lost()
     except Exception as error:  # any, of a film's file
         _end(_headline(error), _trace(error), 1)
 

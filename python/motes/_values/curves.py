@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from ..errors import ArgumentError
 from . import arguments
-from .values import Moving, Value, value
+from .values import Moving, Value, key_of, value
 
 __all__ = ["Curve", "Number", "Vector", "integrals", "moving_part"]
 
@@ -142,5 +142,5 @@ def moving_part(given: Any) -> tuple[float, ...]:
     if isinstance(given, Moving):
         return given.times
     if isinstance(given, Value) and given.moves:
-        return tuple(time for field in given._key() for time in moving_part(field))
+        return tuple(time for field in key_of(given) for time in moving_part(field))
     return ()

@@ -10,7 +10,18 @@ from typing import TYPE_CHECKING, Any, ClassVar, NoReturn, TypeVar, dataclass_tr
 
 from ..errors import ArgumentError, NotAssignable, near
 
-__all__ = ["Moving", "Settings", "Value", "at", "says_near_names", "shown", "times_of", "value"]
+__all__ = [
+    "Moving",
+    "Settings",
+    "Value",
+    "at",
+    "items_of",
+    "key_of",
+    "says_near_names",
+    "shown",
+    "times_of",
+    "value",
+]
 
 if TYPE_CHECKING:
     from dataclasses import Field
@@ -234,6 +245,16 @@ class FieldTexts:
         from .field_texts import with_fields
 
         return with_fields(kind, self._text)
+
+
+def items_of(value: Value) -> dict[str, Any]:
+    """Return a value's fields by name."""
+    return value._items()
+
+
+def key_of(value: Value) -> tuple[Any, ...]:
+    """Return what is compared and hashed of a value."""
+    return value._key()
 
 
 class Settings:

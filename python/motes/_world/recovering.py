@@ -82,7 +82,7 @@ class Recovery:
         """Tell the core which pictures are in no film yet, where this rank draws."""
         running = self._running()
         if running is not None and running.session.draws:
-            first = [movie._first_unsaved() for movie in continuing.open_movies()]
+            first = [movie.first_unsaved() for movie in continuing.open_movies()]
             engine.set_unsaved_from(min((index for index in first if index is not None), default=None))
 
     # --- what the core asks for after a loss
@@ -162,7 +162,7 @@ class Recovery:
         if picture is not None:
             wanted.append(picture.index)
         for movie in continuing.movies_to_take_over():
-            wanted += movie._take_over()
+            wanted += movie.take_over()
         return min(wanted, default=None)
 
     def resumed(self, frame: int) -> None:
@@ -196,4 +196,4 @@ class Recovery:
         for _, path, bits in [save for save in self._saves if save[0] == index]:
             picture.save(path, bits=bits)
         for movie in continuing.movies_to_take_over():
-            movie._write_again(index, picture)
+            movie.write_again(index, picture)

@@ -352,6 +352,11 @@ def as_expression(argument: str, value: Any) -> Expression:
     return Expression(("constant", numbers))
 
 
+def node_of(expression: Expression) -> Node:
+    """Return the tree of an expression, which can be compared and hashed."""
+    return expression._node
+
+
 def constant_of(expression: Expression) -> float | tuple[float, ...] | None:
     """Return the number or vector that an expression is, or None if it depends on columns."""
     operation, *operands = expression._node

@@ -132,8 +132,8 @@ def _build(target: str, mpi: str = "mpi") -> Path:
 
 @pytest.fixture
 def children_import_tests(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let processes that a test starts import modules of this folder."""
-    path = [str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")]
+    """Let processes that a test starts import modules of `tests/support`."""
+    path = [str(Path(__file__).parent / "support"), os.environ.get("PYTHONPATH", "")]
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join(filter(None, path)))
 
 

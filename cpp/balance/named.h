@@ -8,7 +8,7 @@
 namespace motes::balance {
 
 /// "Pairwise(threshold=0.1, min_particles=64)", "PrefixCuts()", "Static": options that are left out have the defaults
-/// of python/motes/balance.py. Throws std::invalid_argument for an unknown name or option, which includes balancers
+/// of python/motes/balance/__init__.py. Throws std::invalid_argument for an unknown name or option, which includes balancers
 /// that a script defines itself.
 PolicyPtr policy_named(const std::string& name);
 

@@ -46,7 +46,7 @@ struct Plan {
 /// A way to balance. Implementations keep no state: the same table always gives the same plan.
 class Policy {
  public:
-  // Default values of options. python/motes/balance.py has the same; tests/test_policies.py compares them.
+  // Default values of options. python/motes/balance/__init__.py has the same; tests/balance/test_policies.py compares them.
   static constexpr std::uint64_t kMinParticles = 64;
 
   virtual ~Policy() = default;

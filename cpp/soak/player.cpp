@@ -117,7 +117,7 @@ class Player {
     return picture;
   }
 
-  // --- the film, as the script's side keeps it (python/motes/movie.py)
+  // --- the film, as the script's side keeps it (python/motes/_film/movie.py)
 
   // Pictures wait on the rank that draws, and go to the file some at a time.
   void shoot(std::uint64_t frame, const std::string& picture) {

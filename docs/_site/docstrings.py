@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 from sphinx.util import inspect
 
 from _site.pages import LITERAL, escaped
-from motes.values import FieldTexts
+from motes._values.values import FieldTexts
 
 FieldTexts.shown = False  # fields have entries of their own
 

@@ -1,4 +1,4 @@
-"""The gallery moves where there are loops: `python docs/make_gallery.py --loops` writes out/loops."""
+"""The gallery moves where there are loops: `python docs/scripts/make_gallery.py --loops` writes out/loops."""
 
 from __future__ import annotations
 

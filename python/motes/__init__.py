@@ -10,14 +10,32 @@ so that a script that fails on its first line ends the job instead of leaving th
 from __future__ import annotations
 
 import importlib
-import os
 from typing import TYPE_CHECKING, Any
 
-from ._run import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
-from ._run import rank_process as _rank_process
+from ._mpi import mpi_settings as _mpi_settings  # noqa: F401  (before MPI or NumPy starts)
+from ._mpi import rank_process as _rank_process
 
 if TYPE_CHECKING:
     from . import actions, analysis, balance, cluster, errors, expressions, replay, script, shapes
+    from ._film.movie import Movie
+    from ._interchange.export import Export
+    from ._interchange.reading import open_particles
+    from ._live.controls import Control
+    from ._particles.particles import Particles
+    from ._picture.frame import Frame
+    from ._picture.rendering import Camera, Renderer
+    from ._picture.solids import Light, Solid
+    from ._picture.sprites import Sprite
+    from ._player.notebook import launch, show
+    from ._player.player import Player
+    from ._system.distributions import Normal, Uniform
+    from ._system.system import System
+    from ._values.checkpoint import Checkpoint
+    from ._values.curves import Curve
+    from ._values.live import Live
+    from ._values.roles import Roles
+    from ._values.ties import Ties
+    from ._world.world import World
     from .analysis import Run, Runs, open_run, open_runs
     from .balance import (
         Balancer,
@@ -30,10 +48,6 @@ if TYPE_CHECKING:
         Static,
         Targets,
     )
-    from .checkpoint import Checkpoint
-    from .controls import Control
-    from .curves import Curve
-    from .distributions import Normal, Uniform
     from .errors import (
         ArgumentError,
         CheckpointError,
@@ -46,22 +60,8 @@ if TYPE_CHECKING:
         RankError,
         ScriptMismatch,
     )
-    from .export import Export
     from .expressions import column, maximum, minimum, time
-    from .frame import Frame
-    from .interchange.reading import open_particles
-    from .live import Live
-    from .meshes import Mesh
-    from .movie import Movie
-    from .notebook import Player, launch, show
-    from .particles import Particles
-    from .rendering import Camera, Renderer
-    from .roles import Roles
-    from .solids import Light, Solid
-    from .sprites import Sprite
-    from .system import System
-    from .ties import Ties
-    from .world import World
+    from .shapes._mesh import Mesh
 
     __version__: str
 
@@ -71,10 +71,10 @@ _MODULES = {
         *("Balancer", "Diffusive", "LoadTable", "Orders", "Pairwise", "PrefixCuts", "Proportional"),
         *("Static", "Targets"),
     ),
-    "checkpoint": ("Checkpoint",),
-    "controls": ("Control",),
-    "curves": ("Curve",),
-    "distributions": ("Normal", "Uniform"),
+    "_values.checkpoint": ("Checkpoint",),
+    "_live.controls": ("Control",),
+    "_values.curves": ("Curve",),
+    "_system.distributions": ("Normal", "Uniform"),
     "errors": (
         *(
             "ArgumentError",
@@ -87,22 +87,23 @@ _MODULES = {
         ),
         *("NotHere", "RankError", "ScriptMismatch"),
     ),
-    "export": ("Export",),
+    "_interchange.export": ("Export",),
     "expressions": ("column", "maximum", "minimum", "time"),
-    "frame": ("Frame",),
-    "interchange.reading": ("open_particles",),
-    "live": ("Live",),
-    "meshes": ("Mesh",),
-    "movie": ("Movie",),
-    "notebook": ("Player", "launch", "show"),
-    "particles": ("Particles",),
-    "rendering": ("Camera", "Renderer"),
-    "roles": ("Roles",),
-    "solids": ("Light", "Solid"),
-    "sprites": ("Sprite",),
-    "system": ("System",),
-    "ties": ("Ties",),
-    "world": ("World",),
+    "_picture.frame": ("Frame",),
+    "_interchange.reading": ("open_particles",),
+    "_values.live": ("Live",),
+    "shapes._mesh": ("Mesh",),
+    "_film.movie": ("Movie",),
+    "_player.notebook": ("launch", "show"),
+    "_player.player": ("Player",),
+    "_particles.particles": ("Particles",),
+    "_picture.rendering": ("Camera", "Renderer"),
+    "_values.roles": ("Roles",),
+    "_picture.solids": ("Light", "Solid"),
+    "_picture.sprites": ("Sprite",),
+    "_system.system": ("System",),
+    "_values.ties": ("Ties",),
+    "_world.world": ("World",),
 }
 _MODULE_OF = {name: module for module, names in _MODULES.items() for name in names}
 _PUBLIC_MODULES = (
@@ -202,8 +203,7 @@ def __dir__() -> list[str]:
 
 
 def _near(name: str) -> str:
-    # `from . import arguments` asks `__getattr__` first: it must not look for similar names.
-    if name.startswith("_") or os.path.exists(os.path.join(__path__[0], f"{name}.py")):
+    if name.startswith("_"):  # `from . import _extras` asks `__getattr__` first
         return ""
     from difflib import get_close_matches
 
@@ -213,7 +213,7 @@ def _near(name: str) -> str:
 
 def _start_mpi() -> None:
     """Start MPI, unless mpi4py was told not to; from then on, a failure of this rank ends the whole job."""
-    from ._run import loading, presence
+    from ._mpi import loading, presence
 
     presence.waits_for_mpi()
     loading.load_mpi()

@@ -12,9 +12,9 @@ from .balance import Balancer, Diffusive, Pairwise, PrefixCuts, Static
 from .errors import near
 
 if TYPE_CHECKING:
-    from .frame import Frame
-    from .movie import Movie
-    from .world import World
+    from ._film.movie import Movie
+    from ._picture.frame import Frame
+    from ._world.world import World
 
 __all__ = ["end_frame", "options", "print_digest"]
 

@@ -2,7 +2,7 @@
 #include <cstring>
 #include <exception>
 
-#include "check.h"
+#include "support/check.h"
 
 namespace {
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from pathlib import Path
 
-sys.path.append(str(Path(__file__).parents[1]))  # modules of the tests
+sys.path.append(str(Path(__file__).parents[1] / "support"))  # modules of the tests
 
 from made_meshes import block, torus
 

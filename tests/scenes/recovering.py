@@ -15,7 +15,7 @@ from mpi4py import MPI
 
 import motes
 from motes._film.growing import GrowingFilm
-from motes._run import recovering
+from motes._world import recovering
 from motes.shapes import Disc, Plane, Sphere
 
 out, frames = sys.argv[1], int(sys.argv[2])

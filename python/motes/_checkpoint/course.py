@@ -7,14 +7,15 @@ from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from .._io.output import tell
+from .._run import same_script
 from .._run.continuing import continued
 from .._run.losses import taken_over
-from .._run.output import tell
 from .._run.process import OpenRun, process
 from .._run.run_file import motes_version
 from .._run.settings import RunSettings
 from ..errors import CheckpointError
-from . import folder, same_script
+from . import folder
 from .finding import Found
 from .kept import data_of
 from .manifest import Manifest
@@ -25,7 +26,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from .._live.steering import Steering
-    from ..system import System
+    from .._system.recorded import Recorded
 
 __all__ = ["EARLIER", "Course"]
 
@@ -39,15 +40,19 @@ class Course:
 
     def __init__(
         self, run: OpenRun, settings: RunSettings, found: Found, engine: _core.Engine, steering: Steering,
-        secure: Callable[[], None],
+        secure: Callable[[], None], systems: Sequence[Recorded],
     ) -> None:  # fmt: skip
-        """Take what the ranks agreed on when they met; `secure` brings to the disk what viewers did."""
+        """Take what the ranks agreed on when they met; `secure` brings to the disk what viewers did.
+
+        `systems`: the world's own list, to which a script may add.
+        """
         assert run.comm is not None and settings.checkpoint is not None
         self._run = run
         self._settings = settings
         self._found = found
         self._engine = engine
         self._steering = steering
+        self._systems = systems
         self.skipped = 0
         """Frames before the one to go on from that the script has asked for."""
         self.waiting = found.frame > 0
@@ -75,7 +80,7 @@ class Course:
         """The first frame that is still to do."""
         return self._found.frame
 
-    def go_on(self, systems: Sequence[System]) -> None:
+    def go_on(self) -> None:
         """Restore the world from the checkpoint. Collective. Does nothing a second time."""
         if not self.waiting:
             return
@@ -85,16 +90,16 @@ class Course:
         restore(self._engine, self._found, comm, list(self._settings.roles[2]), self._settings.stall_s)
         self._engine.copy_restored()
         self._found.samples = None
-        self._restore_kept(manifest, systems)
+        self._restore_kept(manifest)
         if self._saver.manages:
             tell(f"motes: goes on with frame {manifest.frame}, from {self._found.place}")
 
-    def _restore_kept(self, manifest: Manifest, systems: Sequence[System]) -> None:
+    def _restore_kept(self, manifest: Manifest) -> None:
         kept = manifest.unpacked(self._found.place)
         try:
-            for system in systems:
-                system._forget_list()
-                system._configure_again(kept["configured"][system.name])
+            for system in self._systems:
+                system.forget()
+                system.newborn.restore(kept["configured"][system.name])
             self._steering.restore(kept.get("steering", {}))
             name, known = kept.get("balancer") or ("", None)
         except Exception as error:  # any: it may hold anything
@@ -103,35 +108,35 @@ class Course:
         if type(balancer).__qualname__ == name:
             vars(balancer).update(self._known(name, known))
 
-    def skip(self, systems: Sequence[System]) -> bool:
+    def skip(self) -> bool:
         """The script ends a frame outside of `frames`: whether an earlier run has done it. Collective.
 
         Behind the last of these the world goes on from the checkpoint.
         """
         if not self.waiting:
             return False
-        for system in systems:
-            system._forget_list()
+        for system in self._systems:
+            system.forget()
         self.skipped += 1
         if self.skipped == self._found.frame:
-            self.go_on(systems)
+            self.go_on()
         return True
 
-    def at_border(self, frame: int, systems: Sequence[System]) -> None:
+    def at_border(self, frame: int) -> None:
         """Between two frames: begin the checkpoint that is due, or see to the one under way. Collective."""
         if self.waiting:
-            self.go_on(systems)
+            self.go_on()
         elif self._saver.due(frame):
-            self._saver.begin(frame, lambda: self._manifest(frame, systems))
+            self._saver.begin(frame, lambda: self._manifest(frame))
         else:
             self._saver.look()
 
-    def save_now(self, frame: int, systems: Sequence[System]) -> None:
+    def save_now(self, frame: int) -> None:
         """Write a checkpoint of this frame, and wait until it is whole. Collective."""
         if self.waiting:
             return
         if frame > 0:
-            self._saver.save(frame, lambda: self._manifest(frame, systems))
+            self._saver.save(frame, lambda: self._manifest(frame))
 
     def go_on_with(self, comm: MPI.Intracomm, settings: RunSettings) -> None:
         """Go on with those that are left, in new roles; the checkpoint under way is given up.
@@ -149,7 +154,7 @@ class Course:
         if self._found.lock is not None:
             self._found.lock.release()
 
-    def _manifest(self, frame: int, systems: Sequence[System]) -> Manifest:
+    def _manifest(self, frame: int) -> Manifest:
         settings = self._settings
         assert settings.seed is not None
         manifest = Manifest(
@@ -160,13 +165,13 @@ class Course:
             substeps=settings.substeps,
             motes=motes_version(),
             script=self._script,
-            systems=[system.name for system in systems],
+            systems=[system.name for system in self._systems],
             parts=[],
             world={},
         )
         if not self._saver.manages:
             return manifest
-        configured = {system.name: system._configured() for system in systems}
+        configured = {system.name: system.newborn.kept() for system in self._systems}
         kept = {"configured": configured, "balancer": self._balancer(), "steering": self._steering.kept()}
         return manifest.with_kept(kept)
 

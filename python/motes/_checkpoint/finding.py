@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import _core
+from .._io.output import tell
+from .._run import same_script
 from .._run.collectives import broadcast, first_text
-from .._run.output import tell
-from ..checkpoint import Checkpoint
+from .._values.checkpoint import Checkpoint
 from ..errors import ArgumentError, CheckpointError, MotesError
-from . import folder, same_script
+from . import folder
 from .manifest import Manifest
 
 if TYPE_CHECKING:

@@ -11,8 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..curves import Curve
-from ..distributions import Normal, Uniform
+from .._system.distributions import Normal, Uniform
+from .._values.curves import Curve
+from .._values.values import items_of
 
 __all__ = ["VALUES", "data_of", "value_of"]
 
@@ -38,7 +39,7 @@ def data_of(value: Any) -> Any:
         content = base64.b64encode(array.tobytes()).decode()
         return {"array": [array.dtype.str, list(array.shape), content, kind is np.ndarray]}
     if VALUES.get(kind.__name__) is kind:
-        return {"value": [kind.__name__, data_of(value._items())]}
+        return {"value": [kind.__name__, data_of(items_of(value))]}
     raise TypeError(f"{kind.__qualname__} is no plain data: numbers, text, lists, dicts, arrays")
 
 

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from .. import _core
 from .._io import files
+from .._io.output import tell
 from .._run.busy import Busy
 from .._run.continuing import frames_of_movies, secure_movies
 from .._run.losses import lost_ranks, unless_lost
-from .._run.output import tell
 from .._run.waiting import Wait, poll
-from ..checkpoint import Checkpoint
+from .._values.checkpoint import Checkpoint
 from . import folder
 from .manifest import Manifest, PartEntry
 

@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from ..controls import Control
+from .controls import Control
 from .pose import Pose
 
 __all__ = ["Orders"]

@@ -12,11 +12,11 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from .. import arguments
-from ..arguments import Triple
+from .._picture.rendering import Camera
+from .._values import arguments
+from .._values.arguments import Triple
+from .._values.values import at
 from ..errors import ArgumentError
-from ..rendering import Camera
-from ..values import at
 
 __all__ = ["Pose"]
 

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from .. import environment
-from .._checkpoint import same_script
+from .._run import same_script
+from .._values import environment
 from ..errors import ArgumentError
 from . import steer_file
 

@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _extras
-from .._run.output import tell
+from .._io.output import tell
+from .._values.live import MOST_PORT, Live
 from ..errors import MotesError
-from ..live import MOST_PORT, Live
 from . import access, files
 from .orders import Orders
 from .pictures import Encoded, Picture, jpeg, lossless

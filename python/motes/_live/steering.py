@@ -7,8 +7,8 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from ..controls import Control, made
 from ..errors import MotesError
+from .controls import Control, made
 from .pose import Pose
 
 __all__ = ["Steering"]

@@ -8,11 +8,11 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from .. import _core
-from .._run.output import tell
-from ..controls import Control
-from ..frame import Frame
-from ..live import Live
+from .._io.output import tell
+from .._picture.frame import Frame
+from .._values.live import Live
 from . import access
+from .controls import Control
 from .orders import Orders
 from .pose import Pose
 from .server import Server

@@ -6,21 +6,15 @@ name: it returns all triangles of a file, or raises `Unreadable`.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import importlib
 from pathlib import Path
 
-from . import glb, obj, ply, stl
 from .polygons import Triangles, Unreadable
 
-__all__ = ["READERS", "Unreadable", "read"]
+__all__ = ["SUFFIXES", "Unreadable", "read"]
 
-READERS: dict[str, Callable[[Path, bytes], Triangles]] = {
-    ".obj": lambda _, content: obj.read(content),
-    ".ply": lambda _, content: ply.read(content),
-    ".stl": lambda _, content: stl.read(content),
-    ".glb": glb.read,
-}
-"""By suffix."""
+SUFFIXES = (".obj", ".ply", ".stl", ".glb")
+"""Each names its module, which is loaded for the first file of this kind."""
 
 
 def read(path: Path) -> Triangles:
@@ -30,7 +24,8 @@ def read(path: Path) -> Triangles:
     """
     content = path.read_bytes()
     try:
-        vertices, triangles = READERS[path.suffix.lower()](path, content)
+        format_ = importlib.import_module(path.suffix.lower(), __name__)  # ".obj": the module beside this one
+        vertices, triangles = format_.read(path, content)
     except (Unreadable, ImportError, OSError):
         raise
     except Exception as error:  # any: a damaged file can fail anywhere

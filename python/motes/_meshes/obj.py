@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from .polygons import Triangles, Unreadable, triangulate
@@ -12,7 +14,7 @@ _FREE_FORM = {b"surf", b"bsp", b"bzp", b"cdc", b"cdp", b"res"}
 _COMMANDS = {b"call", b"csh"}
 
 
-def read(content: bytes) -> Triangles:
+def read(_: Path, content: bytes) -> Triangles:
     """Return the vertices and triangles of a file. Raises Unreadable."""
     numbers: list[list[bytes]] = []
     counts: list[int] = []

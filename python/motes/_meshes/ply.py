@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -125,7 +126,7 @@ class _Body:
         return made
 
 
-def read(content: bytes) -> Triangles:
+def read(_: Path, content: bytes) -> Triangles:
     """Return the vertices and triangles of a file. Raises Unreadable."""
     elements, order, start = _header(content)
     body = _Body(content[start:], order)

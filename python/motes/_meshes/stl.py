@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 
 from .polygons import Triangles, Unreadable
@@ -11,7 +13,7 @@ __all__ = ["read"]
 _HEADER, _COUNT, _FACET = 80, 4, 50  # bytes
 
 
-def read(content: bytes) -> Triangles:
+def read(_: Path, content: bytes) -> Triangles:
     """Return the vertices and triangles of a file. Raises Unreadable."""
     if len(content) >= _HEADER + _COUNT:
         count = int.from_bytes(content[_HEADER : _HEADER + _COUNT], "little")

@@ -12,9 +12,9 @@ from collections.abc import Callable
 from types import TracebackType
 from typing import TYPE_CHECKING, Self, TypeVar
 
+from .._io.output import tell
 from .ending import report_lost
 from .losses import lost_ranks, unless_lost
-from .output import tell
 from .process import OpenRun, process
 
 if TYPE_CHECKING:

@@ -11,11 +11,11 @@ import weakref
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
     from .._core import Engine
-    from ..movie import Movie
+    from .._picture.frame import Frame
 
 __all__ = [
     "Continued",
@@ -31,6 +31,36 @@ __all__ = [
     "place_of",
     "secure_movies",
 ]
+
+
+class Film(Protocol):
+    """A film that is written, on the rank that draws, or counted, on the others."""
+
+    @property
+    def place(self) -> str:
+        """Its name, the same for every run and rank."""
+
+    @property
+    def written(self) -> int:
+        """Its frames so far, on whatever rank they are."""
+
+    def secure(self) -> int:
+        """Bring all frames so far to the disk; return how many."""
+
+    def note_secured(self) -> None:
+        """Note that they are there, as all ranks know by now."""
+
+    def first_unsaved(self) -> int | None:
+        """Return the first frame of the world that may not be in the file yet."""
+
+    def take_over(self) -> list[int]:
+        """Write it from here on, in place of a lost rank; return the frames that it may not have written."""
+
+    def write_again(self, index: int, frame: Frame) -> None:
+        """Write one of these."""
+
+    def close_for_lost(self) -> None:
+        """Give it its name, in place of a lost rank."""
 
 
 @dataclass(eq=False, repr=False)
@@ -55,10 +85,10 @@ class Continued:
 
 continued = Continued()
 
-_movies: dict[int, weakref.ref[Movie]] = {}
-_held: dict[int, Movie] = {}
-_closed: dict[str, Movie] | None = None  # the last one at each place; None: no run survives losses
-_outlasting: list[Movie] = []
+_movies: dict[int, weakref.ref[Film]] = {}
+_held: dict[int, Film] = {}
+_closed: dict[str, Film] | None = None  # the last one at each place; None: no run survives losses
+_outlasting: list[Film] = []
 
 
 def place_of(path: str | os.PathLike[str]) -> str:
@@ -70,18 +100,18 @@ def place_of(path: str | os.PathLike[str]) -> str:
         return str(given)
 
 
-def note_movie(movie: Movie) -> None:
+def note_movie(movie: Film) -> None:
     """Note a new movie. It is forgotten with its last reference, as long as nothing was written."""
     key = id(movie)
     _movies[key] = weakref.ref(movie, lambda _: _movies.pop(key, None))
 
 
-def hold_movie(movie: Movie) -> None:
+def hold_movie(movie: Film) -> None:
     """Keep a movie until it is closed, on all ranks alike, whether the script still refers to it or not."""
     _held[id(movie)] = movie
 
 
-def forget_movie(movie: Movie) -> None:
+def forget_movie(movie: Film) -> None:
     """Note that a movie is closed."""
     _movies.pop(id(movie), None)
     _held.pop(id(movie), None)
@@ -100,19 +130,19 @@ def keep_closed_movies(keep: bool) -> None:
     _closed = {} if keep else None
 
 
-def outlasting_movies() -> list[Movie]:
+def outlasting_movies() -> list[Film]:
     """List the movies that were open when a run ended that survives losses."""
     return list(_outlasting)
 
 
-def movies_to_take_over() -> list[Movie]:
+def movies_to_take_over() -> list[Film]:
     """List the movies that are open, and those that another rank may not have closed."""
     still_open = open_movies()
     places = {movie.place for movie in still_open}
     return [*still_open, *(movie for place, movie in (_closed or {}).items() if place not in places)]
 
 
-def open_movies() -> list[Movie]:
+def open_movies() -> list[Film]:
     """List the movies that are not closed, in the order of their creation; also those without a frame yet."""
     return [movie for movie in (reference() for reference in list(_movies.values())) if movie is not None]
 
@@ -122,12 +152,12 @@ def secure_movies(engine: Engine, beside: Callable[[], object] = lambda: None) -
 
     def secure() -> None:
         for movie in open_movies():
-            movie._secure()
+            movie.secure()
         beside()
 
     engine.secure(secure)
     for movie in open_movies():
-        movie._note_secured()
+        movie.note_secured()
 
 
 def frames_of_movies() -> dict[str, int]:

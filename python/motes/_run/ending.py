@@ -22,8 +22,9 @@ from types import TracebackType
 from typing import NoReturn
 
 from .. import _core
+from .._mpi import rank_process
 from ..errors import place
-from . import attendance, continuing, losses, rank_process
+from . import attendance, continuing, losses
 from .process import OpenRun, process
 from .speaking import SPEAKER_WAIT_S, free_reserve, may_speak, print_report, reserve
 
@@ -189,10 +190,14 @@ def _on_exit() -> None:
 
 
 def _close_films() -> None:
-    from . import recovering
+    """Close films whose writer was lost behind the end of its world: all ranks that live are here."""
+    from mpi4py import MPI
 
     try:
-        recovering.close_films()
+        lost = losses.lost_ranks(MPI.COMM_WORLD)
+        first = next(rank for rank in range(process.size) if rank not in lost)
+        for movie in continuing.outlasting_movies() if lost and process.rank == first else ():
+            movie.close_for_lost()
     except Exception as error:  # any, of a film's file
         _end(_headline(error), _trace(error), 1)
 

@@ -17,8 +17,8 @@ import stat
 from pathlib import Path
 from typing import Self
 
+from .._io.output import tell
 from ..errors import ArgumentError, LogError
-from .output import tell
 from .run_file import earlier_run
 
 try:

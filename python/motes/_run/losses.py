@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, NoReturn, TypeVar
 
+from .._io.output import write_all
 from ..errors import ArgumentError
 from . import open_worlds
-from .output import write_all
 from .process import process
 
 if TYPE_CHECKING:

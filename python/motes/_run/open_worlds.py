@@ -14,7 +14,7 @@ import contextlib
 import os
 from pathlib import Path
 
-from .. import environment
+from .._values import environment
 from .peers import Peer, lives
 
 __all__ = ["FOLDER", "end", "enter", "forget", "leave", "left_open", "send"]

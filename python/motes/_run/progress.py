@@ -9,9 +9,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from .. import environment
+from .._io.output import tell
+from .._values import environment
 from ..errors import ArgumentError
-from .output import tell
 
 __all__ = ["LINES", "Progress", "line", "reached"]
 

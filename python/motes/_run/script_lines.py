@@ -23,7 +23,7 @@ _LIBRARIES = (os.path.dirname(os.__file__), *site.getsitepackages())
 # How the core writes down a Python error: "TypeError: text", notes, then its frames, innermost first.
 _FRAMES = "\n\nAt:\n"
 _FRAME = r"(?m)^  (.*)\((\d+)\): (.*)$"
-_CALLS_BACK = "_call_back"  # the method of System that calls a script's function
+_CALLS_BACK = "called"  # the method of Callbacks that calls a script's function
 _of_script: dict[str, bool] = {}  # by file
 
 Line: TypeAlias = "tuple[CodeType, int]"

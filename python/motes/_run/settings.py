@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple, Self
 
-from .. import environment
-from ..checkpoint import Checkpoint
-from ..live import Live
+from .._values import environment
+from .._values.checkpoint import Checkpoint
+from .._values.live import Live
 
 __all__ = ["RunSettings"]
 
@@ -52,6 +52,10 @@ class RunSettings(NamedTuple):
     def agreed(self, *, seed: int, threads: int, continued_from: int) -> Self:
         """Return the same with what is known once the ranks have met."""
         return self._replace(seed=seed, threads=threads, continued_from=continued_from)
+
+    def of_roles(self, roles: tuple[int, int, Sequence[int]], speeds: Mapping[int, float]) -> Self:
+        """Return the same with other roles, before the run."""
+        return self._replace(roles=roles, speeds=speeds)
 
     def of_those_left(self, roles: tuple[int, int, Sequence[int]], survivors: Sequence[int]) -> Self:
         """Return the same for those that are left: their roles; `survivors` are their ranks of before."""

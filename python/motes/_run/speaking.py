@@ -8,7 +8,7 @@ import sys
 import time
 import zlib
 
-from .output import write_all
+from .._io.output import write_all
 from .process import process
 
 __all__ = ["free_reserve", "mark", "may_speak", "print_report", "reserve"]

@@ -10,7 +10,8 @@ import signal
 import sys
 import threading
 
-from .. import _core, environment
+from .. import _core
+from .._values import environment
 from ..errors import Stopped
 from .open_worlds import FOLDER
 from .process import process

@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from ..environment import MOST_THREADS
+from .._values.environment import MOST_THREADS
 
 __all__ = ["MASK_BYTES", "Place", "processors", "threads_of"]
 

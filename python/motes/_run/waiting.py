@@ -9,8 +9,8 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 
+from .._io.output import tell
 from ..errors import MotesError
-from .output import tell
 
 __all__ = ["Wait", "poll", "warn_s"]
 

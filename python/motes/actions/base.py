@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from .. import _core, arguments
-from ..conditions import Columns, Condition, as_condition, condition_of
+from .. import _core
+from .._values import arguments
+from .._values.values import Value, value
 from ..errors import ArgumentError
+from ..expressions._conditions import Columns, Condition, as_condition, condition_of
 from ..shapes import Shape, as_shape
-from ..values import Value, value
 
 __all__ = ["Action", "Where", "as_action", "as_where", "at_least_0"]
 

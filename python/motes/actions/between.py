@@ -9,16 +9,17 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from .. import _core, arguments
-from ..conditions import Columns, condition_of
-from ..curves import Number
+from .. import _core
+from .._values import arguments
+from .._values.curves import Number
+from .._values.ties import Ties
+from .._values.values import value
 from ..errors import ArgumentError
-from ..ties import Ties
-from ..values import value
+from ..expressions._conditions import Columns, condition_of
 from .base import Action, at_least_0
 
 if TYPE_CHECKING:
-    from ..system import System
+    from .._system.system import System
 
 __all__ = [
     "Collide",

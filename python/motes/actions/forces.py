@@ -6,10 +6,10 @@ import math
 
 from numpy.typing import ArrayLike
 
-from .. import arguments
-from ..curves import Number, Vector
+from .._values import arguments
+from .._values.curves import Number, Vector
+from .._values.values import value
 from ..shapes import Shape, as_shape
-from ..values import value
 from .base import Action, at_least_0
 
 __all__ = [

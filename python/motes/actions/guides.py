@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .. import _core, arguments
-from ..conditions import Columns, condition_of
-from ..curves import Number, Vector
+from .. import _core
+from .._values import arguments
+from .._values.curves import Number, Vector
+from .._values.values import items_of, value
 from ..errors import ArgumentError
-from ..values import value
+from ..expressions._conditions import Columns, condition_of
 from .base import Action, as_where, at_least_0
 
 __all__ = ["Field", "FollowPath"]
@@ -144,7 +145,7 @@ def _compiled(action: Action, columns: Columns) -> _core.Action:
 
 def _key_of(action: Action, array: str) -> tuple[Any, ...]:
     """Return what is compared and hashed: the array by the engine's name for it."""
-    return tuple(action.__dict__["_table"] if name == array else v for name, v in action._items().items())
+    return tuple(action.__dict__["_table"] if name == array else v for name, v in items_of(action).items())
 
 
 def _grid(given: Any) -> NDArray[np.float32]:

@@ -9,13 +9,14 @@ from typing import Any, TypeVar
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .. import _core, arguments
-from ..conditions import Columns, condition_of
-from ..curves import Number, Vector
+from .. import _core
+from .._values import arguments
+from .._values.curves import Number, Vector
+from .._values.values import value
 from ..errors import ArgumentError
-from ..expressions import as_expression, compile_values, constant_of
+from ..expressions import as_expression, compile_values, constant_of, node_of
+from ..expressions._conditions import Columns, condition_of
 from ..shapes import Shape, as_shape
-from ..values import value
 from .base import Action, as_where, at_least_0
 
 __all__ = [
@@ -427,7 +428,7 @@ class Set(Action):
 
     def _key(self) -> tuple[Any, ...]:
         """Return what is compared and hashed: `==` of expressions makes conditions."""
-        return self.attribute, as_expression(self.attribute, self.value)._node, self.where
+        return self.attribute, node_of(as_expression(self.attribute, self.value)), self.where
 
     def compiled(self, columns: Columns) -> _core.Action:
         """Return the engine's value for a system with these columns."""

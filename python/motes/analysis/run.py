@@ -9,16 +9,16 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import arguments
-from . import measures, stretches
-from .schema import TABLES
-from .tables import frame_of, read_facts, read_table
+from .._values import arguments
+from ._tables import measures, stretches
+from ._tables.schema import TABLES
+from ._tables.tables import frame_of, read_facts, read_table
 
 if TYPE_CHECKING:
     from pandas import DataFrame, Series
 
     from ..balance import Balancer
-    from .plots.one_run import Plots
+    from ._plots.one_run import Plots
 
 __all__ = ["Run", "open_run"]
 
@@ -232,13 +232,13 @@ class Run:
     @cached_property
     def plot(self) -> Plots:
         """Plots: `run.plot.imbalance()`, `run.plot.heatmap("n_end")`, ...; each returns a matplotlib Axes."""
-        from .plots.one_run import Plots
+        from ._plots.one_run import Plots
 
         return Plots(self)
 
     def to_perfetto(self, path: str | os.PathLike[str]) -> Path:
         """Write a trace that ui.perfetto.dev and chrome://tracing open: ranks, their phases, counters."""
-        from .export.trace import write_trace
+        from .trace import write_trace
 
         return write_trace(self, path)
 

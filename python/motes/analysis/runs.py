@@ -9,14 +9,15 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from .. import _extras, arguments
+from .. import _extras
+from .._values import arguments
 from ..errors import ArgumentError, LogError
 from .run import Run, open_run
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-    from .plots.many_runs import RunsPlots
+    from ._plots.many_runs import RunsPlots
 
 __all__ = ["Runs", "configuration", "open_runs"]
 
@@ -171,7 +172,7 @@ class Runs(Sequence[Run]):
     @cached_property
     def plot(self) -> RunsPlots:
         """Plots of many runs: `runs.plot.speedup()`, ...; each returns a matplotlib Axes."""
-        from .plots.many_runs import RunsPlots
+        from ._plots.many_runs import RunsPlots
 
         return RunsPlots(self)
 

@@ -9,8 +9,8 @@ import math
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
-from . import measures
-from .plots import drawing
+from ._plots import drawing
+from ._tables import measures
 
 if TYPE_CHECKING:
     from .run import Run

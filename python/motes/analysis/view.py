@@ -11,9 +11,9 @@ from typing import Any
 
 from .._io.text import printable
 from .._run import progress
-from .schema import EVENTS, FRAMES, LOAD
-from .stretches import latest
-from .tables import Follower
+from ._tables.schema import EVENTS, FRAMES, LOAD
+from ._tables.stretches import latest
+from ._tables.tables import Follower
 
 __all__ = ["SPARKS", "View"]
 

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from .._checkpoint import folder
-from ..checkpoint import Checkpoint
+from .._values.checkpoint import Checkpoint
+from .._world.world import World, session_of
 from ..errors import ArgumentError
-from ..world import World
 from . import falling
 
 __all__ = ["checkpoint"]
@@ -75,7 +75,7 @@ def _run(
                 falling.fall(layer, frame, particles)
             world.render()
             border = time.perf_counter()
-            busy = world._engine_for("bench").part_outcome()[0]
+            busy = session_of(world).engine_for("bench").part_outcome()[0]
             if begun and not busy:
                 written.append(border - begun)
                 begun = 0.0

@@ -12,11 +12,11 @@ from typing import Any
 
 from numpy.typing import NDArray
 
-from ..distributions import Uniform
+from .._interchange.formats import FORMATS
+from .._system.distributions import Uniform
+from .._world.world import World, session_of
 from ..errors import MissingExtra
-from ..interchange.formats import FORMATS
 from ..shapes import Box, Sphere
-from ..world import World
 
 __all__ = ["export"]
 
@@ -81,12 +81,13 @@ def _particles(count: int, repeats: int) -> tuple[dict[str, NDArray[Any]], float
             snow.move()
             snow.kill_expired()
             world.step()
-        engine = world._engine_for("bench")
-        indices = [list(snow._attributes).index(name) for name in COLUMNS]
+        engine = session_of(world).engine_for("bench")
+        (system,) = session_of(world).systems
+        indices = [list(system.attributes).index(name) for name in COLUMNS]
         seconds = []
         for _ in range(repeats):
             start = time.thread_time()
-            arrays = engine.copy_columns(snow._index, indices)
+            arrays = engine.copy_columns(system.index, indices)
             seconds.append(time.thread_time() - start)
     return dict(zip((*COLUMNS, "id"), arrays, strict=True)), statistics.median(seconds)
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from ..rendering import Camera, Renderer
+from .._picture.rendering import Camera, Renderer
+from .._system.system import System
 from ..shapes import Box, Plane
-from ..system import System
 
 __all__ = ["SPACE", "fall", "renderer"]
 

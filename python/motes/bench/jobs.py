@@ -9,7 +9,8 @@ import sys
 from collections.abc import Sequence
 from typing import Any
 
-from .._run import losses, starting
+from .._launch import starting
+from .._run import losses
 from ..errors import MotesError
 
 __all__ = ["figures_of"]

@@ -16,7 +16,7 @@ from typing import Any
 from urllib.parse import urlsplit
 
 from .. import _extras
-from .._run import starting
+from .._launch import starting
 from ..errors import MotesError
 
 __all__ = ["live"]

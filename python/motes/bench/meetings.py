@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from .. import _core
 
 if TYPE_CHECKING:
-    from ..system import System
+    from .._system.system import System
 
 __all__ = ["lattice", "meetings"]
 
@@ -47,7 +47,7 @@ def lattice(particles: int) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 
 def meetings(*, particles: int, repeats: int) -> dict[str, Any]:
     """Measure each action on one rank and one thread: the median of processor time."""
-    from ..world import World
+    from .._world.world import World
 
     position, velocity = lattice(particles)
     rows = []

@@ -17,9 +17,9 @@ from typing import Any
 
 from mpi4py import MPI
 
+from .._world.world import World
 from ..balance import Balancer, Diffusive, Pairwise, PrefixCuts, Proportional, Static
 from ..shapes import Box, Sphere
-from ..world import World
 from .snow import Snow
 
 __all__ = ["main"]

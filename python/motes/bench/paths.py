@@ -146,10 +146,10 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
     """Make the film on this rank; rank 0 returns what it took."""
     from mpi4py import MPI
 
-    from ..rendering import Camera, Renderer
+    from .._picture.rendering import Camera, Renderer
+    from .._picture.sprites import Sprite
+    from .._world.world import World, session_of
     from ..shapes import Plane, Sphere
-    from ..sprites import Sprite
-    from ..world import World
     from .snow import Snow
 
     snow = Snow(width=24, top=14, depth=16)
@@ -182,7 +182,7 @@ def _film(arguments: argparse.Namespace) -> dict[str, Any] | None:
             wall.append(time.perf_counter() - start)
             cpu.append(time.process_time() - cpu_start)
             act.append(world.timings["t_act_s"])
-        path = world._engine.render_path if world._engine is not None else ""
+        path = session_of(world).engine_for("bench").render_path
     everyone = MPI.COMM_WORLD.gather([sum(each[WARM:]) for each in (wall, act, cpu)], root=0)
     if everyone is None:
         return None

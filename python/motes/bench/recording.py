@@ -6,9 +6,9 @@ import statistics
 import time
 from typing import Any
 
+from .._system.system import System
+from .._world.world import World
 from ..shapes import Box, Plane
-from ..system import System
-from ..world import World
 
 __all__ = ["recording"]
 

@@ -10,8 +10,8 @@ import sys
 import time
 from typing import Any
 
-from .._run.recovering import EVERY
-from ..world import World
+from .._world.recovering import EVERY
+from .._world.world import World
 from . import falling
 
 __all__ = ["recovery"]

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ..distributions import Uniform
+from .._system.distributions import Uniform
+from .._system.system import System
 from ..shapes import Box, Plane, Rectangle, Shape
-from ..system import System
 
 __all__ = ["Snow"]
 

@@ -9,10 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from .._system.system import System
+from .._world.world import World
 from ..expressions import column
 from ..shapes import Box, Sphere
-from ..system import System
-from ..world import World
 
 __all__ = ["sums"]
 

@@ -16,8 +16,8 @@ import argparse
 import ast
 from pathlib import Path
 
-from .._run import starting
-from .._run.output import tell
+from .._io.output import tell
+from .._launch import starting
 from ..errors import MotesError
 from .parser import Parser, add_json, nearest, positive, print_figures
 

@@ -19,9 +19,9 @@ import sys
 from dataclasses import dataclass, field
 from typing import Any
 
-from .. import environment
 from .._io.text import printable
-from .._run import starting
+from .._launch import starting
+from .._values import environment
 from ..errors import EXTRAS, ArgumentError, MotesError
 from .parser import add_json, print_figures
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 import argparse
 import os
 
-from ..live import Live
+from .._values.live import Live
 from . import run as run_command
 
 __all__ = ["configure", "run"]

@@ -88,7 +88,7 @@ def join(
     `background`: the sRGB colour behind clear pixels. Raises MotesError, before a file is written, where
     pictures are missing or their sizes differ, and where one has clear pixels and there is no background.
     """
-    from ..movie import Movie
+    from .._film.movie import Movie
 
     numbered = _numbered(folder, series)
     width, height = _one_size([numbered[number] for number in sorted(numbered)])

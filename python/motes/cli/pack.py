@@ -35,7 +35,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
 
 def run(args: argparse.Namespace) -> int:
     """Join the files and say how many there are."""
-    from ..interchange.pack import pack
+    from .._interchange.pack import pack
 
     made = pack(args.export, args.output, system=args.system, frame=args.frame)
     figures = {"output": args.output, **made}

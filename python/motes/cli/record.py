@@ -38,7 +38,7 @@ def run(args: argparse.Namespace) -> int:
         raise MotesError(f"script {program[0]} does not exist")
     if args.output is None:
         raise MotesError("record: no file given: add `-o scene.motes`")
-    from .. import scenefile  # needs the core
+    from .._run import scenefile  # needs the core
 
     recording = scenefile.record(program, Path(args.output), full=args.full)
     if recording is None:

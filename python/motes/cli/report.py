@@ -11,7 +11,7 @@ import argparse
 from pathlib import Path
 
 from ..analysis import open_run
-from ..analysis.export.report import write_report
+from ..analysis.report import write_report
 from .parser import add_json, print_figures
 
 __all__ = ["configure", "run"]

@@ -22,7 +22,7 @@ import argparse
 import os
 from pathlib import Path
 
-from .._run import starting
+from .._launch import starting
 from ..errors import ArgumentError
 
 __all__ = ["configure", "run"]

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any, TextIO
 
 from .._io.text import printable
-from ..analysis.tables import read_facts
+from ..analysis._tables.tables import read_facts
 from ..analysis.view import SPARKS, View
 from ..errors import LogError
 from .parser import add_json, print_figures

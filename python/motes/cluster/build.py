@@ -8,8 +8,8 @@ import subprocess
 import sys
 from pathlib import Path
 
-from .. import environment
 from .._io import files
+from .._values import environment
 from ..errors import MotesError
 
 __all__ = ["build", "find_replay", "find_smpirun"]

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from .. import _extras, arguments
+from .. import _extras
+from .._values import arguments
 from ..analysis.run import Run
 from .build import find_replay, find_smpirun
 from .machines import Cluster, Network, Node

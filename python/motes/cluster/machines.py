@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 
-from .. import arguments
+from .._values import arguments
 from ..errors import ArgumentError
 
 __all__ = ["Cluster", "FastEthernet", "Modern", "Myrinet", "Network", "Node"]

@@ -10,7 +10,7 @@ import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
-from .. import arguments
+from .._values import arguments
 from ..analysis.run import Run, open_run
 from ..errors import MotesError
 from .build import find_replay, find_smpirun

@@ -6,8 +6,8 @@ from types import TracebackType
 
 import numpy as np
 
+from ..._world.world import World
 from ...shapes import Box, Plane
-from ...world import World
 from .scene import DT, FRICTION, GUST, LIFE, NAMES, RESTITUTION, Columns
 
 __all__ = ["Engine"]

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from ...system import System
-from ...world import World
+from ..._system.system import System
+from ..._world.world import World
 from ..meetings import REACH, lattice
 
 __all__ = ["Lammps", "NotInstalled", "spheres"]

@@ -3,7 +3,7 @@
 import numpy as np
 
 import motes
-from motes.distributions import Uniform
+from motes._system.distributions import Uniform
 from motes.shapes import Plane, Sphere
 
 args = motes.script.options(

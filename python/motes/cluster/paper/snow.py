@@ -1,8 +1,8 @@
 """The paper's snow (5.1): systems of particles that fall over all of a width, at any number of particles."""
 
 import motes
+from motes._system.distributions import Uniform
 from motes.bench.snow import Snow
-from motes.distributions import Uniform
 
 args = motes.script.options(
     __doc__, particles=2000, frames=40, size="64x36", space="-30,30", width=60.0, distance=60.0, faintest=1.0

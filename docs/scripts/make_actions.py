@@ -1,0 +1,220 @@
+"""Write the pages of actions from the docstrings of motes.actions: `python docs/scripts/make_actions.py`.
+
+The test of actions compares the files with `pages()`, so they cannot fall behind. What actions cost is in
+costs.json: `MOTES_SIMD=avx2 python -m motes bench actions --json > docs/scripts/costs.json` measures it anew.
+"""
+
+from __future__ import annotations
+
+import inspect
+import json
+import re
+import textwrap
+from pathlib import Path
+from types import ModuleType
+
+from motes import actions
+from motes._system import recorder
+from motes.actions import between, forces, guides, motion, targets
+
+DOCS = Path(__file__).resolve().parents[1]
+COSTS = json.loads(Path(__file__).with_name("costs.json").read_text())
+ALONE = [
+    ("What pulls, pushes and turns", forces),
+    ("What leads along fields and paths", guides),
+    ("What leads to given values", targets),
+    ("What collides, kills and moves", motion),
+]
+PAGES = {
+    "actions_alone.md": ("Actions of each particle alone", "", ALONE),
+    "actions_between.md": (
+        "Actions between particles",
+        "[Particles that meet](meetings.md) says what to know of them.",
+        [("", between)],
+    ),
+}
+WRITTEN = """
+Written by `docs/scripts/make_actions.py` from the docstrings of `motes.actions`; change those.
+"""
+SYMBOLS = """
+In the formulas x is a particle's position in m, v its velocity in m/s, dt the length of the (sub)step in
+seconds, unit(y) is y / |y|. [Actions](actions.md) lists all, and what they cost.
+"""
+OPENING = """
+An action acts on each particle [alone](actions_alone.md), or [between particles](actions_between.md). Every
+action takes `where=` too: a shape or a comparison of columns. `s.gravity(...)` records
+`motes.actions.Gravity(...)`; arguments go by place or by name, `where` by name only. Names in the table lead
+to formulas and parameters.
+
+Most actions have the meaning that they have in D. McAllister's Particle System API;
+`tests/actions/test_conformance.py` holds them against 108 cases that his library computed. What differs:
+
+| what | cases | ours | his |
+|---|---|---|---|
+| `sink` with a `Plane` | 4 | it holds the half-space below | it holds the half-space above |
+| `bounce` | 10 | at the true place and time of the hit | `exact_hit=False` |
+
+The cases of `sink` with a `Plane` run with `inside` inverted, those of `bounce` with `exact_hit=False`.
+Samples of his shapes crowd where ours are uniform, and his generator differs: what is random is held
+against its distribution by `tests/actions/test_actions.py`.
+"""
+
+COST = """
+The column "ns" says what an action adds to a particle's step: nanoseconds on one core of {machine} with
+{simd}, the time of the list of the paper's fountain with the action less the time without it, the median of
+repeats over {particles} particles (`python -m motes bench actions`). "in cache" is the same over
+512 particles, whose columns stay in the first cache: arithmetic alone. Differences of 0.2 ns are noise. What
+actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
+`collide`.
+"""
+# Why an action adds more than 1 ns.
+REASONS = {
+    "random_acceleration random_velocity random_displacement random_rotational_velocity": "random numbers, "
+    "a function of seed, particle and step alone: ten multiplications of integers for four words",
+    "jet": "random numbers for each vector of particles with one inside",
+    "explosion": "an exponential, a square root and a division",
+    "vortex": "a logarithm and an exponential, a square root and divisions",
+    "avoid": "where the path meets the shape: a square root, divisions and, for those that do, more of them",
+    "field": "eight nodes around each particle, three numbers each, from anywhere in the table",
+    "follow_path": "each of the path's segments, here 16, twice",
+    "curl_noise": "eight corners of a lattice cell, three gradients each",
+    "orbit_point orbit_line": "a square root and a division for each particle",
+    "color_over_life size_over_life alpha_over_life": "a division, two numbers of a table for each component",
+    "set": "depends on the expression: here two instructions",
+    "target_color target_size": "up to four columns that other actions do not touch",
+    "restore copy_vertex_b": "up to 18 columns that other actions do not touch, hardly arithmetic",
+    "sort": "does not act on blocks: all particles are sorted after the list has run: four passes over "
+    "keys, then one for each column, to places all over memory",
+}
+
+
+def words(name: str) -> str:
+    """Make the method's name of a class's."""
+    return re.sub(r"(?<!^)([A-Z])", r"_\1", name).lower()
+
+
+def wrapped(text: str, indent: str = "") -> str:
+    """Fill lines of 120 characters."""
+    return textwrap.fill(
+        " ".join(text.split()), 120, subsequent_indent=indent, break_long_words=False, break_on_hyphens=False
+    )
+
+
+def signature(name: str) -> str:
+    """Show the method as it is called, without self and where."""
+    parameters = list(inspect.signature(getattr(recorder.Recorder, name)).parameters.values())[1:]
+    shown = []
+    for p in parameters:
+        if p.name == "where":
+            continue
+        prefix = "**" if p.kind is p.VAR_KEYWORD else ""
+        default = "" if p.default is p.empty else f"={p.default}"
+        shown.append(f"{prefix}{p.name}{default}")
+    return f"{name}({', '.join(shown)})"
+
+
+def parts(docstring: str) -> tuple[list[str], str, list[tuple[str, str]], str]:
+    """Split a docstring: what it does, the formula, the parameters, the source."""
+    paragraphs = inspect.cleandoc(docstring).split("\n\n")
+    what = [p for p in paragraphs if not p.startswith(("Formula:", "Attributes:", "Source:"))]
+    formula, attributes, source = (
+        next((p.removeprefix(word).strip() for p in paragraphs if p.startswith(word)), "")
+        for word in ("Formula:", "Attributes:", "Source:")
+    )
+    parameters = [
+        (name, text) for name, text in re.findall(r"^\s*(\w+): (.*(?:\n {8}.*)*)", attributes, re.MULTILINE)
+    ]
+    return what, formula, parameters, source
+
+
+def anchor(name: str) -> str:
+    """Return the anchor of an action's heading, as forges name it."""
+    return re.sub(r"[^\w\- ]", "", signature(name).lower()).replace(" ", "-")
+
+
+def section(name: str, kind: type, heading: str) -> str:
+    """Describe one action."""
+    what, formula, parameters, source = parts(kind.__doc__ or "")
+    lines = [f"{heading} `{signature(name)}`", ""]
+    for paragraph in what:
+        lines += [wrapped(paragraph), ""]
+    lines += [wrapped(f"- formula: {formula}", "  ")]
+    lines += [wrapped(f"- `{parameter}`: {text}", "  ") for parameter, text in parameters]
+    lines += [wrapped(f"- source: {source}", "  "), ""]
+    return "\n".join(lines)
+
+
+def cost(name: str, which: str) -> str:
+    """Show a measured cost in nanoseconds; actions between particles have none of their own."""
+    if name not in COSTS["actions"]:
+        assert actions_between(name), f"{name} has not been measured: python -m motes bench actions"
+        return ""
+    ns = COSTS["actions"][name][which]
+    return "< 0.1" if ns < 0.1 else f"{ns:.1f}" if ns < 20 else f"{ns:.0f}"
+
+
+def actions_between(name: str) -> bool:
+    """Whether it acts between particles."""
+    return name in [words(kind) for kind in between.__all__]
+
+
+def costly() -> str:
+    """List the actions that add more than a nanosecond, with the reason.
+
+    Raises KeyError where none is known.
+    """
+    reasons = {name: (names, why) for names, why in REASONS.items() for name in names.split()}
+    costs = COSTS["actions"]
+    computing = [name for name in costs if costs[name]["added_in_cache_ns"] > 1]
+    waiting = [name for name in costs if costs[name]["added_ns"] > 1 and name not in computing]
+    lines = []
+    for title, chosen in (
+        ("More than 1 ns of arithmetic, and why:", computing),
+        ("More than 1 ns with columns from memory, less in the first cache:", waiting),
+    ):
+        lines += ["", title, ""]
+        for names, why in dict.fromkeys(reasons[name] for name in chosen):
+            known = ", ".join(f"`{n}`" for n in names.split() if n in chosen)
+            lines.append(wrapped(f"- {known}: {why}.", "  "))
+    return "\n".join(lines[1:])
+
+
+def kinds(module: ModuleType) -> dict[str, type]:
+    """Return a module's own actions by the names of their methods."""
+    own = [k for k in vars(module).values() if inspect.isclass(k) and k.__module__ == module.__name__]
+    return {words(kind.__name__): kind for kind in own if issubclass(kind, actions.Action)}
+
+
+def overview() -> str:
+    """Return the page that lists all actions."""
+    rows = ["| action | what it does to a particle | ns | in cache |", "|---|---|---|---|"]
+    for page, (_, _, families) in PAGES.items():
+        for name, kind in (pair for _, module in families for pair in kinds(module).items()):
+            what = " ".join(parts(kind.__doc__ or "")[0][0].split())
+            ns = f"{cost(name, 'added_ns')} | {cost(name, 'added_in_cache_ns')}"
+            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} | {ns} |")
+    measured = COST.format(**{**COSTS, "particles": f"{COSTS['particles'] / 1e6:g} million"})
+    paragraphs = [*WRITTEN.split("\n\n"), *OPENING.strip().split("\n\n"), measured]
+    opening = [p if p.startswith("|") else wrapped(p) for p in paragraphs]
+    return "\n\n".join(["# Actions", *opening, "\n".join(rows), costly().strip()]) + "\n"
+
+
+def described(title: str, more: str, families: list[tuple[str, ModuleType]]) -> str:
+    """Describe the actions of families on a page; one without a name has no heading of its own."""
+    lines = [f"# {title}", "", wrapped(WRITTEN), "", wrapped(SYMBOLS + more), ""]
+    for family, module in families:
+        lines += [f"## {family}", ""] if family else []
+        heading = "###" if family else "##"
+        lines += [section(name, kind, heading) for name, kind in kinds(module).items()]
+    return "\n".join(lines).rstrip() + "\n"
+
+
+def pages() -> dict[Path, str]:
+    """Return all pages."""
+    made = {DOCS / name: described(*what) for name, what in PAGES.items()}
+    return {DOCS / "actions.md": overview(), **made}
+
+
+if __name__ == "__main__":
+    for path, text in pages().items():
+        path.write_text(text)

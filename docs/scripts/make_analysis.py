@@ -1,0 +1,62 @@
+"""Write the lists in docs/analysis.md from the log's schema and the plots' docstrings.
+
+`python docs/scripts/make_analysis.py`. A test compares the file with `page()`, so it cannot fall behind.
+"""
+
+from __future__ import annotations
+
+import inspect
+from pathlib import Path
+
+from motes.analysis._plots import Plots, RunsPlots
+from motes.analysis._tables.schema import QUANTILES, TABLES, Table
+
+PAGE = Path(__file__).resolve().parents[1] / "analysis.md"
+
+
+def page() -> str:
+    """Return the whole page: its own text, and the lists anew."""
+    text = PAGE.read_text()
+    text = _between(text, "plots", plots())
+    return _between(text, "tables", "\n\n".join(table(name, one) for name, one in TABLES.items()))
+
+
+def _between(text: str, name: str, content: str) -> str:
+    start, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
+    head, _, rest = text.partition(start)
+    return f"{head}{start}\n{content}\n\n{end}{rest.partition(end)[2]}"
+
+
+def plots() -> str:
+    """List the plots."""
+    lines = ["## Plots", ""]
+    lines += ["Each returns a matplotlib Axes, takes `ax=`, and shows nothing by itself.", ""]
+    lines += ["| plot | shows |", "|---|---|"]
+    for kind, owner in ((Plots, "run.plot"), (RunsPlots, "runs.plot")):
+        for name, method in vars(kind).items():
+            if inspect.isfunction(method) and not name.startswith("_") and name != "labels":
+                first = inspect.cleandoc(method.__doc__ or "").split("\n\n")[0]
+                lines.append(f"| `{owner}.{name}` | {' '.join(first.split())} |")
+    return "\n".join(lines)
+
+
+def table(name: str, one: Table) -> str:
+    """Describe one table."""
+    when = "" if one.required else "; where there was something to write"
+    lines = [f"### `run.{name}`: {one.file}", "", f"One row per {one.row}{when}.", ""]
+    lines += ["| column | unit | meaning |", "|---|---|---|"]
+    for column in one.columns:
+        if column.name[1:] in {name[1:] for name in QUANTILES[1:]}:
+            continue
+        label = f"`{column.name}`"
+        meaning = column.meaning
+        if column.name[1:] == QUANTILES[0][1:]:
+            label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
+        if column.name == QUANTILES[0]:
+            meaning = "along the first axis that is cut: they part the particles into sixteenths; null: none"
+        lines.append(f"| {label} | {column.unit} | {meaning} |")
+    return "\n".join(lines)
+
+
+if __name__ == "__main__":
+    PAGE.write_text(page())

@@ -1,0 +1,214 @@
+"""Make what shows the effects: `python docs/scripts/make_gallery.py [--stills] [--loops] [--page] [NAMES]`.
+
+A still of each effect is docs/gallery/NAME.png; a loop of four seconds, out/loops/NAME.mp4 (H.264), is kept
+out of the history. --page writes docs/gallery.md and the README's wall from the scripts. Without an option:
+all of it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import os
+import subprocess
+import sys
+from fractions import Fraction
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+import motes
+
+ROOT = Path(__file__).resolve().parents[2]
+EXAMPLES = ROOT / "examples"
+STILLS = ROOT / "docs" / "gallery"
+LOOPS = ROOT / "out" / "loops"
+PAGE = ROOT / "docs" / "gallery.md"
+NO_EFFECTS = ("export", "heterogeneous")
+KEPT_LARGE = ("snow",)  # whose still stands at the head of the README
+
+SIZE, LOOP_SIZE, FPS = (960, 540), (640, 360), 24
+LOOP_FRAMES, BLENDED = 96, 24
+MOST_BYTES = 250_000
+COLUMNS = 4
+WARM = {"waterfall": 60, "swirl": 110, "volcano": 120, "hail": 24, "smoke": 110, "fountain": 0, "flame": 30}
+"""Frames before an effect is in its steady state, where that is more than `USUAL_WARM`."""
+USUAL_WARM = 48
+ONE_SHOT = ("explosion", "galaxy", "dam", "heap", "photo", "two_suns", "flag", "shielding", "bounce_toy")
+"""What is shown from its start."""
+STILL = {
+    **{"explosion": 30, "two_suns": 100, "galaxy": 110, "dam": 44, "heap": 110, "portal": 60, "photo": 60},
+    **{"flag": 30, "smoke": 96, "flamethrower": 48},
+}
+"""The frame of the still, where it is not the middle of the loop."""
+
+Pixels = NDArray[Any]
+
+
+def effects() -> list[str]:
+    """Return the names of all effects."""
+    return sorted(path.stem for path in EXAMPLES.glob("*.py") if path.stem not in NO_EFFECTS)
+
+
+def sentence(name: str) -> str:
+    """Return what the first sentence of a script says about the effect."""
+    head = ast.get_docstring(ast.parse((EXAMPLES / f"{name}.py").read_text())) or ""
+    return head.split(": python -m motes")[0]
+
+
+def shows(name: str) -> list[str]:
+    """Return which recording methods of a system a script calls: the rarest among the effects first."""
+    counts: dict[str, int] = {}
+    for other in effects():
+        for call in _calls(other):
+            counts[call] = counts.get(call, 0) + 1
+    return sorted(_calls(name), key=lambda call: (counts[call], call))
+
+
+@cache
+def _calls(name: str) -> set[str]:
+    tree = ast.parse((EXAMPLES / f"{name}.py").read_text())
+    called = {node.func.attr for node in ast.walk(tree) if _is_method_call(node)}
+    own = {call for call in dir(motes.System) if not call.startswith("_")} - {"configure", "set", "move"}
+    return called & own
+
+
+def _is_method_call(node: ast.AST) -> bool:
+    return isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute)
+
+
+def pixels(path: Path) -> NDArray[np.uint8]:
+    """Read a picture."""
+    import av
+
+    with av.open(str(path)) as picture:
+        return next(picture.decode(video=0)).to_ndarray(format="rgb24")
+
+
+def film(name: str, frames: int, size: tuple[int, int]) -> NDArray[np.uint8]:
+    """Run an effect and return its frames."""
+    import av
+
+    with TemporaryDirectory() as out:
+        job = [sys.executable, str(EXAMPLES / f"{name}.py"), "--frames", str(frames), "--out", out]
+        environment = {**os.environ, "MOTES_PROGRESS": "off"}
+        subprocess.run([*job, "--size", f"{size[0]}x{size[1]}"], check=True, env=environment)
+        with av.open(f"{out}/{name}.mp4") as movie:
+            return np.stack([frame.to_ndarray(format="rgb24") for frame in movie.decode(video=0)])
+
+
+def closed(shots: Pixels) -> Pixels:
+    """Return all but the first second of frames; the last of these is blended into that first one."""
+    loop = shots[BLENDED:].astype(np.float32)
+    part = ((np.arange(BLENDED) + 1) / (BLENDED + 1)).reshape(-1, *[1] * (shots.ndim - 1))
+    loop[-BLENDED:] = (1 - part) * loop[-BLENDED:] + part * shots[:BLENDED]
+    return loop
+
+
+def write_loop(path: Path, frames: Pixels) -> None:
+    """Encode a loop as small as a page needs it."""
+    import av
+
+    path.parent.mkdir(parents=True, exist_ok=True)
+    for quality in range(30, 52, 3):
+        with av.open(str(path), "w", options={"movflags": "faststart"}) as movie:
+            stream = movie.add_stream("libx264", rate=Fraction(FPS))
+            stream.width, stream.height = LOOP_SIZE
+            stream.pix_fmt = "yuv420p"
+            stream.options = {"crf": str(quality), "preset": "slow"}
+            for shot in (np.clip(frames, 0, 255) + 0.5).astype(np.uint8):
+                frame = av.VideoFrame.from_ndarray(shot, format="rgb24")
+                movie.mux(stream.encode(frame.reformat(*LOOP_SIZE, format="yuv420p", interpolation="AREA")))
+            movie.mux(stream.encode())
+        if path.stat().st_size <= MOST_BYTES:
+            return
+
+
+def write_still(path: Path, picture: Pixels) -> None:
+    """Save a picture at half its size, each pixel the mean light of four."""
+    from PIL import Image
+
+    shown = picture / 255
+    light = np.where(shown <= 0.04045, shown / 12.92, ((shown + 0.055) / 1.055) ** 2.4)
+    half = light.reshape(SIZE[1] // 2, 2, SIZE[0] // 2, 2, 3).mean((1, 3))
+    shown = np.where(half <= 0.0031308, 12.92 * half, 1.055 * half ** (1 / 2.4) - 0.055)
+    Image.fromarray((shown * 255 + 0.5).astype(np.uint8)).save(path, optimize=True)
+
+
+def make(name: str, *, still: bool, loop: bool) -> None:
+    """Render an effect once and write its still and its loop."""
+    warm = 0 if name in ONE_SHOT else WARM.get(name, USUAL_WARM)
+    shown = STILL.get(name, warm + BLENDED + LOOP_FRAMES // 2)
+    shots = film(name, warm + BLENDED + LOOP_FRAMES if loop else shown + 1, SIZE)
+    if still and name not in KEPT_LARGE:
+        write_still(STILLS / f"{name}.png", shots[shown])
+    if loop:
+        write_loop(LOOPS / f"{name}.mp4", closed(shots[warm:]))
+
+
+def page() -> str:
+    """Return docs/gallery.md."""
+    lines = [
+        "# Gallery",
+        "",
+        "Written by `docs/scripts/make_gallery.py` from the scripts. Each effect is one script of fewer than",
+        "a hundred lines: `python -m motes demo NAME` runs it, also where only the package is installed, and",
+        "writes `out/NAME.mp4`; `--particles`, `--frames`, `--size 1920x1080` and `--seed` change it. They",
+        "look the same at any resolution: sizes are in metres, or parts of the picture's height.",
+        "`python docs/scripts/make_gallery.py --loops` makes a loop of four seconds, out/loops/NAME.mp4.",
+    ]
+    for name in effects():
+        methods = ", ".join(f"`{method}`" for method in shows(name)[:5])
+        lines += ["", f"## {name}", "", f"[![{name}](gallery/{name}.png)](../examples/{name}.py)", ""]
+        lines += [f"{sentence(name)}: [`examples/{name}.py`](../examples/{name}.py) ({methods})."]
+    return "\n".join(lines) + "\n"
+
+
+def wall() -> str:
+    """Return the README's table of all stills."""
+    names = effects()
+    lines = ["|" + " |" * COLUMNS, "|" + "---|" * COLUMNS]
+    for k in range(0, len(names), COLUMNS):
+        row = names[k : k + COLUMNS]
+        stills = [f"[![{name}](docs/gallery/{name}.png)](docs/gallery.md#{name})" for name in row]
+        scripts = [f"[{name}](examples/{name}.py)" for name in row]
+        for cells in (stills, scripts):
+            lines.append("| " + " | ".join(cells + [""] * (COLUMNS - len(row))) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def write_page() -> None:
+    """Write the page, and the wall into the README."""
+    PAGE.write_text(page())
+    readme = ROOT / "README.md"
+    before, head, rest = readme.read_text().partition("## Gallery\n")
+    _, next_, after = rest.partition("\n## ")
+    intro = rest.partition("\n|")[0]
+    readme.write_text(f"{before}{head}{intro}\n{wall()}{next_}{after}")
+
+
+def main() -> None:
+    """Make what is asked for."""
+    parser = argparse.ArgumentParser(
+        description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+    for option in ("stills", "loops", "page"):
+        parser.add_argument(f"--{option}", action="store_true")
+    parser.add_argument("names", nargs="*", metavar="NAMES")
+    args = parser.parse_args()
+    everything = not (args.stills or args.loops or args.page)
+    if everything or args.stills or args.loops:
+        for name in args.names or effects():
+            make(name, still=everything or args.stills, loop=everything or args.loops)
+            loop = LOOPS / f"{name}.mp4"
+            print(name, f"{loop.stat().st_size / 1000:.0f} kB" if loop.exists() else "", flush=True)
+    if everything or args.page:
+        write_page()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,106 @@
+"""Movie: a film of frames, as scripts see it."""
+
+from __future__ import annotations
+
+import os
+from fractions import Fraction
+from types import TracebackType
+from typing import Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _extras
+from .._picture.frame import Frame
+from .._run import continuing
+from .._values import arguments
+from ..errors import ArgumentError, Stopped
+from .containers import FORMATS
+from .page import video
+from .writing import FilmWriter
+
+__all__ = ["Movie", "writer_of"]
+
+_PRESETS = ("ultrafast", "superfast", "veryfast", "faster", "fast", "medium", "slow", "slower", "veryslow")
+
+
+class Movie:
+    """A movie file that is complete, or a partial one beside it.
+
+    While `film.mp4` is written it grows as `film.partial.mp4`, second by second; players open it, also after
+    the process was killed. Leaving the `with` block by an exception keeps this partial film. The next movie
+    of this path starts its own, in its place.
+
+    Construct it on every rank: where frames are falsy it touches no file, so a script need not test its rank.
+    Without a frame no file appears.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], *, fps: float = 24, crf: float = 18, preset: str = "superfast"
+    ) -> None:
+        """Name the file (.mp4, .mkv, .mov); smaller `crf`, slower `preset` look better and take longer."""
+        self.path = arguments.file_path("path", path)
+        if self.path.suffix.lower() not in FORMATS:
+            raise ArgumentError("path", os.fspath(path), "a name ending in .mp4, .mkv or .mov")
+        self.fps = arguments.number("fps", fps, low=1e-3, high=1e4)
+        self.crf = arguments.number("crf", crf, low=0, high=51)
+        self.preset = arguments.choice("preset", preset, _PRESETS)
+        # Checked here, not when frames arrive, so that every rank gets the same error at the same line.
+        _extras.require_av("Movie")
+        self._process = os.getpid()
+        self.place = continuing.place_of(self.path)
+        """The same for every run and rank that writes this film."""
+        rate = Fraction(self.fps).limit_denominator(60000)
+        self._writer = FilmWriter(self.path, self.place, rate, self.crf, self.preset)
+
+    @property
+    def frames(self) -> int:
+        """Frames of the film that this process writes."""
+        return self._writer.frames
+
+    @property
+    def written(self) -> int:
+        """How many frames the film has so far, on whatever rank they are: the same on every rank."""
+        return self._writer.written
+
+    def write(self, frame: Frame | NDArray[np.uint8]) -> None:
+        """Append a frame; waits while four are queued. Does nothing for a frame that lives on another rank.
+
+        An error of the encoder is raised here, at the next call, or by `close`.
+        """
+        self._writer.write(frame)
+
+    def close(self) -> None:
+        """Encode what is queued and give the file its name. Calling it again does nothing.
+
+        Where this fails, the partial film stays.
+        """
+        self._writer.close()
+
+    def __enter__(self) -> Self:
+        """Return the movie itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the movie, or keep the partial one when the block failed."""
+        if os.getpid() != self._process:  # a fork: the film is its parent's
+            return
+        if kind is None or issubclass(kind, Stopped):
+            self.close()
+        else:
+            self._writer.abandon()
+
+    def __repr__(self) -> str:
+        """Name the file and what is in it."""
+        return f"<Movie {str(self.path)!r} {self.frames} frames at {self.fps:g} per second>"
+
+    def _repr_html_(self) -> str | None:
+        """Show the film in a notebook, once it is closed."""
+        return video(self.path) if self._writer.closed and not self._writer.abandoned else None
+
+
+def writer_of(movie: Movie) -> FilmWriter:
+    """Return what writes a movie's film, for the rest of the package."""
+    return movie._writer

@@ -1,0 +1,298 @@
+"""Export: particles of frames into files, written by background threads while the run goes on."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._run.busy import Busy
+from .._system.recorded import Recorded
+from .._system.session import OpenFiles
+from .._values import arguments
+from .._world.world import World, session_of
+from ..errors import ArgumentError, MotesError
+from .claim import Claim, check_free
+from .formats import place_of
+from .ledger import Ledger, note_of
+from .manifest import Column, Manifest, SystemColumns, stems
+from .writer import FrameJob, Writer
+
+__all__ = ["Export"]
+
+_LOOK_S = 0.1
+_ALWAYS = ("position", "velocity")
+
+
+class Export:
+    """Particles of a run as files: .usd (Blender, Houdini), .pvd (ParaView) or a directory of .npz (NumPy).
+
+    Construct it on every rank. Each calculator writes its own particles, in a thread of its own; `write`
+    copies them and returns. The manager lists in `manifest.json`, always whole, which frames are complete:
+    `open_particles` reads these, even if the run was killed. The files of `snow.usd` and `snow.pvd` are in
+    the directories `snow.usd.parts` and `snow.pvd.parts`. The first `write` removes an earlier export of the
+    same path; where there are other things, the constructor raises ArgumentError.
+    """
+
+    def __init__(
+        self, path: str | os.PathLike[str], *, every: int = 1, attributes: Sequence[str] | None = None
+    ) -> None:
+        """Name the files: a name ending in .usd (extra [usd]) or .pvd, or a directory for .npz files.
+
+        `every`: frames whose number is a multiple of it are written, others are passed over. `attributes`:
+        names of what is written beside position and id, those that a system has; None: velocity, the
+        user's attributes, and any in which a particle has ever had another value than the initial one.
+        """
+        self.path: Path = arguments.file_path("path", path)
+        self.every = arguments.integer("every", every, low=1)
+        self.attributes = _names(attributes)
+        self._place = place_of("path", self.path)
+        self._place.format.require()
+        check_free("path", self._place)
+        self.frames = 0
+        """Frames written so far."""
+        self._world: World | None = None
+        self._writer = Writer(self._place)
+        self._systems: list[SystemColumns] = []
+        self._last = -1
+        self._ledger: Ledger | None = None  # on the manager
+        self._claim: Claim | None = None  # the same
+        self._seen = 0  # frames that were published
+        self._files: OpenFiles | None = None  # as the world knows it
+        self._closed = False
+
+    def write(self, world: World) -> None:
+        """Write the particles of all systems, as `System.gather` shows them here. Collective.
+
+        After `render()` or `step()` this is the frame that has just ended; in the middle of a frame, what the
+        list so far makes of it, and reading that changes no result. Waits while two frames are being written.
+        An error of an earlier write, such as a full disk, is raised here or by `close`. Raises MotesError
+        before the first frame, and if the frame was written before.
+        """
+        frame = self._frame_of(world)
+        if frame % self.every:
+            return
+        if frame <= self._last:
+            raise MotesError(f"{self.path} has frame {frame} already: a frame is written once")
+        self._check_attributes(world)
+        self._wait(self._writer.has_room, f"writing particles to {self.path.name}")
+        session = session_of(world)
+        engine = session.begin("write()", reads=True)
+        try:
+            what = f"{self.path}, every={self.every}, attributes={self.attributes}"
+            totals, notes = engine.prepare_write(what, True, lambda: self._prepare(world, engine))
+            self._settle(world, frame, totals, engine)
+            self._put(world, engine, frame, notes)
+        except BaseException as error:
+            if engine.gave_up or not isinstance(error, Exception):  # else it was refused, and may come again
+                self._abandon()
+            raise
+        finally:
+            session.end_conversation(engine)
+        if self._world is None:
+            self._world = world
+            self._files = OpenFiles(self, self.close, self._abandon)
+            session.files.append(self._files)
+        self._last = frame
+        self.frames += 1
+
+    def close(self) -> None:
+        """Finish the files. Collective, if anything was written; the end of the world calls it, too.
+
+        Waits until all ranks have written all; then the manifest is complete. Calling it again does nothing.
+        """
+        if self._closed:
+            return
+        world = self._world
+        session = None if world is None else session_of(world)
+        if session is None or session.ended:  # an exception ended it: what is whole so far remains
+            self._abandon()
+            return
+        try:
+            self._wait(self._writer.is_idle, f"closing {self.path.name}")
+            engine = session.begin(f"closing {self.path.name}")
+            try:
+                _, notes = engine.prepare_write(f"{self.path} ends", False, lambda: ([], self._report()))
+                engine.prepare_write(f"{self.path} is whole", False, lambda: self._finish(notes))
+            finally:
+                session.end_conversation(engine)
+        finally:
+            self._abandon()
+
+    def __enter__(self) -> Self:
+        """Return the export itself."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the export. When the block failed, what is whole so far remains."""
+        if (
+            self._world is not None and session_of(self._world).usage.inherited
+        ):  # a fork: the files are its parent's
+            return
+        if kind is None:
+            self.close()
+        else:
+            self._abandon()
+
+    def __repr__(self) -> str:
+        """Name the files and what is in them."""
+        return f"<Export {str(self.path)!r}, {self.frames} frames>"
+
+    # --- before anything is written
+
+    def _frame_of(self, world: World) -> int:
+        """Return the number of the frame that is seen here; raise where there is none to write."""
+        if self._closed:
+            raise MotesError(f"the export {self.path} is closed")
+        if not isinstance(world, World):
+            raise ArgumentError("world", world, "a motes.World")
+        if self._world is not None and world is not self._world:
+            raise ArgumentError("world", world, "the world of the earlier frames: an export has one world")
+        session = session_of(world)
+        session.engine_for("write()")
+        recorded = any(system.entries for system in session.systems)
+        if world.frame == 0 and not recorded:
+            raise MotesError("write() before the first frame: write after world.render() or world.step()")
+        return world.frame if recorded else world.frame - 1
+
+    def _check_attributes(self, world: World) -> None:
+        known = list(
+            dict.fromkeys(
+                ["id", *(name for system in session_of(world).systems for name in system.attributes)]
+            )
+        )
+        for name in self.attributes or ():
+            if name not in known:
+                allowed = "attributes that a system has: " + ", ".join(known)
+                raise ArgumentError("attributes", name, allowed, known=known)
+
+    def _wait(self, ready: Callable[[float], bool], what: str) -> None:
+        if ready(0):
+            return
+        with Busy(what) as busy:
+            while not ready(_LOOK_S):
+                busy.look()
+
+    # --- what ranks tell each other
+
+    def _prepare(self, world: World, engine: _core.Engine) -> tuple[list[int], bytes]:
+        """Work of every rank before all agree: what it has written, which attributes its particles use."""
+        note = self._report()
+        if "manager" in world.role and self._claim is None:
+            self._claim = Claim.make("path", self._place)
+            self._ledger = Ledger(
+                self._place, Manifest(self._place.format.kind, world.seed, world.dt, self.every)
+            )
+        if self.attributes is not None or "calculator" not in world.role:
+            return [0] * sum(len(system.attributes) for system in session_of(world).systems), note
+        used = [engine.used_attributes(system.index) for system in session_of(world).systems]
+        return [int(one) for system in used for one in system], note
+
+    def _report(self) -> bytes:
+        try:
+            return note_of(self._writer.take())
+        except MotesError:
+            raise
+        except Exception as error:
+            raise MotesError(f"particles could not be written to {self.path}: {error}") from error
+
+    def _settle(self, world: World, frame: int, totals: list[int], engine: _core.Engine) -> None:
+        """Decide which columns are written from this frame on; the same on all ranks."""
+        systems = session_of(world).systems
+        stem = stems(system.name for system in systems)
+        builtin = {name for name, _ in _core.builtin_attributes()}
+        for i, system in enumerate(systems):
+            if i == len(self._systems):
+                self._systems.append(SystemColumns(system.name, stem[i], self._columns(system, engine)))
+            users = [totals.pop(0) for _ in system.attributes]
+            for column, count in zip(self._systems[i].columns, self._chosen(system, users), strict=True):
+                wanted = count or self.attributes is not None or column.name in _ALWAYS
+                if column.since is None and (wanted or column.name not in builtin):
+                    column.since = frame
+
+    def _columns(self, system: Recorded, engine: _core.Engine) -> list[Column]:
+        initial = engine.initial_values(system.index)
+        return [
+            Column(name, width, tuple(initial[i][:width]))
+            for i, (name, (_, width)) in enumerate(system.attributes.items())
+            if self._takes(name)
+        ]
+
+    def _chosen(self, system: Recorded, counts: list[int]) -> list[int]:
+        return [count for name, count in zip(system.attributes, counts, strict=True) if self._takes(name)]
+
+    def _takes(self, name: str) -> bool:
+        return self.attributes is None or name == "position" or name in self.attributes
+
+    def _put(self, world: World, engine: _core.Engine, frame: int, notes: list[bytes]) -> None:
+        """Give the particles, and what is whole by now, to the thread. What fails here is told later."""
+        time = (frame + 1) * world.dt
+        try:
+            if self._ledger is not None:
+                self._ledger.announce(frame, time, self._systems, world.calculators)
+                self._ledger.hear(notes)
+                self._publish_soon(self._ledger)
+            if "calculator" in world.role:
+                copies: list[tuple[int, str, Mapping[str, NDArray[Any]]]] = [
+                    (i, facts.stem, _copied(session_of(world).systems[i], engine, facts.written(frame)))
+                    for i, facts in enumerate(self._systems)
+                ]
+                self._writer.put(FrameJob(frame, time, world.rank, copies))
+        except Exception as error:  # such as too little memory: the others have gone on
+            self._writer.fail(error)
+
+    def _publish_soon(self, ledger: Ledger) -> None:
+        manifest = ledger.snapshot()
+
+        def publish() -> None:
+            ledger.publish(manifest, seen=self._seen)
+            self._seen = len(manifest.frames)
+
+        self._writer.publish(publish)
+
+    def _finish(self, notes: list[bytes]) -> tuple[list[int], bytes]:
+        """Work of every rank at the end: the manager's makes the manifest complete."""
+        if self._ledger is not None:
+            try:
+                self._ledger.hear(notes)
+                self._ledger.publish(self._ledger.snapshot(finished=True), seen=self._seen)
+            except OSError as error:
+                raise MotesError(f"particles could not be written to {self.path}: {error}") from error
+        return [], b""
+
+    def _abandon(self) -> None:
+        self._closed = True
+        self._writer.end()
+        if self._claim is not None:
+            self._claim.release()
+        if self._world is not None and self._files in session_of(self._world).files:
+            session_of(self._world).files.remove(self._files)
+        self._world = None
+
+
+def _names(attributes: Any) -> tuple[str, ...] | None:
+    if attributes is None:
+        return None
+    allowed = "None or a list of attributes' names"
+    if isinstance(attributes, (str, bytes)):
+        raise ArgumentError("attributes", attributes, allowed)
+    names = arguments.listed("attributes", attributes, allowed)
+    for name in names:
+        if not isinstance(name, str):
+            raise ArgumentError("attributes", attributes, allowed)
+    return tuple(dict.fromkeys(names))
+
+
+def _copied(system: Recorded, engine: _core.Engine, columns: list[Column]) -> dict[str, NDArray[Any]]:
+    indices = {name: i for i, name in enumerate(system.attributes)}
+    arrays = engine.copy_columns(system.index, [indices[column.name] for column in columns])
+    names = [*(column.name for column in columns), "id"]
+    return dict(zip(names, map(np.asarray, arrays), strict=True))

@@ -1,0 +1,224 @@
+"""Particles as USD: a layer (.usdc) per system, rank and frame, and a stage (.usd) that shows all of them.
+
+Value clips join the layers over time: a stage opens at once, and a program reads only the frames that it
+shows. Layers need usd-core; stages are text, which is written here.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _extras
+from .._particles import by_id
+from .manifest import Column, Manifest, SystemColumns
+
+__all__ = ["CLIPS", "MARK", "clips", "read", "stage", "write"]
+
+MARK = "Particles of motes"
+CLIPS = ".clips.usda"
+PRIM = "/particles"  # in each layer
+_MOST_INT32 = 2**31 - 1
+
+_NAMES = {
+    "position": "points",
+    "velocity": "velocities",
+    "color": "primvars:displayColor",
+    "alpha": "primvars:displayOpacity",
+    "id": "ids",
+}
+_TYPES = {"position": "point3f[]", "velocity": "vector3f[]", "color": "color3f[]", "id": "int64[]"}
+
+
+def write(path: Path, columns: Mapping[str, NDArray[Any]], *, frame: int, time: float) -> None:
+    """Write columns (n, 3) or (n,), `position` and `id` among them, into an existing file, sorted by id.
+
+    They are samples of one time: the time code is the frame's number.
+    """
+    del time
+    pxr = _extras.usd_writer("an export to .usd")
+    layer = pxr.Sdf.Layer.CreateAnonymous(".usdc")
+    prim = pxr.Sdf.CreatePrimInLayer(layer, PRIM)
+    prim.specifier, prim.typeName = pxr.Sdf.SpecifierDef, "Points"
+
+    def put(name: str, kind: str, values: NDArray[Any]) -> None:
+        known = pxr.Sdf.ValueTypeNames.Find(kind)
+        attribute = pxr.Sdf.AttributeSpec(prim, name, known)
+        arrays = {"int": pxr.Vt.IntArray, "int64": pxr.Vt.Int64Array, "float": pxr.Vt.FloatArray}
+        array = arrays.get(kind[:-2], pxr.Vt.Vec3fArray)
+        layer.SetTimeSample(attribute.path, float(frame), array.FromNumpy(values))
+
+    order = by_id.order(columns["id"])  # USD stores other orders twenty times as slowly
+    memory: dict[int, NDArray[np.uint8]] = {}  # by the bytes of a column: fresh pages cost more than the copy
+    for name, given in columns.items():
+        column = given
+        if order is not None:
+            if given.nbytes not in memory:
+                memory[given.nbytes] = np.empty(given.nbytes, np.uint8)
+            column = _taken(given, order, memory[given.nbytes])
+        put(
+            _name_of(name),
+            _type_of(name, column.ndim == 2),
+            column.view(np.int64) if name == "id" else column,
+        )
+        if name == "size":
+            put("widths", "float[]", np.ascontiguousarray(column[:, 0]))
+        if name == "id" and _fits_int32(column):
+            put("primvars:id", "int[]", column.astype(np.int32))  # Blender reads this one only
+    if len(columns["position"]):
+        put("extent", "float3[]", _extent(columns["position"], columns.get("size")))
+    if not layer.Export(str(path)):
+        raise OSError(f"{path} could not be written")
+
+
+def read(path: Path, names: Iterable[str] | None, *, frame: int) -> dict[str, NDArray[Any]]:
+    """Read these columns. Raises OSError, ValueError or KeyError."""
+    pxr = _extras.usd("reading .usd")
+    try:
+        layer = pxr.Sdf.Layer.OpenAsAnonymous(str(path))
+    except pxr.Tf.ErrorException as error:
+        raise ValueError(str(error)) from error
+    columns = {}
+    for name in names or ():
+        sample = layer.QueryTimeSample(f"{PRIM}.{_name_of(name)}", float(frame))
+        if sample is None:
+            raise KeyError(name)
+        values = np.array(sample)  # a copy: the sample's memory ends with it
+        columns[name] = values.view(np.uint64) if name == "id" else values
+    return columns
+
+
+def clips(system: SystemColumns) -> bytes:
+    """Return the layer that tells which attributes vary over time; without it USD opens all files to see."""
+    lines = [*_attributes(system.columns)]
+    return f'#usda 1.0\n\ndef Points "{PRIM[1:]}"\n{{\n{_indented(lines)}\n}}\n'.encode()
+
+
+def stage(manifest: Manifest, folder: str) -> bytes:
+    """Return the stage: at each frame's number the particles of all systems and ranks."""
+    frames = manifest.frames
+    first, last = (frames[0].frame, frames[-1].frame) if frames else (0, 0)
+    rate = repr(1 / manifest.dt)
+    head = [
+        "#usda 1.0",
+        "(",
+        f'    doc = "{MARK}"',
+        '    defaultPrim = "World"',
+        f"    endTimeCode = {last}",
+        f"    framesPerSecond = {rate}",
+        "    metersPerUnit = 1",
+        f"    startTimeCode = {first}",
+        f"    timeCodesPerSecond = {rate}",
+        '    upAxis = "Y"',
+        ")",
+        "",
+        'def Xform "World"',
+        "{",
+    ]
+    files: dict[tuple[int, int | None], list[tuple[int, str]]] = {}
+    for frame in frames:
+        for part in frame.parts:
+            files.setdefault((part.system, part.rank), []).append((frame.frame, part.file))
+    for number, system in enumerate(manifest.systems):
+        head += [
+            f'    def Xform "{system.stem}" (',
+            f"        displayName = {_text(system.name)}",
+            "    )",
+            "    {",
+        ]
+        parts = [own for (owner, _), own in files.items() if owner == number]
+        # Paths do not depend on ranks, so that what other programs bind to them stays bound.
+        for count, own in enumerate(parts, 1):
+            prim = "particles" if count == 1 else f"particles_{count}"
+            head.append(_indented(_points(prim, system, own, folder), 8))
+        head.append("    }")
+    return "\n".join([*head, "}", ""]).encode()
+
+
+def _points(prim: str, system: SystemColumns, files: list[tuple[int, str]], folder: str) -> list[str]:
+    assets = ", ".join(_asset(folder, file) for _, file in files)
+    active = ", ".join(f"({frame}, {k})" for k, (frame, _) in enumerate(files))
+    times = ", ".join(f"({frame}, {frame})" for frame, _ in files)
+    return [
+        f'def Points "{prim}" (',
+        "    clips = {",
+        "        dictionary default = {",
+        f"            double2[] active = [{active}]",
+        f"            asset[] assetPaths = [{assets}]",
+        f"            asset manifestAssetPath = {_asset(folder, system.stem + CLIPS)}",
+        f'            string primPath = "{PRIM}"',
+        f"            double2[] times = [{times}]",
+        "        }",
+        "    }",
+        ")",
+        "{",
+        *(f"    {line}" for line in _attributes(system.columns)),
+        "}",
+    ]
+
+
+def _attributes(columns: list[Column]) -> list[str]:
+    """Declare what files hold, without values; interpolations cannot come from clips."""
+    said = ["float3[] extent", "int64[] ids", 'int[] primvars:id (\n    interpolation = "vertex"\n)']
+    for column in columns:
+        if column.since is None:
+            continue
+        name, kind = _name_of(column.name), _type_of(column.name, column.width == 3)
+        varies = name.startswith("primvars:")
+        said.append(f"{kind} {name}" + (' (\n    interpolation = "vertex"\n)' if varies else ""))
+        if column.name == "size":
+            said.append('float[] widths (\n    interpolation = "vertex"\n)')
+    return [line for declared in said for line in declared.split("\n")]
+
+
+def _taken(column: NDArray[Any], order: NDArray[np.int64], memory: NDArray[np.uint8]) -> NDArray[Any]:
+    from .. import _core  # not above: who reads files needs no engine
+
+    rows = memory.view(column.dtype).reshape(column.shape)
+    _core.take_rows(column, order, rows)
+    return rows
+
+
+def _extent(position: NDArray[Any], size: NDArray[Any] | None) -> NDArray[Any]:
+    """Return the lowest and the highest corner of points and, where they have sizes, the widths around them.
+
+    As `UsdGeomPoints` computes it; NaN counts only where there is nothing else.
+    """
+    half = np.float32(0) if size is None else np.abs(size[:, 0]) / 2
+    axes = [position[:, c] for c in range(3)]
+    with np.errstate(invalid="ignore", over="ignore"):  # infinite positions, sizes
+        low = [np.fmin.reduce(axis - half) for axis in axes]
+        high = [np.fmax.reduce(axis + half) for axis in axes]
+    return np.array([low, high], np.float32)
+
+
+def _name_of(column: str) -> str:
+    return _NAMES.get(column, f"primvars:{column}")
+
+
+def _type_of(column: str, wide: bool) -> str:
+    return _TYPES.get(column, "vector3f[]" if wide else "float[]")
+
+
+def _fits_int32(ids: NDArray[Any]) -> bool:
+    return not len(ids) or int(ids.max()) <= _MOST_INT32
+
+
+def _asset(folder: str, file: str) -> str:
+    around = "@@@" if "@" in folder else "@"
+    return f"{around}./{folder}/{file}{around}"
+
+
+def _text(value: str) -> str:
+    return json.dumps(
+        "".join(letter if letter.isprintable() else " " for letter in value), ensure_ascii=False
+    )
+
+
+def _indented(lines: list[str], by: int = 4) -> str:
+    return "\n".join(" " * by + line for line in lines)

@@ -1,0 +1,60 @@
+"""Which hosts of a job still answer: a job that lost one starts again on the others."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import socket
+import subprocess
+from collections.abc import Iterable
+
+from .._io.output import tell
+from ..errors import ArgumentError, MotesError
+
+__all__ = ["check_names", "reachable"]
+
+_WAIT_S = 10.0
+_AGENTS = ("PRTE_MCA_plm_ssh_agent", "OMPI_MCA_plm_rsh_agent")  # what mpirun itself reaches hosts with
+
+
+_NAME = re.compile(r"(?:[A-Za-z0-9_][A-Za-z0-9_.-]*@)?[A-Za-z0-9_][A-Za-z0-9_.-]*")
+"""What ssh takes for a host, and never for an option."""
+
+
+def check_names(argument: str, hosts: Iterable[str]) -> None:
+    """Raise ArgumentError where one of the names, without its number of ranks, is none of a host."""
+    for host in hosts:
+        if not _NAME.fullmatch(host):
+            allowed = "names of hosts, of letters, digits, '.', '-' and '_', not beginning with '-'"
+            raise ArgumentError(argument, host, allowed)
+
+
+def reachable(hosts: str) -> str:
+    """Return those of "h1:2,h2" that answer, in the same form, and name the others.
+
+    Raises MotesError where none does, ArgumentError for a name that is none.
+    """
+    given = hosts.split(",")
+    check_names("hosts", (host.partition(":")[0] for host in given))
+    answering = [host for host in given if _answers(host.partition(":")[0])]
+    silent = [host for host in given if host not in answering]
+    if not answering:
+        raise MotesError(f"no host answers: {hosts}")
+    if silent:
+        tell(f"motes run: goes on without {', '.join(silent)}, which no longer answer")
+    return ",".join(answering)
+
+
+def _answers(host: str) -> bool:
+    if host in ("localhost", "127.0.0.1", socket.gethostname()):
+        return True
+    agent = next((os.environ[name] for name in _AGENTS if os.environ.get(name)), "ssh")
+    argv = shlex.split(agent)
+    if os.path.basename(argv[0]) == "ssh":
+        argv += ["-o", "BatchMode=yes", "-o", f"ConnectTimeout={_WAIT_S:.0f}"]
+    try:
+        asked = subprocess.run([*argv, host, "true"], timeout=_WAIT_S, capture_output=True, check=False)
+    except (OSError, subprocess.TimeoutExpired):
+        return False
+    return asked.returncode == 0

@@ -1,0 +1,341 @@
+"""Starts a script on many ranks, by the mpirun that matches Python's MPI library, with the flags it needs."""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import importlib
+import os
+import re
+import shutil
+import subprocess
+import sys
+import sysconfig
+from collections.abc import Iterable, Sequence
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+from .._io.output import tell
+from .._mpi.loading import paths, problem_of_mpi
+from .._mpi.presence import started_by
+from .._run import losses
+from .._values import environment
+from ..errors import ArgumentError, MotesError
+from .hosts import check_names, reachable
+from .supervisor import supervise
+
+__all__ = ["Mpirun", "Version", "cannot_survive", "command", "find_mpirun", "library", "most_ranks", "run"]
+
+_MOST_RANKS = 1_000_000  # on any number of hosts
+_RANK_BYTES = 16 << 20  # a rank with Python and MPI takes more
+
+
+class Version(NamedTuple):
+    """Which MPI a library or a launcher belongs to."""
+
+    family: str
+    """"Open MPI", "MPICH", "Intel MPI" or "unknown"."""
+    number: str
+
+    def fits(self, other: Version) -> bool:
+        """Whether a launcher of one starts ranks of the other: the same MPI, but for the last number."""
+        return self.family == other.family and self.parts[:2] == other.parts[:2]
+
+    @property
+    def parts(self) -> tuple[int, ...]:
+        """The numbers in it: (5, 0, 11)."""
+        return tuple(int(digits) for digits in re.findall(r"\d+", self.number))
+
+    def __str__(self) -> str:
+        """Name both, as "Open MPI 5.0.11"."""
+        return f"{self.family} {self.number}".strip()
+
+
+class Mpirun(NamedTuple):
+    """A launcher on this machine."""
+
+    path: str
+    version: Version
+
+
+def library() -> Version:
+    """Tell which MPI library mpi4py loads, without starting MPI. Raises MotesError where it loads none."""
+    if "mpi4py.MPI" not in sys.modules:
+        import mpi4py
+
+        mpi4py.rc.initialize = mpi4py.rc.finalize = False
+    try:
+        from mpi4py import MPI
+    except (ImportError, RuntimeError) as error:
+        raise MotesError(problem_of_mpi(error)) from None
+    return _version(MPI.Get_library_version())
+
+
+def find_mpirun() -> Mpirun:
+    """Find the launcher of the MPI library in use: `MOTES_MPIRUN`, this environment's own, or the site's.
+
+    Raises MotesError when there is none, naming those that belong to another MPI.
+    """
+    told = environment.read("MOTES_MPIRUN")
+    if told:
+        path = shutil.which(told)
+        if path is None:
+            raise MotesError(f"MOTES_MPIRUN={told} is not a program that can be started")
+        return Mpirun(path, _launcher_version(path))
+    wanted = library()
+    found = [Mpirun(path, _launcher_version(path)) for path in _launchers()]
+    for mpirun in found:
+        if mpirun.version.fits(wanted):
+            return mpirun
+    others = ", ".join(f"{mpirun.path} ({mpirun.version})" for mpirun in found) or "none at all"
+    raise MotesError(f"mpi4py uses {wanted}, and no mpirun of that MPI was found; found: {others}{paths()}")
+
+
+def command(
+    ranks: int,
+    program: Sequence[str],
+    *,
+    hosts: str | None = None,
+    hostfile: str | None = None,
+    options: Sequence[str] = (),
+    survive: bool = False,
+    mpirun: Mpirun | None = None,
+) -> list[str]:
+    """Compose the command line that starts `program` on `ranks` ranks.
+
+    `hosts` is "h1,h2:2" with the number of ranks that each may take (default 1); `options` go to mpirun.
+    `survive`: a rank that is killed does not end the others; raises MotesError where the MPI cannot do that.
+    """
+    if hosts is not None and hostfile is not None:
+        raise MotesError("give either --hosts or --hostfile")
+    one_host = hosts is None and hostfile is None and _allocated() is None
+    most = most_ranks() if one_host else _MOST_RANKS
+    if not 1 <= ranks <= most:
+        where = f" on this machine, with {_RANK_BYTES >> 20} MB for each" if one_host else ""
+        raise ArgumentError("n", ranks, f"in 1..{most}, the number of ranks{where}")
+    if hosts is not None:
+        check_names("hosts", (host.partition(":")[0] for host in hosts.split(",")))
+    if hostfile is not None:
+        _check_hostfile(hostfile)
+    mpirun = mpirun or find_mpirun()
+    argv = [mpirun.path, "-n", str(ranks)]
+    if survive:
+        _check_survival(mpirun.version)
+        argv += ["--with-ft", "ulfm"]
+    if mpirun.version.family == "Open MPI":
+        argv += _open_mpi_flags(ranks, mpirun.version, hosts, hostfile, options)
+    elif hosts is not None:
+        argv += ["-hosts", hosts]
+    elif hostfile is not None:
+        argv += ["-f", hostfile]
+    return [*argv, *options, *program]
+
+
+def run(
+    ranks: int,
+    program: Sequence[str],
+    *,
+    hosts: str | None = None,
+    hostfile: str | None = None,
+    options: Sequence[str] = (),
+    survive: bool = False,
+    restarts: int = 0,
+) -> int:
+    """Run `python program...` on `ranks` ranks and return the exit code.
+
+    `survive`: a rank that is killed does not end the others; 0 then means that these ended well. `restarts`:
+    how often the job starts again where a process or a host was lost, on those of `hosts` that answer.
+
+    One rank on this host needs no launcher: then this process becomes Python, and there is no return.
+    Otherwise it watches over the launcher (`_launch/supervisor.py`).
+    """
+    _check_program(program)
+    if restarts < 0:
+        raise ArgumentError("restarts", restarts, "an integer >= 0")
+    python = [sys.executable, *program]
+    rank = started_by(python, is_rank=program[0] != "-m")  # such a module may start the script in a process
+    alone = ranks == 1 and not hosts and not hostfile and not options
+    if survive:
+        _check_survival()
+
+    def compose() -> list[str]:
+        if alone:
+            return python
+        return command(ranks, rank, hosts=hosts, hostfile=hostfile, options=options, survive=survive)
+
+    argv = compose()
+    _leave_mpi()
+    sys.stdout.flush()
+    sys.stderr.flush()
+    if not alone or restarts > 0:
+        variables = losses.ENVIRONMENT if survive else {}
+        ended = supervise(argv, variables)
+        for left in range(restarts - 1, -1, -1):
+            if not ended.lost:
+                break
+            os.environ.pop("MOTES_FRESH", None)  # what has been done since is not to be done again
+            if hosts is not None:
+                hosts = reachable(hosts)
+            tell(f"motes run: starts again; {left} more {'start is' if left == 1 else 'starts are'} allowed")
+            ended = supervise(compose(), variables)
+        return ended.code
+    if os.name == "posix":
+        os.execve(argv[0], argv, os.environ)  # without what a started MPI added to the environment
+    return subprocess.run(argv).returncode
+
+
+def cannot_survive(launcher: Version | None = None) -> str | None:
+    """Say why the loss of a rank ends a job here; None: `run(..., survive=True)` lets the others go on."""
+    wanted = "the loss of a rank is survived with Open MPI 5 or later, built with ULFM"
+    version = library()
+    for each in (version, launcher or version):
+        if each.family != "Open MPI" or each.parts < (5,):
+            return f"{wanted}; this is {each}"
+    from mpi4py import MPI
+
+    if not hasattr(ctypes.CDLL(MPI.__file__), "MPIX_Comm_shrink"):
+        return f"{wanted}; this {version} was built without"
+    _core = importlib.import_module("motes._core")  # without starting MPI
+    if not _core.mpi_can_survive():
+        return f"{wanted}; motes itself was built for another MPI"
+    return None
+
+
+def _check_survival(launcher: Version | None = None) -> None:
+    if (reason := cannot_survive(launcher)) is not None:
+        raise MotesError(f"--survive: {reason}")
+
+
+_TOLD_ALL = ("MOTES_ANYWAY", "MOTES_FRESH", "MOTES_LIVE", "MOTES_STEERING")
+"""What the options of `motes run` become; Open MPI takes no variable to other hosts by itself."""
+
+
+def most_ranks() -> int:
+    """Return how many ranks this machine may take: memory and the number of processes limit them."""
+    memory = os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    numbers = 32768
+    with contextlib.suppress(OSError, ValueError):
+        numbers = int(Path("/proc/sys/kernel/pid_max").read_text())
+    return max(64, min(memory // _RANK_BYTES, numbers // 2))
+
+
+_BINDING_POLICY = "_binding_policy"  # how the parameters end that say it, of Open MPI 4 and 5
+_PLACING = re.compile(
+    rf"-?-(bind-to|cpu-set|cpu-list|rankfile|rf)\b|.*\b(pe|pe-list|rankfile)\b|.*{_BINDING_POLICY}$",
+    re.IGNORECASE,
+)
+"""What of mpirun's options binds ranks to processors, or says which they get."""
+
+
+def _open_mpi_flags(
+    ranks: int, version: Version, hosts: str | None, hostfile: str | None, options: Sequence[str]
+) -> list[str]:
+    flags = []
+    is_one_host = False
+    if hasattr(os, "geteuid") and os.geteuid() == 0:
+        flags.append("--allow-run-as-root")  # as in a container; refused otherwise
+    if hosts is not None or hostfile is not None or _allocated() is not None:
+        for name in _TOLD_ALL:
+            flags += ["-x", name] if environment.is_set(name) else []
+    if hosts is not None:
+        slots = _slots(host.partition(":")[2] or "1" for host in hosts.split(","))
+        flags += ["--host", ",".join(host if ":" in host else f"{host}:1" for host in hosts.split(","))]
+    elif hostfile is not None:
+        lines = [line.split("#")[0] for line in Path(hostfile).read_text().splitlines()]
+        found = [re.search(r"slots\s*=\s*(\d+)", line) for line in lines if line.strip()]
+        slots = _slots(match[1] if match else "" for match in found)
+        flags += ["--hostfile", hostfile]
+    elif (slots := _allocated()) is None:
+        slots = os.cpu_count() or 1
+        flags.append("--oversubscribe")  # more ranks than cores are refused otherwise
+        is_one_host = True
+    bound = any(map(_PLACING.match, options)) or any(name.endswith(_BINDING_POLICY) for name in os.environ)
+    if not is_one_host and not bound:
+        # mpirun would bind each rank to one core, and refuse more ranks than cores.
+        flags += ["--bind-to", "none"]
+    if slots is not None and ranks > slots:
+        # Waiting ranks give their core to those that work.
+        flags += ["--mca", "mpi_yield_when_idle", "1"]
+        if not is_one_host and not any(text.lstrip("-") == "map-by" for text in options):
+            # "node" deals the ranks out; without it all that do not fit land on the first host.
+            if version.parts >= (5,):
+                flags += ["--map-by", "node:OVERSUBSCRIBE"]
+            else:
+                flags += ["--map-by", "node", "--oversubscribe"]
+    return flags
+
+
+def _allocated() -> int | None:
+    """For how many ranks a scheduler gave this job places; Open MPI asks it where they are."""
+    tasks = os.environ.get("SLURM_NTASKS", "")
+    if "SLURM_JOB_ID" in os.environ and tasks.isdigit():
+        return int(tasks)
+    nodes = Path(os.environ.get("PBS_NODEFILE", ""))
+    return len(nodes.read_text().split()) if nodes.is_file() else None
+
+
+def _slots(numbers: Iterable[str]) -> int | None:
+    """Sum up how many ranks the hosts take; None if one does not say (Open MPI then counts its cores)."""
+    listed = list(numbers)
+    return sum(map(int, listed)) if all(number.isdigit() for number in listed) else None
+
+
+def _check_hostfile(hostfile: str) -> None:
+    try:
+        lines = Path(hostfile).read_text().splitlines()
+    except FileNotFoundError:
+        raise MotesError(f"hostfile {hostfile} does not exist") from None
+    except (OSError, ValueError) as error:
+        raise MotesError(f"hostfile {hostfile} cannot be read: {error}") from None
+    names = [line.partition("#")[0].split()[:1] for line in lines]
+    check_names("hostfile", (name[0].partition(":")[0].lstrip("+^") for name in names if name))
+
+
+def _check_program(program: Sequence[str]) -> None:
+    if not program:
+        raise MotesError("no script given: python -m motes run -n 4 script.py")
+    if program[0].startswith("-"):
+        if len(program) < 2:
+            raise MotesError(f"{program[0]} needs an argument after it")
+    elif not Path(program[0]).is_file():
+        raise MotesError(f"script {program[0]} does not exist")
+
+
+def _leave_mpi() -> None:
+    """Finalize MPI, if importing motes started it: the new ranks must not inherit its session."""
+    module = sys.modules.get("mpi4py.MPI")
+    if module is not None and module.Is_initialized() and not module.Is_finalized():
+        module.Finalize()
+
+
+def _launchers() -> list[str]:
+    """List the launchers of this environment, then those on the PATH."""
+    names = ("mpirun", "mpirun.openmpi", "mpirun.mpich", "mpiexec")
+    own = [Path(sys.executable).parent, Path(sysconfig.get_path("scripts"))]
+    found = [shutil.which(name, path=str(folder)) for folder in own for name in names]
+    found += [shutil.which(name) for name in names]
+    return list(dict.fromkeys(path for path in found if path is not None))
+
+
+@cache
+def _launcher_version(path: str) -> Version:
+    try:
+        answer = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=20)
+    except (OSError, subprocess.SubprocessError):
+        return Version("unknown", "")
+    return _version(answer.stdout + answer.stderr)
+
+
+def _version(text: str) -> Version:
+    """Parse the version text of a library or a launcher."""
+    patterns = {
+        "Open MPI": r"Open MPI\)? v?(\d[\w.]*)",  # "Open MPI v5.0.11, ..." and "mpirun (Open MPI) 5.0.11"
+        "Intel MPI": r"Intel\(R\) MPI Library.*?(?:Version )?(\d{4}[\w.]*)",
+        "MPICH": r"(?:MPICH|HYDRA)[\s\S]*?Version:\s*(\d[\w.]*)",
+    }
+    for family, pattern in patterns.items():
+        match = re.search(pattern, text)
+        if match:
+            return Version(family, match[1])
+    return Version("unknown", "")

@@ -1,0 +1,316 @@
+"""Supervises a launcher: passes signals on, ends it with this process, filters its output, checks all ranks.
+
+What mpirun prints about a failed run would follow the message that says why. So its own messages go to a
+file, and the first failing rank's message is repeated at the end.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import os
+import re
+import select
+import signal
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from types import FrameType
+from typing import NamedTuple, Self
+
+from .._io.output import tell, write_all
+from .._mpi.presence import Presence
+from .._run import open_worlds
+from .._run.losses import END
+
+__all__ = ["Ended", "Relay", "start_of_child", "supervise"]
+
+_HANDED_ON = ("SIGTERM", "SIGHUP", "SIGINT", "SIGQUIT", "SIGUSR1", "SIGUSR2")
+_ASKING = (signal.SIGTERM, signal.SIGINT, signal.SIGUSR1)  # the run to stop at the end of a frame
+_GRACE_S = 5.0  # for a launcher to end its ranks before it is killed itself
+_IDLE_S = 0.2  # how long a line that may open a message of the launcher is held back
+_DRAIN_S = 1.0  # how long output may still arrive when the launcher has ended
+_PR_SET_PDEATHSIG = 1
+_LOST = re.compile(r"its process is gone|ranks? [\d, and]+ (was|were) lost, and |, while ranks were lost: ")
+"""As ending.report_lost says, and the core where a loss is more than `on_loss="recover"` can mend."""
+
+
+class Ended(NamedTuple):
+    """How a job ended."""
+
+    code: int
+    """Its exit code; 1 where the launcher says 0 and ranks here never ended."""
+    lost: bool
+    """Whether a process or a host was lost: another start may come to the end."""
+
+
+def supervise(argv: Sequence[str], variables: Mapping[str, str] | None = None) -> Ended:
+    """Run a launcher to its end, and say how the job ended.
+
+    `variables` are set for it, unless this process has them already.
+
+    SIGINT, SIGTERM and SIGUSR1 go to the ranks that are inside `with world:`, which then stop together; where
+    none is here, and the second SIGINT or SIGTERM, to the launcher, as other signals do. It ends when this
+    process does, however that ends (on Linux).
+    """
+    with tempfile.TemporaryDirectory(prefix="motes-run-") as folder, _Signals(folder) as signals:
+        environment = {**(variables or {}), **os.environ, open_worlds.FOLDER: folder}
+        process = subprocess.Popen(
+            argv, env=environment, stderr=subprocess.PIPE, preexec_fn=start_of_child(), bufsize=0
+        )
+        assert process.stderr is not None
+        reader = None
+        try:
+            signals.go_to(process)
+            relay = Relay(lambda data: write_all(2, data), process.terminate)
+            reader = threading.Thread(target=relay.run, args=(process.stderr.fileno(),), daemon=True)
+            reader.start()
+            code = process.wait()
+            reader.join(_DRAIN_S)  # a child that outlives the launcher may hold the pipe open
+        finally:
+            _end(process)
+            if reader is None or not reader.is_alive():
+                process.stderr.close()
+        left = open_worlds.left_open(folder)
+    relay.close(failed=code != 0 or relay.code is not None or relay.presence.hopeless)
+    if code == 0 and relay.code is None and left:
+        tell(
+            f"motes: the run did not end: rank(s) {', '.join(map(str, left))} stopped inside `with world:`, "
+            "as where mpirun loses a host; its log tells how far it came"
+        )
+        return Ended(1, lost=True)
+    code = code if code >= 0 else 128 - code
+    if relay.code is not None:  # a rank ended the job, by way of this process
+        code = relay.code
+    elif relay.presence.hopeless:
+        code = 1
+    if code != 0 and signals.insisted:
+        code = 128 + signals.insisted
+    if code != 0 and relay.message:
+        tell(f"motes run: exit code {code}: {relay.message}")
+    stopped = code in (128 + signal.SIGINT, 128 + signal.SIGTERM)
+    return Ended(code, lost=(code > 128 and not stopped) or bool(_LOST.search(relay.message)))
+
+
+class _Signals:
+    """Passes signals on to a process or its ranks; early ones, as soon as the process has started."""
+
+    def __init__(self, folder: str) -> None:
+        self.insisted = 0
+        """The second signal, which ends the job at once; 0: there was none."""
+        self._folder = folder
+        self._asked = False  # ranks were, by SIGINT or SIGTERM
+        self._process: subprocess.Popen[bytes] | None = None
+        self._early: list[int] = []
+        self._before: dict[int, Callable[[int, FrameType | None], object] | int | None] = {}
+
+    def go_to(self, process: subprocess.Popen[bytes]) -> None:
+        self._process = process
+        for number in self._early:
+            self._pass_on(number)
+
+    def _hand_on(self, number: int, _: FrameType | None) -> None:
+        if number == signal.SIGQUIT and sys.stdin is not None and sys.stdin.isatty():
+            return  # a key of the terminal reaches both by itself
+        if self._process is None:
+            self._early.append(number)
+        elif number not in _ASKING or not self._ask(number):
+            self._pass_on(number)
+
+    def _ask(self, number: int) -> bool:
+        """Ask the ranks to stop; false where none can be asked, or where they were asked before."""
+        urgent = number != signal.SIGUSR1
+        if urgent and self._asked:
+            self.insisted = number
+            return False
+        if not open_worlds.send(self._folder, number):
+            return False
+        if urgent:
+            self._asked = True
+        name, more = signal.Signals(number).name, "; a second one ends it at once" if urgent else ""
+        tell(f"motes: {name}: the run stops when this frame is done{more}")
+        return True
+
+    def _pass_on(self, number: int) -> None:
+        assert self._process is not None
+        # The launcher blocks SIGINT (`start_of_child`); it does the same with SIGTERM.
+        self._process.send_signal(signal.SIGTERM if number == signal.SIGINT else number)
+
+    def __enter__(self) -> Self:
+        for name in _HANDED_ON:
+            number = getattr(signal, name, None)
+            if number is not None and signal.getsignal(number) != signal.SIG_IGN:  # as nohup leaves it
+                self._before[number] = signal.signal(number, self._hand_on)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+
+
+def start_of_child() -> Callable[[], None]:
+    """Return what a child calls between fork and exec.
+
+    A terminal's Ctrl-C must not reach the launcher, which would kill its ranks: it starts with SIGINT
+    blocked.
+    On Linux it gets a signal when this process dies.
+    """
+    parent, prctl = os.getpid(), ctypes.CDLL(None).prctl if sys.platform == "linux" else None
+
+    def start() -> None:
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+        if prctl is None:
+            return
+        # When this process is gone, so is the reader of the launcher's messages: writing them while it ends
+        # its ranks must not end it before.
+        signal.signal(signal.SIGPIPE, signal.SIG_IGN)
+        prctl(_PR_SET_PDEATHSIG, int(signal.SIGTERM), 0, 0, 0)
+        if os.getppid() != parent:  # it was gone before
+            os._exit(1)
+
+    return start
+
+
+def _end(process: subprocess.Popen[bytes]) -> None:
+    if process.poll() is not None:
+        return
+    process.terminate()
+    try:
+        process.wait(_GRACE_S)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        process.wait()
+
+
+class Relay:
+    """Passes on what a launcher writes to standard error, except its own messages about a failed run.
+
+    Those are enclosed by lines of dashes (Open MPI) or equals signs (MPICH).
+    """
+
+    _RULE = re.compile(rb"\s*(-{60,}|={60,})\s*")
+    _OWN = re.compile(
+        rb"\W*(MPI_ABORT was invoked|(prterun|mpirun|mpiexec)\S* (has exited|noticed|detected)"
+        rb"|Primary job +terminated|=   BAD TERMINATION)"
+    )
+    # Of a rank that goes on without a lost one: a collective that was under way has come to nothing.
+    _LOSS = re.compile(rb"NBC_Progress: an error 7[5-7] was found during schedule .*\s*")
+    _END = re.compile(re.escape(END.encode()) + rb"(\d+)")
+    _REPORT = re.compile(rb"\*\*\* motes: (.*)")
+    _STOPPED = re.compile(rb"motes: stopped by SIG")
+    _ERROR = re.compile(rb"([A-Za-z_][\w.]*(?:Error|Exception|Interrupt)\b.*)")
+    _MOST_LINES = 100  # a message that is longer is none
+
+    def __init__(self, write: Callable[[bytes], object], end: Callable[[], object] = lambda: None) -> None:
+        """`write` takes what is passed on; `end` is called when a rank wants the job to end."""
+        self.code: int | None = None
+        """The exit code of a rank that ended the job (`losses.end_job`)."""
+        self._end = end
+        self.presence = Presence(end)
+        self.own: list[bytes] = []
+        """The launcher's messages, in lines."""
+        self._write = write
+        self._held: list[bytes] = []
+        self._inside = False
+        self._rest = b""
+        self._after_loss = False
+        self._report = self._error = b""
+        self._stopped = False
+
+    @property
+    def message(self) -> str:
+        """What the first failing rank printed, in one line."""
+        report, error = (text.decode(errors="replace").strip() for text in (self._report, self._error))
+        return report or self.presence.sentence(error, b"".join(self.own)) or error
+
+    def run(self, file: int) -> None:
+        """Read a file descriptor to its end."""
+        with contextlib.suppress(OSError):
+            while True:
+                if not select.select([file], [], [], _IDLE_S)[0]:
+                    self._give_up_holding()
+                    continue
+                data = os.read(file, 65536)
+                if not data:
+                    return
+                self.feed(data)
+
+    def feed(self, data: bytes) -> None:
+        """Take some output; whole lines are looked at."""
+        *lines, rest = (self._rest + data).split(b"\n")
+        self._rest = b""
+        for line in lines:
+            self._take(line + b"\n")
+        if self._inside or self._held or not rest.strip(b" \t\r\0-="):
+            self._rest = rest  # may become a line of dashes
+        else:
+            self._pass_on(rest)  # such as a progress bar, which never ends its line
+
+    def close(self, *, failed: bool) -> None:
+        """Pass on what is held back. Name the file with the launcher's messages, if it has any."""
+        self._take(self._rest)
+        self._give_up_holding()
+        self.presence.close()
+        if not self.own or (self._stopped and not self.message):  # then the run says why it ended
+            return
+        if not failed or not self.message:  # nothing else says what happened
+            self._pass_on(b"".join(self.own))
+        if failed:
+            with contextlib.suppress(OSError):
+                file, path = tempfile.mkstemp(prefix="motes-mpirun-", suffix=".txt")
+                with open(file, "wb") as target:
+                    target.write(b"".join(self.own))
+                tell(f"motes run: mpirun's own messages: {path}")
+
+    def _take(self, line: bytes) -> None:
+        if self.presence.take(line):
+            return
+        if end := self._END.search(line):
+            if self.code is None:
+                self.code = int(end[1])
+                self._end()
+            return
+        if report := self._REPORT.search(line):
+            self._report = self._report or report[1]
+        elif self._STOPPED.search(line):
+            self._stopped = True
+        elif error := self._ERROR.match(line):
+            self._error = self._error or error[1]
+        rule = self._RULE.fullmatch(line) is not None
+        if self._inside:
+            if report:  # a rank's line that fell between
+                self._pass_on(line)
+                return
+            self._held.append(line)
+            if rule:
+                self.own += self._held
+                self._held, self._inside = [], False
+            elif len(self._held) > self._MOST_LINES:
+                self._give_up_holding()
+        elif self._held and self._OWN.match(line):
+            self._held.append(line)
+            self._inside = True
+        elif rule:
+            self._give_up_holding()
+            self._held = [line]
+        elif self._LOSS.fullmatch(line):
+            self._after_loss = True
+            return
+        elif self._after_loss and line == b"\n":
+            pass
+        else:
+            self._give_up_holding()
+            self._pass_on(line)
+        self._after_loss = False
+
+    def _give_up_holding(self) -> None:
+        held, self._held, self._inside = b"".join(self._held), [], False
+        self._pass_on(held)
+
+    def _pass_on(self, data: bytes) -> None:
+        data = data.replace(b"\0", b"")  # with which PRRTE ends its texts
+        if data:
+            with contextlib.suppress(OSError):  # a full disk, a reader that is gone: the run goes on
+                self._write(data)

@@ -1,0 +1,202 @@
+"""Control: what viewers of a run may change while it goes on."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NoReturn
+
+import numpy as np
+
+from .._values import arguments
+from ..errors import ArgumentError, NotAssignable
+
+__all__ = ["Choice", "Control", "made"]
+
+Choice = str | int | float
+
+MOST_LETTERS = 100
+MOST_CHOICES = 1000
+_CHOICES = "texts or finite numbers, each once"
+
+
+class Control:
+    """A number, a flag or a choice that viewers may change between two frames.
+
+    `World.control` makes it. `value` is the same on all ranks and does not change within a frame.
+    """
+
+    __slots__ = ("_values", "choices", "default", "high", "low", "name", "step")
+
+    name: str
+    default: Any
+    """Its value before a viewer sets it."""
+    low: float | None
+    high: float | None
+    step: float | None
+    choices: tuple[Choice, ...] | None
+    _values: Mapping[str, Any]
+
+    def __init__(
+        self,
+        name: str,
+        default: Any,
+        values: Mapping[str, Any],
+        *,
+        low: float | None = None,
+        high: float | None = None,
+        step: float | None = None,
+        choices: Sequence[Choice] | None = None,
+    ) -> None:
+        """Take what is checked already; `values`: by name, what the controls of a world are set to now."""
+        listed = None if choices is None else tuple(arguments.listed("choices", choices, _CHOICES))
+        for slot, given in (
+            *(("name", name), ("default", default), ("low", low), ("high", high), ("step", step)),
+            *(("choices", listed), ("_values", values)),
+        ):
+            object.__setattr__(self, slot, given)
+
+    @property
+    def value(self) -> Any:
+        """What it is set to in this frame: a float, an int, a bool or one of the choices, as the default."""
+        return self._values[self.name]
+
+    @property
+    def definition(self) -> dict[str, Any]:
+        """What it is, for viewers and for the log."""
+        if self.choices is not None:
+            return {"value": self.default, "choices": list(self.choices)}
+        if isinstance(self.default, bool):
+            return {"value": self.default}
+        return {"value": self.default, "low": self.low, "high": self.high, "step": self.step}
+
+    def settled(self, wish: Any) -> Any:
+        """Return what it becomes where a viewer wishes this: a number within its bounds, on its steps.
+
+        Raises ValueError, which says what is allowed, for a wish of another kind.
+        """
+        if self.choices is not None:
+            same = [
+                one for one in self.choices if one == wish and isinstance(wish, str) == isinstance(one, str)
+            ]
+            if isinstance(wish, bool) or not same:
+                raise ValueError(f"{self.name!r} must be one of {list(self.choices)!r}")
+            return same[0]
+        if isinstance(self.default, bool):
+            if not isinstance(wish, bool):
+                raise ValueError(f"{self.name!r} must be true or false")
+            return wish
+        if isinstance(wish, bool) or not isinstance(wish, (int, float)) or not _finite(wish):
+            raise ValueError(f"{self.name!r} must be a finite number")
+        return self._within(wish)
+
+    def _within(self, wish: float) -> float:
+        assert self.low is not None and self.high is not None
+        inside = min(max(wish, self.low), self.high)
+        if self.step is None:
+            return float(inside)
+        steps = round((inside - self.low) / self.step)
+        last = math.floor((self.high - self.low) / self.step + 1e-9)
+        if isinstance(self.default, int):
+            return int(self.low) + int(min(steps, last)) * int(self.step)
+        return float(f"{self.low + min(steps, last) * self.step:.12g}")  # 0.3, not 0.30000000000000004
+
+    def __bool__(self) -> NoReturn:
+        """Refuse: a control is not its value."""
+        raise ArgumentError("control", self, f"tested by its value: {self.name}.value")
+
+    def __repr__(self) -> str:
+        """Show what it is and its value now."""
+        return f"<Control {self.name!r}: {self.value!r}>"
+
+    def __setattr__(self, name: str, _: object) -> NoReturn:
+        """Refuse: viewers set its value."""
+        hint = ": viewers set it, at a border between frames" if name == "value" else ""
+        raise NotAssignable(f"Control.{name} cannot be assigned{hint}")
+
+    def __delattr__(self, name: str) -> NoReturn:
+        """Refuse."""
+        raise NotAssignable(f"Control.{name} cannot be deleted")
+
+
+def made(
+    values: dict[str, Any],
+    name: Any,
+    value: Any,
+    low: Any,
+    high: Any,
+    step: Any,
+    choices: Any,
+) -> Control:
+    """Return a new control from the arguments of `World.control`, and set it to its first value."""
+    if not isinstance(name, str) or not 0 < len(name) <= MOST_LETTERS or not name.isprintable():
+        raise ArgumentError("name", name, f"a printable text of 1..{MOST_LETTERS} letters")
+    if name in values:
+        error = ArgumentError("name", name, "a new one")
+        error.args = (f"a control named {name!r} already exists; names are unique",)
+        raise error
+    if choices is not None:
+        _no_bounds("choices", low, high, step)
+        control = _choice(values, name, value, choices)
+    elif isinstance(value, (bool, np.bool_)):
+        _no_bounds("True or False", low, high, step)
+        control = Control(name, bool(value), values)
+    else:
+        control = _number(values, name, value, low, high, step)
+    values[name] = control.default
+    return control
+
+
+def _no_bounds(kind: str, low: Any, high: Any, step: Any) -> None:
+    for argument, given in (("low", low), ("high", high), ("step", step)):
+        if given is not None:
+            raise ArgumentError(argument, given, f"left out where the control is of {kind}")
+
+
+def _choice(values: dict[str, Any], name: str, value: Any, choices: Any) -> Control:
+    listed = arguments.listed("choices", choices, _CHOICES)
+    wrong = [one for one in listed if not _is_choice(one)]
+    if (
+        isinstance(choices, str)
+        or wrong
+        or not 0 < len(listed) <= MOST_CHOICES
+        or len(set(listed)) < len(listed)
+    ):
+        raise ArgumentError("choices", choices, f"1..{MOST_CHOICES} {_CHOICES}")
+    if not _is_choice(value) or value not in listed:
+        raise ArgumentError("value", value, f"one of the choices, {listed!r}")
+    return Control(name, listed[listed.index(value)], values, choices=listed)
+
+
+def _is_choice(one: Any) -> bool:
+    return isinstance(one, str) or (type(one) in (int, float) and _finite(one))
+
+
+def _number(values: dict[str, Any], name: str, value: Any, low: Any, high: Any, step: Any) -> Control:
+    for argument, given in (("low", low), ("high", high)):
+        if given is None:
+            raise ArgumentError(argument, given, "given where the control is a number")
+    least = arguments.number("low", low, low=-1e300, high=1e300)
+    most = arguments.number("high", high, low=-1e300, high=1e300)
+    if not least < most:
+        raise ArgumentError("high", high, f"more than low, {low!r}")
+    first = arguments.number("value", value, low=least, high=most)
+    if step is None:
+        return Control(name, first, values, low=least, high=most)
+    width = arguments.number("step", step, high=most - least)
+    if width <= 0 or (most - least) / width > 1e9:
+        raise ArgumentError("step", step, f"above 0, at most high - low, {most - least:g}")
+    if all(_is_whole(one) for one in (value, low, high, step)):
+        return Control(name, int(value), values, low=int(low), high=int(high), step=int(step))
+    return Control(name, first, values, low=least, high=most, step=width)
+
+
+def _is_whole(one: Any) -> bool:
+    return isinstance(one, (int, np.integer)) and abs(int(one)) <= 2**53
+
+
+def _finite(number: float) -> bool:
+    try:
+        return math.isfinite(number)
+    except OverflowError:  # an int beyond floats
+        return False

@@ -1,0 +1,1 @@
+"""What pictures look like, and frames: cameras, renderers, sprites, solids, lights."""

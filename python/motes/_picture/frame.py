@@ -1,0 +1,231 @@
+"""Frame: one finished picture, a NumPy array on the image generator and empty elsewhere."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, DTypeLike, NDArray
+
+from .. import _core, _extras
+from .._io import exr, files, png
+from .._values import arguments
+from ..errors import ArgumentError, MotesError, NotHere
+
+__all__ = ["Frame", "arrive", "keep_all", "tell_saves"]
+
+Late = Callable[[], ArrayLike] | NDArray[np.float32]
+"""A float32 array, or the function that makes it when it is asked for."""
+
+NONE: Mapping[str, Callable[[], ArrayLike]] = MappingProxyType({})
+
+
+class Frame:
+    """A picture of the animation.
+
+    On the image generator it holds the pixels. On every other rank it is falsy, `save` does nothing, and
+    asking for pixels raises `NotHere`; so a script need not test its rank.
+    """
+
+    __slots__ = (
+        *("__weakref__", "_elsewhere", "_exposure", "_home", "_layers", "_linear", "_missing", "_pixels"),
+        *("_rank", "index", "time"),
+    )
+
+    def __init__(
+        self,
+        index: int,
+        time: float,
+        pixels: NDArray[np.uint8] | None,
+        *,
+        linear: Callable[[], ArrayLike] | None = None,
+        exposure: float = 1,
+        layers: Mapping[str, Callable[[], ArrayLike]] = NONE,
+        home: int | None = 0,
+        rank: int = 0,
+        missing: str = "it was stepped, not rendered",
+    ) -> None:
+        """Wrap `pixels`, uint8 (height, width, 3), without copying; None if the picture lives elsewhere.
+
+        `linear` makes the float32 picture when it is asked for; `exposure` is what it was multiplied by to
+        become `pixels`. `layers` makes each layer by its name; off the image generator only the names count.
+        `home` is the image generator's rank, None if no picture was made at all; `missing` says why not;
+        `rank` is this rank. These three are used in messages only.
+        """
+        self.index = index
+        self.time = time
+        self._pixels = None if pixels is None else _view(pixels)
+        self._linear: Late | None = linear
+        self._exposure = exposure
+        self._layers: dict[str, Late] = dict(layers)
+        self._home = home
+        self._rank = rank
+        self._missing = missing
+        self._elsewhere: Callable[[int, Path, int], None] | None = None
+        """What to tell of a picture that another rank saves, which may be lost before it has."""
+
+    @property
+    def pixels(self) -> NDArray[np.uint8]:
+        """The picture as sRGB, uint8 (height, width, 3), row 0 on top; read-only and not a copy."""
+        if self._pixels is None and self._home is None:
+            raise NotHere(f"frame {self.index} has no picture: {self._missing}")
+        if self._pixels is None:
+            raise NotHere(
+                f"the pixels of frame {self.index} live on rank {self._home}, the image generator; "
+                f"this is rank {self._rank}"
+            )
+        return self._pixels
+
+    @property
+    def made(self) -> bool:
+        """Whether there is a picture, here or on another rank."""
+        return self._home is not None
+
+    @property
+    def linear(self) -> NDArray[np.float32]:
+        """The picture before exposure to 8 bits: linear RGB, float32 (height, width, 3), made on request."""
+        shape = self.pixels.shape
+        if self._linear is None:
+            raise self._no_light()
+        self._linear = _made("linear picture", self.index, self._linear, shape)
+        return self._linear
+
+    def _no_light(self) -> MotesError:
+        return MotesError(
+            f"frame {self.index} has no linear picture: only the 8-bit one was kept; "
+            "ask for it with Renderer(linear=True)"
+        )
+
+    def layer(self, name: str) -> NDArray[np.float32]:
+        """One of the renderer's `layers`: float32 (height, width), or (height, width, 3) for "velocity".
+
+        "depth": metres from the camera's plane to the nearest opaque surface, infinite where there is none.
+        "alpha": the part of the light from behind that is held back, 0..1. "velocity": m/s of the nearest
+        opaque particle, 0 where there is none.
+        """
+        if not isinstance(name, str) or name not in self._layers:
+            raise ArgumentError("name", name, self._allowed_layers(), known=self._layers)
+        height, width, _ = self.pixels.shape
+        shape = (height, width, 3) if name == "velocity" else (height, width)
+        made = _made(f"layer {name!r}", self.index, self._layers[name], shape)
+        self._layers[name] = made
+        return made
+
+    def _allowed_layers(self) -> str:
+        if not self._layers:
+            return "one of the renderer's layers, which has none: ask for them with Renderer(layers=...)"
+        return "one of the renderer's layers: " + ", ".join(map(repr, self._layers))
+
+    def save(self, path: str | os.PathLike[str], *, bits: int = 8) -> None:
+        """Write the picture whole or not at all; the suffix says as what.
+
+        `.png`: sRGB with 8 bits, the same as `pixels`, or with `bits=16`, from the linear picture. `.npy`:
+        `pixels`. `.exr`: the linear picture as half floats, and all layers (`depth.Z`, `alpha.A`,
+        `velocity.X` and so on), compressed without loss; needs the extra `[exr]`. Does nothing off the image
+        generator, except to refuse what it could not write.
+        """
+        suffix = arguments.file_path("path", path).suffix.lower()
+        if suffix not in (".png", ".npy", ".exr"):
+            raise ArgumentError("path", os.fspath(path), "a name ending in .png, .npy or .exr")
+        if arguments.integer("bits", bits) not in ((8, 16) if suffix == ".png" else (8,)):
+            raise ArgumentError("bits", bits, "8 or 16, and 16 only for a name ending in .png")
+        if suffix == ".exr":
+            _extras.require_openexr()
+        if self.made and self._linear is None and (suffix == ".exr" or bits == 16):
+            raise self._no_light()
+        if self._pixels is None:
+            if self._elsewhere is not None and self.made:
+                self._elsewhere(self.index, Path(path).absolute(), bits)
+            return
+        pixels = self._pixels
+        files.sweep_directory(Path(path).parent)  # a killed run's drafts, which nobody else would remove
+        if suffix == ".png":
+            files.write_whole(path, png.encode(self._pixels_16() if bits == 16 else pixels))
+        elif suffix == ".npy":
+            files.write_whole(path, lambda file: np.save(file, pixels))
+        else:
+            linear, layers = self.linear, {name: self.layer(name) for name in self._layers}
+            with files.whole_path(path) as draft:
+                exr.write(_extras.openexr(), draft, linear, layers)
+
+    def _pixels_16(self) -> NDArray[np.uint16]:
+        return _core.tone_16_bits(self.linear, self._exposure)
+
+    def digest(self) -> str:
+        """SHA-256 in hexadecimal of the text "<height>x<width>x3", a line feed, and the pixels by rows."""
+        import hashlib
+
+        pixels = self.pixels
+        height, width, _ = pixels.shape
+        total = hashlib.sha256(f"{height}x{width}x3\n".encode())
+        total.update(np.ascontiguousarray(pixels).data)
+        return total.hexdigest()
+
+    def __array__(self, dtype: DTypeLike | None = None, copy: bool | None = None) -> NDArray[Any]:
+        """Give the pixels to NumPy: a view, unless another dtype or a copy is asked for."""
+        pixels = self.pixels
+        if dtype is not None and np.dtype(dtype) != pixels.dtype:
+            if copy is False:
+                raise ValueError(f"pixels are uint8: as {np.dtype(dtype)} they must be copied")
+            return pixels.astype(dtype)
+        return pixels.copy() if copy else pixels
+
+    def __bool__(self) -> bool:
+        """Whether the pixels are on this rank."""
+        return self._pixels is not None
+
+    def __repr__(self) -> str:
+        """Name the frame and its size, or where it lives."""
+        if self._pixels is None:
+            return f"<Frame {self.index} {'without picture' if not self.made else f'on rank {self._home}'}>"
+        height, width, _ = self._pixels.shape
+        return f"<Frame {self.index} {width}x{height}>"
+
+    def _repr_png_(self) -> bytes | None:
+        return None if self._pixels is None else png.encode(self._pixels)
+
+
+def _view(pixels: NDArray[np.uint8]) -> NDArray[np.uint8]:
+    try:
+        array: NDArray[Any] = np.asarray(pixels)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError("pixels", pixels, "uint8 (height, width, 3)") from None
+    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] != 3 or 0 in array.shape:
+        raise ArgumentError("pixels", f"{array.dtype} {array.shape}", "uint8 (height, width, 3)")
+    view = array.view()
+    view.flags.writeable = False
+    return view
+
+
+def _made(what: str, index: int, late: Late, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    if not callable(late):
+        return late
+    made = np.asarray(late(), np.float32)
+    if made.shape != shape:
+        raise MotesError(f"the {what} of frame {index} is {made.shape}, not {shape}")
+    return made
+
+
+def arrive(frame: Frame, picture: Frame) -> None:
+    """Take a picture that was to be on another rank: that one is lost."""
+    frame._pixels, frame._home = picture._pixels, frame._rank
+    frame._linear, frame._exposure, frame._layers = picture._linear, picture._exposure, picture._layers
+
+
+def keep_all(frame: Frame) -> None:
+    """Fetch the linear picture and the layers while the engine still has them."""
+    if frame._pixels is None:
+        return
+    if frame._linear is not None:
+        frame.linear  # noqa: B018
+    for name in frame._layers:
+        frame.layer(name)
+
+
+def tell_saves(frame: Frame, told: Callable[[int, Path, int], None]) -> None:
+    """Let a frame that was drawn on another rank tell what the script saves of it: index, path and bits."""
+    frame._elsewhere = told

@@ -1,0 +1,75 @@
+"""Pictures from files, as 8 bits per channel: sRGB, straight alpha, upright."""
+
+from __future__ import annotations
+
+import os
+import warnings
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _extras
+from .._values import arguments
+from ..errors import ArgumentError
+
+__all__ = ["FORMATS", "read_picture"]
+
+FORMATS = ("PNG", "JPEG", "WEBP", "TIFF", "BMP", "GIF", "TGA", "PPM")
+"""What is opened: others, such as EPS, would start programs or are no pictures of pixels."""
+_OF_16_BITS = ("PNG", "PPM")
+"""Formats whose widest numbers have 16 bits, also where Pillow keeps them in 32."""
+
+
+def read_picture(argument: str, path: Any, *, most: int) -> NDArray[np.uint8]:
+    """Read a picture, uint8 (height, width, 4), of at most `most` pixels each way, by Pillow.
+
+    One channel of 16 bits is scaled by its range, one of floats from 0..1; animations give their first
+    picture. Raises ArgumentError, MissingExtra.
+    """
+    library = _extras.pillow()
+    path = arguments.file_path(argument, path)
+    sides = f"1..{most} pixels each way"
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", library.DecompressionBombWarning)  # our own limit is lower
+            with library.open(path, formats=FORMATS) as picture:
+                width, height = picture.size
+                if max(width, height) > most:  # said before it takes memory
+                    allowed = f"a picture of {sides} (this one has {width}x{height})"
+                    raise ArgumentError(argument, os.fspath(path), allowed)
+                return _bytes(picture)
+    except ArgumentError:
+        raise
+    except library.DecompressionBombError as error:  # Pillow does not tell the size
+        raise ArgumentError(argument, os.fspath(path), f"a picture of {sides} ({error})") from None
+    except library.UnidentifiedImageError:
+        allowed = f"a picture that can be read: {', '.join(FORMATS)}"
+        raise ArgumentError(argument, os.fspath(path), allowed) from None
+    except Exception as error:  # any: each format has errors of its own
+        raise ArgumentError(argument, os.fspath(path), f"a picture that can be read ({error})") from None
+
+
+def _bytes(picture: Any) -> NDArray[np.uint8]:
+    """Return the pixels of an opened picture."""
+    turned = _extras.pillow("PIL.ImageOps").exif_transpose(picture)
+    mode, kind = turned.mode, picture.format
+    if not mode.startswith(("I", "F")):
+        return np.asarray(turned.convert("RGBA"))
+    grey = np.asarray(turned)
+    if mode.startswith("I;16") or (mode == "I" and kind in _OF_16_BITS):
+        part = grey / 65535
+    elif mode == "F":
+        part = grey.astype(np.float64)
+    else:
+        raise ValueError(
+            f"numbers of 32 bits, of mode {mode}, have no known range: save it with 8 or 16 bits"
+        )
+    if not ((part >= 0) & (part <= 1)).all():
+        raise ValueError("its numbers must be within 0..1")
+    whole = np.full((*grey.shape, 4), 255, np.uint8)
+    whole[:, :, :3] = np.rint(part * 255)[:, :, None]
+    clear = picture.info.get("transparency")
+    if isinstance(clear, int):
+        whole[grey == clear, 3] = 0
+    return whole

@@ -1,0 +1,265 @@
+"""What a picture shows and from where: Renderer, Camera. Colours are linear RGB in 0..1."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._values import arguments
+from .._values.arguments import Triple
+from .._values.curves import Curve
+from .._values.values import Settings, at, says_near_names, shown, times_of
+from ..errors import ArgumentError
+from ..shapes import Shape
+from ..shapes._mesh import Mesh
+from .solids import Light, Solid
+
+__all__ = ["LAYERS", "Camera", "Renderer", "kept"]
+
+LAYERS = ("depth", "alpha", "velocity")
+LIGHTS = "a list of motes.Light"
+OBJECTS = "a list of motes.Solid, shapes or meshes"
+
+
+class Camera(Settings):
+    """A pinhole camera.
+
+    Its attributes may change between frames, or be curves (`motes.Curve`). Cameras are equal, and hash alike,
+    while all attributes are.
+    """
+
+    position: Triple
+    """Where it stands, m."""
+    look_at: Triple
+    """A point in the middle of the picture, m."""
+    up: Triple
+    """What points up in the picture."""
+    fov_deg: float
+    """Vertical angle of view, degrees."""
+    near: float
+    """Nothing nearer than this is drawn, m."""
+
+    _checks = {
+        "position": arguments.place,
+        "look_at": arguments.place,
+        "up": arguments.place,
+        "fov_deg": lambda name, given: _above_0(name, given, below=180),
+        "near": lambda name, given: _above_0(name, given, below=arguments.FARTHEST),
+    }
+    _may_move = frozenset(_checks)
+
+    @says_near_names
+    def __init__(
+        self,
+        position: ArrayLike | Curve,
+        look_at: ArrayLike | Curve,
+        up: ArrayLike | Curve = (0, 1, 0),
+        fov_deg: float | Curve = 40,
+        near: float | Curve = 0.1,
+    ) -> None:
+        """Take its position and target (m), the vertical angle of view, and the nearest visible distance."""
+        given = {"position": position, "look_at": look_at, "up": up, "fov_deg": fov_deg, "near": near}
+        for name, one in given.items():
+            setattr(self, name, one)
+        for time in (0.0, *times_of(given.values())):
+            self.set_in(view := _core.View(1, 1), time)
+            view.check()
+
+    def set_in(self, view: _core.View, time: float, pose: tuple[Any, ...] | None = None) -> None:
+        """Set the engine's view as the camera is at a time (s), or in a `pose`: all attributes but near."""
+        given = [at(self.__dict__[name], time) for name in self._checks]
+        view.set_camera(*(given if pose is None else (*pose, given[-1])))
+
+    def __eq__(self, other: object) -> bool:
+        """Equal attributes, as they are now."""
+        return isinstance(other, Camera) and self.__dict__ == other.__dict__
+
+    def __hash__(self) -> int:
+        """Hash of the attributes as they are now."""
+        return hash((Camera, *self.__dict__.values()))
+
+    def __repr__(self) -> str:
+        """Show the call that makes an equal camera."""
+        arguments = ", ".join(f"{name}={shown(self.__dict__[name])}" for name in self._checks)
+        return f"Camera({arguments})"
+
+
+class Renderer(Settings):
+    """How frames are made: from where, of what size, with which objects and lights.
+
+    All attributes but `linear` may change between frames; numbers and vectors may be curves (`motes.Curve`).
+    """
+
+    width: int
+    """Pixels."""
+    height: int
+    """Pixels."""
+    camera: Camera
+    """From where it is seen; its attributes may change between frames, too."""
+    background: Triple
+    """The colour of what is infinitely far."""
+    exposure: float
+    """What light is multiplied by before it is shown."""
+    objects: tuple[Solid | Shape | Mesh, ...]
+    """Solids; a shape or mesh stands for a solid of the default colour."""
+    sun: Triple
+    """The direction to the sun, which lights solids and spheres; (0, 0, 0): there is none."""
+    lights: tuple[Light, ...]
+    """What lights the solids besides the sun."""
+    path: str
+    """Who makes the picture of particles; the pixels are the same. "gather": the image generator alone (the
+    paper). "tiles": each rank a part of the picture. "composite": each calculator draws its own particles
+    tile by tile, and the tiles' owners merge them, where the blends allow that. "auto" chooses for each
+    frame."""
+    shutter: float
+    """The part of the frame's time that the shutter is open, 0..1: particles that move become streaks."""
+    bloom: float
+    """The part of the light that spreads around what is bright, 0..1."""
+    smooth: bool
+    """Whether edges of solids are anti-aliased."""
+    linear: bool
+    """Whether frames keep their light for `Frame.linear`, `.exr` and PNG with 16 bits."""
+    layers: tuple[str, ...]
+    """What frames keep for `Frame.layer` and `.exr`, of "depth", "alpha" and "velocity"."""
+
+    _checks = {
+        "width": partial(arguments.integer, low=1, high=16384),
+        "height": partial(arguments.integer, low=1, high=16384),
+        "camera": lambda name, given: _camera(name, given),
+        "background": partial(arguments.color, low=0, high=arguments.FARTHEST),
+        "exposure": partial(arguments.number, low=0, high=1e6),
+        "objects": lambda name, given: _objects(name, given),
+        "sun": arguments.place,
+        "lights": lambda name, given: _lights(name, given),
+        "path": partial(arguments.choice, allowed=("auto", "gather", "tiles", "composite")),
+        "shutter": partial(arguments.number, low=0, high=1),
+        "bloom": partial(arguments.number, low=0, high=1),
+        "smooth": arguments.flag,
+        "layers": lambda name, given: _layers(name, given),
+    }
+    _may_move = frozenset(("background", "exposure", "sun", "shutter", "bloom"))
+
+    @says_near_names
+    def __init__(
+        self,
+        width: int,
+        height: int,
+        *,
+        camera: Camera,
+        background: ArrayLike | Curve = (0, 0, 0),
+        exposure: float | Curve = 1,
+        objects: Iterable[Solid | Shape | Mesh] = (),
+        sun: ArrayLike | Curve = (-0.5, 0.8, 0.4),
+        lights: Iterable[Light] = (),
+        path: str = "auto",
+        shutter: float | Curve = 0,
+        bloom: float | Curve = 0,
+        smooth: bool = True,
+        linear: bool = False,
+        layers: Iterable[str] = (),
+    ) -> None:
+        """Take the attributes, which are described with their names."""
+        given = {"width": width, "height": height, "camera": camera, "background": background}
+        given |= {"exposure": exposure, "objects": objects, "sun": sun, "lights": lights, "path": path}
+        given |= {"shutter": shutter, "bloom": bloom, "smooth": smooth, "layers": layers}
+        for name, one in given.items():
+            setattr(self, name, one)
+        self.__dict__["linear"] = arguments.flag("linear", linear)
+        what_moves = (self.camera, self, *self.lights)
+        for time in (0.0, *times_of(value for one in what_moves for value in vars(one).values())):
+            self.view(time)
+
+    def view(self, time: float, pose: tuple[Any, ...] | None = None) -> _core.View:
+        """Check how the attributes fit together at a time (s), and return the engine's value.
+
+        `pose`: position, look_at, up and fov_deg instead of the camera's.
+        """
+        view = _core.View(self.width, self.height)
+        self.camera.set_in(view, time, pose)
+        view.set_background(at(self.background, time))
+        view.set_exposure(at(self.exposure, time))
+        for solid in self.solids:
+            solid.add_to(view)
+        view.set_sun(at(self.sun, time))
+        for light in self.lights:
+            now: Any = light.at_time(time)
+            view.add_light(now.position, now.color, now.power)
+        view.set_path(self.path)
+        view.set_shutter(at(self.shutter, time))
+        view.set_bloom(at(self.bloom, time))
+        view.set_smooth(self.smooth)
+        view.set_linear(self.linear)
+        view.set_layers(sum(1 << LAYERS.index(name) for name in self.layers))
+        view.check()
+        return view
+
+    @property
+    def solids(self) -> list[Solid]:
+        """The objects as solids."""
+        return [one if isinstance(one, Solid) else Solid(one) for one in self.objects]
+
+
+def kept(view: _core.View, engine: _core.Engine) -> dict[str, Any]:
+    """Return what a `Frame` takes beside its pixels, to be fetched while the engine has the picture.
+
+    `view`: the picture's. What the renderer has now may be another one's already.
+    """
+    size = (view.height, view.width)
+    named = [name for bit, name in enumerate(LAYERS) if view.layers & 1 << bit]
+    shapes = {name: (*size, 3) if name == "velocity" else size for name in named}
+    return {
+        "linear": (lambda: engine.linear().reshape(*size, 3)) if view.linear else None,
+        "exposure": view.exposure,
+        "layers": {name: partial(_layer, engine, name, shape) for name, shape in shapes.items()},
+    }
+
+
+def _above_0(name: str, given: Any, *, below: float) -> float:
+    number = arguments.number(name, given)
+    if not 0 < number < below:
+        raise ArgumentError(name, given, f"a number above 0 and below {below:g}")
+    return number
+
+
+def _camera(name: str, given: Any) -> Camera:
+    if not isinstance(given, Camera):
+        raise ArgumentError(name, given, "a motes.Camera")
+    return given
+
+
+def _objects(name: str, given: Any) -> tuple[Solid | Shape | Mesh, ...]:
+    objects = arguments.listed(name, given, OBJECTS)
+    for one in objects:
+        if isinstance(one, (Shape, Mesh)):
+            Solid(one)  # which checks that it has a surface
+        elif not isinstance(one, Solid):
+            raise ArgumentError(name, one, OBJECTS)
+    return tuple(objects)
+
+
+def _lights(name: str, given: Any) -> tuple[Light, ...]:
+    lights = arguments.listed(name, given, LIGHTS)
+    for one in lights:
+        if not isinstance(one, Light):
+            raise ArgumentError(name, one, LIGHTS)
+    return tuple(lights)
+
+
+def _layers(name: str, given: Any) -> tuple[str, ...]:
+    allowed = "a list of " + ", ".join(map(repr, LAYERS))
+    if isinstance(given, str):
+        raise ArgumentError(name, given, allowed)
+    named = arguments.listed(name, given, allowed)
+    for one in named:
+        if not isinstance(one, str) or one not in LAYERS:
+            raise ArgumentError(name, one, allowed, known=LAYERS)
+    return tuple(layer for layer in LAYERS if layer in named)
+
+
+def _layer(engine: _core.Engine, name: str, shape: tuple[int, ...]) -> NDArray[np.float32]:
+    return engine.layer(1 << LAYERS.index(name)).reshape(shape)

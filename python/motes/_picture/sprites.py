@@ -1,0 +1,141 @@
+"""How the particles of a system are drawn: Sprite."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._values import arguments
+from .._values.values import Value, shown, value
+from ..errors import ArgumentError
+from .images import read_picture
+
+__all__ = ["Sprite"]
+
+KINDS = ("point", "disc", "sphere", "image")
+BLENDS = ("add", "alpha", "opaque")
+MOST_PIXELS = 512
+MOST_IMAGE_PIXELS = 8192
+"""The longest side of an image."""
+SIDES = f"1..{MOST_IMAGE_PIXELS} pixels each way"
+IMAGE = f"a path, or uint8 (height, width, 4) or (height, width, 3), {SIDES}"
+
+
+@value(init=False)
+class Sprite(Value):
+    """How the particles of a system are drawn.
+
+    All blends of all systems are in one picture, in the right depth.
+    """
+
+    kind: str = "disc"
+    """"point", as small as a pixel; "disc", soft at its edge; "sphere", lit by the sun and round in depth;
+    "image", a picture that faces the camera and is turned by the particle's `up`."""
+    pixels: int | None = 5
+    """The diameter, 1..512; None: as wide as the particle's `size[0]` in metres, up to 512 pixels. Points
+    have none. With `height` it says nothing."""
+    blend: str = "add"
+    """"add", light adds up; "alpha", each particle covers what is behind it, from far to near; "opaque", the
+    nearest wins."""
+    softness: float = 0
+    """Metres over which a particle fades where it touches a solid or an opaque particle."""
+    image: NDArray[np.uint8] | None = None
+    """For the kind "image": a path (PNG, JPEG, WebP, TIFF, BMP, GIF, TGA, PPM; read by Pillow, the extra
+    `[image]`), or an array, uint8 (height, width, 4): sRGB and straight alpha; without the fourth it is
+    opaque. A particle's colour multiplies it. Files are turned upright as their EXIF says; one channel of 16
+    bits is scaled by its range, one of floats from 0..1."""
+    height: float | None = None
+    """The diameter as a part of the picture's height, above 0 and up to 1, in place of `pixels`: it looks the
+    same at any resolution. Only one of the two gives the size: with `height`, leave `pixels` out (its default
+    5 counts as left out; any other value, and None, is an error)."""
+
+    def __init__(
+        self,
+        kind: str = "disc",
+        pixels: int | None = 5,
+        blend: str = "add",
+        softness: float = 0,
+        image: str | os.PathLike[str] | ArrayLike | None = None,
+        *,
+        height: float | None = None,
+    ) -> None:
+        """Take the attributes."""
+        state = self.__dict__
+        state["kind"] = arguments.choice("kind", kind, KINDS)
+        state["pixels"] = _pixels(pixels, height)
+        state["blend"] = arguments.choice("blend", blend, BLENDS)
+        state["softness"] = arguments.number("softness", softness, low=0, high=1e6)
+        state["image"] = _image(kind, image)
+        state["height"] = None if height is None else _height(height)
+        state["_picture"] = 0 if self.image is None else _core.keep_picture(self.image)
+        state["_core"] = _core.Sprite(
+            kind=self.kind,
+            pixels=self.pixels or 0,
+            blend=self.blend,
+            of_height=self.height or 0,
+            softness=self.softness,
+            picture=state["_picture"],
+        )
+
+    @property
+    def core(self) -> _core.Sprite:
+        """The engine's value; for the package itself."""
+        made: _core.Sprite = self.__dict__["_core"]
+        return made
+
+    def _key(self) -> tuple[Any, ...]:
+        """Compare an image by the fingerprint of its content."""
+        return tuple((self._items() | {"image": self.__dict__["_picture"]}).values())
+
+    def __repr__(self) -> str:
+        """Show the call that makes an equal sprite, but for the content of an image."""
+        shown_by_name = {name: shown(one) for name, one in self._items().items()}
+        if self.image is not None:
+            height, width, _ = self.image.shape
+            shown_by_name["image"] = f"<{width}x{height} pixels>"
+        defaults = {"kind": "'disc'", "pixels": "5", "blend": "'add'", "softness": "0.0"}
+        given = [f"{n}={one}" for n, one in shown_by_name.items() if one != defaults.get(n, "None")]
+        return f"Sprite({', '.join(given)})"
+
+
+def _pixels(pixels: Any, height: Any) -> int | None:
+    if pixels is None:
+        if height is not None:
+            raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
+        return None
+    checked = arguments.integer("pixels", pixels, low=1, high=MOST_PIXELS)
+    if height is not None and checked != 5:
+        raise ArgumentError("height", height, "given with `pixels` left out: it says the same")
+    return checked
+
+
+def _height(height: Any) -> float:
+    number = arguments.number("height", height, low=0, high=1)
+    if number < 1e-9:  # far below any pixel, and no number of the core's
+        raise ArgumentError("height", height, "a part of the picture's height, 1e-9 or more")
+    return number
+
+
+def _image(kind: str, given: Any) -> NDArray[np.uint8] | None:
+    if (kind == "image") != (given is not None):
+        raise ArgumentError("image", given, "given for kind='image', and for no other kind")
+    if given is None:
+        return None
+    if isinstance(given, (str, os.PathLike)):
+        given = read_picture("image", given, most=MOST_IMAGE_PIXELS)
+    try:
+        array: NDArray[Any] = np.asarray(given)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError("image", given, IMAGE) from None
+    if array.dtype != np.uint8 or array.ndim != 3 or array.shape[2] not in (3, 4):
+        raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
+    if not 0 < min(array.shape) <= max(array.shape) <= MOST_IMAGE_PIXELS:
+        raise ArgumentError("image", f"{array.dtype} {array.shape}", IMAGE)
+    whole = np.full((*array.shape[:2], 4), 255, np.uint8)
+    whole[:, :, : array.shape[2]] = array
+    whole.flags.writeable = False
+    return whole

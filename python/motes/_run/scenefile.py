@@ -1,0 +1,108 @@
+"""`python -m motes record`: what a script records, frame by frame, as a file that replays without Python.
+
+A scene holds each frame's recorded list: systems, births, actions, spawn rules, sprites, the view.
+Particles are not in it: they follow from the lists and the seed. So the script runs, its lists are kept, and
+nothing is computed, unless the script reads: `System.local`, `gather`, sums, `World.digest`, `count`, `born`,
+`dropped` and `cuts` compute everything up to this point of the script, and from then on all is computed. (On
+several ranks all is computed from the start: a getter must not communicate.) Pictures are not made: frames
+are falsy, as on ranks other than the image generator, and movies are empty. `--full` computes and draws as an
+ordinary run does.
+
+What only the script itself can do cannot be in the file and is refused: callbacks, and writing particles in
+`System.local`.
+"""
+
+from __future__ import annotations
+
+import runpy
+import sys
+import traceback
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, NoReturn
+
+from .. import _core
+from .._io import files
+from ..errors import MotesError
+
+__all__ = ["NO_PICTURE", "Recording", "claim", "record"]
+
+NO_PICTURE = "a recording draws none; `record --full` does"
+
+
+@dataclass(eq=False, repr=False)
+class Recording:
+    """The scene that this process records, and where it goes."""
+
+    path: Path
+    full: bool = False
+    """Particles and pictures are made as in an ordinary run."""
+    claimed: bool = False
+    """A world is being recorded, or has been."""
+    content: bytes | None = None
+    """The content of the file, once the world has ended."""
+    facts: dict[str, int] = field(default_factory=dict)
+    """What is printed about it."""
+    here: bool = False
+    """Whether this rank writes and reports."""
+
+    def refuse(self, frame: int, what: str) -> NoReturn:
+        """Say that the file cannot hold what the script did."""
+        raise MotesError(
+            f"record: frame {frame}: {what}, which only Python can do again; a recorded scene cannot hold it"
+        )
+
+    def keep(self, engine: _core.Engine, facts: Mapping[str, Any], here: bool) -> None:
+        """Take what the world has recorded; `here`: on the rank that writes the file."""
+        self.content, self.here = engine.scene_bytes(_texts(facts)), here
+        self.facts = {"frames": engine.kept, "systems": len(facts["systems"]), "bytes": len(self.content)}
+
+    def write(self) -> None:
+        """Write the file, whole or not at all."""
+        if self.content is None:
+            raise MotesError("record: the script ran no world to its end; nothing was written")
+        if self.here:
+            files.write_whole(self.path, self.content)
+
+
+active: Recording | None = None
+
+
+def claim(engine: _core.Engine) -> Recording | None:
+    """Let the recording, if there is one, keep this engine's lists."""
+    if active is None:
+        return None
+    if active.claimed:
+        raise MotesError("record: the script makes a second world; a scene holds one")
+    active.claimed = True
+    engine.keep_lists(active.full)
+    return active
+
+
+def record(program: Sequence[str], path: Path, *, full: bool = False) -> Recording | None:
+    """Run `program`, a script and its arguments, in this process and write its scene to `path`.
+
+    Returns None if the script failed with an error of motes, which is then on standard error. Raises
+    SystemExit where the script left with an exit code other than 0, MotesError where it ran no world.
+    """
+    global active
+    active = Recording(path.absolute(), full)
+    sys.argv = list(program)
+    sys.path[0] = str(Path(program[0]).resolve().parent)
+    try:
+        runpy.run_path(program[0], run_name="__main__")
+    except SystemExit as end:
+        if end.code not in (None, 0):
+            raise
+    except MotesError:
+        traceback.print_exc()  # shows the script's own line
+        return None
+    active.write()
+    return active
+
+
+def _texts(facts: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Return the facts that the lists do not contain; none of them changes a particle."""
+    chosen = {name: facts[name] for name in ("axis", "space", "balancer", "combine")}
+    return [("recorded_from", " ".join(sys.argv)), *((name, str(value)) for name, value in chosen.items())]

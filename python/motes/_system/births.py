@@ -1,0 +1,110 @@
+"""Births: the sources, bursts and arrays of particles that a script records for a system."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._particles.foreign import no_column
+from .._particles.particles import Particles
+from .._run import script_lines
+from .._values import arguments
+from .._values.curves import Curve, integrals
+from ..errors import ArgumentError
+from ..shapes import Shape, Union, as_shape
+from .recorded import Recorded
+
+__all__ = ["Births"]
+
+
+class Births:
+    """Checks births and records them."""
+
+    def __init__(self, recorded: Recorded) -> None:
+        """Take the system."""
+        self._recorded = recorded
+
+    def source(
+        self,
+        shape: Shape | ArrayLike,
+        rate: float | Curve,
+        jitter: bool,
+        moving_from: Shape | ArrayLike | None,
+        key: str | int | None,
+    ) -> None:
+        """Record a source: `System.source`."""
+        where = as_shape("shape", shape)
+        before = None if moving_from is None else as_shape("moving_from", moving_from)
+        if before is not None and (type(before) is not type(where) or isinstance(where, Union)):
+            raise ArgumentError("moving_from", before, f"a {type(where).__name__}, as shape is, and no Union")
+        session, given, until, scale = self._recorded.session, 0.0, list[float](), 0.0
+        if isinstance(rate, Curve):
+            settings = session.settings
+            until, scale = integrals(rate, session.frame, settings.dt, settings.substeps)
+        else:
+            given = arguments.number("rate", rate, low=0, high=1e12)
+        flag = arguments.flag("jitter", jitter)
+        start = None if before is None else before.core
+        said = script_lines.running_line(2) if key is None else arguments.key("key", key)
+        number = script_lines.number_of(said)
+        state = self._recorded.state_now()
+        self._record(
+            "source", _core.Birth.source(where.core, given, flag, state, start, until, scale, number)
+        )
+
+    def burst(self, shape: Shape | ArrayLike, count: int) -> None:
+        """Record a burst: `System.burst`."""
+        where = as_shape("shape", shape).core
+        count = arguments.integer("count", count, high=4_000_000_000)
+        self._record("burst", _core.Birth.burst(where, count, self._recorded.state_now()))
+
+    def emit(
+        self, particles: Particles | None, position: ArrayLike | None, columns: dict[str, ArrayLike]
+    ) -> None:
+        """Record particles one by one: `System.emit`."""
+        system = self._recorded
+        given: dict[str, Any] = {"position": position, **columns}
+        if particles is not None:
+            if not isinstance(particles, Particles):
+                allowed = "motes.Particles; arrays go by name: position=..."
+                raise ArgumentError("particles", particles, allowed)
+            given = particles.columns() | (columns if position is None else given)
+        arrays: list[tuple[int, NDArray[np.float32]]] = []
+        count: int | None = None
+        for attribute, values in given.items():
+            if attribute not in system.attributes:
+                raise no_column(system.name, attribute, values, system.attributes)
+            index, width = system.attributes[attribute]
+            array = arguments.rows(attribute, values, width, count)
+            count = len(array)
+            arrays.append((index, array))
+        self._record("emit", _core.Birth.emit(count or 0, arrays, system.state_now()))
+        if system.first is not None:
+            system.first.emitted(zip(given, (array for _, array in arrays), strict=True))
+
+    def next_id(self, call: str, count: int) -> int:
+        """Return the first of the ids that the next `count` particles get."""
+        session = self._recorded.session
+        engine = session.begin(call)
+        try:
+            first, room = engine.next_birth(self._recorded.index)
+        finally:
+            session.end()
+        if room < count:
+            raise ArgumentError(
+                call, count, f"at most {room} particles: the system's capacity has room for no more"
+            )
+        return int(first)
+
+    def _record(self, call: str, birth: _core.Birth) -> None:
+        system = self._recorded
+        engine = system.session.begin(call)
+        try:
+            engine.record_birth(system.index, birth)
+            system.add(birth, script_lines.running_line(3))
+            system.has_births = True
+        finally:
+            system.session.end()

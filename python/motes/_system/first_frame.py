@@ -1,0 +1,162 @@
+"""Probable oversights in a system's first frame: one warning for what runs, but is probably not meant."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import actions
+from .._picture.rendering import Renderer
+from .._picture.solids import parts
+from .._values.values import at
+from ..shapes import Shape
+from ..shapes._mesh import Mesh
+from .distributions import Normal, Uniform
+
+__all__ = ["FirstFrame", "camera_inside", "remarks_on"]
+
+RAMPS = (actions.ColorOverLife, actions.AlphaOverLife, actions.SizeOverLife)
+PUSHES = (
+    actions.Gravity,
+    actions.RandomAcceleration,
+    actions.Jet,
+    actions.Explosion,
+    actions.OrbitPoint,
+    actions.OrbitLine,
+    actions.Vortex,
+    actions.Wind,
+    actions.CurlNoise,
+    actions.TargetVelocity,
+    actions.RandomVelocity,
+)
+LEAST_BYTE = (
+    16  # colours of whole numbers from here to 255 are taken for bytes; brighter light than 1 is usual
+)
+
+
+class Seen(Protocol):
+    """A system, as far as it is checked."""
+
+    name: str
+    first: FirstFrame | None
+    has_births: bool
+    entries: list[Any]
+
+
+def remarks_on(systems: Iterable[Seen], renderer: Renderer | None) -> Iterator[str]:
+    """Yield remarks on systems whose first list with births has run, and on the first picture."""
+    for system in systems:
+        if system.first is not None and system.has_births and system.entries:
+            first, system.first = system.first, None
+            if remarks := first.remarks(system.entries):
+                yield f"system {system.name!r}: {'; '.join(remarks)}"
+    if renderer is not None:
+        yield from camera_inside(renderer)
+
+
+class FirstFrame:
+    """Notes what the script sets for a system until its first list has run."""
+
+    def __init__(self) -> None:
+        """Nothing is known yet."""
+        self.free = False
+        """A function of the script writes particles: nothing is certain any more."""
+        self._bounds: dict[str, tuple[NDArray[Any], NDArray[Any]]] = {}
+
+    def configured(self, state: Mapping[str, Any]) -> None:
+        """Note what newborn particles get."""
+        for name, value in state.items():
+            self._bounds[name] = _bounds(value)
+
+    def emitted(self, columns: Iterable[tuple[str, NDArray[Any]]]) -> None:
+        """Note columns of particles given one by one."""
+        for name, column in columns:
+            if len(column):
+                self._bounds[name] = column.min(axis=0), column.max(axis=0)
+
+    def remarks(self, recorded: Sequence[Any]) -> list[str]:
+        """Return what the first frame's list lacks."""
+        if self.free or any(callable(item) for item in recorded):
+            return []
+        found = [*self._motion(recorded), *self._lifetime(recorded)]
+        colors = [("color", bounds) for name, bounds in self._bounds.items() if name == "color"]
+        sizes = [(name, low) for name, (low, _) in self._bounds.items() if name in ("size", "lifetime")]
+        for item in recorded:
+            if isinstance(item, actions.TargetColor):
+                colors.append(("target_color", _bounds(item.color)))
+            elif isinstance(item, actions.ColorOverLife):
+                colors.append(("color_over_life", _bounds([color for _, color in item.ramp])))
+            elif isinstance(item, actions.TargetSize):
+                sizes.append(("target_size", np.asarray(item.size)))
+            elif isinstance(item, actions.SizeOverLife):
+                sizes.append(("size_over_life", np.asarray([size for _, size in item.ramp])))
+        found += [
+            f"{name}: colours are linear RGB in 0..1, {_shown(bounds[1])} looks like 0..255, divide it by 255"
+            for name, bounds in colors
+            if _looks_like_bytes(*bounds)
+        ]
+        found += [f"{name} may be negative ({_shown(low)})" for name, low in sizes if np.min(low) < 0]
+        return found
+
+    def _motion(self, recorded: Sequence[Any]) -> list[str]:
+        moves = [i for i, item in enumerate(recorded) if isinstance(item, actions.Move)]
+        bounces = [i for i, item in enumerate(recorded) if isinstance(item, actions.Bounce)]
+        if moves and bounces and bounces[-1] > moves[-1]:
+            return ["bounce after move: record bounce before move, which then ends where the rebound does"]
+        if moves:
+            return []
+        if any(isinstance(item, PUSHES) for item in recorded) or self._given("velocity"):
+            return ["particles have velocities, but none moves: record move() after the actions"]
+        if any(isinstance(item, (*RAMPS, actions.KillExpired)) for item in recorded):
+            return ["particles do not age without move(): record it after the actions"]
+        return []
+
+    def _lifetime(self, recorded: Sequence[Any]) -> list[str]:
+        if "lifetime" in self._bounds:
+            return []
+        if any(isinstance(item, actions.Set) and item.attribute == "lifetime" for item in recorded):
+            return []
+        needs = (*RAMPS, actions.KillExpired)
+        names = ", ".join(dict.fromkeys(type(one).__name__ for one in recorded if isinstance(one, needs)))
+        return [f"{names} without a lifetime: configure(lifetime=...) gives one"] if names else []
+
+    def _given(self, name: str) -> bool:
+        low, high = self._bounds.get(name, (np.zeros(1), np.zeros(1)))
+        return bool(np.any(low) or np.any(high))
+
+
+def camera_inside(renderer: Renderer) -> list[str]:
+    """Return what is wrong with the camera's position."""
+    position = at(renderer.camera.position, 0)
+    for solid in renderer.solids:
+        # A mesh that is only drawn may be open, and needs no grid.
+        if any(bool(part.contains(position)) for part in parts(solid.shape) if not isinstance(part, Mesh)):
+            return [f"the camera at {position} is inside the solid {solid.shape!r}"]
+    return []
+
+
+def _bounds(value: Any) -> tuple[NDArray[Any], NDArray[Any]]:
+    """Return the least and the largest value of each component; zeros where they are not plain numbers."""
+    if isinstance(value, Uniform):
+        low, high = value.lo, value.hi
+    elif isinstance(value, Normal):
+        low = high = value.mean
+    elif isinstance(value, Shape):
+        points = value.sample(64).astype(np.float64)
+        return points.min(axis=0), points.max(axis=0)
+    else:
+        low = high = value
+    return np.atleast_1d(np.asarray(low, np.float64)), np.atleast_1d(np.asarray(high, np.float64))
+
+
+def _looks_like_bytes(low: NDArray[Any], high: NDArray[Any]) -> bool:
+    both = np.concatenate([low.ravel(), high.ravel()])
+    return bool((both == np.floor(both)).all() and both.min() >= 0 and LEAST_BYTE <= both.max() <= 255)
+
+
+def _shown(values: NDArray[Any]) -> str:
+    numbers = [f"{value:g}" for value in np.ravel(values)]
+    return numbers[0] if len(numbers) == 1 else f"({', '.join(numbers)})"

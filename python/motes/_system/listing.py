@@ -1,0 +1,43 @@
+"""Listing: puts actions into a system's list."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from .._run import script_lines
+from ..actions.base import Action
+from ..errors import ArgumentError
+from .recorded import Recorded
+
+__all__ = ["Listing"]
+
+
+class Listing:
+    """Records actions in the engine and in the list that the script can read."""
+
+    def __init__(self, recorded: Recorded, recorded_of: Callable[[object], Recorded | None]) -> None:
+        """Take the system, and what finds another one of the script's; None for what is no system."""
+        self._recorded = recorded
+        self._recorded_of = recorded_of
+
+    def record(self, action: Action, depth: int = 3) -> None:
+        """Record an action; `depth` calls of the package stand between the script and the engine."""
+        system = self._recorded
+        session = system.session
+        if action.moves:
+            action = action.at_time(session.time)
+        engine = session.begin(type(action).__name__)
+        try:
+            line = script_lines.running_line(depth)
+            given = getattr(action, "other", None)
+            if given is None:
+                engine.record_action(system.index, action.compiled(system.columns))
+            else:
+                other = self._recorded_of(given)
+                if other is None or other.session is not session or other is system:
+                    raise ArgumentError("other", given, "another system of the same world")
+                engine.record_meeting(system.index, other.index, action.compiled(system.columns))
+                other.add(action, line)
+            system.add(action, line)
+        finally:
+            session.end()

@@ -1,0 +1,70 @@
+"""Newborn: what the particles of a system get when they are born, as `configure` sets it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from .. import _core
+from .._values.curves import moving_part
+from .._values.values import Moving, Value, at
+from ..errors import ArgumentError
+from .distributions import distribution
+
+__all__ = ["Newborn"]
+
+
+class Newborn:
+    """A distribution for each attribute that was set; those of curves are made anew for each frame."""
+
+    def __init__(self, name: str, attributes: Mapping[str, tuple[int, int]]) -> None:
+        """Take the system's name, and number and width of each attribute."""
+        self._name = name
+        self._attributes = attributes
+        self._given: dict[int, _core.Distribution] = {}
+        self._state: list[tuple[int, _core.Distribution]] = []
+        self._moving: dict[str, Moving | Value] = {}
+
+    def configure(self, state: Mapping[str, Any]) -> None:
+        """Set what newborn particles get from here on; what was set before remains."""
+        made = {}
+        for attribute, value in state.items():
+            if attribute not in self._attributes or attribute == "position":
+                names = [name for name in self._attributes if name != "position"]
+                allowed = f"an attribute of '{self._name}': {', '.join(names)}"
+                raise ArgumentError("configure", attribute, allowed, known=names)
+            moving = moving_part(value)
+            index, width = self._attributes[attribute]
+            for time in moving:
+                made[index] = distribution(attribute, width, at(value, time))
+            if not moving:
+                made[index] = distribution(attribute, width, value)
+        self._given.update(made)
+        for attribute, value in state.items():
+            self._moving.pop(attribute, None)
+            if moving_part(value):
+                self._moving[attribute] = value
+        self._sort()
+
+    def state_at(self, time: float) -> list[tuple[int, _core.Distribution]]:
+        """Return what particles get that are born in the frame that starts at a time (s)."""
+        for attribute, value in self._moving.items():
+            index, width = self._attributes[attribute]
+            self._given[index] = distribution(attribute, width, at(value, time))
+        if self._moving:
+            self._sort()
+        return self._state
+
+    def kept(self) -> tuple[dict[int, bytes], dict[str, Any]]:
+        """Return what was set so far, to be pickled."""
+        return {index: given.to_bytes() for index, given in self._given.items()}, dict(self._moving)
+
+    def restore(self, kept: tuple[Mapping[int, bytes], Mapping[str, Any]]) -> None:
+        """Go on with what an earlier run had set; ({}, {}) forgets all."""
+        given, moving = kept
+        self._given = {index: _core.Distribution.from_bytes(text) for index, text in given.items()}
+        self._moving = dict(moving)
+        self._sort()
+
+    def _sort(self) -> None:
+        self._state = sorted(self._given.items(), key=lambda pair: pair[0])

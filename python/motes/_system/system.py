@@ -1,0 +1,415 @@
+"""System: all particles that follow the same lines of the script (paper 3.1.3)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from functools import partial
+from typing import TYPE_CHECKING, Any, NoReturn, Unpack, overload
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._particles.particles import LocalParticles, Particles, close_views, keep_preview
+from .._picture.sprites import Sprite
+from .._run.scenefile import Recording
+from .._values import arguments
+from .._values.curves import Curve
+from .._values.ties import Ties
+from .._values.values import at, says_near_names
+from ..actions.base import Where
+from ..errors import ArgumentError, MotesError, NotAssignable, missing, near
+from ..expressions import Expression
+from ..shapes import Shape
+from .births import Births
+from .callbacks import Callbacks
+from .children import Children
+from .distributions import Drawn, State
+from .fabrics import cloth, rope
+from .listing import Listing
+from .pairs import Pairs
+from .recorded import Recorded
+from .recorder import Recorder
+from .sums import Sums
+
+if TYPE_CHECKING:
+    from .._world.world import World
+
+__all__ = ["System", "recorded_of"]
+
+CUT = np.dtype([("axis", "U1"), ("at", np.float32)])
+
+
+class System(Recorder):
+    """A particle system, created by `World.system`. Calls are recorded, and run when the frame ends.
+
+    Every rank makes the same calls in the same order; each does the part of its roles. None of the recording
+    methods communicates. All of them raise MotesError outside `with world:`, inside a callback, and while
+    another thread uses the world.
+    """
+
+    world: World
+    """The world that it belongs to."""
+    name: str
+
+    def __init__(self, world: World, recorded: Recorded) -> None:
+        """Create a system of a world; scripts call `World.system`."""
+        super().__init__(Listing(recorded, recorded_of).record)
+        self.__dict__.update(world=world, name=recorded.name)
+        self._recorded = recorded
+        self._session = recorded.session
+        self._births = Births(recorded)
+        self._children = Children(recorded)
+        self._callbacks = Callbacks(recorded)
+        recorded.called = self._callbacks.called
+        self._sums = Sums(recorded)
+
+    # --- what newborn particles get, and births
+
+    @overload
+    def configure(self, **state: Unpack[State]) -> None: ...
+    @overload
+    def configure(self, **state: Drawn) -> None: ...
+    def configure(self, **state: Any) -> None:
+        """Set what newborn particles get from here on: velocity, color, lifetime, a user's attribute, ...
+
+        Each is a value, a shape (drawn uniformly from it), `Uniform(lo, hi)` or `Normal(mean, sigma)`.
+        Attributes set by earlier calls remain. A `motes.Curve` gives each frame's newborn its value then.
+        """
+        self._recorded.newborn.configure(state)
+        if self._recorded.first is not None:
+            time = self._session.time
+            self._recorded.first.configured({name: at(value, time) for name, value in state.items()})
+
+    @says_near_names
+    def source(
+        self,
+        shape: Shape | ArrayLike,
+        rate: float | Curve,
+        jitter: bool = False,
+        moving_from: Shape | ArrayLike | None = None,
+        *,
+        key: str | int | None = None,
+    ) -> None:
+        """Emit `rate` particles per second in `shape`.
+
+        The rate may be another one in each frame, and a curve is integrated: at each frame's end the source
+        has emitted floor(S) particles, where S is the sum of rate times `dt` over the frames that called it.
+        No fraction is lost, also while the rate is 0 or the source is not called. With sub-steps, this holds
+        at the end of each.
+
+        `key` says which source this is, so whose fraction goes on: a text or an integer. Calls of a system
+        with the same key are the same source. Without one, it is the line of the script that calls; of
+        several calls of a line (or key) in a frame, the first one, the second one and so on are sources of
+        their own. Where emitters of a loop come and go, give each a key.
+
+        `jitter` spreads them over the (sub)step: each has aged and travelled a random part of it.
+
+        `moving_from`: where the shape was one frame ago, if it moves: a shape of the same kind, and no union.
+        Each particle is born where the shape was at the moment of its birth, on the straight way from a point
+        of the one to the same point of the other. So a trail has no gaps, however fast the shape is. Paper
+        3.2.1.
+        """
+        self._births.source(shape, rate, jitter, moving_from, key)
+
+    @says_near_names
+    def burst(self, shape: Shape | ArrayLike, count: int) -> None:
+        """Emit `count` particles in `shape`, once in this frame."""
+        self._births.burst(shape, count)
+
+    def vertex(self, position: ArrayLike) -> None:
+        """Emit one particle at `position`."""
+        self._births.burst(arguments.triple("position", position), 1)
+
+    def emit(
+        self,
+        particles: Particles | None = None,
+        /,
+        *,
+        position: ArrayLike | None = None,
+        **columns: ArrayLike,
+    ) -> None:
+        """Emit the particles of these arrays, one row per particle: `position` (n, 3), others (n, 3) or (n,).
+
+        Vectors of 2 numbers, (n, 2), stand for (x, y, 0). Attributes that are not given come from
+        `configure`. The arrays must be the same on every rank.
+
+        `particles`: those that `gather("all")` or `motes.open_particles(path)[frame]` gave, with all that
+        `Particles.columns` names; arrays that are also given replace its columns. They get new ids.
+        """
+        self._births.emit(particles, position, columns)
+
+    @says_near_names
+    def cloth(
+        self,
+        rows: int,
+        columns: int,
+        origin: ArrayLike,
+        along: ArrayLike,
+        across: ArrayLike,
+        pinned: Iterable[tuple[int, int]] = (),
+    ) -> Ties:
+        """Emit rows x columns particles, tied to a cloth; ids in the order of rows.
+
+        Row 0, column 0 is at `origin`, the last row at `origin + along`, the last column at
+        `origin + across`. `pinned`: places (row, column) of particles that only the script moves. Return the
+        ties, for `tie`.
+        """
+        return cloth(self._births, rows, columns, origin, along, across, pinned)
+
+    @says_near_names
+    def rope(self, start: ArrayLike, end: ArrayLike, count: int, pinned: Iterable[int] = ()) -> Ties:
+        """Emit `count` particles from `start` to `end`, tied to a rope. `pinned`: places, 0..count - 1.
+
+        Return the ties, for `tie`.
+        """
+        return rope(self._births, start, end, count, pinned)
+
+    @says_near_names
+    def spawn(
+        self, *, into: System, on: str = "death", count: int, inherit_velocity: float = 0, where: Where = None
+    ) -> None:
+        """Let events of this frame emit particles of system `into`: `count` for each parent.
+
+        `on`: "birth", "death", "collision" (with what it bounces off), or "frame" (being alive at its end); a
+        particle counts once per rule and frame. Children are born at the end of this frame, where the parent
+        is then, with the attributes that `into.configure` has set so far plus `inherit_velocity` times the
+        parent's velocity. They are numbered in the order of the parents' ids.
+        """
+        self._children.spawn("spawn", recorded_of(into), into, on, count, inherit_velocity, where)
+
+    @says_near_names
+    def trail(
+        self,
+        into: System,
+        every: float,
+        count: int = 1,
+        *,
+        inherit_velocity: float = 0,
+        where: Where = None,
+    ) -> None:
+        """Let particles leave `count` particles of system `into` behind, each `every` seconds of their age.
+
+        They do so in the frames in which their age passes a multiple of `every`, up to half a frame early:
+        once per frame at most. As `spawn(on="frame")`, which says where children are born and with what.
+        """
+        self._children.trail(recorded_of(into), into, every, count, inherit_velocity, where)
+
+    # --- functions of the script
+
+    @says_near_names
+    def callback(self, function: Callable[[LocalParticles], object], *, where: Where = None) -> None:
+        """Call `function(particles)` here in the list, on each calculator, with views of its particles.
+
+        It must treat each particle by itself, and not depend on how many there are: newborn particles may
+        come in a separate call. It is called in each sub-step. It cannot record, step or read systems. With
+        `where`, it sees only the particles in a shape or for which a comparison holds: their columns are
+        copies, which are written back afterwards, and it is not called if there are none.
+        """
+        self._callbacks.callback(function, where)
+
+    @says_near_names
+    def pairs(self, function: Callable[[Pairs], object], radius: float, *, where: Where = None) -> None:
+        """Call `function(pairs)` here in the list, on each calculator, with the pairs within `radius` metres.
+
+        Each pair is seen from both of its particles; `function` returns the changes of velocity of the own
+        ones, shape (n, 3), or None for no change. They are added in the order of the pairs. It must treat
+        each pair by itself. Paper 3.1.5.
+        """
+        self._callbacks.pairs(function, radius, where)
+
+    @property
+    def recorded(self) -> list[Any]:
+        """This frame's list so far: actions and births in order."""
+        return list(self._recorded.entries)
+
+    # --- reading
+
+    @contextmanager
+    def local(self) -> Iterator[LocalParticles]:
+        """Give zero-copy views of this rank's particles at this point of the script, valid inside the block.
+
+        Ids alone are a copy. Does not communicate, but runs what was recorded so far; reading does not change
+        any result. With sub-steps the views show a preview, in which all of them have run; writing into it
+        makes it count, and then the rest of the list runs after it. Particles whose positions were written go
+        to their owners when the frame ends. The frame cannot end inside the block.
+        """
+        session, recorded = self._session, self._recorded
+        engine = session.begin("local()", reads=True)
+        try:
+            preview = engine.run_pending(recorded.index)
+        finally:
+            session.end()
+        refuse = None if session.recording is None else partial(self._refuse_writing, session.recording)
+        view = LocalParticles(
+            engine,
+            recorded.index,
+            recorded.attributes,
+            refuse_writing=refuse,
+            preview=preview,
+            watched=session.survives,
+        )
+        recorded.views.append(len(recorded.entries))
+        session.open_views.append(recorded)
+        if recorded.first is not None:
+            recorded.first.free = True
+        try:
+            yield view
+            keep_preview(view)
+        finally:
+            session.open_views.remove(recorded)
+            recorded.views.pop()
+            if close_views(view) and not recorded.views:
+                engine.release_views(recorded.index)
+            engine.touched(recorded.index)
+
+    def _refuse_writing(self, recording: Recording) -> NoReturn:
+        recording.refuse(self._session.frame, f"the script writes particles of '{self.name}'")
+
+    def gather(self, *, to: int | str = 0) -> Particles:
+        """Copy all particles, sorted by id, to rank 0 or to "all". Collective.
+
+        Elsewhere the result is falsy and empty.
+        """
+        if not isinstance(to, (int, str)) or isinstance(to, bool) or to not in (0, "all"):
+            raise ArgumentError("to", to, "0 or 'all'")
+        engine = self._session.begin("gather()", reads=True)
+        try:
+            return Particles(engine.gather(self._recorded.index, to == "all"))
+        finally:
+            self._session.end_conversation(engine)
+
+    @says_near_names
+    def total(self, expression: Expression | ArrayLike, where: Where = None) -> Any:
+        """Sum an expression over all particles: a float, or for a vector an array of 3. Collective.
+
+        Every rank gets the result: the exact sum of the expression's float32 values, rounded once, whatever
+        the ranks, threads and order. So it equals `math.fsum` of these values. With NaN, or both infinities,
+        it is NaN; with one infinity it is that one; of no particles it is 0. `total(1)` counts. With `where`,
+        only the particles in a shape or for which a comparison holds.
+        """
+        return self._sums.total(expression, where)
+
+    @says_near_names
+    def histogram(
+        self,
+        expression: Expression,
+        edges: ArrayLike,
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles by an expression, or sum `weights` in each bin. Collective; every rank gets it.
+
+        Bin i holds edges[i] <= value < edges[i + 1], the last one its upper edge too, as in
+        `numpy.histogram`. Values outside and NaN are left out; the outer edges may be infinite. Counts are
+        int64; sums are float64, exact and rounded once, as those of `total`.
+        """
+        return self._sums.histogram(expression, edges, weights, where)
+
+    @says_near_names
+    def tally(
+        self,
+        low: ArrayLike,
+        high: ArrayLike,
+        shape: Sequence[int],
+        weights: Expression | float | None = None,
+        where: Where = None,
+    ) -> NDArray[Any]:
+        """Count particles in a grid of cells, or sum `weights` in each. Collective; every rank gets it.
+
+        There are `shape` = (nx, ny, nz) cells from `low` to `high`; the result is indexed [ix, iy, iz]. Their
+        edges are those of `numpy.linspace(low[0], high[0], nx + 1)` and so on; a cell holds its lower faces,
+        not its upper ones. Particles outside are left out. Counts are int64; sums are float64, exact and
+        rounded once, as those of `total`.
+        """
+        return self._sums.tally(low, high, shape, weights, where)
+
+    # --- what is known without asking other ranks
+
+    @property
+    def sprite(self) -> Sprite:
+        """How the particles are drawn; may change between frames."""
+        return self._recorded.sprite
+
+    @sprite.setter
+    def sprite(self, value: Sprite) -> None:
+        if not isinstance(value, Sprite):
+            raise ArgumentError("sprite", value, "a motes.Sprite")
+        with self._session.usage.during("setting the sprite"):
+            self._recorded.sprite = value
+            if self._session.engine is not None:
+                self._session.engine.set_sprite(self._recorded.index, value.core)
+
+    @property
+    def axis(self) -> str | None:
+        """What its domains cut: one axis (slabs), several (bricks), or None (particles dealt out by id)."""
+        return None if self._recorded.axes == "id" else self._recorded.axes
+
+    @property
+    def count(self) -> int:
+        """Particles on all ranks, as last agreed."""
+        return 0 if self._session.engine is None else self._session.engine.count(self._recorded.index)
+
+    @property
+    def born(self) -> int:
+        """Particles born so far: the next id."""
+        return 0 if self._session.engine is None else self._session.engine.born(self._recorded.index)
+
+    @property
+    def dropped(self) -> int:
+        """Births that the capacity has dropped so far."""
+        return 0 if self._session.engine is None else self._session.engine.dropped(self._recorded.index)
+
+    @property
+    def cuts(self) -> NDArray[Any]:
+        """The cuts between domains, as last agreed; one fewer than calculators.
+
+        Slabs: their positions (m), ascending, float32. By id (`axis=None`): the same, on the interval 0..1.
+        Bricks: records with the fields `axis` ("x", "y" or "z") and `at` (m), in the order of the domains
+        between which they stand: of n domains the first n // 2 lie below cut n // 2 - 1, and so on.
+        """
+        if self._session.engine is None:
+            raise MotesError("cuts exist inside `with world:` only")
+        tree = self._session.engine.cuts(self._recorded.index)
+        if self.axis is None or len(self.axis) == 1:
+            return np.array([at for _, at in tree], np.float32)
+        return np.array([("xyz"[axis], at) for axis, at in tree], CUT)
+
+    def __setattr__(self, name: str, value: Any) -> None:
+        """Refuse what is not an attribute of the system, and say how to set a particle's attribute."""
+        if name.startswith("_") or name == "sprite":
+            object.__setattr__(self, name, value)
+        else:
+            self._refuse(name)
+
+    def _refuse(self, name: str) -> NoReturn:
+        if name in self._recorded.attributes:
+            raise NotAssignable(
+                f"{name} belongs to particles, not to a system: configure({name}=...) gives it to newborn "
+                f"particles, set({name}=...) to living ones"
+            )
+        if hasattr(type(self), name) or name in ("world", "name"):
+            raise NotAssignable(f"{name} of a system cannot be assigned")
+        known = ["sprite", *self._recorded.attributes]
+        raise NotAssignable(f"a system has no attribute {name!r} to assign{near(name, known)}")
+
+    def __getattr__(self, name: str) -> Any:
+        """Raise the error for an attribute that does not exist, with what to use instead."""
+        recorded = self.__dict__.get("_recorded")
+        if recorded is not None and name in recorded.attributes:
+            raise AttributeError(
+                f"{name} belongs to particles, not to a system: read it in `with system.local() as p:` or "
+                "from system.gather()",
+                name=name,
+                obj=None,
+            )
+        raise missing("a system", name, [known for known in dir(type(self)) if known[0] != "_"])
+
+    def __repr__(self) -> str:
+        """Show name and size."""
+        return f"<System {self.name!r}, {self.count} particles>"
+
+
+def recorded_of(system: object) -> Recorded | None:
+    """Return what the package knows of a system of the script; None for anything else."""
+    return system._recorded if isinstance(system, System) else None

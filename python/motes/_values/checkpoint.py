@@ -1,0 +1,52 @@
+"""Checkpoint: how often a run is written down, and where."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+from ..errors import ArgumentError
+from . import arguments
+from .values import Value, value
+
+__all__ = ["Checkpoint"]
+
+
+@value()
+class Checkpoint(Value):
+    """Every so many frames all particles go to disk, while frames go on.
+
+    A run of the same script with the same directory goes on behind the newest whole checkpoint, on any
+    number of ranks, in any roles. They are made where the loop of `world.frames(n)` begins its next pass:
+    what the script computes in that loop must follow from the frame's number and from the particles.
+
+    `directory`: on a file system that all ranks see; each checkpoint is a folder in it. `every`: frames.
+    `keep`: how many whole ones stay; two survive a damaged disk block in the newest. `pickles`: whether what
+    a balancer of your own knows is kept and read by pickle where it is more than numbers, text, lists, dicts
+    and arrays; a pickle can run code of the person who wrote the checkpoint.
+    """
+
+    directory: str | os.PathLike[str]
+    every: int = 48
+    keep: int = 2
+    pickles: bool = False
+
+    def __post_init__(self) -> None:
+        """Check the fields."""
+        if not isinstance(self.directory, (str, os.PathLike)) or not os.fspath(self.directory):
+            raise ArgumentError("directory", self.directory, "a directory's path")
+        self.__dict__.update(
+            directory=os.fspath(self.directory),
+            every=arguments.integer("every", self.every, low=1, high=2**62),
+            keep=arguments.integer("keep", self.keep, low=1, high=10**6),
+            pickles=arguments.flag("pickles", self.pickles),
+        )
+
+
+def checked(given: Any) -> Checkpoint | None:
+    """Return World's argument `checkpoint` as a Checkpoint, or None."""
+    if given is None or isinstance(given, Checkpoint):
+        return given
+    if isinstance(given, (str, os.PathLike)) and os.fspath(given):
+        return Checkpoint(given)
+    raise ArgumentError("checkpoint", given, "None, a directory's path or Checkpoint(...)")

@@ -1,0 +1,322 @@
+"""Environment variables that change a run: one table, and the one place that reads them.
+
+They take precedence over what the script says. `python -m motes doctor` prints the table with what is set.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from ..errors import ArgumentError
+
+__all__ = [
+    "LIVE_OFF",
+    "TABLE",
+    "Variable",
+    "alone",
+    "births",
+    "fan_out",
+    "grain",
+    "is_set",
+    "read",
+    "shares_pictures",
+    "stall_s",
+    "threads",
+]
+
+BIRTHS = ("manager", "calculators")
+PROGRESS = ("lines", "bar", "off")
+SIMD = ("sse2", "avx2", "avx512")
+MOST_RANKS = 2**31 - 1
+MOST_THREADS = 1024
+LEAST_SPEED = 1e-3
+LIVE_OFF = "off"
+
+
+class Variable(NamedTuple):
+    """One environment variable."""
+
+    name: str
+    meaning: str
+    allowed: str
+    """What is allowed, as errors say it: "a number of seconds > 0"."""
+    parse: Callable[[str], Any]
+    """Read the text. Raises ValueError, or ArgumentError, for what is not allowed."""
+    default: Any = None
+    """The value if it is not set; None leaves it to the script."""
+    default_text: str = ""
+    """The default as text, if it is not a plain value."""
+
+
+def read(name: str) -> Any:
+    """Return a variable's parsed value, or its default if it is not set or empty.
+
+    Raises ArgumentError, naming the variable and what is allowed.
+    """
+    variable = TABLE[name]
+    text = os.environ.get(name, "")
+    if not text:
+        return variable.default
+    try:
+        return variable.parse(text)
+    except ArgumentError:
+        raise
+    except ValueError:
+        raise ArgumentError(name, text, variable.allowed) from None
+
+
+def is_set(name: str) -> bool:
+    """Whether a variable of the table is set to something."""
+    return bool(os.environ.get(TABLE[name].name))
+
+
+def stall_s() -> float | None:
+    """Seconds without an answer after which a rank gives up, whatever lives: MOTES_STALL_S; None: not set."""
+    seconds: float | None = read("MOTES_STALL_S")
+    return seconds
+
+
+def alone() -> bool:
+    """Tell whether each process may run by itself under a launcher that started several: MOTES_ALONE."""
+    return bool(read("MOTES_ALONE"))
+
+
+def births(given: Any) -> str:
+    """Return who creates births: MOTES_BIRTHS, or else World's `births`."""
+    from . import arguments
+
+    return read("MOTES_BIRTHS") or arguments.choice("births", given, BIRTHS)
+
+
+def fan_out(given: Any) -> int:
+    """Return to how many ranks each rank relays messages: MOTES_FAN_OUT, or else World's `fan_out`."""
+    from . import arguments
+
+    return read("MOTES_FAN_OUT") or arguments.integer("fan_out", given, low=1, high=MOST_RANKS)
+
+
+def threads(given: Any) -> int | None:
+    """Return the threads of this rank: MOTES_THREADS, or else World's `threads`."""
+    from . import arguments
+
+    told: int | None = read("MOTES_THREADS")
+    if told is None and given is not None:
+        told = arguments.integer("threads", given, low=1, high=MOST_THREADS)
+    return told
+
+
+def grain() -> int | None:
+    """Return the most particles that one thread takes at once: MOTES_GRAIN."""
+    told: int | None = read("MOTES_GRAIN")
+    return told
+
+
+def shares_pictures() -> bool:
+    """Tell whether this rank may draw into memory of the image generator's: MOTES_SHARED_PICTURES."""
+    return bool(read("MOTES_SHARED_PICTURES"))
+
+
+def _one_of(*names: str) -> Callable[[str], str]:
+    def parse(text: str) -> str:
+        if text not in names:
+            raise ValueError(text)
+        return text
+
+    return parse
+
+
+def _flag(text: str) -> bool:
+    return _one_of("0", "1")(text) == "1"
+
+
+def _seconds(text: str) -> float:
+    value = float(text)
+    if not 0 < value < float("inf"):
+        raise ValueError(text)
+    return value
+
+
+def _up_to(most: int) -> Callable[[str], int]:
+    def parse(text: str) -> int:
+        if not text.isascii() or not text.isdigit() or not 1 <= int(text) <= most:
+            raise ValueError(text)
+        return int(text)
+
+    return parse
+
+
+def _speeds(text: str) -> dict[int, float]:
+    chosen = {}
+    for pair in text.split(","):
+        rank, _, speed = pair.partition(":")
+        chosen[int(rank)] = float(speed)
+    if any(rank < 0 or not LEAST_SPEED <= speed <= 1 for rank, speed in chosen.items()):
+        raise ValueError(text)
+    return chosen
+
+
+def _live(text: str) -> dict[str, Any] | str:
+    """Read `off`, or a port and words: 8080,host=0.0.0.0,paused,wait."""
+    if text == LIVE_OFF:
+        return text
+    port, *words = text.split(",")
+    if not port.isascii() or not port.isdigit() or int(port) > 65535:
+        raise ValueError(text)
+    told: dict[str, Any] = {"port": int(port)}
+    for word in words:
+        name, _, value = word.partition("=")
+        if name == "host" and value:
+            told["host"] = value
+        elif word in ("paused", "wait"):
+            told[word] = True
+        else:
+            raise ValueError(text)
+    return told
+
+
+TABLE = {
+    variable.name: variable
+    for variable in (
+        Variable(
+            "MOTES_PROGRESS",
+            "how a run shows its progress",
+            "lines, bar or off",
+            _one_of(*PROGRESS),
+            default_text="what the script says: `World(progress=...)`",
+        ),
+        Variable(
+            "MOTES_STALL_S",
+            "seconds without an answer after which a rank gives up, also on a process that lives",
+            "a number of seconds > 0",
+            _seconds,
+            default_text="a rank waits while the process lives, and for 600 s where nobody can tell",
+        ),
+        Variable(
+            "MOTES_ALONE",
+            "1: each process of an unknown launcher runs the whole animation by itself",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="that is an error",
+        ),
+        Variable(
+            "MOTES_SPEEDS",
+            "ranks that behave like slower machines, such as 2:1.0,3:0.5",
+            f"rank:speed pairs such as 2:1.0,3:0.5 with speeds {LEAST_SPEED}..1",
+            _speeds,
+            default_text="what the script says: `Roles(speeds=...)`",
+        ),
+        Variable(
+            "MOTES_BIRTHS",
+            "who creates births",
+            "manager or calculators",
+            _one_of(*BIRTHS),
+            default_text="what the script says: `World(births=...)`",
+        ),
+        Variable(
+            "MOTES_FAN_OUT",
+            "how many ranks each rank relays the manager's messages to, at most",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="what the script says: `World(fan_out=...)`",
+        ),
+        Variable(
+            "MOTES_THREADS",
+            "threads per rank for calculating and drawing; the bits are the same",
+            f"an integer 1..{MOST_THREADS}",
+            _up_to(MOST_THREADS),
+            default_text="what the script says: `World(threads=...)`",
+        ),
+        Variable(
+            "MOTES_GRAIN",
+            "the most particles that one thread takes at once; for tests of threads with few particles",
+            f"an integer 1..{MOST_RANKS}",
+            _up_to(MOST_RANKS),
+            default_text="what is fastest",
+        ),
+        Variable(
+            "MOTES_SHARED_PICTURES",
+            "0: ranks send each other the pixels of tiles on one host, too; the pictures are the same",
+            "0 or 1",
+            _flag,
+            default=True,
+            default_text="ranks on the image generator's host draw into its memory",
+        ),
+        Variable(
+            "MOTES_SIMD",
+            "the vector instructions of the kernels; the bits are the same",
+            "sse2, avx2 or avx512",
+            _one_of(*SIMD),
+            default_text="the widest that the processor has",
+        ),
+        Variable(
+            "MOTES_MPIRUN",
+            "the launcher that `motes run` starts",
+            "a program",
+            str,
+            default_text="the mpirun of the MPI library that mpi4py uses",
+        ),
+        Variable(
+            "MOTES_OPEN_WORLDS",
+            "set by `motes run`: the folder in which ranks note that they are inside `with world:`",
+            "a directory",
+            str,
+            default_text="nothing is noted",
+        ),
+        Variable(
+            "MOTES_RANK_PROCESS",
+            "set by `motes run` and by each rank: which process is the rank, for those that it starts",
+            "a process number, and the launcher's variables",
+            str,
+            default_text="a process that a launcher describes is the rank",
+        ),
+        Variable(
+            "MOTES_RANK_PIPE",
+            "set by `motes run`: where a rank tells that MPI has started in it",
+            "a file descriptor",
+            str,
+            default_text="nothing is told",
+        ),
+        Variable(
+            "MOTES_FRESH",
+            "1: start anew where there are checkpoints, and remove them",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="go on from the newest whole one",
+        ),
+        Variable(
+            "MOTES_ANYWAY",
+            "1: go on from a checkpoint of a script that has changed since",
+            "0 or 1",
+            _flag,
+            default=False,
+            default_text="that is an error",
+        ),
+        Variable(
+            "MOTES_LIVE",
+            "serve the run to browsers: a port, and words such as 8080,paused,wait,host=0.0.0.0; or off",
+            "off, or a port 0..65535 with paused, wait or host=ADDRESS behind it, separated by commas",
+            _live,
+            default_text="what the script says: `World(live=...)`",
+        ),
+        Variable(
+            "MOTES_STEERING",
+            "a steer.jsonl of an earlier run, whose orders happen again",
+            "a file",
+            str,
+            default_text="what the script says: `World(steering=...)`",
+        ),
+        Variable("MOTES_SMPIRUN", "SimGrid's launcher", "a program", str, default="smpirun"),
+        Variable(
+            "MOTES_SMPI_REPLAY",
+            "`motes_replay` built for SimGrid",
+            "a file",
+            str,
+            default_text="what `motes cluster build` has built",
+        ),
+    )
+}
+"""All variables by name. The core reads MOTES_SIMD, `motes_replay` reads MOTES_SPEEDS and MOTES_STALL_S."""

@@ -1,0 +1,75 @@
+"""Which rank plays which roles (paper 3.1.1)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from .. import _core
+from ..errors import ArgumentError
+from . import arguments, environment
+
+__all__ = ["Roles"]
+
+MOST_RANKS = 2**31 - 1
+Core = tuple[int, int, Sequence[int]]
+MIN_SPEED = environment.LEAST_SPEED
+
+
+@dataclass(frozen=True, kw_only=True)
+class Roles:
+    """Ranks by role: a rank may play several roles, or none.
+
+    `speeds`: {rank: part of its speed, above 0, at most 1}: such a rank takes the time that a machine of that
+    speed would take, so that a heterogeneous cluster can be studied on one computer. The environment variable
+    MOTES_SPEEDS="2:1.0,3:0.5" does the same without a change of the script, and takes precedence.
+    """
+
+    manager: int
+    image_generator: int
+    calculators: Sequence[int]
+    speeds: Mapping[int, float] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        """Check what can be checked before the number of ranks is known."""
+        arguments.integer("manager", self.manager, high=MOST_RANKS)
+        arguments.integer("image_generator", self.image_generator, high=MOST_RANKS)
+        for rank in arguments.listed("calculators", self.calculators, "a list of ranks"):
+            arguments.integer("calculators", rank, high=MOST_RANKS)
+        if not isinstance(self.speeds, Mapping):
+            raise ArgumentError("speeds", self.speeds, "a dict of ranks and numbers above 0, at most 1")
+        for rank, speed in self.speeds.items():
+            arguments.integer("speeds", rank, high=MOST_RANKS)
+            arguments.number("speeds", speed, low=MIN_SPEED, high=1)
+
+
+def cast(roles: Any, ranks: Sequence[int], size: int) -> Core:
+    """Turn World's `roles`, which are for `size` ranks, into manager, image generator and calculators.
+
+    `ranks`: which of them are there, ascending; the result names them by their place in this list.
+    """
+    if isinstance(roles, Roles):
+        chosen = (roles.manager, roles.image_generator, list(roles.calculators))
+        _core.check_roles(chosen, size)
+        return chosen if len(ranks) == size else _core.cast_left(chosen, list(ranks))
+    if not isinstance(roles, str) or roles not in ("auto", "shared"):
+        raise ArgumentError("roles", roles, "'auto', 'shared' or Roles(...)")
+    return _core.cast(roles, len(ranks))
+
+
+def speeds(roles: Any, ranks: Sequence[int], size: int) -> dict[int, float]:
+    """Return which ranks are to behave like slower machines: of MOTES_SPEEDS, or else of `roles`.
+
+    Both are for `size` ranks, of which `ranks` are there; the result names them by their place in this list.
+    """
+    given = environment.read("MOTES_SPEEDS")
+    if given is None and isinstance(roles, Roles):
+        chosen = {int(rank): float(speed) for rank, speed in roles.speeds.items()}
+    else:
+        chosen = given or {}
+    for rank in chosen:
+        if rank >= size:
+            name = "speeds" if given is None else "MOTES_SPEEDS"
+            raise ArgumentError(name, chosen, f"for ranks 0..{size - 1}")
+    return {now: chosen[then] for now, then in enumerate(ranks) if then in chosen}

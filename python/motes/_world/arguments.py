@@ -1,0 +1,190 @@
+"""Checks of those arguments of `World` and `World.system` that are more than a number or a name."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Container, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from .. import _core
+from .._mpi import alone, rank_process
+from .._picture.rendering import Renderer
+from .._picture.sprites import Sprite
+from .._run.process import process
+from .._system.recorded import Recorded
+from .._system.system import recorded_of
+from .._values import arguments
+from ..balance import BALANCERS, Balancer, Static
+from ..errors import ArgumentError
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+__all__ = [
+    "axes_bits",
+    "axis",
+    "balancer",
+    "directory",
+    "interval",
+    "leader",
+    "ranks_of",
+    "renderer",
+    "spans",
+    "sprite",
+    "system_name",
+    "user_attributes",
+]
+
+ALLOWED_AXES = "'x', 'y', 'z', 'xy', 'xz', 'yz', 'xyz' or None"
+BY_ID = "id"  # the name of axis=None in logs and in the core
+
+
+def axis(value: Any, world: str | None = None) -> str:
+    """Return the axes that domains cut, in the order x, y, z: "x", "xz", ...; `BY_ID` for None.
+
+    `world`: what "world" stands for, if anything.
+    """
+    if world is not None and isinstance(value, str) and value == "world":
+        return world
+    if value is None:
+        return BY_ID
+    if not isinstance(value, str) or not value or len(set(value)) != len(value) or set(value) - set("xyz"):
+        raise ArgumentError("axis", value, ALLOWED_AXES)
+    return "".join(sorted(value))
+
+
+def axes_bits(name: str) -> int:
+    """Return the axes as the core takes them."""
+    return sum(1 << "xyz".index(letter) for letter in name if name != BY_ID)
+
+
+def leader(systems: Sequence[Recorded], domains_of: Any, axes: str | None, space: Any) -> Recorded:
+    """Return the system whose domains a new one shares; its own wishes must be the same."""
+    given = recorded_of(domains_of)
+    if given is None or not any(system is given for system in systems):
+        raise ArgumentError("domains_of", domains_of, "None or an earlier system of this world")
+    found = systems[given.leads]
+    whose = f"that of {found.name!r}, whose domains it shares"
+    if axis(axes, found.axes) != found.axes:
+        raise ArgumentError(
+            "axis", axes, f"{None if found.axes == BY_ID else found.axes!r}, {whose}, or not given"
+        )
+    wanted = found.definition["space"]
+    if space is not None and interval(space) != wanted:
+        raise ArgumentError("space", space, f"{wanted!r}, {whose}, or not given")
+    return found
+
+
+def balancer(value: Any, axes: str) -> Balancer:
+    """Return `value`, or the balancer that keeps cuts for None, which must be able to move cuts of `axes`."""
+    if value is None:
+        return Static()
+    if not isinstance(value, Balancer):
+        raise ArgumentError("balancer", value, "None or a balancer of motes.balance", known=BALANCERS)
+    if value.slabs_only and len(axes) != 1:
+        allowed = "Static, PrefixCuts, Proportional or a balancer of your own that returns Targets"
+        raise ArgumentError("balancer", value, f"{allowed} where axis={None if axes == BY_ID else axes!r}")
+    return value
+
+
+def ranks_of(comm: Any) -> tuple[MPI.Intracomm, Sequence[int], int]:
+    """Return `comm`, its ranks, and of how many ranks these are.
+
+    For None it is that of all ranks; once some were lost, that of those that are left.
+    """
+    if rank_process.is_fork():
+        if comm is not None:
+            raise ArgumentError("comm", comm, "None in a forked process, where MPI does not work")
+        return alone.communicator(), range(1), 1
+    from mpi4py import MPI
+
+    if comm is None and process.left is not None:
+        left = process.left
+        ranks = left.Get_group().Translate_ranks(None, MPI.COMM_WORLD.Get_group())
+        return left, [int(rank) for rank in ranks], MPI.COMM_WORLD.size
+    if comm is None:
+        comm = MPI.COMM_WORLD
+    if not isinstance(comm, MPI.Intracomm):
+        raise ArgumentError("comm", comm, "None or an mpi4py intracommunicator")
+    return comm, range(comm.size), comm.size
+
+
+def directory(log: Any) -> str | None:
+    """Return `log` as a text, or None."""
+    if log is None:
+        return None
+    if not isinstance(log, (str, os.PathLike)):
+        raise ArgumentError("log", log, "None or a directory's path")
+    return os.fspath(log)
+
+
+def spans(value: Any, *, log: Any) -> bool:
+    """Return `value`, True or False: spans need a log."""
+    if arguments.flag("spans", value) and log is None:
+        raise ArgumentError("spans", value, "False where there is no log")
+    return bool(value)
+
+
+def renderer(argument: str, value: Any) -> Renderer | None:
+    """Return `value`, a renderer or None."""
+    if value is not None and not isinstance(value, Renderer):
+        raise ArgumentError(argument, value, "None or a motes.Renderer")
+    return value
+
+
+def sprite(value: Any) -> Sprite:
+    """Return `value`, or the default sprite for None."""
+    if value is None:
+        return Sprite()
+    if not isinstance(value, Sprite):
+        raise ArgumentError("sprite", value, "None or a motes.Sprite")
+    return value
+
+
+def system_name(name: Any, *, taken: Container[str]) -> None:
+    """Check the name of a new system."""
+    if not isinstance(name, str) or not name:
+        raise ArgumentError("name", name, "a text that is not empty")
+    if name in taken:
+        error = ArgumentError("name", name, "a new one")
+        error.args = (f"a system named {name!r} already exists; names are unique",)
+        raise error
+    if any("\ud800" <= letter <= "\udfff" for letter in name):
+        raise ArgumentError("name", name, "a text without surrogates, which are halves of letters")
+
+
+def interval(space: Any) -> tuple[float, float] | str | None:
+    """Return `space`: (lo, hi), None or "fit"."""
+    if space is None:
+        return None
+    if isinstance(space, str) and space == "fit":
+        return space
+    if isinstance(space, str) or not isinstance(space, (tuple, list)) or len(space) != 2:
+        raise ArgumentError("space", space, "(lo, hi), None or 'fit'")
+    low = arguments.number("space", space[0], low=-1e12, high=1e15)
+    high = arguments.number("space", space[1], low=-1e12, high=1e15)
+    if not low < high:
+        raise ArgumentError("space", space, "(lo, hi) with lo < hi")
+    return low, high
+
+
+def user_attributes(attributes: Mapping[str, Any]) -> list[tuple[str, int, tuple[float, float, float]]]:
+    """Return name, width and initial value of each attribute."""
+    if not isinstance(attributes, Mapping):
+        raise ArgumentError("attributes", attributes, "a dict of names and initial values")
+    taken = {"id", *(name for name, _ in _core.builtin_attributes())}
+    made = []
+    for name, value in attributes.items():
+        if not isinstance(name, str) or not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", name) or name in taken:
+            raise ArgumentError(
+                "attributes", name, "new names of letters, digits and _ that begin with a letter"
+            )
+        if isinstance(value, (int, float, np.integer, np.floating)):
+            made.append((name, 1, (arguments.number(name, value), 0.0, 0.0)))
+        else:
+            made.append((name, 3, arguments.triple(name, value)))
+    return made

@@ -1,0 +1,332 @@
+"""The start of a run: every rank learns of every other, and all agree before anything can block.
+
+Collective, in this order: all ranks are there (`attendance`), each learns where the others run, all were
+given the same settings, the manager may write the log. Whatever is wrong is raised on every rank.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import struct
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .._io.output import tell
+from .._mpi import launchers
+from .._run import attendance, ending, open_worlds
+from .._run.losses import lost_ranks, unless_lost
+from .._run.peers import Peer, PeerWatch
+from .._run.process import OpenRun, process
+from .._run.settings import RunSettings
+from .._run.threads import MASK_BYTES, Place, processors, threads_of
+from .._run.waiting import Wait, poll, warn_s
+from .._values import environment
+from ..errors import ArgumentError, LogError, MotesError, ScriptMismatch, place
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from .._checkpoint.finding import Found
+
+__all__ = ["begin", "close", "meet"]
+
+_CARD = struct.Struct(f"<i64s64siqQ96sI16si{MASK_BYTES}s")  # what each rank reports about itself
+_VERDICT_BYTES = 4096
+
+
+def begin(comm: MPI.Intracomm, *, without_lost: bool = False) -> OpenRun:
+    """Open a run once every rank of `comm` is about to start it. Collective.
+
+    A rank whose script has ended is reported, which ends the job; so is a lost one, unless the run starts
+    `without_lost`: then `process.left` are those that are left.
+    """
+    ending.install()  # where MPI was not started with motes
+    launchers.check_alone()
+    with _left_ends():
+        attendance.begin(comm, without_lost=without_lost)
+    if without_lost and process.survives and comm.size > 1:
+        _count_left(comm)
+    return process.open(OpenRun())
+
+
+def _count_left(comm: MPI.Intracomm) -> None:
+    from mpi4py import MPI
+
+    left = MPI.Intracomm(comm.Shrink())
+    if left.size == comm.size:
+        with unless_lost():
+            left.Free()
+        return
+    process.left = left
+    if left.rank == 0:
+        lost = ", ".join(f"rank {rank}" for rank in sorted(lost_ranks(comm)))
+        goes = "1 rank goes" if left.size == 1 else f"{left.size} ranks go"
+        tell(f"motes: lost {lost} between two worlds; {goes} on")
+
+
+def meet(run: OpenRun, comm: MPI.Intracomm, settings: RunSettings, role: str) -> RunSettings:
+    """Fill in the run: communicator, peers, log. Collective.
+
+    Returns the settings with the seed that all agreed on and this rank's threads. Raises ScriptMismatch if
+    ranks were given different settings, and whatever `LogDirectory.claim` raises on the manager; every rank
+    raises it.
+    """
+    from mpi4py import MPI
+
+    run.role, run.frame, run.warn_s = role, 0, warn_s(settings.stall_s)
+    run.noted = open_worlds.enter(process.rank, f"{process.entered + 1}.starts")
+    run.comm = made = _duplicate(comm, settings)
+    if comm.size > 1 and MPI.Comm.Compare(comm, MPI.COMM_WORLD) not in (MPI.IDENT, MPI.CONGRUENT):
+        own = comm.Get_group()
+        run.ranks = own.Translate_ranks(list(range(comm.size)), MPI.COMM_WORLD.Get_group())
+    wish = int.from_bytes(os.urandom(8), "big") if settings.seed is None else settings.seed
+    text = json.dumps(settings.compared()).encode()
+    cards = _exchange_cards(made, Peer.here(rank=comm.rank, role=role), wish, text, settings)
+    run.peers = [card.peer for card in cards]
+    run.threads = threads_of([card.place for card in cards])
+    run.watch = PeerWatch(run.peers, rank=comm.rank)
+    _compare(made, cards, text, settings)
+    settings = _find_repeated(run, settings)
+    found = _find_checkpoint(run, settings)
+    seed = cards[0].wish if settings.seed is None else settings.seed
+    if found is not None and found.manifest is not None:
+        seed = found.manifest.seed
+    settings = settings.agreed(
+        seed=seed,
+        threads=run.threads[comm.rank],
+        continued_from=settings.continued_from if found is None else found.frame,
+    )
+    _claim_log(run, settings)
+    process.entered += 1
+    starts, run.noted = run.noted, open_worlds.enter(process.rank, f"{run.peers[0].pid}.{process.entered}")
+    open_worlds.leave(starts)
+    return settings
+
+
+def _duplicate(comm: MPI.Intracomm, settings: RunSettings) -> MPI.Intracomm:
+    """Return a duplicate of a communicator. Collective."""
+    from mpi4py import MPI
+
+    if not process.survives or comm.size == 1:
+        made, request = comm.Idup()
+        _wait_for(request, comm, settings)
+        return made
+    # Open MPI 5.0 crashes where a rank is lost while a duplicate is being made.
+    made = MPI.Intracomm(comm.Shrink())
+    if made.size < comm.size:
+        with _left_ends():
+            attendance.check_lost(comm)
+    return made
+
+
+def _find_repeated(run: OpenRun, settings: RunSettings) -> RunSettings:
+    """Read what the run repeats, if anything; returns the settings with its seed."""
+    if settings.steering is None:
+        return settings
+    from .._live import repeating
+
+    comm, home = run.comm, settings.roles[1]
+    assert comm is not None
+
+    def broadcast(text: bytes) -> bytes:
+        length = _broadcast(comm, len(text).to_bytes(8, "little"), home, 8, settings)
+        return _broadcast(comm, text, home, int.from_bytes(length, "little"), settings)
+
+    try:
+        run.repeats = repeating.agree(
+            settings.steering, reads=comm.rank == home, seed=settings.seed, broadcast=broadcast
+        )
+    except ArgumentError as error:
+        error.speaker = home
+        raise
+    return settings._replace(seed=run.repeats.seed)
+
+
+def _find_checkpoint(run: OpenRun, settings: RunSettings) -> Found | None:
+    """Find what the run goes on from, where it has checkpoints."""
+    if settings.checkpoint is None:
+        return None
+    from .._checkpoint.finding import Wishes, find
+
+    assert run.comm is not None
+    manager, _, calculators = settings.roles
+    run.found = find(
+        run.comm,
+        manager,
+        Wishes(
+            checkpoint=settings.checkpoint,
+            seed=settings.seed,
+            dt=settings.dt,
+            substeps=settings.substeps,
+            calculators=len(calculators),
+            fresh=environment.read("MOTES_FRESH"),
+            anyway=environment.read("MOTES_ANYWAY"),
+            stall_s=settings.stall_s,
+        ),
+    )
+    return run.found
+
+
+def close(run: OpenRun, *, well: bool) -> None:
+    """End a run: after this the rank may leave the script, unless another run is open.
+
+    `well`: all ranks reached the end; otherwise nothing is freed that needs the others.
+    """
+    from .._run import busy
+
+    process.close(run)
+    if well and process.survives:
+        open_worlds.end(run.noted)
+        forget_lost()
+    open_worlds.leave(run.noted)
+    if run.log is not None:
+        run.log.release()
+    if run.watch is not None:
+        run.watch.close()
+    if run.comm is not None and (well or run.comm.size == 1):
+        busy.take_notes(run)
+        if run.comm != process.left and not lost_ranks(run.comm):
+            run.comm.Free()
+    run.comm = None
+
+
+def forget_lost() -> None:
+    """Take back the launcher's notes of ranks that are lost: the others have come to the end without them."""
+    from mpi4py import MPI
+
+    for rank in lost_ranks(MPI.COMM_WORLD):
+        open_worlds.forget(rank)
+
+
+class _Card:
+    """What a rank reported about itself."""
+
+    def __init__(self, content: Sequence[Any]) -> None:
+        (
+            rank,
+            role,
+            host,
+            pid,
+            started,
+            self.wish,
+            space,
+            self.length,
+            self.digest,
+            threads,
+            mask,
+        ) = content
+        fields = [field.rstrip(b"\0").decode(errors="replace") for field in (role, host, space)]
+        self.peer = Peer(rank, fields[0], fields[1], pid, started, fields[2])
+        self.place = Place(fields[1], mask, threads)
+
+
+def _exchange_cards(
+    comm: MPI.Intracomm, me: Peer, wish: int, text: bytes, settings: RunSettings
+) -> list[_Card]:
+    import hashlib
+
+    from mpi4py import MPI
+
+    card = _CARD.pack(
+        me.rank,
+        me.role.encode()[:64],
+        me.host.encode()[:64],
+        me.pid,
+        me.started,
+        wish,
+        me.space.encode()[:96],
+        len(text),
+        hashlib.sha256(text).digest()[:16],
+        settings.threads or 0,
+        processors(),
+    )
+    cards = bytearray(_CARD.size * comm.size)
+    _wait_for(comm.Iallgather([card, MPI.BYTE], [cards, MPI.BYTE]), comm, settings)
+    return [_Card(content) for content in _CARD.iter_unpack(bytes(cards))]
+
+
+def _compare(comm: MPI.Intracomm, cards: Sequence[_Card], text: bytes, settings: RunSettings) -> None:
+    """Raise ScriptMismatch if ranks were given different settings, naming the ranks and the difference."""
+    digests = [card.digest for card in cards]
+    model = max(range(len(cards)), key=lambda rank: (digests.count(digests[rank]), -rank))
+    different = [rank for rank, digest in enumerate(digests) if digest != digests[model]]
+    if not different:
+        return
+    first = different[0]
+    theirs = json.loads(_broadcast(comm, text, model, cards[model].length, settings))
+    its = json.loads(_broadcast(comm, text, first, cards[first].length, settings))
+    names = [name for name in theirs if its.get(name) != theirs[name]]
+    listed = "; ".join(
+        f"World({name}=...) is {its.get(name)!r} on rank {first} and {theirs[name]!r} on rank {model}"
+        for name in names
+    )
+    who = f"ranks {', '.join(map(str, different))}" if len(different) > 1 else ""
+    where = place(first, role=cards[first].peer.role, frame=0)
+    message = f"{where}: its script differs from the other ranks': {listed}"
+    message += f" ({who} differ from rank {model})" if who else ""
+    raise ScriptMismatch(message, frame=0, ranks=tuple(different), speaker=first)
+
+
+def _claim_log(run: OpenRun, settings: RunSettings) -> None:
+    """Let the manager claim the log's directory; if that raises, every rank raises the same."""
+    if settings.log is None:
+        return
+    assert run.comm is not None
+    manager = settings.roles[0]
+    verdict = b""
+    if run.comm.rank == manager:
+        try:
+            from .._run.log_directory import LogDirectory
+
+            run.log = LogDirectory.claim(settings.log, continued=settings.continued_from > 0)
+        except (ArgumentError, LogError) as error:
+            verdict = _as_bytes(error, process.describe(run))
+    told = _broadcast(run.comm, verdict.ljust(_VERDICT_BYTES), manager, _VERDICT_BYTES, settings).strip()
+    if not told:
+        return
+    agreed = _from_bytes(told)
+    agreed.speaker = manager
+    raise agreed
+
+
+def _as_bytes(error: MotesError, where: str) -> bytes:
+    if isinstance(error, ArgumentError):
+        content = ["ArgumentError", error.argument, os.fspath(error.value), error.allowed]  # type: ignore[call-overload]
+    else:
+        content = ["LogError", f"{where}: {error}"]
+    limit = (_VERDICT_BYTES - 100) // (6 * len(content))  # JSON writes a letter as six at most
+    return json.dumps([text[-limit:] if len(text) > limit else text for text in content]).encode()
+
+
+def _from_bytes(told: bytes) -> MotesError:
+    kind, *arguments = json.loads(told)
+    return ArgumentError(*arguments) if kind == "ArgumentError" else LogError(*arguments)
+
+
+def _broadcast(comm: MPI.Intracomm, text: bytes, root: int, length: int, settings: RunSettings) -> bytes:
+    from mpi4py import MPI
+
+    buffer = bytearray(text if comm.rank == root else length)
+    _wait_for(comm.Ibcast([buffer, MPI.BYTE], root), comm, settings)
+    return bytes(buffer)
+
+
+def _wait_for(request: MPI.Request, comm: MPI.Comm, settings: RunSettings) -> None:
+    def done() -> bool:
+        if process.survives:  # what is survived is a loss in a run: before, there is nothing to go on with
+            attendance.check_lost(comm)
+        return request.Test()
+
+    with _left_ends():
+        poll(done, Wait(settings.stall_s, "other ranks to enter the world"))
+
+
+@contextlib.contextmanager
+def _left_ends() -> Iterator[None]:
+    """End the job where a rank that the run needs has left the script, or is lost."""
+    try:
+        yield
+    except attendance.Left as left:
+        ending.end_left(left.rank, lost=left.lost)

@@ -1,0 +1,98 @@
+"""Loop: the frames of a world in order: what comes next, where it ends, and what a notebook shows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import TYPE_CHECKING
+
+from .._picture.frame import Frame
+from .._run import stopping
+from .._system.session import Session, outside
+from .._values import arguments
+from ..errors import MotesError
+from .telling import warn
+from .viewers import Viewers
+
+if TYPE_CHECKING:
+    from .._checkpoint.course import Course
+    from .._notebook.cells import CellProgress
+
+__all__ = ["Loop"]
+
+
+class Loop:
+    """The loop of a world's frames, and its checkpoints between two of them."""
+
+    def __init__(self, session: Session, viewers: Viewers) -> None:
+        """Begin before the run."""
+        self._session = session
+        self._viewers = viewers
+        self.course: Course | None = None
+        """Of the run's checkpoints."""
+        self.ran = False
+        """Whether a frame ran in this process."""
+        self.shows_in_cell = False
+        """Whether a notebook shows the loop."""
+        self._in_cell: CellProgress | None = None
+
+    def frames(self, n: int) -> Iterator[int]:
+        """Check what `World.frames` was given, and return its frames."""
+        session = self._session
+        session.usage.check("frames()")
+        if session.ended:
+            raise outside("frames()")
+        session.total = arguments.integer("n", n)
+        if session.frame >= session.total and self.ran:
+            said = f"frames({n}): all {n} frames are done; frames(n) counts from the world's first frame"
+            warn(session, said, 4)
+        return self._frames(session.total)
+
+    def _frames(self, n: int) -> Iterator[int]:
+        session, viewers = self._session, self._viewers
+        self._in_cell = None
+        try:
+            while True:
+                if self.course is not None:
+                    self.course.at_border(session.frame)
+                if session.frame >= n or viewers.at_border():
+                    return
+                frame = session.frame
+                self._show_in_cell()
+                viewers.looping = True
+                stopping.arm()  # a notebook takes Ctrl-C back for each cell
+                yield frame
+                if session.frame != frame + 1:
+                    raise MotesError(f"frame {frame} must end with one world.render() or world.step()")
+                viewers.looping = False
+        finally:
+            viewers.looping = False
+            stopping.disarm()
+            self._show_in_cell(last=True)
+
+    def skips(self) -> bool:
+        """Whether an earlier run has done the frame that ends. Collective."""
+        return self.course is not None and self.course.skip()
+
+    def save_now(self) -> None:
+        """Write a checkpoint, where the run has any, and wait until it is whole. Collective."""
+        if self.course is not None:
+            self.course.save_now(self._session.frame)
+
+    def shows(self, frame: Frame | None) -> None:
+        """Show viewers and the notebook a frame that has ended; None: it has no picture."""
+        if frame and self._in_cell is not None:
+            self._in_cell.picture(frame.pixels, frame.index)
+        self._viewers.show(frame)
+
+    def _show_in_cell(self, *, last: bool = False) -> None:
+        """Show in a notebook how far the loop is; nothing elsewhere."""
+        if not self.shows_in_cell or self._viewers.attached:
+            return
+        session = self._session
+        if self._in_cell is None:
+            if not last:
+                from .._notebook.cells import CellProgress
+
+                self._in_cell = CellProgress(session.total, session.frame, session.particles())
+        elif last or self._in_cell.due():
+            self._in_cell.show(session.frame, session.particles())

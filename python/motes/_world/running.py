@@ -1,0 +1,284 @@
+"""Running: a world's run from its start to its end, and its frames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .. import _core
+from .._io.output import tell
+from .._picture.frame import Frame
+from .._run import busy, ending, scenefile, script_lines, stopping, waiting
+from .._run.process import OpenRun, process
+from .._run.speaking import mark
+from .._run.usage import Weakly
+from .._system.first_frame import remarks_on
+from .._system.recorded import Recorded
+from .._system.session import Session
+from .._values import roles as _roles
+from ..errors import ArgumentError, MotesError, Stopped
+from . import arguments as checks
+from . import handshake, recovering
+from .loop import Loop
+from .pictures import Pictures
+from .telling import Telling, warn
+from .viewers import Viewers
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["Running"]
+
+
+class Running:
+    """Starts a run, ends its frames and ends it; what is lost with other ranks comes back to it."""
+
+    def __init__(
+        self,
+        session: Session,
+        pictures: Pictures,
+        viewers: Viewers,
+        loop: Loop,
+        told: Telling,
+        *,
+        given: tuple[MPI.Intracomm | None, str | _roles.Roles],
+    ) -> None:
+        """Put a world's parts together; `given`: communicator and roles as the script said."""
+        self.session = session
+        self.pictures = pictures
+        self.viewers = viewers
+        self.loop = loop
+        self.given = given
+        self._told = told
+        self._recovery: recovering.Recovery | None = None
+        self._unseen: list[Recorded] = []  # systems whose first list has not run yet
+        self._pictured = False  # a frame, in this process
+        viewers.before_stopping = loop.save_now
+        session.given_up = lambda: self._leave(well=False)
+
+    def add(self, system: Recorded) -> None:
+        """Take a new system."""
+        self.session.systems.append(system)
+        self._unseen.append(system)
+        if self.session.engine is not None:
+            system.define(self.session.engine)
+
+    # --- start and end
+
+    def start(self) -> None:
+        """Start the run: `World.__enter__`."""
+        session = self.session
+        session.usage.check("open()")
+        if session.engine is not None or session.ended:
+            raise MotesError("a world runs once; make a new one")
+        stopping.check_stopped()
+        try:
+            self._join_those_left()
+            recovering.check(session.settings.on_loss, session.size)
+            comm, _ = self.given
+            later = comm is None and session.settings.on_loss == "recover" and process.entered > 0
+            session.run = handshake.begin(session.comm, without_lost=later)
+            self._join_those_left()
+            self._start(session.run)
+        except BaseException as error:
+            ending.stop_job(error, session.run)
+            self._leave(well=False)
+            raise
+
+    def _join_those_left(self) -> None:
+        """Take the ranks that are there now: an earlier world may have lost some since this one was made."""
+        comm, roles = self.given
+        joined, ranks, of = checks.ranks_of(comm)
+        session = self.session
+        if joined != session.comm:
+            cast = _roles.cast(roles, ranks, of)
+            session.take_ranks(joined, cast)
+            session.settings = session.settings.of_roles(cast, _roles.speeds(roles, ranks, of))
+
+    def _start(self, run: OpenRun) -> None:
+        session = self.session
+        if not stopping.interactive():
+            stopping.arm()
+        announce = session.settings.seed is None
+        role = _core.describe_role(session.cast, session.rank)
+        settings = session.settings = handshake.meet(run, session.comm, session.settings, role)
+        _core.name_crashes(mark() or "")
+        _core.set_place(process.describe(run))
+        hosts = [peer.host for peer in run.peers]
+        engine = session.engine = _core.Engine(
+            comm=session.comm.py2f(),
+            roles=session.cast,
+            facts=settings.for_core(rank=session.rank, hosts=hosts),
+            # The garbage collector cannot see what the engine holds: it must not hold the world.
+            while_waiting=lambda _: busy.look_around(run),
+            describe=session.describe,
+            warn_s=waiting.WARN_S,
+            limit_s=settings.stall_s,
+            life=lambda rank: (None, "") if run.watch is None else run.watch.life(rank),
+            warn=lambda text: tell(f"motes: {text}"),
+        )
+        for system in session.systems:
+            system.define(engine)
+        engine.on_callback(Weakly(self._call_back))
+        session.recording = scenefile.claim(engine)
+        self.loop.shows_in_cell = self._told.start(hosts)
+        engine.start()
+        if settings.on_loss == "recover" and session.size > 1:
+            self._recovery = recovering.Recovery(self, engine, run)
+            session.survives = True
+        self.viewers.open(run, engine)
+        if run.found is not None:
+            from .._checkpoint.course import Course
+
+            steering, secure = self.viewers.steering, Weakly(self.viewers.secure)
+            course = Course(run, settings, run.found, engine, steering, secure, session.systems)
+            session.earlier = self.loop.course = course
+        if announce and session.manages:  # whatever `progress` is: nobody could repeat the run
+            tell(f"seed {settings.seed}")
+        if settings.log is not None and session.manages:
+            from .._run.run_file import write_run
+
+            facts = session.facts()
+            write_run(settings.log, facts, hosts, run.threads, continued_from=settings.continued_from)
+
+    def _call_back(self, system: int, *call: Any) -> NDArray[np.float32] | None:
+        return self.session.systems[system].called(*call)
+
+    def _leave(self, *, well: bool) -> None:
+        session = self.session
+        self.viewers.close()
+        for files in list(session.files):
+            files.abandon()
+        if session.run is not None:
+            handshake.close(session.run, well=well)
+            stopping.disarm()
+
+    def end(self, error: BaseException | None) -> None:
+        """End the run: `World.__exit__`."""
+        session = self.session
+        if session.usage.inherited:  # a fork has nothing to end but itself
+            if error is not None:
+                ending.end_fork(error)
+            return
+        session.usage.check("close()")
+        well = False
+        remarks: list[str] = []
+        try:
+            if error is not None and not isinstance(error, Stopped):
+                ending.stop_job(error, session.run)  # returns where this is the only rank
+                return
+            remarks = self._finish()
+            well = True
+            if self.viewers.stop.signal and session.manages:
+                goes_on, number = self.loop.course is not None, self.viewers.stop.signal
+                tell(
+                    stopping.closing_line(number, frames=session.frame, total=session.total, goes_on=goes_on)
+                )
+        except BaseException as failure:
+            ending.stop_job(failure, session.run)
+            raise
+        finally:
+            session.ended = True
+            if self.loop.course is not None:
+                self.loop.course.end()
+            if self._recovery is not None:
+                self._recovery.end()
+            self._leave(well=well)
+        for remark in remarks:
+            warn(session, remark, 4)
+
+    def _finish(self) -> list[str]:
+        """End the run well: its files, the last checkpoint, the engine; return the engine's last remarks."""
+        session = self.session
+        for files in list(session.files):
+            files.close()
+        self.viewers.open_file()  # of a run without a frame
+        self.loop.save_now()
+        engine = session.begin("the end of the world")
+        try:
+            if self._recovery is not None:
+                self._recovery.secure_films(engine)
+            engine.finish()
+        finally:
+            session.end()
+        remarks = engine.take_remarks()
+        self._told.show(session, last=True)
+        if session.recording is not None:
+            session.recording.keep(session.engine_for("the end"), session.facts(), session.manages)
+        return remarks
+
+    # --- frames
+
+    def render(self) -> Frame:
+        """End the frame with a picture: `World.render`."""
+        if self.pictures.renderer is None:
+            raise ArgumentError(
+                "renderer", None, "given to World(renderer=...) before render(); step() needs none"
+            )
+        if self.loop.skips():
+            return self._skipped()
+        session, index = self.session, self.session.frame
+        view = self.pictures.view(session.time)
+        engine = self._run("render()", view)
+        if session.recording is not None and not session.recording.full:
+            return self.pictures.absent(index, scenefile.NO_PICTURE)
+        frame = self.pictures.take(engine, index, (index + 1) * session.settings.dt, view)
+        if not frame and self._recovery is not None:
+            self._recovery.note_picture(frame)
+        if frame and session.settings.digest:
+            engine.set_image_sha256(frame.digest())
+        self.loop.shows(frame)
+        return frame
+
+    def step(self) -> Frame:
+        """End the frame without a picture: `World.step`."""
+        if self.loop.skips():
+            return self._skipped()
+        index = self.session.frame
+        self._run("step()", None)
+        self.loop.shows(None)
+        return self.pictures.absent(index)
+
+    def _skipped(self) -> Frame:
+        """Return what stands for a frame that an earlier run has done."""
+        from .._checkpoint.course import EARLIER
+
+        return self.pictures.absent(self.session.frame - 1, EARLIER)
+
+    def _run(self, call: str, view: _core.View | None) -> _core.Engine:
+        session, viewers = self.session, self.viewers
+        if viewers.steering.stopped:
+            raise Stopped(0)
+        if viewers.stops():
+            raise Stopped(stopping.code_of(viewers.stop.signal))
+        engine = session.begin(call)
+        try:
+            if session.open_views:
+                block = f"{session.open_views[-1].name!r}`.local()`"
+                raise MotesError(f"{call} inside `with` {block}: leave the block first")
+            self.pictures.keep_last()
+            if self._recovery is not None:
+                self._recovery.tell_unsaved(engine)
+            with script_lines.located(session.line_of, lambda: engine.failed_at):
+                engine.run_frame(view, viewers.steering.agreement())
+        finally:
+            session.end_conversation(engine)
+        self.loop.ran = True
+        viewers.after_frame(engine, pictured=view is not None)
+        if session.run is not None:
+            session.run.frame = engine.frame
+        first_picture = view is not None and not self._pictured
+        self._pictured = self._pictured or first_picture
+        remarks = [
+            *remarks_on(self._unseen, self.pictures.renderer if first_picture else None),
+            *engine.take_remarks(),
+        ]
+        for remark in remarks:
+            warn(session, remark, 5)
+        self._unseen = [system for system in self._unseen if system.first is not None]
+        for system in session.systems:
+            system.forget()
+        self._told.show(session)
+        return engine

@@ -1,0 +1,308 @@
+"""Viewers: controls, redraws, and the border between two frames, where what viewers ask for counts."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from .. import _core
+from .._io.output import tell
+from .._live.controls import Choice, Control
+from .._live.pose import Pose
+from .._live.steer_file import NAME, SteerFile
+from .._picture.frame import Frame
+from .._run import same_script, scenefile, stopping
+from .._run.settings import RunSettings
+from .._run.usage import Weakly
+from .._system.session import Session
+from .._values.live import Live
+from .._values.values import at
+from ..errors import ArgumentError, MotesError
+from .pictures import Pictures
+
+if TYPE_CHECKING:
+    from .._live.viewing import Viewing
+    from .._run.process import OpenRun
+
+__all__ = ["Viewers"]
+
+BEAT_S = 1.0  # how often ranks of a paused run hear from each other
+
+
+class Viewers:
+    """Viewers of a live run, their orders, and the record of these."""
+
+    def __init__(self, session: Session, pictures: Pictures) -> None:
+        """Start with what the arguments say, before the run."""
+        self._session = session
+        self._pictures = pictures
+        self.steering = pictures.steering
+        """What all ranks agreed on."""
+        self.stop = stopping.Stop()
+        self.before_stopping: Callable[[], None] = lambda: None
+        """What must be done at the border where a signal stops the run. Collective."""
+        self.looping = False
+        """Inside the loop of `frames`."""
+        self.attached = False
+        """To a notebook, which looks on and steers."""
+        self._viewing: Viewing | None = None
+        self._steer_file: SteerFile | None = None
+        self._live = False  # there may be viewers: the same on all ranks
+        self._writes_steering = False
+
+    def control(
+        self,
+        name: str,
+        value: Any,
+        low: float | None,
+        high: float | None,
+        step: float | None,
+        choices: Sequence[Choice] | None,
+    ) -> Control:
+        """Declare what viewers may move: `World.control`."""
+        if self._session.ended:
+            raise MotesError("this world has ended; make a new one")
+        with self._session.usage.during("control()"):
+            control = self.steering.control(name, value, low, high, step, choices)
+            if self._viewing is not None:
+                self._viewing.know(self.steering.controls)
+        return control
+
+    @property
+    def url(self) -> str | None:
+        """Where the run can be seen, on the image generator; None elsewhere."""
+        return None if self._viewing is None else self._viewing.url
+
+    def redraw(self) -> Frame:
+        """Return another picture of the particles as they are: `World.redraw`."""
+        session = self._session
+        if self._pictures.renderer is None:
+            raise ArgumentError("renderer", None, "given to World(renderer=...) before redraw()")
+        engine = session.begin("redraw()", reads=True)
+        index = max(session.frame - 1, 0)
+        time = session.time
+        try:
+            if session.recording is not None and not session.recording.full:
+                return Frame(index, time, None, home=None, rank=session.rank, missing=scenefile.NO_PICTURE)
+            self._pictures.keep_last()
+            view = self._pictures.view(index * session.settings.dt)
+            engine.redraw(view, self.steering.agreement())
+        finally:
+            session.end_conversation(engine)
+        return self._pictures.take(engine, index, time, view)
+
+    def stops(self) -> bool:
+        """Tell whether the run stops at this border, as all ranks have agreed. Collective where it does."""
+        if self.attached and stopping.interactive():
+            return False  # an interrupt is meant for the cell, which is not where this runs
+        engine = self._session.engine
+        if engine is not None and self.stop.due(engine.stop_asked, self._session.frame):
+            self._note_stop(None)
+            self.before_stopping()
+            self.stop.take(engine.stop_asked)
+        return self.stop.signal > 0
+
+    # --- from the run's start to its end
+
+    def open(self, run: OpenRun, engine: _core.Engine) -> None:
+        """Serve viewers, where the run has them, and begin the record of what they do."""
+        session, settings = self._session, self._session.settings
+        if run.repeats is not None:
+            self.steering.rows = run.repeats.rows
+        if session.recording is not None and not session.recording.full:
+            return
+        self._live = self._live or settings.live is not None
+        if settings.live is not None and settings.log is None and session.manages:
+            tell("motes: what viewers do is not kept: the run has no log")
+        self._take_part(settings, engine)
+
+    def _take_part(self, settings: RunSettings, engine: _core.Engine) -> None:
+        """Record what viewers do, or serve them, where that is this rank's part."""
+        earlier = settings.continued_from > 0 and os.path.exists(os.path.join(settings.log or "", NAME))
+        wanted = self._live or settings.steering is not None or earlier
+        self._writes_steering = wanted and settings.log is not None and self._session.manages
+        if self._live and self._session.draws:
+            if self._viewing is None:
+                self._serve(settings.live)
+            engine.on_orders(Weakly(self._take_orders))
+
+    def serve_again(self) -> None:
+        """Ranks were lost: what they did for viewers is done by those that have their roles now."""
+        session = self._session
+        if session.engine is not None and (session.recording is None or session.recording.full):
+            self._take_part(session.settings, session.engine)
+
+    def _serve(self, live: Live | None, **about: Any) -> Viewing:
+        """Serve viewers from now on; `about` is said of the run beside what it says itself."""
+        from .._live.viewing import Viewing
+
+        assert live is not None
+        told = self.attached and stopping.interactive()  # a widget shows the page
+        viewing = Viewing(live, self._about() | about, self._session.settings.steering, quiet=told)
+        viewing.know(self.steering.controls)
+        self._viewing = viewing
+        return viewing
+
+    def attach(self, title: str) -> Viewing:
+        """Let a notebook look on and steer a world of one rank, from its next border on."""
+        self.attached = self._live = True
+        settings = self._session.settings
+        viewing = self._viewing or self._serve(settings.live or Live(0), title=title)
+        if self._session.engine is not None:
+            self._writes_steering = settings.log is not None
+            self._session.engine.on_orders(Weakly(self._take_orders))
+        return viewing
+
+    def detach(self) -> None:
+        """Take the world back from the notebook: no pause, no stop and no camera of a viewer is left."""
+        self.attached = False
+        if self._session.settings.live is None:
+            self._live = False
+            if self._viewing is not None:
+                self._tell_viewers()
+                self._viewing.close()
+                self._viewing = None
+        self.steering.release()
+
+    def _about(self) -> dict[str, Any]:
+        import sys
+
+        title = os.path.basename(sys.argv[0]) if sys.argv and sys.argv[0] else "motes"
+        renderer = self._pictures.renderer
+        size = (0, 0) if renderer is None else (renderer.width, renderer.height)
+        return {
+            "title": title,
+            "width": size[0],
+            "height": size[1],
+            "repeats": self._session.settings.steering,
+        }
+
+    def _take_orders(self) -> str:
+        """Return what viewers ask for, when the engine can carry it to all ranks."""
+        if self._viewing is None:
+            return ""
+        renderer = self._pictures.renderer
+        near = 0.0 if renderer is None else at(renderer.camera.near, self._session.time)
+        return self._viewing.take(self._pose, near)
+
+    def _pose(self) -> Pose | None:
+        if self.steering.camera is not None or self._pictures.renderer is None:
+            return self.steering.camera
+        return Pose.of(self._pictures.renderer.camera, self._session.time)
+
+    def show(self, frame: Frame | None) -> None:
+        """The frame has ended: show its picture, and come to the border, unless `frames` does that."""
+        if self._viewing is not None and frame is not None:
+            self._viewing.show(frame)
+            self._viewing.keep_pace(self._session.settings.dt)
+        if not self.looping:
+            self.at_border()
+
+    def after_frame(self, engine: _core.Engine, *, pictured: bool) -> None:
+        """All ranks have heard what viewers asked for during the frame."""
+        self.steering.shown = pictured
+        if self._live:
+            self.steering.hear(engine.orders)
+
+    def close(self) -> None:
+        """End what serves viewers, and the record."""
+        if self._viewing is not None:
+            self._tell_viewers()
+            self._viewing.close()
+            self._viewing = None
+        if self._steer_file is not None:
+            self._steer_file.close()
+
+    # --- the border
+
+    def at_border(self) -> bool:
+        """Obey viewers before the next frame; tell whether the run ends here. Collective in a live run."""
+        if self._live:
+            self._hold()
+        if self.stops():
+            return True
+        row = self.steering.commit(self._session.frame)
+        if self.steering.stopped:
+            self._note_stop("the run that is repeated" if self.steering.rows else "a viewer")
+            return True
+        if self._viewing is not None:
+            self._viewing.begin_picture()
+        self.open_file()
+        if row:
+            self._write_row(row)
+        self._tell_viewers()
+        return False
+
+    def _hold(self) -> None:
+        """Wait while the run is paused, with new pictures for viewers who look around."""
+        if not self.steering.held:
+            return
+        self._tell_viewers()
+        stall_s = self._session.settings.stall_s
+        beat_s = BEAT_S if stall_s is None else min(BEAT_S, stall_s / 4)
+        stopping.arm()  # a notebook takes Ctrl-C back for each cell
+        try:
+            while self.steering.held and not self.stops():
+                self._ask_viewers(beat_s)
+        finally:
+            stopping.disarm()
+
+    def _ask_viewers(self, most_s: float) -> None:
+        """Let all ranks hear what viewers ask for, as soon as they do, or after so many seconds."""
+        if self._viewing is not None:
+            self._viewing.wait(most_s)
+        engine = self._session.begin("a pause")
+        try:
+            engine.hear_orders(self.steering.agreement())
+        finally:
+            self._session.end_conversation(engine)
+        self.stop.ask_again()
+        self.steering.hear(engine.orders)
+        if not self.steering.shown and self.steering.held and self._pictures.renderer is not None:
+            self._show_again()
+        self._tell_viewers()
+
+    def _show_again(self) -> None:
+        if self._viewing is not None:
+            self._viewing.begin_picture()
+        frame = self.redraw()
+        self.steering.shown = True
+        if self._viewing is not None:
+            self._viewing.show(frame)
+
+    def _tell_viewers(self) -> None:
+        if self._viewing is not None:
+            self._viewing.tell(self.steering, frame=self._session.frame, total=self._session.total)
+
+    def open_file(self) -> None:
+        """Begin steer.jsonl, once the script has made its controls; on the manager of a steered run."""
+        settings = self._session.settings
+        if self._steer_file is not None or not self._writes_steering:
+            return
+        assert settings.log is not None
+        header = {
+            "seed": settings.seed,
+            "script_sha256": same_script.facts()["sha256"],
+            "controls": {name: one.definition for name, one in self.steering.controls.items()},
+        }
+        self._steer_file = SteerFile(settings.log, header, continued_from=settings.continued_from)
+
+    def _write_row(self, row: dict[str, Any]) -> None:
+        self.open_file()
+        if self._steer_file is not None:
+            self._steer_file.add(self._session.frame, row)
+
+    def secure(self) -> None:
+        """Wait until the disk has what viewers did so far: a checkpoint is about to be written."""
+        if self._steer_file is not None:
+            self._steer_file.secure()
+
+    def _note_stop(self, who: str | None) -> None:
+        """Write that the run ends before this frame, and say why, where no signal did it."""
+        if self.attached:  # a notebook says it by itself, and its next cell may go on
+            return
+        self._write_row({"stop": True})
+        if who is not None and self._session.manages:
+            of = f" of {self._session.total}" if self._session.total else ""
+            tell(f"motes: stopped by {who} after frame {self._session.frame}{of}")

@@ -1,0 +1,362 @@
+"""World: one run of an animation, from its first frame to its last."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+from .. import _extras
+from .._live import repeating
+from .._live.controls import Choice, Control
+from .._picture.frame import Frame
+from .._picture.rendering import Renderer
+from .._picture.sprites import Sprite
+from .._run.progress import LINES
+from .._run.progress import check as check_progress
+from .._run.settings import RunSettings
+from .._system.recorded import Recorded
+from .._system.session import Session
+from .._system.system import System
+from .._values import arguments, environment
+from .._values import roles as _roles
+from .._values.checkpoint import Checkpoint
+from .._values.checkpoint import checked as checkpoint_of
+from .._values.live import Live
+from .._values.live import checked as live_of
+from .._values.values import Settings, says_near_names
+from ..balance import Balancer
+from ..errors import MotesError
+from . import arguments as checks
+from .loop import Loop
+from .pictures import Pictures
+from .running import Running
+from .telling import Telling
+from .viewers import Viewers
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+__all__ = ["World", "running_of", "session_of"]
+
+
+class World(Settings):
+    """A world of particle systems, and the loop of its frames (the paper's Algorithm 1).
+
+    Every rank makes the same calls; the engine gives each its role. A frame goes
+    create -> act -> move -> agree -> exchange -> render::
+
+        with world:
+            for frame in world.frames(100):
+                ...                          # births and actions of the systems, recorded
+                world.render().save(...)     # the manager distributes births, calculators act and
+                                             # move, particles go to their owners, a picture comes back
+    """
+
+    renderer: Renderer | None
+    """What pictures look like; may change between frames."""
+
+    _checks = {"renderer": checks.renderer}
+
+    @says_near_names
+    def __init__(
+        self,
+        *,
+        seed: int | None = None,
+        dt: float = 1 / 24,
+        substeps: int = 1,
+        axis: str | None = "x",
+        space: tuple[float, float] | str | None = None,
+        roles: str | _roles.Roles = "auto",
+        balancer: Balancer | None = None,
+        renderer: Renderer | None = None,
+        combine: str = "together",
+        births: str = "manager",
+        fan_out: int = 8,
+        threads: int | None = None,
+        clock: str = "cpu",
+        log: str | os.PathLike[str] | None = None,
+        spans: bool = False,
+        digest: bool = False,
+        checkpoint: Checkpoint | str | os.PathLike[str] | None = None,
+        on_loss: str = "stop",
+        live: Live | int | None = None,
+        steering: str | os.PathLike[str] | None = None,
+        progress: str | Callable[[dict[str, Any]], None] = LINES,
+        comm: MPI.Intracomm | None = None,
+    ) -> None:
+        """Take the run's settings; nothing is started before `with world:`.
+
+        `seed`: 0..2^64-1, or None for one that rank 0 draws. `dt`: seconds per frame, in which the recorded
+        list runs `substeps` times. `axis`: what domains cut: one axis makes slabs; two or three, "xy", "xyz",
+        make bricks, by halving space again and again; None deals particles out by id, wherever they are.
+        `space`: the interval (m) that they divide at the start, the same along each axis: (lo, hi), None for
+        the paper's infinite space, or "fit" for quantiles of the first births. `roles`: "auto", "shared" or
+        Roles(...). `balancer`: one of motes.balance; None keeps cuts. `renderer`: what `render` draws.
+        `combine`: how several systems share a frame (paper 3.3): "one_by_one", "together" (one message per
+        pair of ranks for all systems) or "overlapped" (the messages of one travel while the next computes).
+        `births`: who creates newborn particles: the "manager", which distributes them, or the "calculators",
+        each its part; the particles are the same. `fan_out`: each rank relays the manager's messages to at
+        most this many others (docs/growth.md measures the benefit of both with many ranks). `threads`: of
+        each rank; the bits are the same. None: the processors that it may use, shared among the ranks of its
+        host (`MOTES_THREADS` overrides). `clock`: what measures a calculator's load: "cpu" (processor time of
+        its threads, which other processes do not lengthen, divided by their number) or "wall". `log`: a
+        directory. `spans`: also log a timeline of each rank. `digest`: also log fingerprints of particles and
+        pictures, one row per frame. `checkpoint`: a directory, or Checkpoint(directory, every=48, keep=2):
+        every so many frames all particles go there, and a later run of the script goes on behind the newest
+        whole one (docs/checkpoints.md). `on_loss`: what follows when a rank is killed: "stop" ends the job;
+        with "recover", under `motes run --survive`, the others take over its work and go on with the same
+        bits. `live`: a port, or Live(port=8080): the run can be seen and steered in a browser. `steering`:
+        the steer.jsonl of such a run, whose orders happen again (docs/live.md). `progress`: "lines", in a
+        notebook a bar and the last picture below the cell (docs/notebooks.md), "bar", "off" or a function of
+        a row. `comm`: an mpi4py communicator.
+        """
+        joined, ranks, of = checks.ranks_of(comm)
+        cast = _roles.cast(roles, ranks, of)
+        settings = RunSettings(
+            seed=None if seed is None else arguments.integer("seed", seed, high=2**64 - 1),
+            dt=arguments.number("dt", dt, low=1e-9, high=1e9),
+            substeps=arguments.integer("substeps", substeps, low=1, high=10_000),
+            axis=checks.axis(axis),
+            space=checks.interval(space),
+            roles=cast,
+            balancer=checks.balancer(balancer, checks.axis(axis)),
+            combine=arguments.choice("combine", combine, ("one_by_one", "together", "overlapped")),
+            births=environment.births(births),
+            fan_out=environment.fan_out(fan_out),
+            threads=environment.threads(threads),
+            clock=arguments.choice("clock", clock, ("cpu", "wall")),
+            digest=arguments.flag("digest", digest),
+            log=checks.directory(log),
+            spans=checks.spans(spans, log=log),
+            speeds=_roles.speeds(roles, ranks, of),
+            stall_s=environment.stall_s(),
+            checkpoint=checkpoint_of(checkpoint),
+            on_loss=arguments.choice("on_loss", on_loss, ("stop", "recover")),
+            live=live_of(live),
+            steering=repeating.checked(steering),
+        )
+        if settings.live is not None:
+            _extras.require_live()
+        self.renderer = renderer
+        told = Telling(check_progress(progress), progress == LINES)
+        self._session = session = Session(settings, joined)
+        self._systems: list[System] = []
+        self._names: set[str] = set()
+        self._pictures = pictures = Pictures(session, lambda: self.renderer)
+        self._viewers = viewers = Viewers(session, pictures)
+        self._loop = loop = Loop(session, viewers)
+        self._running = Running(session, pictures, viewers, loop, told, given=(comm, roles))
+
+    # --- systems
+
+    @says_near_names
+    def system(
+        self,
+        name: str,
+        *,
+        capacity: int | None = None,
+        sprite: Sprite | None = None,
+        axis: str | None = "world",
+        space: tuple[float, float] | str | None = None,
+        domains_of: System | None = None,
+        attributes: Mapping[str, Any] | None = None,
+    ) -> System:
+        """Create a particle system; every rank makes the same calls in the same order.
+
+        `capacity`: most particles alive at once; births beyond it are dropped and counted. `attributes`:
+        extra float32 columns with their initial values, e.g. {"heat": 0.0, "wind": (0, 0, 0)}. `axis` and
+        `space` override the world's. `domains_of`: an earlier system whose domains this one shares, always:
+        the same calculator then owns what is in the same place. Balancers see the sum of both loads, and
+        count all particles alike where they look for a cut.
+        """
+        session, settings = self._session, self._session.settings
+        checks.system_name(name, taken=self._names)
+        if capacity is not None:
+            capacity = arguments.integer("capacity", capacity, high=2**62)
+        axes = checks.axis(axis, settings.axis)
+        cuts = settings.space if space is None else checks.interval(space)
+        leader = None if domains_of is None else checks.leader(session.systems, domains_of, axis, space)
+        if leader is not None:
+            axes, cuts = leader.axes, leader.definition["space"]
+        checks.balancer(settings.balancer, axes)
+        definition = {
+            "capacity": capacity,
+            "axes": checks.axes_bits(axes),
+            "domains_of": -1 if leader is None else leader.index,
+            "space": cuts,
+            "sprite": checks.sprite(sprite),
+            "attributes": checks.user_attributes({} if attributes is None else attributes),
+        }
+        recorded = Recorded(session, len(self._systems), name, axes, definition)
+        made = System(self, recorded)
+        if session.ended:
+            raise MotesError("this world has ended; make a new one")
+        with session.usage.during("system()"):
+            self._systems.append(made)
+            self._names.add(name)
+            self._running.add(recorded)
+        return made
+
+    # --- the run
+
+    def __enter__(self) -> World:
+        """Start the run: communicator, roles, log. Collective."""
+        self._running.start()
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """End the run. Collective; after an exception the whole job ends."""
+        self._running.end(error)
+
+    def open(self) -> World:
+        """Start the run, as `with world:` does; for notebooks. Collective."""
+        return self.__enter__()
+
+    def close(self) -> None:
+        """End the run, as leaving `with world:` does; does nothing if it has ended. Collective."""
+        if not self._session.ended:
+            self.__exit__(None, None, None)
+
+    def render(self) -> Frame:
+        """End the frame with a picture. Collective. Off the image generator the result is falsy."""
+        return self._running.render()
+
+    def step(self) -> Frame:
+        """End the frame without a picture. Collective. The result is falsy, and saving it does nothing."""
+        return self._running.step()
+
+    def digest(self) -> str:
+        """Hash every particle of every system, all columns. Collective.
+
+        Equal particles give equal digests, whatever the number of ranks and the order in memory.
+        """
+        engine = self._session.begin("digest()", reads=True)
+        try:
+            return engine.digest()
+        finally:
+            self._session.end_conversation(engine)
+
+    # --- the loop of frames
+
+    def frames(self, n: int) -> Iterator[int]:
+        """Yield those frames of 0..n-1 that are still to do; end each pass of the loop by `render` or `step`.
+
+        Frames count from the world's first one: after `frames(5)`, `frames(8)` yields 5, 6 and 7. A world
+        with checkpoints goes on behind the newest whole one, where there is one, and writes new ones between
+        two passes of the loop. SIGINT (Ctrl-C), SIGTERM or SIGUSR1 on any rank ends the loop on all ranks
+        once its frame is done. At a prompt or in a notebook Ctrl-C then raises KeyboardInterrupt, and
+        `frames(n)` goes on later.
+        """
+        return self._loop.frames(n)
+
+    # --- viewers
+
+    @says_near_names
+    def control(
+        self,
+        name: str,
+        value: Any,
+        *,
+        low: float | None = None,
+        high: float | None = None,
+        step: float | None = None,
+        choices: Sequence[Choice] | None = None,
+    ) -> Control:
+        """Let viewers of a live run set `Control.value`; without viewers it stays `value`.
+
+        A number needs its bounds `low` and `high`, and moves in steps of `step`, if given; with whole numbers
+        for all four it is an int. A bool has no bounds. With `choices`, texts or numbers, it is one of them.
+        Every rank makes the same calls. The value is the same on all ranks, and changes between two frames
+        only: where the loop of `frames` begins its next pass.
+        """
+        return self._viewers.control(name, value, low, high, step, choices)
+
+    @property
+    def live_url(self) -> str | None:
+        """Where the run can be seen: the page's address, on the image generator; None elsewhere."""
+        return self._viewers.url
+
+    def redraw(self) -> Frame:
+        """Return another picture of the particles as they are between two frames. Collective.
+
+        Nothing is computed and nothing counts as a frame: what was recorded for the next one is not in it.
+        From where viewers look, or where `renderer.camera` is now. Off the image generator the result is
+        falsy. Raises ArgumentError if particles were read after some of the frame's list.
+        """
+        return self._viewers.redraw()
+
+    # --- what is known without asking other ranks
+
+    @property
+    def rank(self) -> int:
+        """This process among the world's ranks."""
+        return self._session.rank
+
+    @property
+    def size(self) -> int:
+        """How many ranks the world has."""
+        return self._session.size
+
+    @property
+    def role(self) -> set[str]:
+        """The roles of this rank: any of "manager", "image_generator" and "calculator"."""
+        return self._session.role
+
+    @property
+    def calculators(self) -> tuple[int, ...]:
+        """The calculators' ranks, in the order of their domains."""
+        return tuple(self._session.cast[2])
+
+    @property
+    def frame(self) -> int:
+        """The frame that is being recorded."""
+        return self._session.frame
+
+    @property
+    def time(self) -> float:
+        """Seconds of the animation at the frame's start."""
+        return self._session.time
+
+    @property
+    def dt(self) -> float:
+        """Seconds per frame."""
+        return self._session.settings.dt
+
+    @property
+    def seed(self) -> int | None:
+        """The seed; None before a run that draws its own."""
+        return self._session.settings.seed
+
+    @property
+    def threads(self) -> int | None:
+        """This rank's threads; None before a run that leaves them to the machine."""
+        return self._session.settings.threads
+
+    @property
+    def systems(self) -> tuple[System, ...]:
+        """All systems in order of creation."""
+        return tuple(self._systems)
+
+    @property
+    def timings(self) -> dict[str, float]:
+        """Seconds that this rank spent in each phase of the last frame."""
+        return {} if self._session.engine is None else self._session.engine.times
+
+    def say(self, text: object) -> None:
+        """Print once, on the manager."""
+        if self._session.manages:
+            print(text, flush=True)
+
+
+def running_of(world: World) -> Running:
+    """Return what runs a world, for the rest of the package."""
+    return world._running
+
+
+def session_of(world: World) -> Session:
+    """Return a world's session, for the rest of the package."""
+    return world._session

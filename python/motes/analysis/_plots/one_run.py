@@ -1,0 +1,402 @@
+"""Plots of one run: `run.plot.imbalance()` and so on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import ArgumentError, LogError
+from .._tables import measures
+from .._tables.stretches import latest
+from . import drawing, timeline
+from .bricks import draw_bricks
+from .domains import draw_domains
+from .drawing import finish
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from pandas import DataFrame, Series
+
+    from ..run import Run
+
+__all__ = ["Plots"]
+
+_LABELS = {
+    "t_compute_s": "compute (ms)",
+    "t_rescaled_s": "compute, rescaled (ms)",
+    "t_exchange_s": "exchange (ms)",
+    "t_wait_s": "waiting (ms)",
+    "t_image_s": "image (ms)",
+    "n_start": "particles at the start",
+    "n_end": "particles",
+    "created": "particles born",
+    "killed": "particles removed",
+    "sent": "particles sent",
+    "received": "particles received",
+    "bytes_sent": "sent (B)",
+    "speed": "speed (particles/s)",
+}
+
+
+class Plots:
+    """The plots of a run.
+
+    Each draws on `ax`, or on new axes, and returns the matplotlib Axes; none shows anything by itself.
+    """
+
+    def __init__(self, run: Run) -> None:
+        """Take the run."""
+        self._run = run
+
+    def _title(self, text: str) -> str:
+        balancer = self._run.balancer
+        return f"{text} · {balancer if len(balancer) <= 40 else balancer.partition('(')[0]}"
+
+    def _load(self) -> DataFrame:
+        if self._run.load.empty:
+            raise LogError(f"{self._run.name}: no frame in the log yet")
+        return self._run.load
+
+    # --- a line over frames
+
+    def efficiency(
+        self,
+        *,
+        column: str = "t_compute_s",
+        system: str | None = None,
+        smooth: int = 1,
+        label: str | None = None,
+        ax: Axes | None = None,
+    ) -> Axes:
+        """Load-balance efficiency, mean / largest over the calculators: 1 means that nobody waits.
+
+        `column`: what is balanced, seconds of compute or "n_end", particles. `smooth`: average over this
+        many frames. The dashed line at 0.8 is what the POP centre calls acceptable
+        (co-design.pop-coe.eu/metrics).
+        """
+        values = measures.efficiency(self._load(), column, system)
+        ax = drawing.axes(ax)
+        first = not ax.get_lines()
+        self._line(ax, values, smooth, label)
+        if first:
+            ax.axhline(0.8, color="#888888", linewidth=0.8, linestyle="--", label="_acceptable")
+        ax.set_ylim(0, 1.02)
+        title = self._title("Load-balance efficiency") if label is None else "Load-balance efficiency"
+        return finish(ax, title=title, y="mean / largest", legend=label is not None)
+
+    def imbalance(
+        self,
+        *,
+        column: str = "t_compute_s",
+        system: str | None = None,
+        smooth: int = 1,
+        label: str | None = None,
+        ax: Axes | None = None,
+    ) -> Axes:
+        """Imbalance, largest / mean over the calculators, per frame: from 1, perfect, to their number.
+
+        `label` names the line, to put several runs on the same `ax`.
+        """
+        values = measures.imbalance(self._load(), column, system)
+        ax = drawing.axes(ax)
+        first = not ax.get_lines()
+        self._line(ax, values, smooth, label)
+        if first:
+            ax.axhline(1.0, color="#888888", linewidth=0.8, linestyle="--", label="_perfect")
+        top = max(float(np.nanmax(line.get_ydata())) for line in ax.get_lines())
+        ax.set_ylim(1 - 0.05 * max(top - 1, 0.1), 1 + 1.08 * max(top - 1, 0.1))
+        title = self._title("Imbalance") if label is None else "Imbalance"
+        return finish(ax, title=title, y="largest / mean", legend=label is not None)
+
+    def _line(self, ax: Axes, values: Series, smooth: int, label: str | None) -> None:
+        if not isinstance(smooth, int) or smooth < 1:
+            raise ArgumentError("smooth", smooth, "a number of frames from 1 on")
+        color = drawing.PALETTE[sum(not str(x.get_label()).startswith("_") for x in ax.get_lines()) % 7]
+        if label is None:
+            label = f"_{self._run.name}"
+        if smooth > 1:
+            ax.plot(values.index, values, color=color, alpha=0.25, linewidth=0.8, label="_raw")
+            values = values.rolling(smooth, min_periods=1, center=True).mean()
+        ax.plot(values.index, values, color=color, linewidth=1.8, label=label)
+        drawing.integer_frames(ax)
+
+    def frame_time(self, *, ax: Axes | None = None) -> Axes:
+        """Wall-clock seconds of each frame, with their median and the 95th percentile."""
+        frames = self._run.frames
+        if frames.empty:
+            raise LogError(f"{self._run.name}: no frame in the log yet")
+        ax = drawing.axes(ax)
+        ax.plot(frames["frame"], frames["t_frame_s"], color=drawing.PALETTE[0], linewidth=1.2)
+        for part, style in ((0.5, "--"), (0.95, ":")):
+            value = float(frames["t_frame_s"].quantile(part))
+            name = "median" if part == 0.5 else "95 % of the frames"
+            ax.axhline(
+                value, color=drawing.PALETTE[5], linestyle=style, linewidth=1, label=f"{name}: {value:.3g} s"
+            )
+        ax.set_ylim(bottom=0)
+        drawing.integer_frames(ax)
+        return finish(ax, title=self._title("Time of a frame"), y="wall clock (s)", legend=True)
+
+    # --- ranks and frames
+
+    def heatmap(
+        self, column: str = "t_compute_s", *, system: str | None = None, ax: Axes | None = None
+    ) -> Axes:
+        """Calculators x frames, coloured by a column of `load`: "t_compute_s", "n_end", "t_wait_s", ..."""
+        table = measures.by_rank(self._load(), column, system)
+        ranks = [int(rank) for rank in table.columns]
+        ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(ranks), 6.0)))
+        label = _LABELS.get(column, column)
+        table = table * 1e3 if label.endswith("(ms)") else table
+        drawing.cells(ax, table, label=label, names=[str(rank) for rank in ranks])
+        drawing.integer_frames(ax)
+        what = label.partition(" (")[0].capitalize()
+        return finish(ax, title=self._title(f"{what} by rank"), y="rank", grid="")
+
+    def domains(
+        self,
+        system: str | None = None,
+        *,
+        particles: bool = True,
+        frame: int | None = None,
+        ax: Axes | None = None,
+    ) -> Axes:
+        """Domains over time: one band per calculator, with the cuts between them as lines.
+
+        Bricks as they are in one frame (None: the last), in the plane of the first two axes that are cut.
+
+        With `particles`, and where the log has density.jsonl, the middle half of each calculator's particles
+        is darker and their median a line. `system`: None is the first one.
+        """
+        load = self._load()
+        name = system if system is not None else self._run.systems[0]
+        density = (
+            measures.of_system(self._run.density, name) if len(self._run.density) and particles else None
+        )
+        title = "Domains" if len(self._run.systems) == 1 else f"Domains of {name}"
+        axes = self._run.axis(name)
+        if len(axes) > 1 and axes != "id":
+            rows = measures.of_system(load, name)
+            at = int(rows["frame"].max()) if frame is None else frame
+            rows = rows[rows["frame"] == at]
+            if not len(rows):
+                raise ArgumentError("frame", frame, "a frame of the log")
+            ax = drawing.axes(ax, (5.0, 4.4))
+            draw_bricks(ax, rows, axes, self._run.calculators, self._run.space)
+            title = self._title(f"{title} in frame {at}")
+            return finish(ax, title=title, x=f"{axes[0]} (m)", y=f"{axes[1]} (m)", grid="")
+        ax = drawing.axes(ax, (7.0, 3.8))
+        draw_domains(ax, measures.of_system(load, name), self._run.calculators, density, self._run.space)
+        unit = "part of the ids" if axes == "id" else f"{axes} (m)"
+        return finish(ax, title=self._title(title), y=unit, grid="")
+
+    def shares(self, column: str = "n_end", *, system: str | None = None, ax: Axes | None = None) -> Axes:
+        """Each calculator's part of all particles, or of another column, stacked to 1.
+
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the fair parts.
+        """
+        ranks = self._run.calculators
+        table = measures.shares(self._load(), column, system).reindex(columns=ranks)
+        what = "particles" if column == "n_end" else _LABELS.get(column, column).partition(" (")[0]
+        title = self._title(f"Shares of {what}")
+        ax = drawing.axes(ax)
+        colors = [drawing.of_rank(i) for i in range(len(table.columns))]
+        values = table.fillna(0.0).to_numpy().T
+        values = np.column_stack([values, values[:, -1]])  # the last frame has its width too
+        at = np.append(table.index, table.index[-1] + 1)
+        ax.stackplot(at, values, step="post", colors=colors, alpha=0.75, edgecolor="white", linewidth=0.8)
+        middles = np.cumsum(values[:, -1]) - values[:, -1] / 2
+        for rank, middle, width in zip(ranks, middles, values[:, -1], strict=True):
+            if width > 0.03:
+                ax.annotate(
+                    f"rank {rank}",
+                    (at[-1], middle),
+                    xytext=(4, 0),
+                    textcoords="offset points",
+                    va="center",
+                    fontsize="small",
+                )
+        if self._run.speeds:
+            factors = np.array([self._run.speeds.get(rank, 1.0) for rank in ranks])
+            for fair in np.cumsum(factors / factors.sum())[:-1]:
+                ax.axhline(fair, color="black", linestyle="--", linewidth=1)
+            title += ", dashed: by speed"
+        ax.set_ylim(0, 1)
+        ax.set_xlim(at[0], at[-1])
+        drawing.integer_frames(ax)
+        return finish(ax, title=title, y=f"part of all {what}", grid="")
+
+    def speeds(self, *, system: str | None = None, ax: Axes | None = None) -> Axes:
+        """Particles per second of compute, one line per calculator.
+
+        If ranks were slowed down on purpose (MOTES_SPEEDS), dashed lines show the speeds by their factors.
+        """
+        ranks = self._run.calculators
+        table = measures.speeds(self._load(), system).reindex(columns=ranks)
+        title = self._title("Speed")
+        ax = drawing.axes(ax)
+        for i, rank in enumerate(ranks):
+            ax.plot(
+                table.index, table[rank] / 1e6, color=drawing.of_rank(i), linewidth=1.4, label=f"rank {rank}"
+            )
+        if self._run.speeds:
+            factors = np.array([self._run.speeds.get(rank, 1.0) for rank in ranks])
+            full = float(np.nanmedian(table.to_numpy(dtype=float) / factors))
+            for i, factor in enumerate(factors):
+                ax.axhline(factor * full / 1e6, color=drawing.of_rank(i), linestyle="--", linewidth=0.9)
+            title += ", dashed: by the factors of MOTES_SPEEDS"
+        ax.set_ylim(bottom=0)
+        drawing.integer_frames(ax)
+        legend = {"ncols": 4, "loc": "lower left"} if len(table.columns) <= 12 else None
+        return finish(ax, title=title, y="million particles/s", legend=legend)
+
+    # --- what ranks send each other
+
+    def exchange(self, *, ax: Axes | None = None) -> Axes:
+        """Particles that changed their calculator by moving (bars) and their bytes (line), per frame."""
+        frames = self._run.frames
+        if frames.empty:
+            raise LogError(f"{self._run.name}: no frame in the log yet")
+        ax = drawing.axes(ax)
+        edges = np.append(frames["frame"] - 0.5, frames["frame"].iloc[-1] + 0.5)
+        ax.stairs(frames["exchanged"], edges, fill=True, color=drawing.PALETTE[4])
+        right = ax.twinx()
+        right.plot(frames["frame"], frames["exchanged_bytes"] / 1024, color=drawing.PALETTE[5], linewidth=1.4)
+        right.set_ylabel("sent (KiB)", color=drawing.PALETTE[5])
+        right.spines["top"].set_visible(False)
+        # The line above the bars, not on them.
+        ax.set_ylim(0, 1.35 * max(float(frames["exchanged"].max()), 1.0))
+        right.set_ylim(0, 1.1 * max(float(frames["exchanged_bytes"].max()) / 1024, 1e-3))
+        drawing.integer_frames(ax)
+        return finish(ax, title=self._title("Exchange"), y="particles per frame")
+
+    def given(self, system: str | None = None, *, ax: Axes | None = None) -> Axes:
+        """What balancing moved over each cut: + from left to right, - from right to left.
+
+        If the balancer cuts all domains anew, no calculator gives particles: then it shows how far each cut
+        moved, in m. Raises LogError for a run whose balancer evaluated no cut.
+        """
+        balance = self._run.balance
+        if balance.empty:
+            raise LogError(f"{self._run.name}: no cut was evaluated (balance.jsonl); {self._run.balancer}")
+        balance = measures.of_system(balance, system)
+        anew = bool(balance["given"].isna().all())
+        balance = balance.assign(went=balance["cut_after"] - balance["cut_before"])
+        over = balance.groupby(["frame", "left_rank", "right_rank"])["went" if anew else "given"].sum()
+        table: DataFrame = over.unstack(["left_rank", "right_rank"]).sort_index(axis=1)
+        frames = range(int(balance["frame"].min()), int(balance["frame"].max()) + 1)
+        table = table.reindex(index=frames)
+        pairs: list[Any] = list(table.columns)
+        names = [f"{int(left)}|{int(right)}" for left, right in pairs]
+        ax = drawing.axes(ax, (7.0, min(1.6 + 0.28 * len(names), 6.0)))
+        label = "moved to the right (m)" if anew else "particles, left → right"
+        drawing.cells(ax, table, label=label, names=names, signed=True)
+        drawing.integer_frames(ax)
+        title = self._title("Cuts moved" if anew else "Particles given to balance")
+        return finish(ax, title=title, y="cut", grid="")
+
+    # --- phases
+
+    def phases(self, *, frames: Iterable[int] | None = None, ax: Axes | None = None) -> Axes:
+        """Mean seconds per frame that each rank spent in each phase, stacked.
+
+        Of all ranks with `World(spans=True)`, else of the calculators; their exchange and image then include
+        the waits in them, and "rest" is what no clock covers: communication, the script's own work.
+        """
+        self._load()
+        table, _ = timeline.phase_seconds(self._run, frames)
+        ax = drawing.axes(ax)
+        order = [name for name in drawing.PHASES if name in table.columns]
+        order += [name for name in table.columns if name not in order]
+        order = [name for name in order if table[name].sum() > 0]
+        bottom = np.zeros(len(table))
+        for phase in order:
+            ax.bar(
+                range(len(table)),
+                table[phase] * 1e3,
+                bottom=bottom * 1e3,
+                width=0.75,
+                color=drawing.of_phase(phase),
+                edgecolor="white",
+                linewidth=0.6,
+                label=phase,
+            )
+            bottom += table[phase].to_numpy()
+        few = max(1, len(table) // 24)
+        ax.set_xticks(range(0, len(table), few), [str(rank) for rank in table.index[::few]])
+        ax.set_xlim(-0.6, len(table) - 0.4)
+        legend = {"loc": "center left", "bbox_to_anchor": (1, 0.5), "reverse": True}
+        return finish(ax, title=self._title("Where the time goes"), x="rank", y="ms per frame", legend=legend)
+
+    def gantt(self, frames: Iterable[int] | None = None, *, ax: Axes | None = None) -> Axes:
+        """What each rank did when, for some frames; None means the last three.
+
+        From spans if the run has them (`World(spans=True)`); else the phases' durations are laid end to end
+        from each frame's start, and the plot says so.
+        """
+        starts = timeline.frame_starts(self._run)
+        chosen = sorted(starts)[-3:] if frames is None else [f for f in frames if f in starts]
+        if not chosen:
+            raise (
+                ArgumentError("frames", frames, "frames of the run")
+                if starts
+                else LogError(f"{self._run.name}: no frame in the log yet")
+            )
+        found, measured = timeline.slices(self._run, chosen)
+        begin = min(starts[frame][0] for frame in chosen)
+        ranks = sorted({int(rank) for rank in found["rank"]})
+        ax = drawing.axes(ax, (8.0, min(1.6 + 0.36 * len(ranks), 7.0)))
+        self._bars(ax, found, ranks, begin)
+        for frame in chosen:
+            at = (starts[frame][0] - begin) * 1e3
+            ax.axvline(at, color="#888888", linewidth=0.8, linestyle=":")
+            ax.annotate(
+                f"{frame}",
+                (at, 1.0),
+                xycoords=("data", "axes fraction"),
+                xytext=(0, 3),
+                textcoords="offset points",
+                fontsize="x-small",
+                color="#555555",
+            )
+        ax.set_yticks(range(len(ranks)), [self._who(rank) for rank in ranks])
+        ax.set_ylim(len(ranks) - 0.5, -0.5)
+        ax.set_xlim(0, (max(starts[frame][1] for frame in chosen) - begin) * 1e3)
+        span = f"frame {chosen[0]}" if len(chosen) == 1 else f"frames {chosen[0]} to {chosen[-1]}"
+        title = self._title(span.capitalize() + ("" if measured else ", put together from durations"))
+        legend = {"loc": "center left", "bbox_to_anchor": (1, 0.5)}
+        finish(ax, x="time (ms)", grid="x", legend=legend)
+        ax.set_title(title, loc="left", fontsize="medium", pad=16)
+        return ax
+
+    def _bars(self, ax: Axes, found: DataFrame, ranks: list[int], begin: float) -> None:
+        lanes = {rank: i for i, rank in enumerate(ranks)}
+        # Short slices last, so that those inside others are seen.
+        found = found.assign(length=found["end_s"] - found["start_s"]).sort_values("length", ascending=False)
+        order = [name for name in drawing.PHASES if (found["phase"] == name).any()]
+        order += [name for name in found["phase"].unique() if name not in order]
+        for depth, phase in enumerate(order):
+            mine = found[found["phase"] == phase]
+            under_way = phase == drawing.UNDER_WAY
+            ax.barh(
+                [lanes[int(rank)] + (0.43 if under_way else 0) for rank in mine["rank"]],
+                mine["length"] * 1e3,
+                left=(mine["start_s"] - begin) * 1e3,
+                height=0.07 if under_way else 0.72,
+                color="#333333" if under_way else drawing.of_phase(phase),
+                edgecolor="white",
+                linewidth=0.4,
+                label=f"{phase} under way" if under_way else phase,
+                zorder=2 + 0.01 * depth,
+            )
+
+    def _who(self, rank: int) -> str:
+        facts = latest(self._run.facts)
+        roles = [
+            short
+            for short, name in (("manager", "manager"), ("image", "image_generator"))
+            if facts.get(name) == rank
+        ]
+        return f"{rank} {' + '.join(roles)}" if roles else str(rank)

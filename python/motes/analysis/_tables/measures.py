@@ -1,0 +1,90 @@
+"""What the tables say about balance: pure functions of DataFrames."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ... import _extras
+from ...errors import ArgumentError
+
+if TYPE_CHECKING:
+    from pandas import DataFrame, Series
+
+__all__ = [
+    "RANK_SECONDS",
+    "by_rank",
+    "efficiency",
+    "imbalance",
+    "of_system",
+    "shares",
+    "speeds",
+    "systems_of",
+]
+
+RANK_SECONDS = ("t_exchange_s", "t_wait_s", "t_image_s")
+"""Columns of load.jsonl that a rank has once per frame; each system's row repeats them."""
+
+
+def systems_of(load: DataFrame) -> list[str]:
+    """Return the systems' names in the order of the log."""
+    return [str(name) for name in load["system"].unique()]
+
+
+def of_system(table: DataFrame, system: str | None) -> DataFrame:
+    """Return the rows of one system, or all rows; ArgumentError for a name that is not in the table."""
+    if system is None:
+        return table
+    names = systems_of(table)
+    if system not in names:
+        raise ArgumentError("system", system, f"None or one of {names}")
+    return table[table["system"] == system]
+
+
+def by_rank(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> DataFrame:
+    """Return one column of load.jsonl as a table frame x rank, summed over systems.
+
+    Columns that a rank has once (`t_wait_s`, ...) and ends of domains are not summed: the largest is taken.
+    """
+    if column not in load.columns or column in ("frame", "rank", "system", "host"):
+        allowed = [name for name in load.columns if name not in ("frame", "rank", "system", "host")]
+        raise ArgumentError("column", column, f"one of {allowed}")
+    if column == "speed":
+        return speeds(load, system)
+    once = column in RANK_SECONDS or column.startswith("domain_")
+    return of_system(load, system).pivot_table(
+        index="frame", columns="rank", values=column, aggfunc="max" if once else "sum", dropna=False
+    )
+
+
+def imbalance(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> Series:
+    """Return the largest over the mean of all calculators, per frame; 1 where all are idle."""
+    table = by_rank(load, column, system)
+    mean = table.mean(axis=1)
+    return (table.max(axis=1) / mean.where(mean > 0)).fillna(1.0).rename("imbalance")
+
+
+def efficiency(load: DataFrame, column: str = "t_compute_s", system: str | None = None) -> Series:
+    """Return the mean over the largest: the part of the calculators' time that is spent computing."""
+    return (1 / imbalance(load, column, system)).rename("efficiency")
+
+
+def shares(load: DataFrame, column: str = "n_end", system: str | None = None) -> DataFrame:
+    """Return each rank's part of a column's sum, frame x rank; NaN where the sum is 0."""
+    table = by_rank(load, column, system)
+    total = table.sum(axis=1)
+    return table.div(total.where(total > 0), axis=0)
+
+
+def speeds(load: DataFrame, system: str | None = None) -> DataFrame:
+    """Return particles per second of compute, frame x rank; NaN where nothing was computed."""
+    pd = _extras.pandas()
+    rows = of_system(load, system)
+    known = rows["speed"] > 0
+    seconds = rows["t_compute_s"].where(known, 0.0)
+    work = (rows["speed"] * seconds).fillna(0.0)
+    parts = {"frame": rows["frame"], "rank": rows["rank"], "work": work, "seconds": seconds}
+    sums = pd.DataFrame(parts).groupby(["frame", "rank"])[["work", "seconds"]].sum()
+    per_rank: Series = sums["work"] / sums["seconds"].where(sums["seconds"] > 0, np.nan)
+    return per_rank.unstack("rank")

@@ -1,1 +1,0 @@
-"""A run in other formats: a trace for ui.perfetto.dev, a report as one HTML file."""

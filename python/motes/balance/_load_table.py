@@ -1,0 +1,117 @@
+"""What a balancer sees: the loads of one particle system, or of all, after a frame."""
+
+from __future__ import annotations
+
+from typing import Any, TypeVar
+
+import numpy as np
+import numpy.typing as npt
+
+from .. import _core
+
+__all__ = ["LoadTable"]
+
+T = TypeVar("T", bound=np.generic)
+
+RECORD = np.dtype(
+    [
+        ("particles", np.int64),
+        ("seconds", np.float64),
+        ("speed", np.float64),
+        ("low", np.float64),
+        ("high", np.float64),
+    ]
+)
+
+
+class LoadTable:
+    """One row per calculator, in the order of their domains.
+
+    `np.asarray(load)` is a structured array (calculators,) with the fields particles, seconds, speed, low,
+    high; `load[i]` is one of its records. low and high are the ends of slabs, or parts of the ids; bricks
+    have NaN there. Arrays are read-only copies.
+    """
+
+    def __init__(self, table: _core.BalanceTable) -> None:
+        """Take the engine's own table."""
+        self.table = table
+
+    @property
+    def frame(self) -> int:
+        """The frame that has just been computed."""
+        return self.table.frame
+
+    @property
+    def evaluation(self) -> int:
+        """How many times the balancer was asked about this system before: 0, 1, ..."""
+        return self.table.evaluation
+
+    @property
+    def system(self) -> str:
+        """The particle system's name; "all" for the sum over systems."""
+        return self.table.system
+
+    @property
+    def particles(self) -> npt.NDArray[np.int64]:
+        """Particles after the exchange, int64 (calculators,)."""
+        return _kept(self.table.particles.astype(np.int64))
+
+    @property
+    def seconds(self) -> npt.NDArray[np.float64]:
+        """Time of this frame's actions, rescaled to `particles` (paper 3.2.4), float64 (calculators,)."""
+        return _kept(self.table.seconds)
+
+    @property
+    def speed(self) -> npt.NDArray[np.float64]:
+        """Particles per second, smoothed, float64 (calculators,); 0 where not known yet."""
+        return _kept(self.table.speed)
+
+    @property
+    def error(self) -> npt.NDArray[np.float64]:
+        """Relative standard error of `speed`, from its samples, float64 (calculators,); 0: unknown."""
+        return _kept(self.table.error)
+
+    @property
+    def powers(self) -> npt.NDArray[np.float64]:
+        """`speed` without gaps: unknown speeds are the mean of the known ones, or 1 if none is, float64."""
+        return _kept(self.table.complete_speed)
+
+    @property
+    def cuts(self) -> npt.NDArray[np.float32]:
+        """Where domains end, metres along the axis, float32 (calculators - 1,), ascending for slabs."""
+        return _kept(self.table.cuts)
+
+    @property
+    def imbalance(self) -> float:
+        """Slowest calculator over the mean, from particles and speeds; 1 is perfect."""
+        return self.table.imbalance
+
+    def __len__(self) -> int:
+        """Return the number of calculators."""
+        return len(self.table.particles)
+
+    def __array__(self, dtype: npt.DTypeLike | None = None, copy: bool | None = None) -> npt.NDArray[np.void]:
+        """Return the structured array."""
+        records = np.empty(len(self), RECORD)
+        ends = np.concatenate([[-np.inf], self.table.cuts, [np.inf]])
+        if self.table.bricks:
+            ends[:] = np.nan
+        records["particles"] = self.table.particles
+        records["seconds"] = self.table.seconds
+        records["speed"] = self.table.speed
+        records["low"] = ends[:-1]
+        records["high"] = ends[1:]
+        return records if dtype is None else records.astype(dtype)
+
+    def __getitem__(self, key: Any) -> Any:
+        """Return a record, several, or a field by its name."""
+        return np.asarray(self)[key]
+
+    def __repr__(self) -> str:
+        """Show whose loads these are."""
+        return f"<LoadTable {self.system!r}, frame {self.frame}: {len(self)} calculators>"
+
+
+def _kept(array: npt.NDArray[T]) -> npt.NDArray[T]:
+    array.flags.writeable = False
+    return array

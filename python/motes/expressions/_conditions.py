@@ -1,0 +1,335 @@
+"""Conditions and expressions as trees of plain tuples, and the engine's instructions made from them.
+
+A node is (operation, operand, ...): ("column", name), ("constant", numbers), ("time",), ("inside", shape),
+("component", node, index), ("noise", position, time, octaves, field), or an operation and its nodes. Nodes
+never change, so they can be compared and hashed.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from .. import _core
+from ..errors import ArgumentError
+
+__all__ = [
+    "Columns",
+    "Condition",
+    "Node",
+    "Region",
+    "as_condition",
+    "checked",
+    "columns_of",
+    "components",
+    "condition_of",
+    "program_of",
+    "size_of",
+    "text_of",
+]
+
+Node = tuple[Any, ...]
+Step = tuple[str, Any]
+Steps = tuple[Step, ...]
+"""Instructions before a shape's number is known: operation and operand."""
+Program = list[tuple[str, int, float]]
+"""The engine's instructions."""
+Columns = Mapping[str, tuple[int, int]]
+"""A system's columns: name -> (first component, width)."""
+
+MOST_STEPS = 256  # operations of one expression
+EACH = {  # operations that work component by component, as scripts write them
+    "negate": "-{}",
+    "absolute": "abs({})",
+    "square_root": "{}.sqrt()",
+    "floor": "{}.floor()",
+    "invert": "~{}",
+    "square": "({} ** 2)",
+    "sign": "sign({})",
+    "sine": "sin({})",
+    "cosine": "cos({})",
+    "exponential": "exp({})",
+    "logarithm": "log({})",
+    "power": "({} ** {})",
+    "modulo": "({} % {})",
+    "angle": "atan2({}, {})",
+    "step": "step({}, {})",
+    "mix": "mix({}, {}, {})",
+    "smoothstep": "smoothstep({}, {}, {})",
+    "choose": "choose({}, {}, {})",
+    "add": "({} + {})",
+    "subtract": "({} - {})",
+    "multiply": "({} * {})",
+    "divide": "({} / {})",
+    "minimum": "minimum({}, {})",
+    "maximum": "maximum({}, {})",
+    "less": "({} < {})",
+    "less_equal": "({} <= {})",
+    "greater": "({} > {})",
+    "greater_equal": "({} >= {})",
+    "equal": "({} == {})",
+    "both": "({} & {})",
+    "either": "({} | {})",
+}
+WHOLE = {  # operations on whole vectors
+    "length": "{}.length()",
+    "dot": "dot({}, {})",
+    "cross": "cross({}, {})",
+    "normalize": "normalize({})",
+}
+TURNED = {"greater": "less", "greater_equal": "less_equal"}  # the engine has these with operands exchanged
+COMPARISONS = ("less", "less_equal", "greater", "greater_equal", "equal")
+
+
+class Held:
+    """What holds some particles and not others: NumPy's functions make expressions of it, or refuse it."""
+
+    __slots__ = ()
+
+    def __array_ufunc__(self, ufunc: Any, method: str, *inputs: Any, **keywords: Any) -> Any:
+        """Combine conditions by `numpy.logical_and`, `logical_or`, `logical_not`, or their signs."""
+        from ._numpy_calls import numpy_ufunc
+
+        return numpy_ufunc(ufunc, method, inputs, keywords)
+
+    def __array_function__(self, function: Any, _: Any, args: Any, keywords: Any) -> Any:
+        """Let `numpy.where` choose."""
+        from ._numpy_calls import numpy_function
+
+        return numpy_function(function, args, keywords)
+
+    def __bool__(self) -> bool:
+        """Refuse: it is true or false per particle only. Write & | ~ instead of and, or, not."""
+        raise ArgumentError(
+            "condition", self, "combined with & | ~ and given to where=, not tested in Python"
+        )
+
+
+class Region(Held):
+    """What can hold a particle: the base of shapes."""
+
+    __slots__ = ()
+
+    core: _core.Shape
+    """The engine's value; for the package itself."""
+
+
+class Condition(Held):
+    """True or false for each particle: combine conditions with & | ~ and give them to `where=`."""
+
+    __slots__ = ("_node", "_size")
+
+    _node: Node
+    _size: int
+
+    def __init__(self, node: Node, size: int = 1) -> None:
+        """Take the tree and its number of operations; scripts compare columns instead."""
+        object.__setattr__(self, "_node", node)
+        object.__setattr__(self, "_size", checked(size))
+
+    def __and__(self, other: Any) -> Condition:
+        """Both."""
+        return _combine("both", self, as_condition("&", other))
+
+    def __or__(self, other: Any) -> Condition:
+        """At least one."""
+        return _combine("either", self, as_condition("|", other))
+
+    __rand__ = __and__
+    __ror__ = __or__
+
+    def __invert__(self) -> Condition:
+        """Not."""
+        return Condition(("invert", self._node), self._size + 1)
+
+    def __eq__(self, other: object) -> bool:
+        """Equal trees."""
+        return isinstance(other, Condition) and self._node == other._node
+
+    def __hash__(self) -> int:
+        """Hash of the tree."""
+        return hash((Condition, self._node))
+
+    def __setattr__(self, name: str, _: object) -> None:
+        """Refuse: values do not change."""
+        raise AttributeError(f"a condition does not change: {name!r} cannot be assigned")
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the tree."""
+        return Condition, (self._node, self._size)
+
+    def __repr__(self) -> str:
+        """Show the condition."""
+        return text_of(self._node)
+
+
+def as_condition(argument: str, value: Any) -> Condition:
+    """Return `value`, a condition or a shape that holds the particle."""
+    if isinstance(value, Condition):
+        return value
+    if isinstance(value, Region):
+        return Condition(("inside", value))
+    raise ArgumentError(argument, value, "a shape or a comparison of columns")
+
+
+def size_of(operation: str, sizes: Sequence[int]) -> int:
+    """Return how many operations a component takes, where the operands' components take `sizes`."""
+    size = sum(sizes)
+    if operation == "length":
+        return 3 * size + 6
+    if operation == "normalize":
+        return 4 * size + 7
+    if operation == "dot":
+        return 3 * size + 5
+    return 2 * size + 3 if operation == "cross" else size + 1
+
+
+def checked(size: int) -> int:
+    """Return the number of operations, if an expression may have that many."""
+    if size > MOST_STEPS:
+        raise ArgumentError("expression", f"{size} operations", f"of at most {MOST_STEPS} operations")
+    return size
+
+
+def text_of(node: Node) -> str:
+    """Show a tree as a script writes it."""
+    operation, *operands = node
+    if operation == "column":
+        return f"column({operands[0]!r})"
+    if operation == "constant":
+        numbers = operands[0]
+        return repr(numbers[0] if len(numbers) == 1 else numbers)
+    if operation == "inside":
+        return repr(operands[0])
+    if operation == "component":
+        return f"{text_of(operands[0])}[{operands[1]}]"
+    if operation == "time":
+        return "time()"
+    if operation == "noise":
+        at, when, octaves, field = operands
+        return f"noise({text_of(at)}, {text_of(when)}, octaves={octaves}, field={field})"
+    return (EACH.get(operation) or WHOLE[operation]).format(*map(text_of, operands))
+
+
+# --- to the engine's instructions
+
+
+def columns_of(attributes: Iterable[tuple[str, int]]) -> Columns:
+    """Return the columns of attributes in this order, each with its width."""
+    columns, first = {}, 0
+    for name, width in attributes:
+        columns[name] = (first, width)
+        first += width
+    return columns
+
+
+def components(node: Node, columns: Columns) -> list[Steps]:
+    """Return the steps of each component of a tree: one, or three."""
+    operation, *operands = node
+    if operation == "column":
+        first, width = _column(operands[0], columns)
+        return [(("column", first + i),) for i in range(width)]
+    if operation == "constant":
+        return [(("constant", number),) for number in operands[0]]
+    if operation == "inside":
+        return [(("inside", operands[0]),)]
+    if operation == "component":
+        return [_component(operands[0], operands[1], columns)]
+    if operation == "time":
+        return [(("time", 0),)]
+    if operation == "noise":
+        return [_noise(operands, columns)]
+    if operation in WHOLE:
+        return _of_vectors(operation, operands, columns)
+    if operation in TURNED:
+        operation, operands = TURNED[operation], operands[::-1]
+    parts = _spread(operands, [components(operand, columns) for operand in operands])
+    if operation in COMPARISONS and len(parts) != 1:
+        compared = f"{text_of(operands[0])} with {text_of(operands[1])}"
+        raise ArgumentError("comparison", compared, "of one number per particle: use [0], length()")
+    return [sum(steps, ()) + ((operation, 0),) for steps in parts]
+
+
+def condition_of(where: Any, columns: Columns, shapes: list[_core.Shape]) -> Program:
+    """Compile `where`, or nothing where it is None; its shapes are added to `shapes`."""
+    if where is None:
+        return []
+    return program_of(components(as_condition("where", where)._node, columns)[0], shapes)
+
+
+def program_of(steps: Steps, shapes: list[_core.Shape]) -> Program:
+    """Add the shapes that the steps name to `shapes`, and return the engine's instructions."""
+    program: Program = []
+    for operation, operand in steps:
+        if operation == "inside":
+            shapes.append(operand.core)
+            program.append((operation, len(shapes) - 1, 0.0))
+        elif operation == "constant":
+            program.append((operation, 0, operand))
+        else:
+            program.append((operation, operand, 0.0))
+    return program
+
+
+def _combine(operation: str, a: Condition, b: Condition) -> Condition:
+    return Condition((operation, a._node, b._node), a._size + b._size + 1)
+
+
+def _column(name: str, columns: Columns) -> tuple[int, int]:
+    if name not in columns:
+        raise ArgumentError("column", name, f"one of {', '.join(columns)}", known=columns)
+    return columns[name]
+
+
+def _component(node: Node, index: int, columns: Columns) -> Steps:
+    parts = components(node, columns)
+    if index >= len(parts):
+        raise ArgumentError("index", index, f"0: {text_of(node)} has one number per particle")
+    return parts[index]
+
+
+def _spread(operands: Sequence[Node], parts: list[list[Steps]]) -> list[tuple[Steps, ...]]:
+    """Return the operands' steps component by component; one number serves all components."""
+    width = max(map(len, parts))
+    return list(zip(*(part * width if len(part) == 1 else part for part in parts), strict=True))
+
+
+def _three(operation: str, node: Node, columns: Columns) -> list[Steps]:
+    parts = components(node, columns)
+    if len(parts) != 3:
+        raise ArgumentError(operation, text_of(node), "of vectors: this has one number per particle")
+    return parts
+
+
+def _of_vectors(operation: str, operands: Sequence[Node], columns: Columns) -> list[Steps]:
+    if operation == "length":  # also of one number
+        return [_length(components(operands[0], columns))]
+    a = _three(operation, operands[0], columns)
+    if operation == "normalize":
+        return [(*part, *_length(a), ("divide", 0)) for part in a]
+    b = _three(operation, operands[1], columns)
+    products = {(i, j): (*a[i], *b[j], ("multiply", 0)) for i in range(3) for j in range(3)}
+    if operation == "dot":
+        return [_total([products[i, i] for i in range(3)])]
+    turns = ((1, 2), (2, 0), (0, 1))
+    return [(*products[i, j], *products[j, i], ("subtract", 0)) for i, j in turns]
+
+
+def _length(parts: list[Steps]) -> Steps:
+    return (*_total([(*part, ("square", 0)) for part in parts]), ("square_root", 0))
+
+
+def _total(parts: list[Steps]) -> Steps:
+    total = parts[0]
+    for part in parts[1:]:
+        total = (*total, *part, ("add", 0))
+    return total
+
+
+def _noise(operands: Sequence[Any], columns: Columns) -> Steps:
+    position, time, octaves, field = operands
+    x, y, z = _three("noise", position, columns)
+    when = components(time, columns)
+    if len(when) != 1:
+        raise ArgumentError("time", text_of(time), "one number per particle")
+    return (*x, *y, *z, *when[0], ("noise", octaves * _core.noise_fields + field))

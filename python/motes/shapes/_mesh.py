@@ -1,0 +1,255 @@
+"""Surfaces of triangles, made of arrays or read from files: Mesh."""
+
+from __future__ import annotations
+
+import math
+import operator
+import os
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core, _meshes
+from .._values import arguments
+from .._values.values import value
+from ..errors import ArgumentError
+from . import Shape
+
+__all__ = ["Mesh"]
+
+VERTICES = "finite numbers of shape (n, 3), metres, n >= 3"
+PLACE = "3 finite numbers, or a matrix of shape (4, 4) that only turns and moves"
+MOST_FAR = 1e12  # m
+RESOLUTION = 96
+STILL = (0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0) * 2
+TRIANGLES = "integers of shape (m, 3), m >= 1"
+
+
+@value(init=False)
+class Mesh(Shape):
+    """A surface of triangles: a shape like the others, and what a `Solid` shows.
+
+    `vertices`: positions in metres, float32 (n, 3). `triangles`: three indices of vertices each, uint32
+    (m, 3). Both are read-only. Two meshes are equal if their arrays, their places and options are.
+
+    Points are drawn uniformly from its surface; `solid`: from its inside. It holds what is inside, particles
+    bounce off it from both sides, and it may be part of a union. All but drawing points from the surface, and
+    `Solid`, needs a closed surface: each edge has two triangles, which face the same side, and no two parts
+    of it overlap. Vertices at the same place, up to a millionth of the mesh's size, count as one there, and
+    triangles without an area do not count.
+
+    What is inside is found by a grid of distances with `resolution` cells, 8 to 512, along the longest side
+    of the mesh, made when it is first needed: about a second's work for 96 cells, and 4 bytes per node.
+    Corners and edges are rounded, and what is thinner than a cell may be missed.
+    """
+
+    vertices: NDArray[np.float32]
+    triangles: NDArray[np.uint32]
+    solid: bool = False
+    resolution: int = RESOLUTION
+
+    def __init__(
+        self, vertices: ArrayLike, triangles: ArrayLike, *, solid: bool = False, resolution: int = RESOLUTION
+    ) -> None:
+        """Take the arrays, which are copied, and the options."""
+        points = _vertices(vertices)
+        corners = _triangles(triangles, len(points))
+        self.__dict__.update(
+            vertices=points,
+            triangles=corners,
+            **_options(solid, resolution),
+        )
+        self.__dict__["_name"] = _core.keep_mesh(points, corners)
+        self._place(STILL)
+
+    @classmethod
+    def load(
+        cls,
+        path: str | os.PathLike[str],
+        *,
+        scale: float = 1,
+        solid: bool = False,
+        resolution: int = RESOLUTION,
+    ) -> Mesh:
+        """Read a file: .obj, .ply, .stl or .glb.
+
+        All its parts become one mesh, placed as the file says; its colours and images are not read. Faces of
+        more than three corners are cut into triangles that cover them, concave ones too. `scale`: metres per
+        unit of the file. `solid`, `resolution`: as of the mesh.
+
+        Raises ArgumentError, which names the file and the reason: what is not read is not left out. A .glb
+        with Draco compression needs the extra `[mesh]`.
+        """
+        file = arguments.file_path("path", path)
+        if file.suffix.lower() not in _meshes.SUFFIXES:
+            raise ArgumentError("path", os.fspath(path), f"a name ending in {', '.join(_meshes.SUFFIXES)}")
+        scale = arguments.number("scale", scale, low=0)
+        options = _options(solid, resolution)
+        if not os.path.isfile(file):
+            raise ArgumentError("path", os.fspath(path), "a file that exists")
+        try:
+            vertices, triangles = _meshes.read(file)
+            return cls(vertices * scale, triangles, **options)
+        except (_meshes.Unreadable, OSError, ArgumentError) as error:
+            raise ArgumentError("path", os.fspath(path), f"a mesh that can be read ({error})") from None
+
+    def at(
+        self,
+        place: ArrayLike = (0, 0, 0),
+        *,
+        axis: ArrayLike = (0, 1, 0),
+        angle_deg: float = 0,
+        moving_from: Mesh | None = None,
+    ) -> Mesh:
+        """Return this mesh at another place: turned by `angle_deg` around `axis`, then moved to `place`.
+
+        `place`: where the origin of its vertices goes, m; or the whole motion as a matrix of shape (4, 4),
+        without scaling or mirroring. It always starts from the vertices as they were given, and shares their
+        grid, so it costs nothing: a mesh may have another place in each frame.
+
+        `moving_from`: where the mesh was one frame ago, if it moves: the same mesh at another place. It then
+        moves evenly from there to here during the frame, `bounce` gives particles the velocity of the surface
+        that they hit, and no particle gets to its other side. Everything else sees it here, at the end of the
+        frame.
+        """
+        here = _pose(place, axis, angle_deg)
+        before = here
+        if moving_from is not None:
+            if not isinstance(moving_from, Mesh) or moving_from.key != self.key:
+                raise ArgumentError("moving_from", moving_from, "this mesh at another place")
+            before = moving_from._numbers[:7]
+            if sum(map(operator.mul, here[3:], before[3:])) < 0:  # the same rotation, by the shorter way
+                here = (*here[:3], *(-number for number in here[3:]))
+        made = object.__new__(Mesh)
+        made.__dict__.update(self.__dict__)
+        made._place((*here, *before))
+        return made
+
+    @property
+    def key(self) -> int:
+        """The engine's name for it, made from its content; for the package itself."""
+        made: int = self.__dict__["_name"]
+        return made
+
+    @property
+    def _numbers(self) -> tuple[float, ...]:
+        made: tuple[float, ...] = self.__dict__["_placed"]
+        return made
+
+    def _place(self, numbers: tuple[float, ...]) -> None:
+        """Keep the places at the frame's end and start, and make the engine's value."""
+        self.__dict__["_placed"] = numbers
+        self.__dict__["core"] = _core.Shape.mesh(self.key, [*numbers, self.solid, self.resolution])
+
+    def _key(self) -> tuple[Any, ...]:
+        return (self.key, self.solid, self.resolution, self._numbers)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle by the arrays, the options and the places."""
+        return _again, (self.vertices, self.triangles, self.solid, self.resolution, self._numbers)
+
+    def __repr__(self) -> str:
+        """Name the numbers of vertices and triangles."""
+        solid = ", solid" if self.solid else ""
+        return f"<Mesh of {len(self.vertices)} vertices, {len(self.triangles)} triangles{solid}>"
+
+
+def _again(
+    vertices: NDArray[np.float32],
+    triangles: NDArray[np.uint32],
+    solid: bool,
+    resolution: int,
+    numbers: tuple[float, ...],
+) -> Mesh:
+    mesh = Mesh(vertices, triangles, solid=solid, resolution=resolution)
+    mesh._place(numbers)
+    return mesh
+
+
+def _pose(place: Any, axis: Any, angle_deg: Any) -> tuple[float, ...]:
+    """Return the position and the rotation, a quaternion w x y z."""
+    try:
+        shape = np.shape(place)
+    except ValueError:  # rows of different lengths
+        raise ArgumentError("place", place, PLACE) from None
+    if shape == (4, 4):
+        matrix = arguments.floats("place", place, np.float64, PLACE)
+        turned = matrix[:3, :3]
+        rigid = (
+            np.isfinite(matrix).all()
+            and np.allclose(turned @ turned.T, np.eye(3), atol=1e-5)
+            and np.linalg.det(turned) > 0
+            and np.allclose(matrix[3], (0, 0, 0, 1), atol=1e-9)
+        )
+        if not rigid:
+            raise ArgumentError("place", matrix.tolist(), PLACE)
+        return (*_position(matrix[:3, 3]), *_quaternion(turned))
+    position = _position(place)
+    around = np.array(arguments.triple("axis", axis))
+    longest = np.abs(around).max()
+    if not longest > 0:
+        raise ArgumentError("axis", axis, "a vector that is not zero")
+    around /= longest  # its square may be no number
+    half = math.radians(arguments.number("angle_deg", angle_deg)) / 2
+    return (*position, math.cos(half), *(math.sin(half) / math.sqrt(around @ around) * around).tolist())
+
+
+def _position(place: Any) -> tuple[float, float, float]:
+    position = arguments.triple("place", place)
+    if max(map(abs, position)) > MOST_FAR:
+        raise ArgumentError("place", place, f"within {MOST_FAR:g} m of the origin")
+    return position
+
+
+def _quaternion(turned: NDArray[np.float64]) -> tuple[float, ...]:
+    """Return the rotation matrix as a quaternion, from the largest of its four numbers."""
+    xx, yy, zz = turned.diagonal().tolist()
+    (_, xy, xz), (yx, _, yz), (zx, zy, _) = turned.tolist()
+    squares = (1 + xx + yy + zz, 1 + xx - yy - zz, 1 - xx + yy - zz, 1 - xx - yy + zz)
+    rows = (
+        (squares[0], zy - yz, xz - zx, yx - xy),
+        (zy - yz, squares[1], yx + xy, xz + zx),
+        (xz - zx, yx + xy, squares[2], zy + yz),
+        (yx - xy, xz + zx, zy + yz, squares[3]),
+    )
+    row = rows[squares.index(max(squares))]
+    length = math.sqrt(sum(number * number for number in row))
+    return tuple(number / length for number in row)
+
+
+def _options(solid: Any, resolution: Any) -> dict[str, Any]:
+    return {
+        "solid": arguments.flag("solid", solid),
+        "resolution": arguments.integer("resolution", resolution, low=8, high=512),
+    }
+
+
+def _vertices(given: Any) -> NDArray[np.float32]:
+    array = arguments.floats("vertices", given, np.float32, VERTICES)
+    if array.ndim != 2 or array.shape[1] != 3 or len(array) < 3:
+        raise ArgumentError("vertices", f"{array.dtype} {array.shape}", VERTICES)
+    wrong = np.flatnonzero(~np.isfinite(array).all(axis=1))
+    if len(wrong):
+        raise ArgumentError(f"vertices[{wrong[0]}]", array[wrong[0]].tolist(), VERTICES)
+    return _kept(array)
+
+
+def _triangles(given: Any, vertices: int) -> NDArray[np.uint32]:
+    try:
+        array: NDArray[Any] = np.asarray(given)
+    except Exception:  # any: this runs methods of users' classes
+        raise ArgumentError("triangles", given, TRIANGLES) from None
+    if array.dtype.kind not in "iu" or array.ndim != 2 or array.shape[1] != 3 or len(array) < 1:
+        raise ArgumentError("triangles", f"{array.dtype} {array.shape}", TRIANGLES)
+    wrong = np.flatnonzero(((array < 0) | (array >= vertices)).any(axis=1))
+    if len(wrong):
+        allowed = f"indices of the {vertices} vertices, 0..{vertices - 1}"
+        raise ArgumentError(f"triangles[{wrong[0]}]", array[wrong[0]].tolist(), allowed)
+    return _kept(array.astype(np.uint32))
+
+
+def _kept(array: NDArray[Any]) -> NDArray[Any]:
+    copy = np.array(array, order="C")
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,37 @@
+// The last frame's camera, as the record of a frame has it.
+#include "engine/state/script.h"
+#include "support/check.h"
+
+namespace motes::test_camera_before {
+namespace {
+
+image::View view_from(double x, float shutter) {
+  image::View view;
+  view.width = view.height = 8;
+  view.camera.position = {x, 0, 5};
+  view.shutter = shutter;
+  return view;
+}
+
+}  // namespace
+
+TEST(an_open_shutter_knows_the_camera_of_the_frame_before) {
+  engine::Script script;
+  const engine::Settings settings;
+  const auto before = [&](std::uint64_t frame, const std::optional<image::View>& view) {
+    const auto verb = view ? recording::Verb::render : recording::Verb::step;
+    engine::write_record(script, settings, frame, verb, view, "");
+    return script.record.view ? script.record.view->before : std::nullopt;
+  };
+  CHECK(!before(0, view_from(0, 0.5f)));  // the first frame
+  CHECK(before(1, view_from(1, 0.5f)) == view_from(0, 0).camera);
+  CHECK(!before(2, view_from(2, 0)));  // needs no camera: records stay as they are
+  CHECK(before(3, view_from(3, 1)) == view_from(2, 0).camera);
+  CHECK(!before(4, std::nullopt));
+  CHECK(!before(5, view_from(5, 1)));  // the frame before was not drawn
+  image::View replayed = view_from(6, 1);
+  replayed.before = view_from(-6, 1).camera;
+  CHECK(before(6, replayed) == view_from(-6, 1).camera);  // a recorded scene says it
+}
+
+}  // namespace motes::test_camera_before

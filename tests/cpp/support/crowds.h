@@ -1,0 +1,255 @@
+// Particles that meet, for tests of the laws between them, and the builds of the kernels side by side.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "interactions/cell_list.h"
+#include "interactions/kernels.h"
+#include "particles/blocks.h"
+#include "particles/ids.h"
+#include "simd/declare_builds.h"
+#include "simd/float_mode.h"
+#include "support/isas.h"
+#include "threads/pool.h"
+
+MOTES_DECLARE_BUILDS(motes::interactions::Kernels, meeting_kernels)
+
+namespace test {
+
+namespace interactions = motes::interactions;
+
+struct MeetingBuild {
+  std::string name;
+  const interactions::Kernels& kernels;
+};
+
+/// The builds that this process can run, narrowest first.
+inline const std::vector<MeetingBuild>& meeting_builds() {
+  static const std::vector<MeetingBuild> all = [] {
+    std::vector<MeetingBuild> found;
+    const auto kernels = runnable<interactions::Kernels>(MOTES_BUILDS(meeting_kernels));
+    const std::vector<Build> all_builds = builds();
+    for (std::size_t i = 0; i < kernels.size(); ++i) found.push_back({all_builds[i].name, *kernels[i]});
+    return found;
+  }();
+  return all;
+}
+
+template <class T>
+void shuffle(std::vector<T>& values, Dice& dice) {
+  for (std::size_t i = values.size(); i > 1; --i) std::swap(values[i - 1], values[dice.below(i)]);
+}
+
+inline std::vector<std::uint64_t> numbers(std::size_t count, std::uint64_t first) {
+  std::vector<std::uint64_t> all(count);
+  std::iota(all.begin(), all.end(), first);
+  return all;
+}
+
+/// Particles by their index: this rank's own, then ghosts of others.
+struct Flock {
+  std::array<std::vector<float>, interactions::party_columns> column;
+  std::vector<std::uint64_t> ids;
+  std::size_t own = 0;
+
+  std::size_t size() const { return ids.size(); }
+  interactions::Column plane(std::size_t c) const { return {column[c].data(), column[c].data() + own, 0}; }
+  motes::particles::IdList own_ids() const { return motes::particles::IdList(std::span(ids).first(own)); }
+  /// Looks at own_ids(), which somebody else keeps.
+  interactions::Crowd crowd(const motes::particles::IdList& own_ids) const {
+    return {{plane(0), plane(1), plane(2)}, own_ids, ids.data() + own, own, size() - own};
+  }
+};
+
+/// In a cube around the origin, with ids in no order; reaches are below 0.25 m, contacts as a pile has them.
+inline Flock random_flock(std::size_t count, float half, std::uint64_t seed) {
+  Dice dice(seed);
+  Flock flock;
+  flock.own = count;
+  flock.ids = numbers(count, 5);
+  shuffle(flock.ids, dice);
+  for (std::size_t c = 0; c < interactions::party_columns; ++c) {
+    for (std::size_t i = 0; i < count; ++i) {
+      float value = c < interactions::value_x ? dice.between(-half, half) : dice.between(-2, 2);
+      if (c == interactions::contacts) value = static_cast<float>(dice.below(9));
+      if (c == interactions::radius) value = dice.between(0.05f, 0.125f);
+      if (c == interactions::inverse_mass) value = 1 / dice.between(0.25f, 4);
+      if (c == interactions::mass) value = 1 / flock.column[interactions::inverse_mass][i];
+      flock.column[c].push_back(value);
+    }
+  }
+  return flock;
+}
+
+/// The particles at these indices; the first `own` are this rank's.
+inline Flock taken(const Flock& from, const std::vector<std::size_t>& indices, std::size_t own) {
+  Flock flock;
+  flock.own = own;
+  for (const std::size_t i : indices) {
+    flock.ids.push_back(from.ids[i]);
+    for (std::size_t c = 0; c < interactions::party_columns; ++c) flock.column[c].push_back(from.column[c][i]);
+  }
+  return flock;
+}
+
+struct Law {
+  enum Kind { gravitate, match, collide, contact, fluid } kind = gravitate;
+  interactions::Terms terms;
+  bool radii = false, masses = false;
+
+  std::size_t outputs() const { return kind == contact ? 7 : kind == collide ? 4 : 3; }
+};
+
+inline Law gravitation(float reach) {
+  Law law;
+  law.terms.reach = reach;
+  law.terms.strength = 0.02f;
+  law.terms.epsilon = 1e-3f;
+  return law;
+}
+
+inline Law matching(float reach, float strength) {
+  Law law = gravitation(reach);
+  law.kind = Law::match;
+  law.terms.strength = strength;
+  law.terms.epsilon = 0.5f;
+  return law;
+}
+
+inline Law collision(float reach, float restitution, bool radii, bool masses) {
+  Law law;
+  law.kind = Law::collide;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.friction = 0.5f;
+  law.terms.restitution = restitution;
+  law.terms.slow = restitution > 0 ? 0.05f : std::numeric_limits<float>::infinity();
+  law.radii = radii;
+  law.masses = masses;
+  return law;
+}
+
+/// `reach`: of two of the largest radii.
+inline Law contact_law(float reach) {
+  Law law;
+  law.kind = Law::contact;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.stiffness = 2000;
+  law.terms.restitution = 0.5f;
+  law.terms.friction = 0.5f;
+  law.terms.rolling_friction = 0.25f;
+  law.terms.now = 7;
+  law.masses = true;
+  return law;
+}
+
+inline Law fluid_law(float reach) {
+  Law law;
+  law.kind = Law::fluid;
+  law.terms.reach = reach;
+  law.terms.step = 1.0f / 256;
+  law.terms.rest_density = 300;
+  law.terms.viscosity = 0.05f;
+  law.terms.cohesion = 2;
+  law.masses = true;
+  return law;
+}
+
+/// What a law says of each own particle, by index.
+struct Heard {
+  std::array<std::vector<float>, interactions::party_results> out;
+  std::vector<motes::particles::Touches> touches;
+  std::uint64_t pairs = 0;
+  bool softened = false;
+};
+
+/// A flock in the order of its cells, as kernels take it.
+struct Arranged {
+  Arranged(const Flock& flock, float reach, motes::threads::Pool& pool)
+      : own_ids(flock.own_ids()), crowd(flock.crowd(own_ids)) {
+    cells.sort(crowd, static_cast<double>(reach) * (1 + 1e-6), pool);
+    for (std::size_t c = 0; c < interactions::party_columns; ++c) {
+      column[c].resize(flock.size() + 2 * motes::particles::kPadding);
+      cells.arrange(crowd, flock.plane(c), column[c].data(), pool);
+      planes[c] = column[c].data();
+    }
+  }
+  interactions::Party party() const { return {cells.view(crowd.own), planes, &crowd}; }
+
+  motes::particles::IdList own_ids;
+  interactions::Crowd crowd;
+  interactions::Cells cells;
+  std::vector<float> column[interactions::party_columns];
+  const float* planes[interactions::party_columns];
+};
+
+/// `sources`: those that the targets see; `touches`: what the targets remember.
+inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& targets, const Flock& sources,
+                   motes::threads::Pool& pool = motes::threads::alone(),
+                   std::vector<motes::particles::Touches> touches = {}) {
+  touches.resize(targets.own);
+  Arranged seeing(targets, law.terms.reach, pool);
+  Arranged seen(sources, law.terms.reach, pool);
+  std::vector<float> by_place[interactions::party_results];
+  float* out[interactions::party_results];
+  for (std::size_t c = 0; c < interactions::party_results; ++c) {
+    by_place[c].resize(targets.size() + 2 * motes::particles::kPadding);
+    out[c] = by_place[c].data();
+  }
+  const interactions::Kernels& kernels = build.kernels;
+  const auto kernel = law.kind == Law::gravitate ? kernels.gravitate
+                      : law.kind == Law::match   ? kernels.match
+                      : law.kind == Law::contact ? kernels.contact
+                      : law.kind == Law::fluid   ? kernels.fluid
+                                                 : kernels.collide[law.radii ? 1 : 0][law.masses ? 1 : 0];
+  const std::size_t rows = seeing.cells.rows().size() - 1;
+  const std::size_t parts = pool.threads() == 1 ? 1 : 5;
+  std::vector<interactions::KernelStats> parts_seen(parts);
+  const auto run = [&](void (*law_kernel)(const interactions::Task&), interactions::Party seers) {
+    pool.run(parts, [&](std::size_t part, std::size_t) {
+      const motes::simd::FloatMode mode;
+      law_kernel({seers, seen.party(), law.terms, out, touches.data(), nullptr, rows * part / parts,
+                  rows * (part + 1) / parts, &parts_seen[part]});
+    });
+  };
+  if (law.kind == Law::fluid) {
+    interactions::Party all = seeing.party();
+    all.cells = seeing.cells.view(targets.size());
+    run(kernels.find_pressure, all);
+    for (Arranged* arranged : {&seeing, &seen}) {
+      arranged->column[interactions::pressure] = by_place[0];
+      arranged->planes[interactions::pressure] = arranged->column[interactions::pressure].data();
+    }
+  }
+  run(kernel, seeing.party());
+  Heard heard;
+  for (std::size_t c = 0; c < law.outputs(); ++c) {
+    heard.out[c].resize(targets.own);
+    for (std::size_t k = 0; k < targets.size(); ++k) {
+      const std::uint32_t i = seeing.cells.order()[k];
+      if (i < targets.own) heard.out[c][i] = by_place[c][k];
+    }
+  }
+  for (const interactions::KernelStats& seen : parts_seen) {
+    heard.pairs += seen.pairs;
+    heard.softened = heard.softened || seen.softened;
+  }
+  heard.touches = std::move(touches);
+  return heard;
+}
+
+inline Heard heard(const MeetingBuild& build, const Law& law, const Flock& flock,
+                   motes::threads::Pool& pool = motes::threads::alone()) {
+  return heard(build, law, flock, flock, pool);
+}
+
+}  // namespace test

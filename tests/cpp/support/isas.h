@@ -1,0 +1,66 @@
+// The builds of the kernels side by side, where the processor has them.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "actions/kernels.h"
+#include "simd/builds.h"
+#include "simd/declare_builds.h"
+#include "simd/isa.h"
+#include "support/lanes_probe.h"
+
+MOTES_DECLARE_BUILDS(motes::actions::Kernels, action_kernels)
+MOTES_DECLARE_BUILDS(test::Probe, probe)
+
+namespace test {
+
+struct Build {
+  std::string name;
+  const motes::actions::Kernels& kernels;
+  const Probe& probe;
+};
+
+/// Of MOTES_BUILDS(table), what this process can run, narrowest first.
+template <class Table>
+std::vector<const Table*> runnable(const Table* const (&builds)[3]) {
+  std::vector<const Table*> found;
+  for (const motes::simd::Isa isa : motes::simd::kIsas) {
+    if (motes::simd::offers(isa)) found.push_back(builds[static_cast<std::size_t>(isa)]);
+  }
+  return found;
+}
+
+/// The builds that this process can run, narrowest first.
+inline std::vector<Build> builds() {
+  const auto kernels = runnable<motes::actions::Kernels>(MOTES_BUILDS(action_kernels));
+  const auto probes = runnable<Probe>(MOTES_BUILDS(probe));
+  std::vector<Build> all;
+  for (const motes::simd::Isa isa : motes::simd::kIsas) {
+    if (!motes::simd::offers(isa)) continue;
+    all.push_back({std::string(motes::simd::name(isa)), *kernels[all.size()], *probes[all.size()]});
+  }
+  return all;
+}
+
+/// Random numbers for the tests themselves: SplitMix64 (Steele, Lea, Flood 2014).
+class Dice {
+ public:
+  explicit Dice(std::uint64_t seed) : state_(seed) {}
+  std::uint64_t word() {
+    std::uint64_t x = state_ += 0x9e3779b97f4a7c15u;
+    x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9u;
+    x = (x ^ (x >> 27)) * 0x94d049bb133111ebu;
+    return x ^ (x >> 31);
+  }
+  /// 0 .. below - 1.
+  std::size_t below(std::size_t below) { return static_cast<std::size_t>(word() % below); }
+  float between(float low, float high) { return low + (high - low) * static_cast<float>(word() >> 40) * 0x1p-24f; }
+  bool coin() { return (word() & 1u) != 0; }
+
+ private:
+  std::uint64_t state_;
+};
+
+}  // namespace test

@@ -1,0 +1,21 @@
+// Who has which particles.
+#pragma once
+
+#include "engine/engine.h"
+#include "engine/state/places.h"
+#include "support/check.h"
+
+namespace test {
+
+/// Between two frames each calculator has what belongs to it, and nothing else.
+inline void check_owners(motes::engine::Engine& engine) {
+  for (int i = 0; engine.talk().calculates() && i < engine.system_count(); ++i) {
+    const motes::particles::Store& store = *engine.seen(i).store;
+    const motes::domains::Places places = motes::engine::places_of(store);
+    for (std::size_t p = 0; p < store.size(); ++p) {
+      CHECK(motes::engine::owner_of(engine.system(i).domains, places, p) == engine.talk().calculator());
+    }
+  }
+}
+
+}  // namespace test

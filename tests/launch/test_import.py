@@ -1,0 +1,174 @@
+"""`import motes` is quick and starts nothing; names are loaded when they are used."""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from handmade import moving_spot
+
+import motes
+from motes._mpi import rank_process
+
+PACKAGE = Path(motes.__file__).parent
+LAUNCHERS = rank_process.LAUNCHED
+SHOW = "; import sys, json; print(json.dumps(sorted(sys.modules)))"
+COSTLY = {"mpi4py.MPI", "motes._core", "numpy", "pandas", "matplotlib", "argparse"}
+SELDOM = {
+    *(
+        "argparse",
+        "asyncio",
+        "av",
+        "difflib",
+        "hashlib",
+        "html",
+        "logging",
+        "matplotlib",
+        "pandas",
+        "PIL",
+        "shutil",
+    ),
+    *(
+        "socket",
+        "subprocess",
+        "sysconfig",
+        "tempfile",
+        "motes._checkpoint.finding",
+        "motes._checkpoint.saving",
+    ),
+    *("motes._live.server", "motes._notebook.cells", "motes._run.log_directory", "motes._run.run_file"),
+}
+"""What only some runs need."""
+WORLD = """
+import motes
+from motes import shapes
+camera, ball = motes.Camera((0, 0, 5), (0, 0, 0)), motes.Solid(shapes.Sphere((0, 0, 0), 1))
+renderer = motes.Renderer(32, 24, camera=camera, objects=[ball])
+world = motes.World(seed=1, progress="off", renderer=renderer)
+snow = world.system("snow", capacity=8, sprite=motes.Sprite(height=0.1))
+snow.configure(velocity=shapes.Box((0, 0, 0), (1, 1, 1)))"""
+
+
+def alone(code: str, **changes: str) -> subprocess.CompletedProcess[str]:
+    """Run Python in a process that no launcher started."""
+    env = {name: value for name, value in os.environ.items() if name not in LAUNCHERS}
+    job = [sys.executable, "-c", code]
+    return subprocess.run(job, capture_output=True, text=True, env=env | changes, timeout=60)
+
+
+def loaded(code: str, **changes: str) -> set[str]:
+    """Run Python and return the modules that are then loaded."""
+    made = alone(code + SHOW, **changes)
+    assert made.returncode == 0, made.stderr
+    return set(json.loads(made.stdout.splitlines()[-1]))
+
+
+# --- what starts, and when
+
+
+def test_importing_the_package_starts_nothing():
+    assert loaded("import motes") & (COSTLY | {"asyncio", "dataclasses", "inspect", "difflib"}) == set()
+
+
+def test_values_of_errors_and_the_version_start_nothing():
+    code = "import motes; motes.ArgumentError; motes.__version__; dir(motes)"
+    assert loaded(code) & (COSTLY - {"argparse"}) == set()
+
+
+def test_the_core_needs_no_arrays_to_be_loaded():
+    assert "numpy" not in loaded("from motes import _core")
+
+
+def test_a_world_is_made_without_what_only_some_runs_need():
+    always = loaded("import numpy, numpy.typing; from mpi4py import MPI")
+    found = loaded(WORLD) - always
+    assert found & SELDOM == set()
+    assert len(found) <= 125  # 115 on Python 3.11: each module takes 0.1 to 2 ms of each rank's start
+
+
+def test_reading_a_log_needs_neither_mpi_nor_the_core(tmp_path):
+    log = moving_spot(tmp_path / "log", frames=3)
+    code = f"import motes; run = motes.open_run({str(log)!r}); run.summary(); run.plot.imbalance()"
+    assert loaded(code) & {"mpi4py.MPI", "motes._core"} == set()
+
+
+@pytest.mark.parametrize("command", [["watch", "--once"], ["report"]])
+def test_commands_that_read_logs_need_neither_mpi_nor_the_core(tmp_path, command):
+    log = moving_spot(tmp_path / "log", frames=3)
+    found = loaded(f"from motes.cli import main; main({[*command, str(log)]!r})")
+    assert found & {"mpi4py.MPI", "motes._core"} == set()
+    if command[0] == "watch":
+        assert found & {"numpy", "pandas"} == set()
+
+
+@pytest.mark.parametrize("command", ["run", "bench", "record", "cluster", "doctor"])
+def test_help_starts_nothing(command):
+    code = f"from motes.cli import main\ntry: main([{command!r}, '--help'])\nexcept SystemExit: pass\n"
+    assert loaded(code + "import motes") & {"mpi4py.MPI", "motes._core"} == set()
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "import motes; motes.World",
+        "from motes import World, Roles",
+        "import motes.shapes",
+        "from motes.shapes import Box",
+        "from motes import _core",
+        "from motes import *",
+    ],
+)
+def test_mpi_starts_before_the_core_is_loaded(code):
+    found = loaded(code + "; from mpi4py import MPI; assert MPI.Is_initialized()")
+    assert {"mpi4py.MPI", "motes._core", "motes._mpi.mpi_settings"} <= found
+
+
+@pytest.mark.parametrize("name", ["World", "Frame", "Mesh", "shapes", "replay", "_core"])
+def test_settings_are_made_before_mpi_starts(name):
+    # Modules stand in sys.modules in the order of their first import. Settings made later cost each script
+    # that runs without a launcher a second.
+    made = alone(f"import motes, sys; motes.{name}; print(*sys.modules)")
+    assert made.returncode == 0, made.stderr
+    modules = made.stdout.split()
+    settings = modules.index("motes._mpi.mpi_settings")
+    assert settings < modules.index("mpi4py.MPI")
+    assert "numpy" not in modules[:settings]
+
+
+@pytest.mark.parametrize("variable", LAUNCHERS)
+def test_under_a_launcher_mpi_starts_at_once(variable):
+    # MPI must not start, since there is no launcher to talk to; a size of 1 says that nobody else waits.
+    code = "import mpi4py; mpi4py.rc.initialize = mpi4py.rc.finalize = False; import motes"
+    assert {"mpi4py.MPI"} <= loaded(code, **{variable: "1"})
+
+
+# --- names
+
+
+def test_all_names_are_listed_and_loaded():
+    assert set(motes.__all__) <= set(dir(motes))
+    assert [name for name in motes.__all__ if not hasattr(motes, name)] == []
+    assert motes.World is motes._world.world.World
+
+
+def test_checkers_read_the_same_names_as_the_loader():
+    tree = ast.parse((PACKAGE / "__init__.py").read_text())
+    block = next(node for node in tree.body if isinstance(node, ast.If))
+    imported = {}
+    for node in block.body:
+        if isinstance(node, ast.ImportFrom):
+            imported |= {alias.name: node.module for alias in node.names}
+    assert imported == {**motes._MODULE_OF, **dict.fromkeys(motes._PUBLIC_MODULES)}
+    assert sorted(imported) == motes.__all__
+
+
+def test_a_mistyped_name_is_answered_with_the_nearest():
+    with pytest.raises(AttributeError, match="no attribute 'Wrold'; did you mean 'World'"):
+        _ = motes.Wrold
+    with pytest.raises(ImportError, match="Pairwize"):
+        exec("from motes import Pairwize")

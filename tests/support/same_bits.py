@@ -1,0 +1,62 @@
+"""The scene with everything in it on any ranks, and whether its frames are those of one rank."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+from standing import on_ranks
+
+EVERYTHING = Path(__file__).parents[1] / "scenes" / "everything.py"
+
+
+@cache
+def alone(variants: str) -> dict[tuple[int, int], list[str]]:
+    """Frames of the scene on one rank, by variant and frame."""
+    return table(on_ranks(1, EVERYTHING, variants).lines)
+
+
+def table(lines: list[str]) -> dict[tuple[int, int], list[str]]:
+    """Read the scene's output."""
+    rows = [line.split() for line in lines]
+    found = {(int(row[0]), int(row[1])): row[2:] for row in rows}
+    assert len(found) == len(rows), "one line per frame"
+    return found
+
+
+def expected() -> list[list[str]]:
+    """The frames that every variant must show."""
+    frames = alone(json.dumps([{"roles": "auto", "space": None}]))
+    return [frames[0, frame] for frame in range(len(frames))]
+
+
+def roles(size: int) -> list[Any]:
+    """Ordinary and unusual roles for a number of ranks: [manager, image generator, calculators]."""
+    ranks = list(range(size))
+    wishes: list[Any] = ["auto", "shared", [size - 1, size // 2, ranks[::-1]]]
+    if size > 2:
+        wishes.append([2, 1, [2, 0]])  # the manager calculates, and some ranks have no role
+    return wishes
+
+
+def assert_same(size: int, variants: list[dict[str, Any]], env: dict[str, str] | None = None) -> None:
+    """Play variants on this many ranks, and compare."""
+    lines = on_ranks(size, EVERYTHING, json.dumps(variants), timeout=200, env=env).lines
+    assert_equal(table(lines), variants)
+
+
+def assert_equal(frames: dict[tuple[int, int], list[str]], variants: list[dict[str, Any]]) -> None:
+    """Compare every variant's frames with those of one rank."""
+    wanted = expected()
+    assert len(frames) == len(wanted) * len(variants)
+    for (variant, frame), row in sorted(frames.items()):
+        assert row == wanted[frame], f"{variants[variant]}, frame {frame}"
+
+
+def widths() -> list[str]:
+    """Names of the instruction sets that this processor has."""
+    flags = Path("/proc/cpuinfo").read_text().split() if Path("/proc/cpuinfo").exists() else []
+    needs = {"sse2": [], "avx2": ["avx2"], "avx512": ["avx512f", "avx512dq", "avx512vl", "avx512bw"]}
+    return [name for name, wanted in needs.items() if all(flag in flags for flag in wanted)]

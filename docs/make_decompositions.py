@@ -1,4 +1,6 @@
-"""Make the tables and plot of docs/decompositions.md: `python docs/make_decompositions.py [real] [virtual]`.
+"""Make the tables and plot of docs/notes/decompositions.md.
+
+Run `python docs/make_decompositions.py [real] [virtual]`.
 
 real: snow, fountain, heap and flock of examples/ under slabs, bricks and by id, on real ranks. virtual: snow
 and the fountains again, and crowds that meet (decompositions_crowds.py), on up to 1024 virtual ranks; needs
@@ -25,7 +27,7 @@ import motes
 from motes.analysis.run import Run
 
 DOCS = Path(__file__).parent
-TARGET = DOCS / "decompositions.png"
+TARGET = DOCS / "notes" / "decompositions.png"
 FIGURES = DOCS / "decompositions.json"
 EXAMPLES = DOCS.parent / "examples"
 

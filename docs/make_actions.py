@@ -36,8 +36,8 @@ WRITTEN = """
 Written by `docs/make_actions.py` from the docstrings of `motes.actions`; change those.
 """
 SYMBOLS = """
-In the formulas x is a particle's position in m, v its velocity in m/s, dt the length of the (sub)step in
-seconds, unit(y) is y / |y|. [Actions](actions.md) lists all, and what they cost.
+The first item of each action is its formula: x is a particle's position in m, v its velocity in m/s, dt the
+length of the (sub)step in seconds, unit(y) is y / |y|. [Actions](actions.md) lists all.
 """
 OPENING = """
 An action acts on each particle [alone](actions_alone.md), or [between particles](actions_between.md). Every
@@ -48,8 +48,8 @@ Unless a page names another source, an action is that of D. McAllister's Particl
 the cases that his library computed (`tests/test_conformance.py`), with two exceptions: his `sink` of a
 `Plane` kills above it, and his `bounce` is ours with `exact_hit=False`.
 
-The column "ns" is what an action adds to a particle's step on one core, in nanoseconds
-([all costs](notes/costs_of_actions.md)).
+Most cost less than a nanosecond per particle and step ([the costs](notes/costs_of_actions.md)); `curl_noise`,
+`field` and `follow_path` cost about ten, `sort` 75.
 """
 
 COST = """
@@ -60,6 +60,8 @@ particles, whose columns stay in the first-level cache: arithmetic alone. Differ
 What actions between particles cost depends on how many are within reach: [heaps.md](heaps.md) has figures of
 `collide`.
 """
+SHORT = 240
+"""Parameters whose texts have fewer characters than these share a line."""
 OWN_NAME = re.compile(r"McAllister's \w+\.")
 """The usual source, which the overview names once."""
 # Why an action adds more than 1 ns.
@@ -133,8 +135,11 @@ def section(name: str, kind: type, heading: str) -> str:
     lines = [f"{heading} `{signature(name)}`", ""]
     for paragraph in what:
         lines += [wrapped(paragraph), ""]
-    lines += [wrapped(f"- formula: {formula}", "  ")]
-    lines += [wrapped(f"- `{parameter}`: {text}", "  ") for parameter, text in parameters]
+    lines += [wrapped(f"- {formula}", "  ")]
+    listed = [f"`{parameter}`: {text}" for parameter, text in parameters]
+    together = " ".join(listed)
+    listed = [together] if len(together) < SHORT else listed
+    lines += [wrapped(f"- {one}", "  ") for one in listed if one]
     if not OWN_NAME.fullmatch(source):
         lines += [wrapped(f"- source: {source}", "  ")]
     lines += [""]
@@ -184,11 +189,11 @@ def kinds(module: ModuleType) -> dict[str, type]:
 
 def overview() -> str:
     """Return the page that lists all actions."""
-    rows = ["| action | what it does to a particle | ns |", "|---|---|---|"]
+    rows = ["| action | what it does to a particle |", "|---|---|"]
     for page, (_, _, families) in PAGES.items():
         for name, kind in (pair for _, module in families for pair in kinds(module).items()):
             what = " ".join(parts(kind.__doc__ or "")[0][0].split())
-            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} | {cost(name, 'added_ns')} |")
+            rows.append(f"| [`{name}`]({page}#{anchor(name)}) | {what} |")
     opening = [wrapped(p) for p in [WRITTEN, *OPENING.strip().split("\n\n")]]
     return "\n\n".join(["# Actions", *opening, "\n".join(rows)]) + "\n"
 

@@ -54,7 +54,7 @@ def table(name: str, one: Table) -> str:
         if column.name[1:] == QUANTILES[0][1:]:
             label = f"`{column.name}` .. `{column.name[0]}{QUANTILES[-1][1:]}`"
         if column.name == QUANTILES[0]:
-            meaning = "along the first axis that is cut: they part the particles into sixteenths; null: none"
+            meaning = "17 quantiles along the first axis that is cut; null: no particles"
         unit = f" ({column.unit})" if column.unit else ""
         lines.append(f"- {label}{unit}: {meaning}")
     return "\n".join(lines)

@@ -1,4 +1,4 @@
-// What the script says to the engine between two frames: systems, lists, reads.
+// The script's calls to the engine between two frames: systems, lists, reads.
 #include "engine/engine.h"
 
 #include <stdexcept>
@@ -152,8 +152,8 @@ void Engine::Kept::keep(Script& script) {
   if (!pictures) script.record.view.reset();
 }
 
-// Nobody needs the particles for keeping what a script says, so with one rank they are not computed; where the script
-// asks for them after all, the kept lists are replayed first.
+// Computes particles by replaying the kept lists. With one rank, lists are kept without computing particles until the
+// script asks for them.
 void Engine::catch_up() {
   if (!kept_.only) return;
   kept_.only = false;

@@ -82,7 +82,7 @@ void begin(Parts& p, Verb verb, const std::optional<image::View>& view, const st
   split_rounds(p.script, run.combine, p.rank.talk.turn);
 }
 
-// What the log tells of each system on this calculator.
+// Notes what the log needs of each system on this calculator.
 void note_tails(const Script& script, Calculator& calculator) {
   const std::vector<Density> densities = engine::densities(script, calculator);
   const PhaseTimes& times = calculator.tail.times;
@@ -148,7 +148,7 @@ std::string shared_settings(const Settings& run) {
   return shared.append(", fan-out ").append(std::to_string(run.fan_out));
 }
 
-// Whether only the script itself can run this list.
+// Tells whether only the script itself can run this list.
 bool needs_script(const Script& script) {
   return std::any_of(script.systems.begin(), script.systems.end(), [](const auto& system) {
     return std::any_of(system->list.begin(), system->list.end(),
@@ -246,7 +246,7 @@ void Engine::finish_now() {
   parts_->rank.talk.comm().finish();
 }
 
-// What a conversation about particles computes first: it may fail.
+// Computes what a conversation about particles needs first, since computing may fail.
 template <class Compute>
 void Engine::look_at(int index, const Compute& compute) {
   const std::optional<Seen> seen = try_read(index);

@@ -34,7 +34,7 @@ class Course {
   };
 
   bool run_substep(int substep);
-  /// To the next meeting, or to the end of the list: then null.
+  /// Runs the list to the next pair interaction and returns it, or to the end and returns null.
   const Piece* run_to_meeting(Runner& runner, int substep);
   void run_piece(Runner& runner, const Piece& piece, int substep);
   Meeting meeting_of(const Piece& piece, Runner& first, Runner& second, int substep) const;

@@ -12,7 +12,7 @@
 
 namespace motes::engine {
 
-/// A meeting: its action in the list of the first system, and who meets.
+/// A pair interaction: its action in the list of the first system, and the systems that take part.
 struct Meeting {
   const actions::Action* action = nullptr;
   std::size_t item = 0;  // in that list
@@ -29,7 +29,7 @@ struct Meeting {
 /// Calculators, collective. Returns false where one of them has failed: all leave the list and go on to the report.
 bool meet(Rank& rank, const Script& script, Calculator& calculator, const Round& round, const Meeting& meeting);
 
-/// What a calculator does that has failed before the list: the others hear it at their first meeting.
+/// Tells the other calculators, at their first interaction, that this one failed before the list.
 void say_failed(Rank& rank, const Round& round);
 
 }  // namespace motes::engine

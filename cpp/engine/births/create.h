@@ -15,7 +15,7 @@
 
 namespace motes::engine {
 
-/// What a calculator got of a round's births.
+/// A calculator's part of a round's births.
 struct Newborn {
   Heard heard;  // the manager's message
   std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
@@ -32,8 +32,8 @@ struct Newborn {
 /// Manager: makes and deals out a round's births, with the cuts that others do not know yet.
 void deal(Rank& rank, Script& script, Manager& manager, const Round& round);
 
-/// All ranks: the manager's message of a round. Where this rank's list differs from the manager's it fails, and goes on
-/// by the manager's rounds until all agree on that.
+/// Receives the manager's message of a round. If this rank's list differs it fails, but follows the manager's rounds
+/// until all agree on that. Collective.
 Newborn receive_births(Rank& rank, Script& script, Calculator& calculator, std::size_t round);
 
 /// Calculator: takes its particles of the next group into the store.

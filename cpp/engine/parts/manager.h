@@ -1,5 +1,5 @@
-// What the manager keeps: each system's cuts to come, the loads that they follow from, what the ranks reported, and the
-// account of the frame.
+// The manager's state: each system's coming cuts, the loads they follow from, the ranks' reports, and the account of
+// the frame.
 #pragma once
 
 #include <cstdint>
@@ -34,7 +34,7 @@ struct Balancing {
   std::vector<std::vector<balance::Cell>> cells;  // the same for bricks
 };
 
-/// What the manager asked for in a round, until it needs the new cuts.
+/// The manager's open questions of a round, until it needs the new cuts.
 struct Asked {
   comm::Stamp stamp;
   std::vector<std::size_t> systems;
@@ -49,7 +49,7 @@ struct PlacedParent {
   Parent parent;
 };
 
-/// What calculators tell the log arrives behind everybody's report.
+/// Messages of calculators for the log that are still to arrive, after all reports.
 struct AwaitedTails {
   comm::Stamp stamp;
   std::vector<CalculatorTail> own;  // of the manager, where it calculates
@@ -68,7 +68,7 @@ struct Manager {
   std::optional<AwaitedTails> tails;  // that are not in the account yet
 };
 
-/// How many of a parent's children come to life, where the capacity has room for `children` of the whole frame.
+/// Returns how many of a parent's children are born if the capacity has room for `children` in the whole frame.
 std::uint64_t children_of(std::uint64_t first, std::uint32_t count, std::uint64_t children);
 
 /// Manager, once all rounds are judged: what each parent's children add to which system on which calculator.

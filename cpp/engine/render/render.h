@@ -24,7 +24,7 @@
 
 namespace motes::engine {
 
-/// Who draws: working memory of projecting and drawing, kept from frame to frame, and the last picture.
+/// The painter: working memory for projecting and drawing, reused from frame to frame, and the last picture.
 struct Painter {
   RenderPlan plan;     // of this frame's picture, as the manager told it
   image::Slots slots;  // its order of tiles
@@ -52,9 +52,9 @@ struct Painter {
 
   /// The picture of the last frame, on the image generator: height * width * 3 bytes of sRGB, moved out.
   image::Pixels take_pixels() { return std::move(pixels); }
-  /// Its light, where the view keeps it: linear RGB, height * width * 3. Throws std::logic_error where it does not.
+  /// Returns the picture's linear RGB light, height * width * 3. Throws std::logic_error if the view does not keep it.
   std::vector<float> linear() const;
-  /// One of the view's layers: see Layers. Throws std::logic_error where the view does not ask for it.
+  /// Returns one of the view's layers. Throws std::logic_error if the view does not ask for it.
   const std::vector<float>& layer(std::uint8_t bit) const;
 };
 

@@ -1,5 +1,5 @@
-// Who draws what of a frame's picture: decided by the manager from what the last pictures took, told to all ranks with
-// the frame's first message, and the same for each of them.
+// Plans who draws what of a frame's picture. The manager decides from the last pictures and tells all ranks with
+// *begin*.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ struct RenderPlan {
   int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
   int end(int rank) const { return static_cast<int>(ends[static_cast<std::size_t>(rank)]); }
   bool draws(int rank) const { return first(rank) < end(rank); }
-  /// Whether it deals out `tiles` tiles, all of a picture, to `ranks` ranks.
+  /// Tells whether the plan deals exactly `tiles` tiles to `ranks` ranks.
   bool covers(int tiles, int ranks) const;
 
   bool operator==(const RenderPlan&) const = default;
@@ -37,7 +37,7 @@ constexpr void fields(Visitor& visit, RenderPlan& plan) {
   visit(plan.path, plan.order, plan.firsts, plan.ends);
 }
 
-/// What the manager knows of the work that a picture makes: the newest that ranks have told.
+/// The newest numbers that the manager has about the work of a picture.
 struct RenderLoad {
   /// One calculator.
   struct Calculator {
@@ -61,8 +61,8 @@ struct RenderLoad {
 /// Seconds that a rank of speed 1 takes to draw so many records, on tiles of so many pixels.
 double drawing_s(const image::View& view, std::span<const image::Sprite> sprites, double records, double pixels);
 
-/// What a picture would take on one path: seconds from the first projected particle to the last actions of the next
-/// frame, on ranks with a processor each.
+/// Estimated time of a picture on one path, s, from the first projected particle to the last actions of the next frame,
+/// on ranks with a processor each.
 struct RenderEstimate {
   RenderPlan plan;
   double seconds = 0;

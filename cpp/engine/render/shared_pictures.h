@@ -38,10 +38,10 @@ class SharedPictures {
   std::uint8_t* find(comm::Stamp stamp);
 
  private:
-  // What stands at the memory of a picture; 0: nothing yet.
+  // Returns the number that marks a picture's memory with its stamp; 0 marks none.
   static std::uint64_t sign_of(comm::Stamp stamp) { return ((stamp.frame << 32) | stamp.turn) + 1; }
 
-  // What the image generator knows of a picture's memory.
+  // The image generator's record of a picture's memory.
   struct Use {
     std::atomic<bool> taken{false};
     std::uint64_t forks = 0;  // of this process, when it was taken

@@ -1,4 +1,4 @@
-// Who talks: this rank among the others, the conversation that is under way, and a failure that waits to be agreed on.
+// The conversation of this rank with the others: communicator, relay, turn, and a failure that waits to be agreed on.
 #pragma once
 
 #include <cstdint>
@@ -92,7 +92,7 @@ class Conversation {
   /// Throws what this rank has failed with, if it has: for what may not reach the script. The exception itself comes
   /// once: Python's may not be raised again.
   void rethrow();
-  /// Whether all ranks have given up: nobody waits for this one any more.
+  /// Tells whether all ranks have given up, so that nobody waits for this one any more.
   bool over() const { return broken_; }
   /// Throws std::runtime_error where that is so.
   void check_alive() const;

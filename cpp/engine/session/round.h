@@ -1,4 +1,4 @@
-// A round: the systems whose conversations are held together (paper 3.3), and what is known of them on the way.
+// A round: systems whose conversations are held together (paper 3.3), and their state on the way.
 #pragma once
 
 #include <cstdint>
@@ -23,7 +23,7 @@ struct Round {
   Orders orders;
   double reported_s = 0;  // when this rank's report was sent
 
-  // What this rank reports, until those below it have reported too.
+  // This rank's report, until those below it have reported.
   Report own{};
   std::vector<CalculatorLoad> own_loads{};  // on calculators, one per system
   std::vector<CalculatorTail> own_tails{};  // on calculators, one per system of the last frame

@@ -1,4 +1,4 @@
-// What a run is set to: equal on all ranks but for `speed`, `threads`, `shares_pictures` and the functions.
+// Settings of a run, equal on all ranks but for `speed`, `threads`, `shares_pictures` and the functions.
 #pragma once
 
 #include <cstddef>

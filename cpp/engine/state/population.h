@@ -1,4 +1,4 @@
-// What one calculator has of a system: its particles, and what happened to them in this frame.
+// A population: one calculator's particles of a system, and what happened to them in this frame.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@
 
 namespace motes::engine {
 
-/// What the script reads where the list may not run in parts: a copy that has run the items so far.
+/// A preview, which the script reads if the list may not run in parts: a copy on which the items so far have run.
 struct Preview {
   particles::Store store;
   std::size_t dead;   // stand behind the others
@@ -29,13 +29,13 @@ struct Preview {
   BirthHistory history;  // with the births of these items
 };
 
-/// Which particles of a system have collided in this sub-step: their contacts count from then on.
+/// Which particles of a system have collided in this sub-step, so that further contacts add up.
 enum class Collided : std::uint8_t { none, some, all };
 
 struct Population {
   explicit Population(const particles::Schema& schema) : store(schema) {}
 
-  /// How many particles a script sees: the dead of this frame stand behind them until it ends.
+  /// Returns the number of particles a script sees; the dead of this frame are stored behind them until it ends.
   std::size_t seen() const { return store.size() - outcome.dead.size(); }
 
   particles::Store store;
@@ -55,8 +55,8 @@ struct Population {
   balance::Load expected;  // behind the exchange, as far as that is known before it: see expected_of
 };
 
-/// One call of a function of the script: of particles `begin`.. of a system or, where a condition stands, of those at
-/// the indices `chosen`.
+/// One call of a script's function: for particles from `begin` on, or with a condition for those at the indices
+/// `chosen`.
 struct Call {
   int system;
   int callback;  // its number
@@ -66,7 +66,7 @@ struct Call {
   std::vector<float>* changes = nullptr;  // what that says: three numbers each, or nothing
 };
 
-/// What a calculator keeps, per system. Ranks that do not calculate have empty populations.
+/// The populations of a rank, one per system; empty on ranks that do not calculate.
 struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
@@ -79,7 +79,7 @@ struct Calculator {
 /// 0, 1, ... count - 1.
 std::vector<std::uint32_t> first_indices(std::size_t count);
 
-/// For each particle, whether it stands in `collided`.
+/// Returns, for each particle, whether it is in `collided`.
 std::vector<std::uint8_t> collided_of(const Population& here);
 /// These collide, or all, where none needs to be noted; null: all.
 void note_collided(Population& here, const std::vector<std::uint8_t>* chosen);

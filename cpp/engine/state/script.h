@@ -1,4 +1,4 @@
-// What the script said: its systems with their lists, and the record of the conversation under way.
+// What the script said: systems with their lists, and the record of the current conversation.
 #pragma once
 
 #include <memory>
@@ -31,7 +31,7 @@ struct Script {
   std::optional<image::Camera> camera_before;  // that frame's View::before
 
   bool in_frame() const { return record.verb == recording::Verb::render || record.verb == recording::Verb::step; }
-  /// Whether this conversation carries signals and viewers' orders to all ranks.
+  /// Tells whether this conversation carries signals and viewers' orders to all ranks.
   bool steered() const { return in_frame() || record.verb == recording::Verb::orders; }
   /// The systems that share this one's domains, itself among them; the one that they follow stands first.
   std::vector<std::size_t> sharing(std::size_t system) const;
@@ -49,7 +49,7 @@ void write_record(Script& script, const Settings& settings, std::uint64_t frame,
 /// The rounds of this conversation: the systems one by one, or all at once. Each takes a turn.
 void split_rounds(Script& script, Combine combine, std::uint32_t& turn);
 
-/// Whether particles of the round's systems meet.
+/// Tells whether the round's systems have pair interactions.
 bool meets(const Script& script, const Round& round);
 
 }  // namespace motes::engine

@@ -1,5 +1,5 @@
-// One particle system as every rank knows it: its definition, its domains, its counts, and what the script has recorded
-// of it in this frame. The particles themselves are a Population.
+// A particle system as every rank knows it: definition, domains, counts, and this frame's list. Its particles are in a
+// Population.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ struct BirthGroup {
   std::uint64_t count = 0;
 };
 
-/// A stretch of the list between callbacks and meetings.
+/// A stretch of the list between callbacks and pair interactions.
 struct Piece {
   program::Program program;
   std::size_t first = 0;  // actions before it in the segment
@@ -71,7 +71,7 @@ class System {
   /// Actions of the items that have not run yet, cut where callbacks stand. One piece at least.
   std::vector<Piece> pending_pieces() const;
 
-  /// Whether particles meet in the items that have not run yet.
+  /// Tells whether the items that have not run yet contain pair interactions.
   bool meets() const;
 
   /// The frame's spawn rules so far, in order.
@@ -80,7 +80,7 @@ class System {
   /// The actions of kind `sort` from item `first` on.
   std::vector<const actions::Action*> sorts(std::size_t first) const;
 
-  /// All items so far have run.
+  /// Marks all items so far as run.
   void mark_run() { run_items = list.size(); }
   bool pending() const { return run_items < list.size(); }
 
@@ -88,7 +88,7 @@ class System {
   std::uint64_t number_children(std::uint64_t spawned);
   void start_frame();
 
-  /// How many more fit where there are `taken`.
+  /// Returns how many more particles fit if there are `taken`.
   std::uint64_t room_of(std::uint64_t taken) const {
     return definition.capacity > taken ? definition.capacity - taken : 0;
   }
@@ -114,7 +114,7 @@ class System {
   particles::Store make(const BirthGroup& group, const std::vector<std::uint64_t>& ids, double dt, int substeps) const;
 };
 
-/// Whether a spawn rule asks to whom this happened.
+/// Tells whether a spawn rule needs the particles of this event.
 bool asks_for(const System& system, recording::Spawn::On event);
 
 }  // namespace motes::engine

@@ -49,7 +49,7 @@ int Engine::add_system(recording::SystemDefinition definition) {
 
 void Engine::record(int index, recording::Item item) {
   System& s = system(index);
-  parts_->rank.talk.comm().progress();  // of what the last frame has sent
+  parts_->rank.talk.comm().progress();  // lets messages of the last frame progress
   bool uses_copies = std::holds_alternative<recording::KeepCopies>(item);
   if (const auto* action = std::get_if<actions::Action>(&item)) {
     actions::check(*action);

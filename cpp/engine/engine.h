@@ -159,7 +159,7 @@ class Engine {
   struct Kept {
     bool on = false;
     bool pictures = true;  // frames are drawn
-    bool only = false;  // nothing is computed
+    bool only = false;  // keep lists without computing
     std::vector<base::Bytes> lists;
 
     void keep(Script& script);
@@ -167,10 +167,10 @@ class Engine {
 
   // A collective call that ended on this rank; it is repeated if it did not end on others.
   struct Ended {
-    std::uint64_t count = 0;  // so many before it, and this one
-    bool frame = false;  // its list is kept
+    std::uint64_t count = 0;  // number of calls so far, this one included
+    bool frame = false;  // the call is a frame, whose list is kept
     std::function<void()> again;  // another call, if it can be made again
-    std::vector<std::size_t> before, after;  // how long the lists were
+    std::vector<std::size_t> before, after;  // lengths of the lists
   };
 
   // The call that a loss interrupted.
@@ -221,14 +221,14 @@ class Engine {
   Replicas replicas_;
   Bystander bystander_;
   Ended last_;
-  std::vector<std::size_t> before_;  // how long the lists were when the call under way began
+  std::vector<std::size_t> before_;  // lengths of the lists when the current call began
   std::uint64_t frame_before_ = 0;  // and where it stands
   bool wrote_ = false;  // the script wrote to particles in the frame under way
   bool recovering_ = false;
   std::unique_ptr<Interrupted> interrupted_;
-  std::optional<Announced> announced_;  // by ranks that have made the call under way before
+  std::optional<Announced> announced_;  // announced by ranks that made the current call already
   Loss loss_;
-  double zero_ = 0;  // of timelines
+  double zero_ = 0;  // zero of timelines
 };
 
 }  // namespace motes::engine

@@ -46,8 +46,9 @@ void close(Parts& p, const Round& round) {
 // Round by round; or, overlapped, what one round says travels while the next ones compute.
 void converse(Parts& p) {
   const bool manages = p.rank.talk.manages();
-  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // that all know already
-  if (manages) take_all_proposals(p.rank, p.script, p.manager);  // of the last frame: new cuts go out with the births
+  if (p.script.in_frame()) take_new_cuts(p.rank, p.script, p.calculator);  // cuts that all know already
+  if (manages)
+    take_all_proposals(p.rank, p.script, p.manager);  // proposals of the last frame: new cuts go out with the births
   std::vector<Round>& rounds = p.script.rounds;
   const bool overlaps = p.script.overlaps;
   for (std::size_t round = 0; manages && overlaps && round < rounds.size(); ++round) {
@@ -57,7 +58,7 @@ void converse(Parts& p) {
     if (step < rounds.size()) {
       if (manages && !overlaps) deal(p.rank, p.script, p.manager, rounds[step]);
       open(p, step);
-      lag = p.script.overlaps ? 1 : 0;  // as the manager says
+      lag = p.script.overlaps ? 1 : 0;  // in the manager's order of rounds
     }
     if (step >= lag && step - lag < rounds.size()) settle(p, rounds[step - lag]);
     if (step >= 2 * lag) close(p, rounds[step - 2 * lag]);

@@ -30,7 +30,7 @@ class Course {
     std::size_t next_group = 0;
     std::size_t next_piece = 0;
     std::uint64_t newborn_from = 0;  // ids from here on have met nobody
-    Collided collided = Collided::none;  // in this sub-step
+    Collided collided = Collided::none;  // collisions of this sub-step
   };
 
   bool run_substep(int substep);

@@ -320,7 +320,7 @@ class Swap {
       here.interaction.ghosts += copied.size();
       rank_.machine.charge(rank_.machine.costs().copy * static_cast<double>(copied.size()));
     }
-    base::Bytes kept;  // of migrants that this calculator still sees
+    base::Bytes kept;  // migrants that this calculator still sees, packed
     std::vector<std::uint32_t> copied;
     for (const auto& [p, owner] : owners) {
       if (sees(self, p)) copied.push_back(p);

@@ -14,15 +14,15 @@ namespace motes::engine {
 
 /// A birth on its way to its owner: only its number travels, since the particle is a function of it.
 struct Due {
-  std::uint32_t number;  // in its group
+  std::uint32_t number;  // number of the birth in its group
   std::uint32_t owner;   // the calculator that it belongs to
   bool operator==(const Due&) const = default;
 };
-static_assert(sizeof(Due) == 8 && std::has_unique_object_representations_v<Due>);  // as it travels
+static_assert(sizeof(Due) == 8 && std::has_unique_object_representations_v<Due>);  // sent as raw bytes
 
 /// Births of one group that are at one calculator, on their way.
 struct BirthNumbers {
-  std::uint32_t group = 0;  // its number in the round
+  std::uint32_t group = 0;  // number of the group in the round
   std::vector<Due> births;
 };
 

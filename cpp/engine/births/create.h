@@ -18,13 +18,13 @@ namespace motes::engine {
 /// A calculator's part of a round's births.
 struct Newborn {
   Heard heard;  // the manager's message
-  std::optional<RenderPlan> plan;  // of the frame's picture: with the first round
+  std::optional<RenderPlan> plan;  // plan of the frame's picture, with the first round
   base::Reader dealt{{}};  // births where the manager makes them
   bool meet = false;  // particles of the round meet
   bool compare = false;  // neighbours compare their loads
   bool shared = false;  // the calculators made them:
-  std::vector<comm::Message> shares;  // from several, each with numbers of births by groups in their order
-  std::vector<base::Reader> readers;  // of the shares
+  std::vector<comm::Message> shares;  // messages from several ranks, each with numbers of births by group, in order
+  std::vector<base::Reader> readers;  // readers of `shares`
   std::uint32_t group = 0;  // the next to be taken
   std::uint64_t count = 0;  // particles in all of it
 };

@@ -53,7 +53,7 @@ class Account {
   void note_imbalance(const roles::Cast& cast);
 
   std::unique_ptr<Log> log_;
-  FrameRow row_;                      // of the frame whose rounds are being judged
+  FrameRow row_;                      // row of the frame whose rounds are being judged
   std::optional<FrameRow> open_row_;  // waits for the tails
   std::optional<FrameRow> last_row_;
   bool row_is_new_ = false;  // the log does not have it yet

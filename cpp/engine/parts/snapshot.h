@@ -36,7 +36,7 @@ constexpr void fields(Visitor& visit, SharedSystem& system) {
 
 /// State of the manager alone, so that balancing continues and no warning is repeated.
 struct ManagerState {
-  std::vector<std::uint64_t> evaluations;  // of each system, as of Balancing
+  std::vector<std::uint64_t> evaluations;  // one per system: Balancing::evaluations
   Alarms alarms;
 };
 
@@ -51,7 +51,7 @@ struct SharedState {
   double dt = 0;
   int substeps = 1;
   std::vector<SharedSystem> systems;
-  std::optional<image::Camera> camera;  // of the last picture
+  std::optional<image::Camera> camera;  // camera of the last picture
   std::uint64_t camera_frame = 0;
   ManagerState manager;  // empty where another rank describes the world
 };

@@ -34,7 +34,7 @@ constexpr void fields(Visitor& visit, GenerationId& of) {
 
 /// A calculator's particles as a message.
 struct Replica {
-  int calculator = -1;  // whose; -1: none
+  int calculator = -1;  // whose particles; -1: none
   std::shared_ptr<const comm::Message> message;
 };
 
@@ -44,7 +44,7 @@ struct Generation {
   std::uint32_t parts = 0;  // calculators then; 0: there were no particles yet
   std::size_t systems = 0;
   base::Bytes state;  // SharedState
-  Replica own, other;  // of calculators; `other`: of the neighbour that sent it
+  Replica own, other;  // own particles, and the replica that the neighbour sent
   bool arrived = false;  // `other` is here, if one comes
   bool counts = false;  // the world may be made again from it
 };
@@ -53,7 +53,7 @@ struct Generation {
 struct KeptList {
   std::uint64_t frame = 0;
   base::Bytes record;
-  bool needs_script = false;  // it calls functions of the script, or the script wrote to particles meanwhile
+  bool needs_script = false;  // calls functions of the script, or the script wrote to particles
 };
 
 class Replicas {

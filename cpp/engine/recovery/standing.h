@@ -36,8 +36,8 @@ constexpr void fields(Visitor& visit, Announced& announced) {
 /// What a rank tells the others after a loss.
 struct Standing {
   std::uint64_t call = 0;          // the number of the collective call that was interrupted: others may be one ahead
-  std::uint64_t frame = 0;         // where that call stands
-  Announced announced;                     // in the call before
+  std::uint64_t frame = 0;         // frame of that call
+  Announced announced;                     // announced in the call before
   std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture it needs again
   std::vector<Holding> holdings;
   std::vector<std::uint64_t> needs_script;  // frames that have run, and cannot be run again from their lists
@@ -54,10 +54,10 @@ constexpr void fields(Visitor& visit, Standing& standing) {
 
 /// What all ranks do to recover.
 struct WayBack {
-  std::uint64_t call = 0;   // to be made again; ranks that were ahead of it have made it before
-  std::uint64_t frame = 0;  // where it stands
+  std::uint64_t call = 0;   // call to repeat; ranks that were ahead have made it already
+  std::uint64_t frame = 0;  // frame of that call
   bool anyone_ahead = false;  // some rank has made it before
-  Announced announced;              // what these ranks heard in it
+  Announced announced;              // announced to those ranks in it
   GenerationId from;            // the generation from which the world is made again
   std::uint64_t unsaved_from = UINT64_MAX;
   std::vector<int> holders;  // the rank that has each calculator's particles; none where there were no particles yet

@@ -11,7 +11,7 @@ namespace motes::engine {
 struct DrawSample {
   int rank = 0;
   double expected_s = 0;  // seconds at speed 1
-  double seconds = 0;     // that it took
+  double seconds = 0;     // time it took, s
 };
 
 /// Smooths a number that varies from picture to picture; before = 0: not known.

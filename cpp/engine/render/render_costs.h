@@ -17,10 +17,10 @@ inline constexpr double kMessage = 2600;  // a message at each of its ends
 inline constexpr double kPartialPixel = 0.54;  // a pixel of a partial tile: cleared, packed; and the same to add it
 
 // Bytes of a pixel.
-inline constexpr double kLightBytes = 12;  // of a partial tile of additive particles
-inline constexpr double kSurfaceBytes = 8;  // of a partial tile of opaque ones
-inline constexpr double kShownBytes = 3;  // of a finished tile
-inline constexpr double kGlowBytes = 3.5;  // of its averages on their way to the image generator and back
+inline constexpr double kLightBytes = 12;  // bytes per pixel of a partial tile with additive particles
+inline constexpr double kSurfaceBytes = 8;  // bytes per pixel of a partial tile with opaque particles
+inline constexpr double kShownBytes = 3;  // bytes per pixel of a finished tile
+inline constexpr double kGlowBytes = 3.5;  // bytes per pixel of averages and glow, to the image generator and back
 
 /// Returns the cost of drawing a record.
 constexpr double record(const image::Sprite& sprite, const image::View& view) {

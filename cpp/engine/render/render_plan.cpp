@@ -20,13 +20,13 @@ struct Work {
   double active = 0;              // tiles with records
   double particles = 0;
   double record_s = 0;            // drawing one record, the mean over systems
-  double record_bytes = 0;        // of one, the mean
+  double record_bytes = 0;        // mean bytes per record
   double byte_s = costs::kByte * kNano;
   double crossing = 0;            // the part of records that go to other ranks' tiles
   double merged = 0;              // the part of records that may be drawn into partial tiles
-  double partial_bytes = 0;       // of a pixel there
+  double partial_bytes = 0;       // bytes per pixel of a partial tile
   double pixel_s = 0;
-  double glow_bytes = 0;          // of a pixel, beside what is shown
+  double glow_bytes = 0;          // extra bytes per pixel for bloom
   Deal deal;
 };
 
@@ -93,7 +93,7 @@ double level_of(std::vector<Drawer> drawers, double work) {
   std::sort(drawers.begin(), drawers.end(), less_busy);
   double level = drawers.front().busy;
   double left = work;
-  double speed = 0;  // of all that draw until then
+  double speed = 0;  // sum of speeds of those that draw until then
   for (std::size_t i = 0; i < drawers.size(); ++i) {
     speed += drawers[i].speed;
     const bool last = i + 1 == drawers.size();
@@ -263,7 +263,7 @@ RenderEstimate estimate_composite(const Work& w, const RenderLoad& load, const r
     most = std::max(most, own_s / load.speeds.of(static_cast<std::size_t>(cast.calculators[i])));
   }
   drawers[static_cast<std::size_t>(cast.image_generator)].busy += assembly(w, load, drawers.size());
-  const double others = 1 - w.merged;  // of the records
+  const double others = 1 - w.merged;  // part of the records
   std::vector<double> work(w.pixels.size());
   for (std::size_t t = 0; t < work.size(); ++t) {
     const double added = w.records[t] > 0 && w.active > 0 ? partials / w.active : 0;

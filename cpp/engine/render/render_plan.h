@@ -20,7 +20,7 @@ namespace motes::engine {
 /// one range, and its part of the picture is nearly a rectangle.
 struct RenderPlan {
   image::View::Path path = image::View::Path::gather;  // never automatic
-  image::TileOrder order = image::TileOrder::rows;  // of slots; rows where one rank draws all of them
+  image::TileOrder order = image::TileOrder::rows;  // order of slots; rows if one rank draws all
   std::vector<std::uint32_t> firsts, ends;  // rank r draws slots firsts[r] .. ends[r] - 1
 
   int first(int rank) const { return static_cast<int>(firsts[static_cast<std::size_t>(rank)]); }
@@ -46,16 +46,16 @@ struct RenderLoad {
     double active = 0;  // tiles that its particles touch
   };
 
-  image::Grid grid;  // of the picture that was counted; 0x0: none was
+  image::Grid grid;  // grid of the counted picture; 0x0: none
   std::vector<std::uint32_t> counts;  // records in each of its tiles
   std::vector<Calculator> calculators;  // in the order of the domains
   double scale = 1;  // under a simulator: what each particle and record stands for
-  double record_bytes = 0;  // of each, the mean; 0: not known
+  double record_bytes = 0;  // mean bytes per record; 0: unknown
   double crossing = -1;  // the part of records that went to other ranks' tiles; below 0: not known
-  RenderPlan last;  // of the last picture
-  DrawSpeeds speeds;  // of ranks
-  double assembled_pixel_s = 0;  // to put a pixel that another rank drew into the picture; 0: not known
-  int axis = 0;  // of the domains
+  RenderPlan last;  // plan of the last picture
+  DrawSpeeds speeds;  // drawing speeds of ranks
+  double assembled_pixel_s = 0;  // time to put a pixel of another rank into the picture, s; 0: unknown
+  int axis = 0;  // axis of the domains
 };
 
 /// Seconds that a rank of speed 1 takes to draw so many records, on tiles of so many pixels.

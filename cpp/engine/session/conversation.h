@@ -59,7 +59,7 @@ class Conversation {
   std::uint32_t turn = 0;  // rounds so far
   int stop = 0;            // the number of the signal after which all stop with the last frame, or 0
   std::uint64_t unsaved_from = UINT64_MAX;      // the first frame of which a picture made here is in no file yet
-  std::uint64_t all_unsaved_from = UINT64_MAX;  // the same of all ranks, as agreed last
+  std::uint64_t all_unsaved_from = UINT64_MAX;  // minimum of `unsaved_from` over all ranks, as agreed last
   std::string orders;      // what viewers asked for in the last conversation that could carry it
   comm::Stamp stamp() const { return {frame, turn}; }
   comm::Stamp stamp(const Round& round) const { return {frame, round.turn}; }

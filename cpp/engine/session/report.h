@@ -26,7 +26,7 @@ struct PhaseTimes {
   double project = 0;   // particles to records, on their way
   double draw = 0;      // records to pixels
   double assemble = 0;  // tiles of all ranks to one picture
-  double wait = 0;      // of all these: waiting for messages
+  double wait = 0;      // part of all these spent waiting for messages
   double frame = 0;     // the whole frame, the script's own part included
 };
 
@@ -51,9 +51,9 @@ constexpr void fields(Visitor& visit, ItemPlace& place) {
 struct Failure {
   enum class Kind : std::uint8_t { none, compute, mismatch };
   Kind kind = Kind::none;
-  std::string action;  // what it was doing
+  std::string action;  // what the rank was doing
   std::string text;
-  ItemPlace place{};  // the item that it was doing it for
+  ItemPlace place{};  // the item of the list that it was doing this for
 
   bool failed() const { return kind != Kind::none; }
 };
@@ -83,16 +83,16 @@ struct Tally {
 /// Statistics of the pair interactions of one system on one calculator in a frame. For two systems, kept with the
 /// first.
 struct InteractionStats {
-  std::uint64_t pairs = 0;   // that saw each other, counted at both ends
+  std::uint64_t pairs = 0;   // pairs within reach, counted at both ends
   std::uint64_t ghosts = 0;  // sent to other calculators
   std::uint64_t bytes = 0;   // sent: copies and particles that changed their calculator
-  std::uint64_t moved_in = 0, moved_out = 0;  // that did so
+  std::uint64_t moved_in = 0, moved_out = 0;  // migrants in interactions
   std::uint32_t meetings = 0;
   std::uint32_t most_in_a_cell = 0;
-  float meet_s = 0, wait_s = 0;  // in meetings, waits included; waits
+  float meet_s = 0, wait_s = 0;  // time in interactions, waits included; waits alone, s
   float overlap_99 = 0;          // see interactions/overlap.h
   std::uint16_t softened = 0;    // 1: springs of contact were
-  std::uint16_t hops = 0;        // to so many other calculators a meeting's messages went
+  std::uint16_t hops = 0;        // most calculators that an interaction's messages went to
 };
 
 template <class Visitor>
@@ -129,7 +129,7 @@ constexpr void fields(Visitor& visit, Parent& parent) {
 
 /// One system on all calculators of a part of the tree, after its list ran and before the exchange.
 struct SystemReport {
-  std::uint64_t particles = 0;  // that stay or leave
+  std::uint64_t particles = 0;  // particles, migrants included
   Strain strain;
   particles::Digest digest;
   std::uint64_t oldest = UINT64_MAX;  // the lowest id, where the birth history asks for it
@@ -180,7 +180,7 @@ struct DrawnTiles {
   std::uint32_t first = 0;
   std::vector<std::uint32_t> counts;  // records in each
   std::int32_t rank = 0;
-  float seconds = 0;  // of work; 0: not measured
+  float seconds = 0;  // seconds of work; 0: not measured
 };
 
 template <class Visitor>
@@ -195,17 +195,17 @@ enum class Sighted : std::uint8_t { unknown, behind, beside, inside };  // behin
 struct Drawing {
   std::int32_t width = 0, height = 0;  // pixels; 0: the frame had no picture
   image::View::Path path = image::View::Path::gather;
-  std::uint64_t records = 0;  // of its own particles
-  std::uint64_t record_bytes = 0;  // of all of these
-  std::uint64_t sent = 0;     // those that went to other ranks, as they are or drawn
+  std::uint64_t records = 0;  // records of its own particles
+  std::uint64_t record_bytes = 0;  // bytes of all records
+  std::uint64_t sent = 0;     // records sent to other ranks, plain or drawn
   std::uint64_t bytes = 0;    // sent to other ranks
   std::uint32_t active = 0;   // tiles that its own particles touch
   image::TileOrder order = image::TileOrder::rows;
   std::uint32_t first = 0;            // the first slot that it drew
   std::vector<std::uint32_t> counts;  // records in each slot that it drew
   double draw_s = 0;                  // seconds of work that these took; 0: not measured
-  double assemble_s = 0;              // of putting other ranks' tiles into the picture
-  std::vector<Sighted> sighted;       // of a calculator, one per system: its particles
+  double assemble_s = 0;              // time to put other ranks' tiles into the picture, s
+  std::vector<Sighted> sighted;       // on a calculator: where its particles of each system are
 };
 
 /// Work on a picture, of all ranks in a part of the tree.
@@ -236,7 +236,7 @@ struct Tail {
   bool valid = false;
   std::uint64_t frame = 0;
   PhaseTimes times;                  // the longest of each phase
-  std::uint64_t exchanged_bytes = 0;  // also in meetings
+  std::uint64_t exchanged_bytes = 0;  // bytes exchanged, in interactions too
   std::uint64_t moved = 0;           // particles that changed their calculator in meetings
   std::vector<particles::Digest> children;  // born at the frame's end; one per system, where the log has digests
   Drawings drawings;
@@ -305,11 +305,11 @@ struct Report {
   std::int32_t failed_rank = -1;  // the lowest
   std::uint8_t stop = 0;          // the number of a signal that asked a rank to stop: the highest, or 0
   std::uint64_t unsaved_from = UINT64_MAX;  // the first frame whose picture is in no file yet
-  std::string orders;             // of the image generator's viewers: text that all ranks hear
+  std::string orders;             // orders of viewers, from the image generator, for all ranks
   std::vector<Dissent> dissents;
-  std::vector<SystemReport> systems;  // of the round; none where no rank calculates
-  std::vector<Flow> flows;            // to calculators elsewhere in the tree
-  std::vector<Decision> decisions;    // of neighbours without a manager: data that travels to all
+  std::vector<SystemReport> systems;  // systems of the round; empty if no rank calculates
+  std::vector<Flow> flows;            // flows to calculators elsewhere in the tree
+  std::vector<Decision> decisions;    // decisions of neighbours without the manager, passed to all
   Tail tail;
 
   bool failed() const { return failure.failed() || !dissents.empty(); }
@@ -354,9 +354,9 @@ constexpr void fields(Visitor& visit, Proposal& proposal) {
 struct Verdict {
   Failure failure;
   std::int32_t failed_rank = -1;
-  std::uint8_t stop = 0;                // of the reports: all ranks stop after this frame
+  std::uint8_t stop = 0;                // highest signal in the reports: all ranks stop after this frame
   std::uint64_t unsaved_from = UINT64_MAX;
-  std::string orders;                   // of the reports: all ranks obey before the next frame
+  std::string orders;                   // viewers' orders: all ranks apply them before the next frame
   std::vector<std::int32_t> ranks;      // kind mismatch: those whose lists differ from most
   std::vector<std::uint64_t> alive;     // one per system, over all ranks
   std::vector<particles::Digest> digests;
@@ -399,7 +399,7 @@ constexpr void fields(Visitor& visit, OwnedParent& owned) {
 struct Judgement {
   Verdict verdict;
   std::vector<Source> sources;
-  std::vector<OwnedParent> parents;  // of one owner: by system, rule and id
+  std::vector<OwnedParent> parents;  // parents of one owner, ordered by system, rule and id
 };
 
 template <class Visitor>
@@ -410,7 +410,7 @@ constexpr void fields(Visitor& visit, Judgement& judgement) {
 /// The part of the verdict for one rank.
 struct Orders {
   std::vector<std::int32_t> sources;  // ranks that will send it particles
-  std::vector<Parent> parents;        // whose children belong to it
+  std::vector<Parent> parents;        // parents whose children belong to this calculator
 };
 
 /// The manager's plan of a round, for all ranks.

@@ -15,8 +15,8 @@ namespace motes::engine {
 
 /// The merged report of a rank and all ranks below it.
 struct Gathered {
-  Report report;  // its flows lead out of this part of the tree
-  std::vector<Flow> staying;  // from one calculator of this part to another
+  Report report;  // only flows that lead out of this part of the tree
+  std::vector<Flow> staying;  // flows within this part of the tree
   std::vector<comm::Message> below;  // keep the bytes of
   std::vector<std::span<const std::byte>> loads;  // the calculators' loads, one entry per child
 };
@@ -35,7 +35,7 @@ struct Loads {
 struct Judged {
   Tail tail;
   Loads loads;
-  std::vector<Strain> strains;  // of the round's systems
+  std::vector<Strain> strains;  // one per system of the round
 };
 
 /// Sends this rank's report of a round: at once if no rank is below it, otherwise with pass_reports() or judge(). All

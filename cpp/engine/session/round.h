@@ -18,7 +18,7 @@ struct Round {
   std::size_t first = 0;  // systems first .. last - 1
   std::size_t last = 0;
   std::uint32_t turn = 0;
-  std::map<int, comm::Message> leaving;  // by the calculator that they go to
+  std::map<int, comm::Message> leaving;  // migrants by destination
   Verdict verdict;
   Orders orders;
   double reported_s = 0;  // when this rank's report was sent

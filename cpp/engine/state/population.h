@@ -25,8 +25,8 @@ namespace motes::engine {
 struct Preview {
   particles::Store store;
   std::size_t dead;   // stand behind the others
-  std::size_t items;  // of the list, that have run
-  BirthHistory history;  // with the births of these items
+  std::size_t items;  // number of items of the list that have run
+  BirthHistory history;  // birth history with the births of these items
 };
 
 /// Which particles of a system have collided in this sub-step, so that further contacts add up.
@@ -44,33 +44,33 @@ struct Population {
   bool moved = false;                         // positions may have changed since migrants were looked for
   program::Outcome outcome;
   std::set<std::uint64_t> bounced;  // ids of those here that did so before the last meeting, where a rule asks for it
-  std::unordered_set<std::uint64_t> collided;  // the same of those that did so in this sub-step, where only some did
+  std::unordered_set<std::uint64_t> collided;  // ids that collided in this sub-step, if only some did
   Tally tally;
   InteractionStats interaction;
   std::vector<Sent> sent;  // migrants of this frame, by domain
   std::vector<std::vector<recording::Event>> events;  // one list per rule: parents on this rank
   std::uint64_t oldest = 0;  // the lowest id here, where the history asks for it
-  particles::Digest digest;  // where the conversation asks for it
+  particles::Digest digest;  // only if the conversation asks for it
   balance::Speeds speeds;  // this calculator's
-  balance::Load expected;  // behind the exchange, as far as that is known before it: see expected_of
+  balance::Load expected;  // expected load after the exchange: see expected_of
 };
 
 /// One call of a script's function: for particles from `begin` on, or with a condition for those at the indices
 /// `chosen`.
 struct Call {
   int system;
-  int callback;  // its number
+  int callback;  // number of the callback
   std::size_t begin;
   const std::vector<std::uint32_t>* chosen;
-  const interactions::PairList* pairs = nullptr;  // of a procedure of pairs
-  std::vector<float>* changes = nullptr;  // what that says: three numbers each, or nothing
+  const interactions::PairList* pairs = nullptr;  // arguments of a function of pairs
+  std::vector<float>* changes = nullptr;  // its result: three numbers per pair, or nothing
 };
 
 /// The populations of a rank, one per system; empty on ranks that do not calculate.
 struct Calculator {
   std::vector<std::unique_ptr<Population>> populations;
   std::function<void(const Call&)> callback;
-  interactions::Scratch scratch;  // of meetings, one after another
+  interactions::Scratch scratch;  // working memory of interactions
   std::map<std::pair<std::size_t, interactions::TiesKey>, interactions::Knots> knots;  // by system
   Tail tail;  // what the next report tells of the last frame
   std::vector<CalculatorTail> tails;  // and, for the log, of each system

@@ -17,13 +17,13 @@ namespace motes::engine {
 
 struct Script {
   std::vector<std::unique_ptr<System>> systems;
-  recording::Record record;  // of the conversation under way; its lists are in the systems
-  base::Bytes bytes;    // the same with lists: what all ranks hash
+  recording::Record record;  // record of the current conversation; its lists are in the systems
+  base::Bytes bytes;    // the record with its lists, as bytes that all ranks hash
   recording::Hash hash;
   std::vector<Round> rounds;
   bool overlaps = false;  // the messages of one round travel while the next one computes
-  std::vector<NewCut> new_cuts;  // that the last verdict brought: they hold from the next frame on
-  std::vector<NewCut> moved_cuts;  // that hold since this frame began: its exchange takes particles over them
+  std::vector<NewCut> new_cuts;  // cuts from the last verdict, valid from the next frame on
+  std::vector<NewCut> moved_cuts;  // cuts valid since this frame began; its exchange moves particles over them
 
   // The camera of the last frame that was drawn: its next one knows from where particles came across the screen.
   std::optional<image::Camera> camera;

@@ -32,16 +32,16 @@ struct Piece {
   program::Program program;
   std::size_t first = 0;  // actions before it in the segment
   std::size_t end = 0;  // place in the list of what stands behind it, or the list's length
-  const recording::Callback* callback = nullptr;  // that stands behind it, if any; in the list
-  const actions::Action* meeting = nullptr;  // the same
+  const recording::Callback* callback = nullptr;  // callback that follows in the list, if any
+  const actions::Action* meeting = nullptr;  // pair interaction that follows in the list, if any
 };
 
 /// Numbers of particles that all ranks agree on.
 struct Counts {
   std::uint64_t alive = 0;  // at the end of the last frame
-  std::uint64_t alive_at_start = 0;  // of the frame under way: what the capacity is held against
+  std::uint64_t alive_at_start = 0;  // particles alive when this frame began; counted against the capacity
   std::uint64_t born = 0;  // ids given so far
-  std::uint64_t born_at_start = 0;  // of the frame
+  std::uint64_t born_at_start = 0;  // births before this frame
   std::uint64_t newborn_from = 0;  // ids from here on are new in this frame: they count as births for spawn rules
   std::uint64_t dropped = 0;  // births above the capacity so far
 };
@@ -103,11 +103,11 @@ class System {
   BirthHistory history;  // until copies are kept
   bool asks_oldest = false;  // the history has grown: reports say which ids still live
   Counts counts;
-  std::vector<recording::SourceTotal> sources;  // what each was asked for so far
-  particles::Digest digest;  // of all particles, as last agreed
+  std::vector<recording::SourceTotal> sources;  // total of each source so far
+  particles::Digest digest;  // digest of all particles, as last agreed
 
   std::vector<recording::Item> list;  // this frame's
-  std::size_t run_items = 0;  // of which have run
+  std::size_t run_items = 0;  // number of items that have run
   std::vector<BirthGroup> groups;  // births of those that have not
 
  private:
